@@ -23,8 +23,7 @@ CLOSED = (
     "film sicm-kicked --seconds 0.2 --fps 10 --size 96x72 -o film.gif",
     "explore -o explore.html",
     f"atlas {PLANE} -j 2 -o atlas",
-    f"atlas {PLANE} --only kind -j 1 --shard 1/1 --no-figures -o shard",
-    "atlas --merge shard --no-figures -o merged",
+    f"atlas {PLANE} --only kind -j 1 --no-figures",
     "resume atlas --no-figures",
     "report checked atlas -o reported",
     "scenes",
@@ -40,12 +39,12 @@ DERIVED = (
     "derive",
     *(f"{verb} --help" for verb in ("drift", "workprec", "stress", "atlas", "resume")),
 )
+KEPT = ("run sicm-kicked -o kept", f"atlas {PLANE} -j 1 -o kept")  # in folders
 INTEGRATED = (
-    "run sicm-kicked -o run",
+    "run sicm-kicked",
     f"drift {STUDY} -o drift",
     f"workprec {STUDY} -o workprec",
     "stress --cases cusp --methods auto -o stress",
-    f"atlas {PLANE} --integrate -j 1 -o integrated",
 )
 
 
@@ -83,7 +82,7 @@ def calls():
     enclosed = ht.enclose(top, start)
     told = {name: getattr(at, name) for name in ("theta", "phi", "psi")}
     judged = ht.check({"t": times} | told, scene)
-    plane = ht.atlas(scene, "phidot=-20:20:11", "psidot=-150:150:11", jobs=1, folder="plane")
+    plane = ht.atlas(scene, "phidot=-20:20:11", "psidot=-150:150:11", jobs=1)
     shown = (top, start, scene, motion, motion.verdict, judged, plane, motion.play())
     ht.film(scene, "python.webp", seconds=0.2, fps=10, size=(96, 72))
     ht.explore(scene, "python.html")
@@ -95,7 +94,7 @@ def calls():
         "facts": str(ht.facts(motion)),
         "verdict": str(ht.classify(top, start)),
         "check": judged.digits,
-        "stored": ht.load_atlas("plane")["period"].tobytes().hex(),
+        "plane": plane["period"].tobytes().hex(),
         "cells": [untimed(each._repr_html_()) for each in shown],
         "figure": svg(motion_figure(motion)),
     }
@@ -113,5 +112,5 @@ if __name__ == "__main__":
     done = commands(CLOSED) | {"calls": calls()}
     del sys.modules["sympy"]
     done |= commands(DERIVED) | {"files": files()}
-    done |= commands(INTEGRATED) | {"left": files()}
+    done |= commands(INTEGRATED) | commands(KEPT) | {"left": files()}
     json.dump(done, sys.stdout)

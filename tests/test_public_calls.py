@@ -39,7 +39,6 @@ NEEDED = {
     "load_atlas": {"folder": "nowhere"},
     "load_scene": {"name_or_path": "sicm-kicked"},
     "load_trajectory": {"path": "nowhere"},
-    "merge_atlases": {"folders": ["nowhere"], "folder": "nowhere"},
     "motions_many": NUMBERS,
     "plan": {"scene": SCENE},
     "propagate": {"scene": SCENE},
@@ -59,7 +58,7 @@ NEEDED = {
 }
 WRONG = [object(), "of no use", None, 1j, {}]
 RIGHT = [  # a name, or all
-    ("merge_atlases", "folder"), ("stress", "cases"), ("stress", "methods"), ("explore", "scene"),
+    ("stress", "cases"), ("stress", "methods"), ("explore", "scene"),
 ]  # fmt: skip
 A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
 PLACES = [(name, place) for name, given in NEEDED.items() for place in given if place != "jobs"]
@@ -105,7 +104,7 @@ TAKING = {
     ht.facts: ({"motion": TOP}, "start"),
     ht.fold: ({"scene": SCENE}, "digits"),
     ht.propagate: ({"scene": SCENE}, "formulation projected step_limit progress"),
-    ht.atlas: (PLANE, "x only shard folder progress integrate"),
+    ht.atlas: (PLANE, "x only folder progress"),
     ht.drift: (DRIFT, "methods ensemble seed folder progress"),
     ht.stress: (STRESS, "progress"),
     ht.resume: ({"folder": "no such folder"}, "jobs"),
@@ -150,8 +149,6 @@ def test_what_is_of_another_type_is_a_type_error():
         (lambda: ht.Motion(START, TOP), "top: a Top, not a State"),
         (lambda: ht.run_errors("x"), 'trajectory: a Trajectory (propagate gives one), not "x"'),
         (lambda: ht.load_scene(b"sicm-kicked"), "name_or_path: a path, not b'sicm-kicked'"),
-        (lambda: ht.merge_atlases("out", "all"), 'folders: a list of paths, not "out"'),
-        (lambda: ht.merge_atlases([3], "all"), "folders: a path, not 3"),
     ):
         with pytest.raises(TypeError) as error:
             call()

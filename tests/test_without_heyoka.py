@@ -19,6 +19,7 @@ from . import everywhere
 
 ROOT = Path(__file__).parents[1]
 ELSEWHERE = os.pathsep.join([str(ROOT / "tests" / "elsewhere"), str(ROOT / "src")])
+POSIX_ONLY = "runs and studies are kept in folders on POSIX systems only (Linux, macOS)"
 REFUSAL = f"integration needs heyoka: {CONDA}"
 INTEGRATED = {  # the public names behind which heyoka is
     "Errors", "Folded", "Trajectory", "certify", "drift", "extend", "fold", "load_trajectory",
@@ -66,6 +67,8 @@ def test_everything_else_is_the_same_bit_for_bit(tmp_path, monkeypatch):
     for line in everywhere.INTEGRATED:
         assert found.pop(line) == [2, "", f"heavytop: {REFUSAL}\n"], line
     assert found.pop("left") == found["files"]  # a refusal writes nothing
+    for line in everywhere.KEPT:
+        assert found.pop(line) == [3, "", f"heavytop: kept: {POSIX_ONLY}\n"], line
     monkeypatch.chdir(here)
     mine = everywhere.commands(everywhere.CLOSED) | {"calls": everywhere.calls()}
     mine |= everywhere.commands(everywhere.DERIVED) | {"files": everywhere.files()}
@@ -80,32 +83,17 @@ def test_doctor_has_the_line_that_brings_heyoka():
 
 
 @pytest.mark.processes
-def test_a_folder_is_locked_there_too(tmp_path):
+def test_the_folder_of_a_study_is_refused_there_by_name(tmp_path):
     program = f"""if True:
-        from pathlib import Path
-        from subprocess import run
-        import sys
-        from heavytop.errors import InUse
-        from heavytop.files import locked
-        path = Path({str(tmp_path / "lock")!r})
-        def held():
-            try:
-                with locked(path):
-                    return "free"
-            except InUse as other:
-                return str(other)
-        if sys.argv[1:]:
-            print(held())
-        else:
-            with locked(path):
-                run([sys.executable, *sys.orig_argv[1:], "again"])
-                print(path.read_text().split()[0], end=" ")
-            print(held())
+        import heavytop as ht
+        try:
+            ht.atlas(ht.load_scene("sicm-kicked"), "phidot=0:1:3", "psidot=0:1:3",
+                     jobs=1, folder={str(tmp_path / "study")!r})
+        except ht.HeavyTopError as refusal:
+            print(refusal)
     """
-    first, second = elsewhere("-c", program).splitlines()
-    number, free = second.split()
-    assert first.startswith(f"{tmp_path}: is being written by process {number} on ")
-    assert free == "free"
+    said = elsewhere("-c", program)
+    assert said == f"{tmp_path / 'study'}: {POSIX_ONLY}\n"
 
 
 def test_heyoka_is_no_extra_of_this_package():

@@ -38,12 +38,7 @@ def watched(jobs):
     return ht.propagate_many(**start, time=period, events=("turning",), jobs=jobs)
 
 
-def kept(jobs):
-    """The same, and the states at the turning points kept."""
-    return ht.propagate_many(**start, time=period, events=("turning",), states=True, jobs=jobs)
-
-
-ways = {"bare": bare, "watched": watched, "kept": kept}
+ways = {"bare": bare, "watched": watched}
 programs = {f"{what} {jobs}": partial(f, jobs) for what, f in ways.items() for jobs in (1, 2)}
 for program in programs.values():
     program()

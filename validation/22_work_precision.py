@@ -26,16 +26,15 @@ FOLDER = Path(__file__).parent / "out" / "work-precision"
 LEAST = 1e-6  # errors from there down
 HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
 FASTEST = ("axis to", "fastest", "the best of Taylor", "times as long")
-IN_TABLE = ("taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-lagrange",
+IN_TABLE = ("auto", "taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-lagrange",
             "taylor-axis-projected", "blanes-moan-rkn6", "sofroniou-spaletta10",
             "gauss8", "bobenko-suris", "dop853-cyrk", "dop853-scipy",
             "lsoda-scipy", "taylor-axis-mpfr")  # fmt: skip
 
 
 def table(document):
-    """A row for the axis as auto would get it, and for some methods; then where others lead."""
-    rows = tuple(row(each) for each in summaries(document["points"])
-                 if each.best["wants"] == "axis" or each.name in IN_TABLE)  # fmt: skip
+    """A row for some methods; then where others lead."""
+    rows = tuple(row(each) for each in summaries(document["points"]) if each.name in IN_TABLE)
     tables = (Table(HEADINGS, rows), Table(FASTEST, tuple(where_rivals_lead(document)), left=4))
     return "\n\n".join([*(each.markdown for each in tables), "\n".join(others(document))])
 
@@ -43,9 +42,13 @@ def table(document):
 def row(each):
     """The cells of a method: times with the settings that they were taken at."""
     best = each.best
-    name = f"`{each.name}`" if best["digits"] is None else f"{each.name}: `{best['stands_for']}`"
     within = ["–" if point is None else timed(point) for point in each.within]
-    return (name, *within, f"{error(best).strip()} in {timed(best)}", f"{each.setup_s:.2g}")
+    return (
+        f"`{each.name}`",
+        *within,
+        f"{error(best).strip()} in {timed(best)}",
+        f"{each.setup_s:.2g}",
+    )
 
 
 def timed(point):
@@ -75,11 +78,7 @@ def where_rivals_lead(document):
 
 
 def others(document):
-    """What auto's caution costs, and what the budget left out."""
-    asked = (p for p in document["points"] if p["method"] == "auto")
-    six = next(p for p in asked if (p["wants"], p["digits"]) == ("axis", 6))
-    ratio = six["us_per_period"] / document["cheapest"]["1e-6"]["us_per_period"]
-    yield f"- `auto` with 6 digits of the axis takes {ratio:.2f} times the fastest to 1e-6."
+    """What the budget left out."""
     if names := dict.fromkeys(each["method"] for each in document["skipped"]):
         yield f"- Left out at some settings: {', '.join(names)}."
 
@@ -107,8 +106,6 @@ if "write" in sys.argv:
     shutil.copyfile(FOLDER / "workprec.svg", DOCS / "images" / "workprec.svg")
 
 claim("time of the whole diagram [s]", took, BUDGET + 2)
-claim("points ahead of what auto chose", sum(len(found.ahead_of(p)) for p in found.auto), 0)
-claim("choices of auto that miss the digits asked", sum(p.missed for p in found.auto), 0)
 for words, name in (("axis", "cheapest"), ("theta", "cheapest_theta")):
     for bound in TARGETS:
         first = document[name][bound]

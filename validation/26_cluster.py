@@ -16,7 +16,7 @@ from heavytop.studies.executors import executor_at
 
 METHODS = ("taylor-axis", "taylor-axis-projected", "sofroniou-spaletta10", "dop853-cyrk")
 ASKED = {"methods": METHODS, "periods": 1e5, "ensemble": 2, "samples": 13}
-PLANE = {"x": "phidot=-20:20:700", "y": "psidot=-150:150:700", "integrate": True}
+PLANE = {"x": "phidot=-20:20:2000", "y": "psidot=-150:150:2000"}
 WORKERS = 2
 
 

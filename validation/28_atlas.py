@@ -1,7 +1,7 @@
-"""The atlas: how many pixels a second, two maps of four million tops, and a hundred million pixels.
+"""The atlas: how many pixels a second, and a hundred million pixels.
 
-The planes are about the book's top: kicks against spins. Arguments: fewer pixels along an axis of
-the integrated map, for a quick look; `write` puts the tables into docs/atlas.md.
+The planes are about the book's top: kicks against spins. Arguments: pixels along an axis of the
+large map, for a quick look; `write` puts the table into docs/atlas.md.
 """
 
 import re
@@ -17,8 +17,7 @@ from page import rewrite
 
 import heavytop as ht
 
-SIDE = next((int(x) for x in sys.argv[1:] if x.isdecimal()), 2000)
-HUGE = 10_000 if SIDE >= 2000 else 1000
+HUGE = next((int(x) for x in sys.argv[1:] if x.isdecimal()), 10_000)
 KICKED = ht.load_scene("sicm-kicked")
 ROOM = Path(tempfile.mkdtemp(prefix="atlas-"))
 
@@ -36,17 +35,17 @@ def timed(**asked):
 WORKER = """
 import sys
 import heavytop as ht
-x, y, what, shard = sys.argv[1:]
-how = {"kind": {"only": "kind"}, "rows": {}, "integrate": {"integrate": True}}[what]
-assert 3 <= len(ht.atlas(ht.load_scene("sicm-kicked"), x, y, jobs=1, shard=shard, **how).tasks) <= 4
+x, y, what = sys.argv[1:]
+how = {"kind": {"only": "kind"}, "rows": {}}[what]
+ht.atlas(ht.load_scene("sicm-kicked"), x, y, jobs=1, **how)
 print(open("/proc/self/status").read())
 """
-SHARDS = {"kind": "1/3", "rows": "1/50", "integrate": "1/190"}  # of three tiles or four
+SIDES = {"kind": 1700, "rows": 420}  # of three tiles
 
 
 def gigabytes(what):
     """The most memory of a process that computes tiles, as a worker does."""
-    words = [sys.executable, "-c", WORKER, *plane(3000), what, SHARDS[what]]
+    words = [sys.executable, "-c", WORKER, *plane(SIDES[what]), what]
     status = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     return int(re.search(r"VmHWM:\s+(\d+) kB", status)[1]) / 1e6
 
@@ -71,15 +70,6 @@ try:
     claim("5e6 over kinds a second, two cores", 5e6 / rates["kinds alone"], 1)
     claim("2e5 over rows a second, two cores", 2e5 / rates["whole rows"], 1)
 
-    x, y = plane(SIDE)
-    found, spent = timed(x=x, y=y, integrate=True, jobs=2)
-    table.append(f"| integrated too | {SIDE**2:.3g} | {found.kinds_per_s:.3g} | {spent:.1f} |")
-    claim("3e4 over integrated tops a second, two cores", 3e4 / found.kinds_per_s, 1)
-    claim(f"{SIDE**2} tops: kinds that a run tells otherwise", found.differing, 1000)
-    claim(f"{SIDE**2} tops: … by more than rounding", found.unexplained, 0)
-    for each in found.pixels[:10]:
-        print("    ", each)
-
     x, y = plane(HUGE)
     found, spent = timed(x=x, y=y, only="kind", jobs=2, folder=ROOM / "huge")
     tiles = size(ROOM / "huge")
@@ -89,7 +79,7 @@ try:
     print(f"     {HUGE**2:.0e} pixels: {spent:.1f} s, and {stored:.1f} s to write atlas.nc")
     print(f"     tiles {tiles / 1e6:.1f} MB, map {(size(ROOM) - tiles) / 1e6:.1f} MB")
     claim(f"{HUGE**2} pixels: not proved", found.uncertified, 0)
-    for what in ("kind", "rows", "integrate"):
+    for what in SIDES:
         claim(f"memory of a worker, {what} [GB]", gigabytes(what), 0.5)
 finally:
     shutil.rmtree(ROOM)

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 HEAVYTOP = str(Path(sys.executable).with_name("heavytop"))
-BRIEFLY = str(Path(__file__).with_name("briefly.py"))
 TIME_LIMIT_S = 120
 
 COMMAND = re.compile(r"(?: {4})?(?:\.venv/bin/)?(heavytop [a-z]+.*)")
@@ -85,14 +84,9 @@ def less(command: str) -> list[str]:
     return shlex.split(command)
 
 
-def program(verb: str) -> list[str]:
-    """What runs a verb; of a report the studies that it makes itself are cut short."""
-    return [sys.executable, BRIEFLY] if verb == "report" else [HEAVYTOP]
-
-
 def fault(words: list[str], folder: str) -> str | None:
     """What is wrong with a command, by its exit code."""
-    command = [*program(words[1]), *words[1:]]
+    command = [HEAVYTOP, *words[1:]]
     pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, cwd=folder, start_new_session=True, **pipes) as process:
         try:

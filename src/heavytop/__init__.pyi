@@ -44,7 +44,6 @@ from .errors import (
     NoClosedForm as NoClosedForm,
     NoScheduler as NoScheduler,
     NotCertified as NotCertified,
-    NoWorkerWarning as NoWorkerWarning,
     StoppedEarly as StoppedEarly,
     WrongType as WrongType,
 )
@@ -86,7 +85,6 @@ from .studies.atlas import (
     Atlas as Atlas,
     atlas as atlas,
     load_atlas as load_atlas,
-    merge_atlases as merge_atlases,
 )
 from .studies.certificate import certify as certify
 from .studies.drift import drift as drift

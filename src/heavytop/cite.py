@@ -390,8 +390,6 @@ def _used(path: Path, document: Mapping[str, Any]) -> dict[str, Any]:
     keys += RESULTS.get(kind, EXACT)
     keys += (FORMULATIONS[each] for each in formulations if each in FORMULATIONS)
     keys += (key for method in methods for key in METHODS[_stem(method)])
-    if document.get("differing") is not None or document.get("integrate"):
-        keys += TAYLOR
     return {
         "file": harmless(path),
         "kind": harmless(str(kind)),

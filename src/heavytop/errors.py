@@ -256,10 +256,6 @@ class MissingPackage(HeavyTopError, ImportError):
         return f"{self.method} needs {' and '.join(self.packages)}: {self.command}{where}"
 
 
-class NoWorkerWarning(UserWarning):
-    """Workers elsewhere that have all gone, while their study waits for one."""
-
-
 class NotDrawnWarning(UserWarning):
     """A picture of a result that could not be drawn; the result itself is whole."""
 

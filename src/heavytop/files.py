@@ -9,13 +9,11 @@ import platform
 import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, Final
 
-from heavytop.errors import ForeignFile, InUse
+from heavytop.errors import ForeignFile, HeavyTopError, InUse
 
-FAR: Final = 2**30  # the byte that is locked on Windows, where others cannot read such a one
 SHORT: Final = 200  # bytes of a name, of the 255 that a file system has
 
 
@@ -121,13 +119,20 @@ def locked(path: Path) -> Iterator[None]:
         Another process holds it.
     ForeignFile
         There is something else, such as a link to a file elsewhere.
+    HeavyTopError
+        This system is not POSIX.
     OSError
         The file cannot be made.
     """
+    try:
+        import fcntl
+    except ModuleNotFoundError:
+        why = "runs and studies are kept in folders on POSIX systems only (Linux, macOS)"
+        raise HeavyTopError(f"{path.parent}: {why}") from None
     with _open_lock(path) as file:
         try:
-            _lock(file)
-        except (BlockingIOError, PermissionError):
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
             file.seek(0)
             holder = file.read(300).decode("ascii", "replace").split()
             raise InUse(path.parent, *holder[:2]) from None
@@ -137,7 +142,7 @@ def locked(path: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            _lock(file, False)  # closing is not enough where a forked child has it
+            fcntl.flock(file, fcntl.LOCK_UN)  # closing is not enough where a forked child has it
 
 
 def _open_lock(path: Path) -> IO[bytes]:
@@ -152,21 +157,3 @@ def _open_lock(path: Path) -> IO[bytes]:
 def _follow_no_link(path: str, flags: int) -> int:
     """Open or make a file, but not through a link that was put there a moment ago."""
     return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
-
-
-def _lock(file: IO[bytes], hold: bool = True) -> None:
-    """Lock an open file at once, or let it go.
-
-    Raises
-    ------
-    BlockingIOError, PermissionError
-        Another process has locked it; on Windows the latter.
-    """
-    try:
-        import fcntl
-    except ModuleNotFoundError:
-        msvcrt: Any = import_module("msvcrt")
-        file.seek(FAR)
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK if hold else msvcrt.LK_UNLCK, 1)
-    else:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB if hold else fcntl.LOCK_UN)

@@ -4,6 +4,8 @@ import errno
 import json
 import os
 from dataclasses import replace
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.claims import validate as validating
 from heavytop.claims.register import load_register
+from heavytop.cli import report as verbs
 from heavytop.plots.studies import check_figure
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
@@ -192,3 +195,49 @@ def test_a_damaged_register_is_a_foreign_file(tmp_path, monkeypatch):
     shown = heavytop_("validate")
     assert shown.exit_code == 3
     assert "claims.toml" in shown.stderr
+
+
+# --- report --------------------------------------------------------------------------------------
+
+LESS = {  # what is put in place of the defaults, so that it takes seconds
+    "studies.drift.drift": {"periods": 2, "samples": 2, "methods": ["taylor-axis"]},
+    "studies.work_precision.work_precision": {"periods": 2, "methods": ["strang=50"]},
+    "studies.stress.stress": {"cases": ["cusp"], "methods": ["auto"]},
+    "claims.validate.validate": {"names": ["betsch-cone"]},
+}
+
+
+@pytest.fixture
+def less(monkeypatch):
+    for place, asked in LESS.items():
+        module, _, name = f"heavytop.{place}".rpartition(".")
+        real = getattr(import_module(module), name)
+        monkeypatch.setattr(f"{module}.{name}", partial(real, **asked))
+    monkeypatch.setattr(verbs, "PLANE", ("phidot=-30:40:6", "theta=0.1:1.5:6"))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("less")
+def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
+    found = heavytop_("report", "separatrix", "--set", "span.time=1", "-o", tmp_path)
+    assert found.exit_code == 0, found.output
+    written = json.loads((tmp_path / "report.json").read_text("utf-8"))
+    places = [each["id"].rpartition("-")[0] for each in written["results"]]
+    assert places == ["run", "stress", "atlas", "validate"]
+    assert "not on the page: drift" in found.stderr
+    assert "not on the page: workprec" in found.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"report.html", "report.json"}
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("no-such-scene", 3), ("{here} no-such-folder", 2), ("sicm-kicked sicm-dropped", 2),
+        ("{here} --set start.phidot=3", 2), ("sicm-kicked --set start.phidot=x", 2),
+    ],
+)  # fmt: skip
+def test_a_report_of_what_makes_no_sense_is_refused(words, code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    here = Path(__file__).parent
+    assert heavytop_("report", *words.format(here=here).split()).exit_code == code
+    assert not list(tmp_path.iterdir())

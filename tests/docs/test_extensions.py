@@ -45,7 +45,7 @@ heavytop run in-text
 def extension(monkeypatch):
     pytest.importorskip("sphinx", reason="the pages are built with the extra docs")
     monkeypatch.syspath_prepend(EXTENSIONS)
-    for name in ("commands", "verbs", "briefly", "public_names", "notebooks", "formulas"):
+    for name in ("commands", "verbs", "public_names", "notebooks", "formulas"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     return importlib.import_module
 

@@ -7,9 +7,7 @@ The standard library, which knows where it is, keeps what it needs.
 import builtins
 import os
 import signal
-import subprocess  # noqa: F401 (it takes a computer that has msvcrt for Windows)
 import sys
-from types import ModuleType
 
 POSIX = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
 LACKING = {
@@ -27,19 +25,8 @@ def imported(name, *given, **named):
     return import_module(name, *given, **named)
 
 
-def locking(number, mode, size):
-    """Lock or unlock bytes of an open file, as on Windows."""
-    try:
-        os.lockf(number, mode, size)
-    except BlockingIOError as held:
-        raise PermissionError(*held.args) from None
-
-
 for module, gone in LACKING.items():
     for each in gone:
         delattr(module, each)
 sys.modules["heyoka"] = None
-msvcrt = ModuleType("msvcrt")
-msvcrt.locking, msvcrt.LK_NBLCK, msvcrt.LK_UNLCK = locking, os.F_TLOCK, os.F_ULOCK
-sys.modules["msvcrt"] = msvcrt
 builtins.__import__ = imported

@@ -76,7 +76,7 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     assert "without a folder" not in str(stopped.value)
 
 
-ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "--integrate", "-j", "1")
+ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "-j", "1")
 DRIFT = ("--methods", "taylor-axis", "--periods", "5")
 
 

@@ -90,12 +90,10 @@ def test_numbers_are_shown_as_they_were_given_and_long_expressions_to_six_digits
     assert "pi/4 rad" in Cell(ht.State(theta="pi/4", psidot=1)).texts
 
 
-def test_an_atlas_shows_its_map_and_a_part_of_one_its_tables():
-    for shard, pictured in ((None, True), ((1, 2), False)):
-        found = ht.atlas(SCENE, "phidot=-20:20:300", "psidot=-150:150:300", shard=shard, jobs=1)
-        cell = Cell(found)
-        assert "loops" in cell.texts
-        assert ("img" in cell.tags) == pictured
+def test_an_atlas_shows_its_tables_and_its_map():
+    cell = Cell(ht.atlas(SCENE, "phidot=-20:20:30", "psidot=-150:150:30", jobs=1))
+    assert "loops" in cell.texts
+    assert "img" in cell.tags
 
 
 @pytest.mark.parametrize("name", ["hanging", "separatrix", "at-rest", "steady-fast"])

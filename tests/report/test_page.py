@@ -18,12 +18,8 @@ from typer.testing import CliRunner
 
 from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
-from heavytop.files import write_document
 from heavytop.report import page as pages
-from heavytop.report import quick
-from heavytop.report.files import write_results
 from heavytop.report.page import LoadedResult, Page, Section, address, load_results, page_of
-from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, read_scene
 
 from .conftest import BREAKING, CLOSING, HOSTILE, POINT, validate
@@ -119,7 +115,6 @@ def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, w
     idents = [f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures]
     assert [fig["id"] for result in document["results"] for fig in result["figures"]] == idents
     charts = "run-1-overview drift-1-drift workprec-1-workprec stress-1-stress atlas-1-map"
-    charts += " traces-1-traces"
     assert set(charts.split()) <= set(idents)
     for result in document["results"]:
         named = {name for figure in result["figures"] for name in figure["data"]}
@@ -168,17 +163,6 @@ def test_a_small_picture_is_the_same_picture():
         "<style>.c0{fill: none; stroke: #0072b2}</style></svg>"
     )
     assert not set(html) & set('"<>&#')
-
-
-@pytest.mark.slow
-def test_four_runs_and_all_traces_leave_the_studies_a_megabyte_of_three(tmp_path):
-    for name in quick.BOOK:
-        (tmp_path / name).mkdir()
-        write_results(propagate(load_scene(name)), tmp_path / name, figures=False)
-    write_document(tmp_path / "traces.json", quick.traces_document())
-    html = page_of(load_results([tmp_path])).html()
-    assert html.count("<figure") == 21
-    assert len(html.encode("utf-8")) < 2_000_000
 
 
 def section(study, ident, **document):
@@ -262,7 +246,7 @@ def test_what_is_not_what_was_written_is_refused_by_its_file(place, tmp_path, un
 @pytest.mark.parametrize(
     ("name", "nothing"),
     [
-        ("workprec", {"points": [], "front": [], "front_theta": [], "auto": []}),
+        ("workprec", {"points": [], "front": [], "front_theta": []}),
         ("drift", {"methods": []}),
         ("stress", {"cases": [], "hard": {}, "methods": {}}),
         ("atlas", {"counts": {}, "curves": [], "uncertified": 0, "files": {}}),

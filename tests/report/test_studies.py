@@ -57,13 +57,10 @@ def test_work_and_precision_names_the_cheapest_the_next_and_what_was_left_out():
     )
     assert found["axis, best"] == (leader,)
     assert found["θ alone to 1e-6"] == (MISSING,)
-    assert found["auto"] == (
-        "9 digits of axis: taylor-axis, 9 µs, error 1.0e-12; beaten by strang",
-    )
     assert found["rivals"] == ("only these were run: strang",)
     assert found["left out"][0].endswith(": gauss8 (1 setting from 1e-09)")
     alone = workprec(load_scene("sicm-kicked").document())
-    alone |= {"points": [POINT | {"measures": "theta"}], "front": [0], "auto": [],
+    alone |= {"points": [POINT | {"measures": "theta"}], "front": [0],
               "cheapest": {"1e-6": LEADER | {"against": LEADER | {"rival": False}, "ratio": 3.0}},
               "rivals": {"run": [], "left_out": ["strang"]}}  # fmt: skip
     found = said(alone)
@@ -77,8 +74,6 @@ def test_a_method_is_summed_up_by_its_cheapest_and_its_best():
     (one,) = summaries(points)
     assert [p and p["us_per_period"] for p in one.within] == [3.0, 1234.0, None]
     assert (one.name, one.best["error"], one.setup_s) == ("strang", 1e-10, 1234.0)
-    auto = POINT | {"digits": 9, "wants": "theta", "stands_for": "taylor-cubic"}
-    assert [each.name for each in summaries([auto])] == ["auto, 9 of θ"]
 
 
 def test_stress_explains_the_marks_that_occur_and_what_failed():
@@ -105,15 +100,14 @@ def test_stress_explains_the_marks_that_occur_and_what_failed():
     assert len(rows) == 6
 
 
-def test_an_atlas_shows_ten_pixels_that_differ_and_counts_the_others():
-    pixel = {"kind": "loops", "integrated": "waves", "x": 1.0, "y": 2.0, "margin": 1e-9}
+def test_an_atlas_shows_its_kinds_axes_and_boundaries():
     axis = {"name": "phidot", "low": 0.0, "high": 1.0, "count": 4, "log": True}
     document = {"schema": "heavytop/atlas/1", "counts": {"waves": 1, "loops": 3},
                 "curves": [{"name": "cusps"}, {"name": "cusps"}, {"name": "through-top"}],
-                "details": {"loops, slow": 2}, "pixels": [pixel] * 12, "differing": 15,
+                "details": {"loops, slow": 2},
                 "axes": {"x": axis}, "scene": {"top": {"A": 1.0}, "start": {"phidot": 3}},
                 "uncertified": 0, "sent": 5}  # fmt: skip
-    kinds, facts, pixels = parts_of(document)
+    kinds, facts = parts_of(document)
     assert kinds.rows == (
         ("loops, slow", "2", "50.000%"), ("waves", "1", "25.000%"), ("loops", "1", "25.000%"),
     )  # fmt: skip
@@ -121,10 +115,6 @@ def test_an_atlas_shows_ten_pixels_that_differ_and_counts_the_others():
     assert rows["x"] == "phidot = 0 … 1 rad/s, 4 values, logarithmic"
     assert (rows["held"], rows["decided by intervals"]) == ("A = 1 kg m²", "5")
     assert rows["boundaries"] == "cusps (2 lines), through-top (1 line)"
-    assert pixels.rows[0] == ("loops", "waves", "1", "2", "1.0e-09")
-    shown = printed(pixels, 100)
-    assert shown.count("waves") == 10
-    assert "… and 5 more" in shown
 
 
 def test_what_others_wrote_is_no_markup_at_a_terminal():

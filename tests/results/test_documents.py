@@ -9,7 +9,6 @@ from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.claims.validate import validate
 from heavytop.files import write_document
-from heavytop.report.quick import traces_document
 from heavytop.results.documents import read_document
 from heavytop.results.run import run_result
 from heavytop.run.propagation import propagate
@@ -28,7 +27,6 @@ def checked():
 
 MADE = {
     "run.json": lambda: run_result(propagate(KICKED)).document(),
-    "traces.json": traces_document,
     "drift.json": lambda: drift(KICKED, methods=["strang"], periods=10, samples=4).document(),
     "atlas.json": lambda: atlas(KICKED, "phidot=-30:40:6", "theta=0.1:1.5:4").document(),
     "check.json": checked,

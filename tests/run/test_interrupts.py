@@ -14,9 +14,8 @@ BEGIN = "import signal, pathlib, sys; signal.signal(signal.SIGINT, signal.defaul
 SICM = "A=3.28e-4, C=6.6e-5, gMR=0.0456, theta=[0.1] * 300, psidot=140"
 SCENE = "ht.Scene(ht.Top(3.28e-4, 6.6e-5, 0.0456), ht.State(0.1, psidot=140), time={}, digits={})"
 LONG = {
-    "one thread": f"ht.propagate_many({SICM}, time=1e12, step_limit=10**15, jobs=1)",
-    "two threads": f"ht.propagate_many({SICM}, time=1e12, step_limit=10**15, jobs=2)",
-    "short steps": f"ht.propagate_many({SICM}, time=1, longest=1e-9, step_limit=10**15)",
+    "one thread": f"ht.propagate_many({SICM}, time=1e12, jobs=1)",
+    "two threads": f"ht.propagate_many({SICM}, time=1e12, jobs=2)",
     "many digits": f"ht.propagate({SCENE.format(2, 3000)}, formulation='axis')",
 }
 

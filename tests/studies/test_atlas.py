@@ -12,7 +12,6 @@ import xarray
 import heavytop as ht
 from heavytop.classification.arrays import NAMES
 from heavytop.studies import atlas as atlas_module
-from heavytop.studies.atlas import integrated
 from heavytop.studies.store import Store
 
 KICKED = ht.load_scene("sicm-kicked")
@@ -24,7 +23,7 @@ AXES = {"x": "phidot=-20:20:33", "y": "psidot=-150:150:29"}
 @pytest.fixture
 def small_tiles(monkeypatch):
     """Tiles of a few rows, so that a small atlas has many."""
-    monkeypatch.setattr(atlas_module, "TILE", {"kind": 128, "rows": 128, "integrate": 256})
+    monkeypatch.setattr(atlas_module, "TILE", {"kind": 128, "rows": 128})
 
 
 @pytest.fixture(scope="module")
@@ -103,35 +102,20 @@ def test_tiles_workers_and_executors_change_nothing(rows):
 
 
 @pytest.mark.usefixtures("small_tiles")
-def test_shards_joined_are_the_whole(rows, tmp_path):
-    parts = [ht.atlas(KICKED, **AXES, shard=f"{i}/3", folder=tmp_path / str(i), jobs=1)
-             for i in (1, 2, 3)]  # fmt: skip
-    assert [len(part.tasks) for part in parts] == [4, 3, 3]
-    assert not any(part.whole for part in parts)
-    absent = parts[0]["kind"] == 255
-    assert absent.sum() == 33 * 29 - sum(parts[0].counts.values())
-    assert np.isnan(parts[0]["period"][absent]).all()
-    some, missing = ht.merge_atlases([tmp_path / "1", tmp_path / "3"], tmp_path / "all")
-    assert not some.whole
-    assert set(missing) == set(parts[1].tasks)
-    whole, missing = ht.merge_atlases([tmp_path / "2"], tmp_path / "all")
-    assert whole.whole
-    assert not missing
-    assert same(rows, whole)
-    assert same(rows, ht.load_atlas(tmp_path / "all"))
+def test_an_atlas_is_read_whole_or_not_at_all(rows, tmp_path):
+    ht.atlas(KICKED, **AXES, folder=tmp_path, jobs=1)
+    assert same(rows, ht.load_atlas(tmp_path))
+    next((tmp_path / "tasks").iterdir()).unlink()
+    with pytest.raises(ht.ForeignFile, match="not computed yet; heavytop resume"):
+        ht.load_atlas(tmp_path)
+    assert same(rows, ht.resume(tmp_path))
 
 
-def test_shards_of_other_atlases_are_refused(tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", folder=tmp_path / "a", jobs=1)
-    ht.atlas(KICKED, AXES["x"], "psidot=-150:150:31", only="kind", folder=tmp_path / "b", jobs=1)
-    with pytest.raises(ht.ForeignStudy, match=r"y: .*29.*31|y: .*31.*29"):
-        ht.merge_atlases([tmp_path / "a", tmp_path / "b"], tmp_path / "all")
-    with pytest.raises(ht.errors.WrongType, match="folders: a list of paths"):
-        ht.merge_atlases("one", tmp_path / "all")
-    with Store.open(tmp_path / "d", {"kind": "drift", "versions": {}}):
+def test_another_kind_of_study_is_no_atlas(tmp_path):
+    with Store.open(tmp_path, {"kind": "drift", "versions": {}}):
         pass
     with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
-        ht.load_atlas(tmp_path / "d")
+        ht.load_atlas(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -193,72 +177,7 @@ def test_a_damaged_record_is_refused(rows, tmp_path):
         ht.load_atlas(tmp_path)["kind"]
 
 
-# --- integrated -----------------------------------------------------------------------------------
-
-PLANES = {
-    "kicks and spins": (KICKED, "phidot=-20:20:41", "psidot=-150:150:41"),
-    "tilts and spins": (KICKED, "theta=0:3.1:41", "omega3=0:200:41"),
-    "pushed": (KICKED, "phidot=-20:20:41", "thetadot=-10:10:41"),
-    "hanging": (ht.load_scene("sicm-kicked", ["top.gMR=-0.0456"]), "phidot=-20:20:41",
-                "psidot=-150:150:41"),
-    "from the top": (ht.load_scene("through-top"), "thetadot=-10:10:40", "omega3=0:200:41"),
-    "spherical pendulum": (ht.load_scene("spherical-pendulum"), "phidot=0:9:41", "theta=0.1:3:41"),
-    "force-free": (ht.load_scene("sicm-kicked", ["top.gMR=0"]), "phidot=-5:5:11", "theta=0.1:3:11"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", PLANES)
-def test_two_maps_of_a_plane_agree(name):
-    found = ht.atlas(*PLANES[name], integrate=True, jobs=1)
-    assert not found.unexplained
-    assert found.differing < 100
-    assert found.untold < 20
-
-
-ONES = {  # one top each: the start, what it is by proof, and what a run tells
-    "a nutation of 4e-16 rad, smaller than rounding":
-        (2.0913820324639576, 0.0, -15.379518847402188, -6.907812267291379,
-         "waves", "uniform-precession"),
-    "a cusp beside the vertical, missed by rounding one way":
-        (1.1177948153536073, -9.521365865968562, 9.014796177014924, 64.4086067775603,
-         "waves", "undecided"),
-    "and the other way":
-        (1.0197296777796385, -9.43178367945079, -7.741882054558546, -58.62008866483815,
-         "loops", "undecided"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("what", ONES)
-def test_a_run_tells_what_it_can_tell(what):
-    *numbers, proved, told = ONES[what]
-    tops = SICM | {k: np.array([value]) for k, value in zip(START, numbers, strict=True)}
-    found = ht.motions_many(**tops)
-    assert NAMES[found.verdicts.kind[0]] == proved
-    assert NAMES[integrated(tops, found.period)[0]] == told
-
-
-def test_a_wrong_map_is_seen(monkeypatch):
-    """A flipped sign of gravity in what is integrated is found, pixel by pixel."""
-
-    def upside_down(tops, period):
-        return integrated({**tops, "gMR": -np.asarray(tops["gMR"])}, period)
-
-    monkeypatch.setattr(atlas_module, "integrated", upside_down)
-    found = ht.atlas(*PLANES["kicks and spins"], integrate=True, jobs=1)
-    assert found.unexplained > 100
-    assert found.document()["unexplained"] == found.unexplained
-
-
-@pytest.mark.parametrize("theta", ["1e-3", "1e-6", "3.1415926", "3.1405"])
-def test_two_maps_agree_beside_the_vertical(theta):
-    """What a run cannot tell there it leaves undecided; what it tells is right."""
-    top = ht.Top("2.1e-3", "1.3e-3", "0.31")
-    scene = ht.Scene(top, ht.State(theta=theta, omega3=40), time=1)
-    found = ht.atlas(scene, "phidot=-50:50:21", "omega3=-80:80:21", integrate=True, jobs=1)
-    assert not found.unexplained
-    assert found.untold < 45
-    still = found["integrated"][:, 10]  # let go: cusps, which it tells
-    assert np.mean(still == NAMES.index("cusps")) > 0.8
+# --- the vertical --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("gMR", ["0.0456", "-0.0456"])
@@ -267,8 +186,7 @@ def test_the_double_nearest_pi_means_pi(gMR):
     scene = ht.load_scene("sicm-kicked", ["start.theta=pi", f"top.gMR={gMR}"])
     for x, y in (("thetadot=-10:10:5", "omega3=0:200:5"), ("theta=2:pi:3", "omega3=0:200:5"),
                  ("p_phi=-0.0132:0.0132:5", "p_psi=-0.0132:0.0132:5")):  # fmt: skip
-        found = ht.atlas(scene, x, y, integrate=True, jobs=1)
-        assert not found.unexplained
+        found = ht.atlas(scene, x, y, jobs=1)
         grid = np.meshgrid(found.plane.x.values, found.plane.y.values)
         where = found.plane.at(*grid)
         tops = {k: np.broadcast_to(each, found["kind"].shape) for k, each in where.items()}
@@ -294,11 +212,7 @@ def test_the_double_nearest_pi_means_pi(gMR):
         ({"x": "phi=0:1:5"}, "x = .*phi.*one of theta"),
         ({"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "(?s)x = .*y = .*jobs"),
         ({"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "both set the spin"),
-        ({"shard": "4/3"}, "shard.*i/n"),
-        ({"shard": (0, 3)}, "shard.*i/n"),
         ({"only": "rows"}, "only.*kind"),
-        ({"integrate": 1}, "integrate.*a bool"),
-        ({"only": "kind", "integrate": True}, "only.*not together"),
         ({"executor": 3}, "executor.*Executor"),
         ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "GB are needed in memory"),
     ],

@@ -18,7 +18,6 @@ from functools import cache
 import pytest
 
 from heavytop.results.stress import SkippedRun, Stress, StressOutcome
-from heavytop.studies import atlas as atlas_study
 from heavytop.studies import executors, runner
 from heavytop.studies import methods as registry
 from heavytop.studies.methods import stress_methods
@@ -131,7 +130,7 @@ def test_a_study_without_figures_is_resumed_without(tmp_path):
 # --- killed, stopped, full -------------------------------------------------------------------
 
 DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s", "jobs",
-           "front", "front_theta", "cheapest", "cheapest_theta", "ahead", "files", "versions",
+           "front", "front_theta", "cheapest", "cheapest_theta", "files", "versions",
            "command"}  # fmt: skip
 
 
@@ -265,14 +264,6 @@ def interrupted(*_):
         (("stress", "--time-limit", "0"), 2, "time_limit = 0.0"),
         (("stress", "--step-limit", "0"), 2, "step_limit = 0"),
         (("atlas", "sicm-kicked", "--x", "phidot=0:1:5"), 2, "--y"),
-        (("atlas", "sicm-dropped", *PLANE), 2, "one scene"),
-        (("atlas", "--merge", "nowhere"), 2, "-o"),
-        (
-            ("atlas", "--merge", "nowhere", "-o", "out", "--shard", "1/2"),
-            2,
-            "cannot be combined with",
-        ),
-        (("atlas", "--merge", "nowhere", "-o", "out"), 3, "nowhere"),
         (("atlas", *PLANE, "--set", "start.omega3=9"), 2, "axis psidot sets the spin"),
         (("drift", "sicm-kicked", "--scheduler", ADDRESS, "-j", "2"), 2, "has its own workers"),
         (("resume", "."), 3, "no folder with anything to go on with"),
@@ -348,18 +339,6 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
     assert "pip install '.[rivals]'" in missing.stderr
 
 
-def test_maps_that_disagree_end_with_5(monkeypatch):
-    asked = ("atlas", *PLANE, "--integrate", "--json", "-j", 1)
-    agree = heavytop_(*asked)
-    real = atlas_study.integrated
-    monkeypatch.setattr(atlas_study, "integrated", lambda tops, period: real(tops, period) * 0)
-    found = heavytop_(*asked)
-    assert (agree.exit_code, found.exit_code) == (0, 5)
-    assert json.loads(agree.stdout)["unexplained"] == 0 < json.loads(found.stdout)["unexplained"]
-    assert json.loads(agree.stdout)["tops_per_s"] > 0
-    assert "differ by more than rounding" in found.stderr
-
-
 @pytest.mark.parametrize(
     ("axes", "told"),
     [
@@ -373,24 +352,6 @@ def test_pixels_that_leave_out_zero_are_told_unless_it_is_quiet(axes, told):
     assert told in (said := heavytop_(*words).stderr)
     assert bool(told) == bool(said)
     assert not heavytop_(*words, "-q").stderr
-
-
-def test_shards_are_resumed_and_joined(tmp_path):
-    one, two = folders = (tmp_path / "1", tmp_path / "2")
-    big = ("--x", "phidot=-20:20:1500", "--y", "psidot=-150:150:1500", "--only", "kind", "-j", 1)
-    for folder in folders:
-        asked = ("sicm-kicked", *big, "--shard", f"{folder.name}/2", "-o", folder, "--json")
-        part = heavytop_("atlas", *asked)
-        assert part.exit_code == 0
-        assert list(json.loads(part.stdout)["files"].values()) == ["atlas.json"]
-    assert "--merge" in part.stderr
-    next(x for x in (one / "tasks").iterdir() if json.loads(x.read_text())["rows"]).unlink()
-    again = heavytop_("resume", one, "--json")
-    assert json.loads(again.stdout)["tiles"] == {"done": 2, "all": 3}
-    assert heavytop_("atlas", "--merge", one, "-o", tmp_path / "part").exit_code == 4
-    whole = heavytop_("atlas", "--merge", one, two, "-o", tmp_path / "all", "--json")
-    assert whole.exit_code == 0
-    assert sum(json.loads(whole.stdout)["counts"].values()) == 1500**2
 
 
 def test_the_cases_are_listed_with_what_they_are():

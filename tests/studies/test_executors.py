@@ -1,6 +1,5 @@
 """Dask workers write the files that one process writes; what hangs in a worker is ended."""
 
-import logging
 import multiprocessing
 import os
 import socket
@@ -73,9 +72,7 @@ def done(path, **how):
     return results(toy.done(path, PARAMETERS, **how))
 
 
-def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(
-    scheduler, tmp_path, capfd
-):
+def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(scheduler, tmp_path):
     """One of them is killed in the middle: what it was at is done again by the other."""
     place, address = scheduler
     log, seen = tmp_path / "log", []
@@ -97,12 +94,9 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(
         while executor.workers < 2:
             assert time.monotonic() < end, (place / "dask.log").read_text()
             time.sleep(0.05)
-        assert not logging.getLogger("distributed.client").isEnabledFor(logging.CRITICAL)
         there = done(tmp_path / "there", executor=executor, on_progress=kill)
         assert two[0].poll() == -9
     assert there == done(tmp_path / "here")
-    assert capfd.readouterr() == ("", "")  # what dask logs is for nobody here
-    assert logging.getLogger("distributed.client").level <= logging.CRITICAL
 
 
 def test_an_executor_of_an_address_connects_for_a_study_and_closes(scheduler, tmp_path):
@@ -142,11 +136,9 @@ def test_an_executor_is_closed_after_a_study_that_fails(monkeypatch, tmp_path):
 
 def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):
     _, address = scheduler
-    with pytest.raises(errors.NoScheduler, match=f"{address}: a scheduler without workers: dask"):
-        executors.executor_at(address, timeout_s=1).__enter__()
     nobody = f"tcp://127.0.0.1:{free_port()}"
-    for wrong in (nobody, "nonsense", "", "smoke://hill:1"):
-        with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler answers there"):
+    for wrong in (address, nobody, "nonsense", "smoke://hill:1"):
+        with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler with a worker"):
             executors.executor_at(wrong, timeout_s=0.5).__enter__()
 
 

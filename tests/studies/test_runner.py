@@ -28,6 +28,7 @@ PARAMETERS = {
     "options": {"tasks": 3, "blocks": 60},
     "versions": {"heavytop": heavytop.__version__},
 }
+ONE = PARAMETERS | {"options": {"tasks": 1, "blocks": 60}}
 STEPS = 50 * 60  # of one task
 LONGEST = 50 * 8  # of one chunk
 SLICE = 0.1  # of work that is sent to a worker [s]; see run_toy.py
@@ -187,7 +188,7 @@ def test_signals_are_given_back():
     def look(progress):
         seen.append(signal.getsignal(signal.SIGINT))
 
-    run(MemoryStore(PARAMETERS), tasks=NAMES[:1], on_progress=look)
+    run(MemoryStore(ONE), on_progress=look)
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
     assert before[0] not in seen[1:]
 
@@ -276,15 +277,16 @@ def test_nothing_in_the_current_folder_is_imported(tmp_path, monkeypatch):
     for name in ("json", "queue", "ctypes"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('executed')")
     monkeypatch.chdir(tmp_path)
-    store = MemoryStore(PARAMETERS)
-    run(store, tasks=NAMES[:1], jobs=2)
+    store = MemoryStore(ONE)
+    run(store, jobs=2)
     assert store.load(NAMES[0]).done
 
 
 def test_progress_grows_and_its_rate_is_that_of_this_process(monkeypatch):
     monkeypatch.setenv("TOY_PAUSE", "0.003")
-    store, seen = MemoryStore(PARAMETERS), []
-    run(store, tasks=NAMES[:1])
+    store, one, seen = MemoryStore(PARAMETERS), MemoryStore(ONE), []
+    run(one)
+    store.save(one.load(NAMES[0]))
     run(store, on_progress=seen.append)
     first, last = seen[0], seen[-1]
     assert (first.fraction, first.gained, first.per_s) == pytest.approx((1 / 3, 0, 0))

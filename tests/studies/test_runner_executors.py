@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor as Threads
 import pytest
 
 from heavytop.cli import exit_code
-from heavytop.errors import ForeignWorker, NoWorkerWarning, Stop, StoppedEarly
+from heavytop.errors import ForeignWorker, Stop, StoppedEarly
 from heavytop.machine import versions
 from heavytop.studies import runner
 from heavytop.studies.runner import run
@@ -184,21 +184,6 @@ def test_a_process_does_one_slice_at_a_time():
     with Threads(4) as pool:
         run(MemoryStore({"kind": "lonely", "versions": {}}), executor=pool)
     assert lonely.MOST == [1]
-
-
-def test_that_no_worker_is_left_is_said_once(whole, tmp_path):
-    class Deserted(Here):
-        asked = 0
-
-        @property
-        def workers(self):  # there is one, then for a while none, and one again
-            self.asked += 1
-            return int(not 3 <= self.asked <= 6)
-
-    with pytest.warns(NoWorkerWarning, match="no worker is left: the study waits") as told:
-        done(tmp_path / "study", executor=Deserted())
-    assert len(told) == 1
-    assert results(tmp_path / "study") == whole
 
 
 def test_what_an_executor_does_not_say_is_counted_here(monkeypatch):

@@ -1,8 +1,7 @@
-"""The store takes what belongs to its study, refuses the rest by name, and merges shards."""
+"""The store takes what belongs to its study, and refuses the rest by name."""
 
 import json
 import re
-import shutil
 from pathlib import Path
 
 import pytest
@@ -11,8 +10,7 @@ from heavytop.cli import exit_code
 from heavytop.errors import ForeignFile, ForeignStudy
 from heavytop.studies.store import Chunk, MemoryStore, Record, Store, differences
 
-from . import toy
-from .toy import results
+from .toy import done, results
 
 pytestmark = pytest.mark.usefixtures("toys")
 
@@ -22,28 +20,12 @@ PARAMETERS = {
     "options": {"tasks": 5, "blocks": 16, "names": ["a", "b"], "rate": 1},
     "versions": {},
 }
-NAMES = tuple(f"henon/{i:03d}" for i in range(5))
-
-
-def done(path, tasks):
-    return toy.done(path, PARAMETERS, tasks=tasks)
 
 
 @pytest.fixture
-def parts(tmp_path):
-    """Return three folders, each with a third of the tasks."""
-    return [done(tmp_path / f"part-{i}", NAMES[i::3]) for i in range(3)]
-
-
-@pytest.fixture
-def whole(tmp_path):
-    return results(done(tmp_path / "whole", NAMES))
-
-
-def merged(path, *sources):
-    with Store.open(path, PARAMETERS) as store:
-        store.merge(sources)
-        return [task for task in NAMES if not store.load(task).ended]
+def study(tmp_path):
+    """Return the folder of a study that is done."""
+    return done(tmp_path / "study", PARAMETERS)
 
 
 def test_a_record_is_the_sum_of_its_chunks(tmp_path):
@@ -112,22 +94,22 @@ def test_a_study_that_cannot_be_read_is_refused_by_name(tmp_path, text, words):
     ["", '{"task": "henon/000"', {"task": "other"}, {"rows": [1]}, {"done": "yes"}, {"more": 1}],
     ids=str,
 )
-def test_a_record_that_cannot_be_read_is_refused_by_name(parts, change):
-    file = next(parts[0].glob("tasks/*.json"))
+def test_a_record_that_cannot_be_read_is_refused_by_name(study, change):
+    file = next(study.glob("tasks/*.json"))
     record = json.loads(file.read_text())
     file.write_text(change if isinstance(change, str) else json.dumps(record | change))
     with pytest.raises(ForeignFile, match=re.escape(str(file))):
-        Store(parts[0]).load(record["task"])
+        Store(study).load(record["task"])
 
 
 @pytest.mark.parametrize("name", ["thesis.tex", ".hidden"])
 def test_a_folder_with_something_else_in_it_is_refused(tmp_path, name):
     (tmp_path / name).touch()
     with pytest.raises(ForeignFile, match=rf"not the folder of a study \({name}\)"):
-        done(tmp_path, ())
+        done(tmp_path, PARAMETERS)
     assert [p.name for p in tmp_path.iterdir()] == [name]
     with pytest.raises(ForeignFile, match="not a folder"):
-        done(tmp_path / name, ())
+        done(tmp_path / name, PARAMETERS)
 
 
 @pytest.mark.parametrize("made", [Path.symlink_to, Path.hardlink_to])
@@ -137,7 +119,7 @@ def test_a_lock_that_is_a_link_leaves_alone_what_it_leads_to(tmp_path, made):
     theirs.write_text("theirs")
     made(folder / "lock", theirs)
     with pytest.raises(ForeignFile, match=re.escape(f"{folder / 'lock'}: not the lock")):
-        done(folder, ())
+        done(folder, PARAMETERS)
     assert theirs.read_text() == "theirs"
 
 
@@ -145,73 +127,22 @@ def test_tasks_that_are_a_link_are_not_written_into(tmp_path):
     theirs, folder = tmp_path / "theirs", tmp_path / "study"
     theirs.mkdir()
     (theirs / ".12.notes.json").touch()
-    done(folder, ())
+    with Store.open(folder, PARAMETERS):
+        pass
     (folder / "tasks").rmdir()
     (folder / "tasks").symlink_to(theirs)
     with pytest.raises(ForeignFile, match=re.escape(f"{folder / 'tasks'}: not a folder")):
-        done(folder, NAMES)
+        done(folder, PARAMETERS)
     assert [path.name for path in theirs.iterdir()] == [".12.notes.json"]
 
 
-def test_what_a_killed_writer_left_is_cleaned_away(parts, tmp_path):
-    before = results(parts[0])
-    (parts[0] / ".77.study.json").touch()
-    (parts[0] / "tasks/.77.abc.json").touch()
-    done(parts[0], NAMES[::3])
-    assert results(parts[0]) == before
+def test_what_a_killed_writer_left_is_cleaned_away(study, tmp_path):
+    before = results(study)
+    (study / ".77.study.json").touch()
+    (study / "tasks/.77.abc.json").touch()
+    done(study, PARAMETERS)
+    assert results(study) == before
     (tmp_path / "new").mkdir()
     (tmp_path / "new/.77.study.json").touch()
-    done(tmp_path / "new", NAMES[::3])
+    done(tmp_path / "new", PARAMETERS)
     assert results(tmp_path / "new") == before
-
-
-def test_merged_parts_are_the_study_done_whole(parts, whole, tmp_path):
-    (parts[0] / "tasks" / ".123.abc.json").write_text('{"task": "cut')  # of a killed writer
-    assert merged(tmp_path / "study", parts[0], parts[2]) == ["henon/001", "henon/004"]
-    for _ in range(2):  # the second time nothing changes
-        assert merged(tmp_path / "study", *parts) == []
-        assert results(tmp_path / "study") == whole
-
-
-def test_what_has_not_ended_is_not_taken_and_is_replaced(parts, whole, tmp_path):
-    from toy_study import advance
-
-    begun = tmp_path / "begun"
-    with Store.open(begun, PARAMETERS) as store:
-        for task in NAMES[:2]:
-            store.save(Record(task).after(next(advance(PARAMETERS, task, None))))
-    assert merged(tmp_path / "other", begun, parts[1]) == ["henon/000", "henon/002", "henon/003"]
-    assert Store(tmp_path / "other").load("henon/000") == Record("henon/000")
-    assert merged(begun, *parts) == []
-    assert results(begun) == whole
-
-
-def test_an_interrupted_merging_is_done_again(parts, whole, tmp_path, monkeypatch):
-    moments = (1 + most % 2 for most in range(100))
-    path = tmp_path / "study"
-    assert toy.kills(monkeypatch, moments, lambda: merged(path, *parts)) > 1
-    assert merged(path, *parts) == []
-    assert results(tmp_path / "study") == whole
-
-
-def test_another_study_is_not_merged(parts, tmp_path):
-    other = {**PARAMETERS, "options": {"tasks": 5, "blocks": 17}}
-    toy.done(tmp_path / "other", other, tasks=NAMES[1:2])
-    before = results(parts[0])
-    with pytest.raises(ForeignStudy, match=r"options\.blocks: 17 there, 16 here"):
-        merged(parts[0], parts[1], tmp_path / "other")
-    assert results(parts[0]) == before
-
-
-def test_two_results_of_one_task_are_refused_by_name(parts, tmp_path):
-    twin = Path(shutil.copytree(parts[0], tmp_path / "twin"))
-    file = next(twin.glob("tasks/*.json"))
-    document = json.loads(file.read_text())
-    document["rows"][0]["x"] = "0x0p+0"
-    file.write_text(json.dumps(document))
-    there = tmp_path / "study/tasks" / file.name
-    words = re.escape(f"{file}: not the same result as in {there}")
-    with pytest.raises(ForeignFile, match=words):
-        merged(tmp_path / "study", parts[0], twin)
-    with pytest.raises(ForeignFile, match="not the same result"):
-        merged(parts[0], twin)

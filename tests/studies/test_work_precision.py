@@ -21,7 +21,7 @@ from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.work_precision import BEFORE, FOLDED, first_run, settings
+from heavytop.studies.work_precision import BEFORE, first_run, settings
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -106,46 +106,24 @@ def test_costs_are_what_the_run_took_and_tolerances_are_obeyed(found):
 # --- auto ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("periods", [100, 10_000, 100_000])
-@pytest.mark.parametrize("digits", [6, 13, 15, 30])
-def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_is_folded(
-    periods, digits
-):
-    for found, reason in settings(f"auto={digits}", KICKED, periods):
-        chosen = ht.plan(
-            ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=(found.wants,),
-                     events=(), samples=2, digits=digits)
-        )  # fmt: skip
-        assert reason == (FOLDED if chosen.folded else "")
-        assert (found.formulation, found.projected) == (chosen.formulation, chosen.projected)
-        assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
+@pytest.mark.parametrize(
+    ("text", "digits", "periods"), [("auto", 12, 1e5), ("auto=6", 6, 1e4), ("auto=30", 30, 100)]
+)
+def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(text, digits, periods):
+    (found,) = settings(text, KICKED, periods)
+    chosen = ht.plan(
+        ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=("axis",), events=(),
+                 samples=2, digits=digits)
+    )  # fmt: skip
+    assert found.name == text
+    assert (found.formulation, found.projected) == (chosen.formulation, chosen.projected)
+    assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
 
 
-def test_what_is_folded_is_left_out_with_the_reason():
-    found = ht.work_precision(KICKED, methods=["auto=15"], periods=1e4, budget=60)
-    assert found.points == ()
-    assert [each.reason for each in found.skipped] == [FOLDED] * 2
-
-
-def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
-    points = tuple(
-        replace(made(1.0, off), method="auto", digits=9, wants=wants, stands_for="taylor-axis")
-        for wants, off in (("axis", 2e-9), ("axis", 1e-9), ("theta", 2e-9))
-    )
-    document = diagram_of(points).document()
-    assert [each["missed"] for each in document["auto"]] == [True, False, True]
-    assert document["auto"][0]["ahead"] == []
-
-
-def test_the_same_trial_is_timed_once(found):
-    """What auto chose for 6, 9 and 12 digits is the last rung of the ladder."""
-    axis = [p for p in found.auto if p.wants == "axis"]
+def test_auto_is_a_method_as_any_other(found):
+    (auto,) = (p for p in found.points if p.method == "auto")
     rung = [p for p in found.points if p.method == "taylor-axis"][-1]
-    assert {(p.us_per_period, p.error, p.runs) for p in axis} == {
-        (rung.us_per_period, rung.error, rung.runs)
-    }
-    assert "auto" not in [found.points[i].method for i in found.front]
-    assert found.cheapest(1e-12).method != "auto"
+    assert (auto.error, auto.tolerance, auto.steps) == (rung.error, rung.tolerance, rung.steps)
 
 
 # --- the front -------------------------------------------------------------------------------
@@ -197,15 +175,6 @@ def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
     assert alone.document()["cheapest"]["1e-9"]["method"] == "taylor-cubic"
 
 
-def test_ahead_is_more_accurate_and_faster_beyond_noise():
-    auto = made(10.0, 1e-9)
-    others = [made(9.5, 1e-12), made(8.5, 1e-12), made(1.0, 1e-8), made(1.0, 1e-9)]
-    diagram = diagram_of((auto, *others))
-    assert diagram.ahead_of(auto) == (others[1],)
-    as_far_apart_as_starts_are = replace(auto, error_spread=1e-9)
-    assert diagram.ahead_of(as_far_apart_as_starts_are) == ()
-
-
 def test_the_document_holds_what_the_contract_says(found, tmp_path):
     found.save(tmp_path / "workprec.json")
     assert WorkPrecision.load(tmp_path / "workprec.json") == found
@@ -218,10 +187,6 @@ def test_the_document_holds_what_the_contract_says(found, tmp_path):
     assert other["rival"] != leader["rival"]
     assert leader["ratio"] == pytest.approx(other["us_per_period"] / leader["us_per_period"])
     assert best["error"] == min(p["error"] for p in on_axis)
-    assert [(p.wants, p.digits) for p in found.auto] == [
-        (wants, digits) for wants in ("axis", "theta") for digits in (6, 9, 12)
-    ]
-    assert [p for p in found.points if p.stands_for] == list(found.auto)
     left = [SkippedSetting(method="a", setting={}, rival=True, reason="")] * 2
     rivals = diagram_of([made(1.0, 1e-9)], left).document()["rivals"]
     assert rivals == {"run": [], "left_out": ["a"]}

@@ -6,7 +6,7 @@ import math
 import tempfile
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from typer import Argument, BadParameter, Option
@@ -16,11 +16,13 @@ from heavytop.cli.command import FULL, Exit, answer, leave, manner, note, progre
 from heavytop.cli.command import results_folder as proved
 from heavytop.cli.options import option
 from heavytop.cli.studies import finish
-from heavytop.errors import StoppedEarly
+from heavytop.errors import HeavyTopError, StoppedEarly
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.report.page import Page
+    from collections.abc import Callable, Iterator
+
+    from heavytop.scene.scene import Scene
 
 CLAIMS: Final = "Claims or scripts, such as betsch-cone 39_flint; default: all claims."
 PROOFS: Final = "Run every script; takes hours and needs a quiet machine."
@@ -176,14 +178,14 @@ def page_file(text: str) -> Path:
 
 
 ABOUT: Final = (
-    "Folders of results; or a scene, about which quick studies are run first; or nothing: the "
-    "book's tops."
+    "Folders of results; or a scene, which is run and studied first; default: sicm-kicked."
 )
 WHERE: Final = (
     f"Folder for {PAGE} and report.json, or FILE.html; default: the current folder, or none with "
     "--json."
 )
 PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT, autocompletion=options.scene_names)
+PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
 @verb
@@ -196,15 +198,21 @@ def report(
 
     The page includes the numbers behind each figure.
     """
-    from heavytop.report.page import write_page
+    from heavytop.report.page import load_results, page_of, write_page
 
+    missing: list[tuple[Exit, str]] = []
     with ExitStack() as stack:
-        folders, about = _meant(places or [], changes or [])
+        folders = _folders(places or [], changes or [])
+        scene = None if folders else options.read((places or ["sicm-kicked"])[0], changes)
         html = None if file is None and manner().json else file or Path(PAGE)
         if html is not None:
             _expect_replaceable(html)
             stack.enter_context(proved(html.parent))
-        page = _page(folders, about, stack)
+        if scene is not None:
+            temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
+            folders = [Path(stack.enter_context(temporary))]
+            missing += _study(scene, folders[0])
+        page = page_of(load_results(folders))
         files = {} if html is None else write_page(page, html)
     if manner().json:
         typer.echo(page.json(files))
@@ -213,26 +221,46 @@ def report(
         counts = {"result": len(page.sections), "figure": figures}
         told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
         typer.echo(f"{harmless(html)}: {told}")
-    missing = () if manner().quiet else page.missing
-    leave([(Exit.OK, f"not on the page: {name}: {why}") for name, why in missing])
-    if not page.sections:
-        raise typer.Exit(Exit.ENDED_EARLY)
+    leave([] if manner().quiet else missing)
 
 
-def _meant(places: list[str], changes: list[str]) -> tuple[list[Path], list[str]]:
-    """The folders that are named, or the words that name a scene and change it."""
+def _folders(places: list[str], changes: list[str]) -> list[Path]:
+    """The folders that are named; none where a scene is, or nothing."""
     folders = [options.named_folder(each) for each in places if Path(each).is_dir()]
-    if (folders or not places) and changes:
+    if folders and changes:
         raise BadParameter("needs a SCENE to change", param_hint="--set")
-    if len(folders) == len(places):
-        return folders, []
-    if len(places) > 1:
+    if len(folders) < len(places) and len(places) > 1:
         others = ", ".join(repr(each) for each in places if not Path(each).is_dir())
         rule = f"give several folders or one scene; these are not folders: {others}"
         raise BadParameter(rule, param_hint="DIR")
-    options.read(places[0], changes)  # refused here, if it is to be refused
-    scene = places[0] if places[0] in options.scene_names() else str(Path(places[0]).absolute())
-    return [], [scene, *(word for change in changes for word in ("--set", change))]
+    return folders
+
+
+def _study(scene: Scene, place: Path) -> Iterator[tuple[Exit, str]]:
+    """Run a scene and its studies, each with its defaults; say what cannot be done."""
+    from heavytop.claims.validate import validate
+    from heavytop.report.files import write_results, write_study
+    from heavytop.run.propagation import propagate
+    from heavytop.studies import atlas, drift, stress, work_precision
+
+    studies: dict[str, Callable[[], Any]] = {
+        "run": lambda: propagate(scene),
+        "drift": lambda: drift.drift(scene),
+        "workprec": lambda: work_precision.work_precision(scene),
+        "stress": stress.stress,
+        "atlas": lambda: atlas.atlas(scene, *PLANE),
+        "validate": validate,
+    }
+    for name, study in studies.items():
+        note(f"running {name}")
+        try:
+            (place / name).mkdir()
+            write = write_results if name == "run" else write_study
+            write(study(), place / name, figures=False)
+        except StoppedEarly:
+            raise
+        except HeavyTopError as fault:
+            yield Exit.OK, f"not on the page: {name}: {fault}"
 
 
 def _expect_replaceable(html: Path) -> None:
@@ -241,18 +269,3 @@ def _expect_replaceable(html: Path) -> None:
         if path.exists() and not (path.is_file() and mark in path.read_bytes()[:2000]):
             rule = f"{harmless(path)} exists and is not a report: choose another place"
             raise BadParameter(rule, param_hint="-o")
-
-
-def _page(folders: list[Path], about: list[str], stack: ExitStack) -> Page:
-    """The page of folders, or of the studies that are run first about a scene."""
-    from heavytop.report.page import load_results, page_of
-
-    missing: list[tuple[str, str]] = []
-    if not folders:
-        from heavytop.report.quick import quick
-
-        temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
-        place = Path(stack.enter_context(temporary))
-        missing = quick(place, about, heard=lambda name: note(f"running {name}"))
-        folders = [place] if any(place.glob("*/*.json")) else []
-    return page_of(load_results(folders) if folders else (), missing=missing)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -69,7 +69,6 @@ def finish(
     found: Any,
     output: Path | None,
     *,
-    wrong: Sequence[tuple[Exit, str]] = (),
     figures: bool = True,
 ) -> None:
     """Write and print what a verb found, then draw it; leave with what is wrong with it."""
@@ -94,7 +93,7 @@ def finish(
     document = found.document(files=files)
     if manner().json:
         show(document)
-    leave([*ends, *_wrong(kind, found, document), *wrong])
+    leave([*ends, *_wrong(kind, found, document)])
 
 
 @contextmanager
@@ -128,11 +127,6 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
                 yield Exit.ENDED_EARLY, "nothing was run"
         case "atlas":
             yield from () if manner().quiet else _without_zero(document["axes"])
-            if not found.whole:
-                part = "{done} of {all} tiles are here".format(**document["tiles"])
-                yield Exit.OK, f"{part}; heavytop atlas --merge DIR… -o DIR joins all shards"
-            if pixels := document.get("unexplained"):
-                yield Exit.OUT_OF_BOUND, f"{pixels} pixels differ by more than rounding"
         case "certificate":
             if not found.proved:
                 yield Exit.OUT_OF_BOUND, "; ".join(found.why)
@@ -153,9 +147,9 @@ def _without_zero(axes: Mapping[str, Mapping[str, Any]]) -> Ends:
 
 def _missing(methods: list[str]) -> Ends:
     """Say what is to be installed, where no method of a study could be run without it."""
-    from heavytop.studies.methods import AUTO, method
+    from heavytop.studies.methods import is_auto, method
 
-    needs = [() if name == AUTO else method(name).absent for name in methods]
+    needs = [() if is_auto(name) else method(name).absent for name in methods]
     if needs and all(needs):
         yield Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0]))
 
@@ -230,11 +224,8 @@ def stress(
         study("stress", **asked)
 
 
-PLACES: Final = "A shipped scene or the path of a TOML file; with --merge: folders of shards."
 ALONG_X: Final = "Quantity along x and its range, in SI units: phidot=-20:20:401."
 ALONG_Y: Final = "Quantity along y; with log for equal ratios: psidot=1:200:300:log."
-MERGE: Final = "Merge the shards in the folders DIR… into the folder of -o."
-SHARED: Final = Argument(metavar="SCENE", help=PLACES, autocompletion=options.scene_names)
 
 
 def _axis(text: str) -> Any:
@@ -246,15 +237,10 @@ def _axis(text: str) -> Any:
 
 @verb
 def atlas(
-    places: Annotated[list[str], SHARED],
+    scene: options.SceneName,
     x: Annotated[str | None, _axis(ALONG_X)] = None,
     y: Annotated[str | None, _axis(ALONG_Y)] = None,
     only: Annotated[str | None, option("kind", "Compute only the kinds; faster.")] = None,
-    integrate: Annotated[
-        bool, Option("--integrate", help="Also integrate every pixel, and compare the kinds.")
-    ] = False,
-    shard: Annotated[str | None, option("i/n", "Compute only shard i of n, such as 1/4.")] = None,
-    merge: Annotated[bool, Option("--merge", help=MERGE)] = False,
     jobs: Annotated[int | None, options.JOBS] = None,
     scheduler: options.Scheduler = None,
     output: options.Folder = None,
@@ -262,31 +248,14 @@ def atlas(
     no_figures: options.NoFigures = False,
 ) -> None:
     """Classify every pixel of a plane of tops, and draw the map."""
-    asked: dict[str, Any] = {"x": x, "y": y, "only": only, "integrate": integrate}
-    asked |= {"shard": shard, "jobs": jobs, "scheduler": scheduler}
-    if merge:
-        _alone("--merge", asked | {"set": changes})
-        _merge([options.named_folder(each) for each in places], output, figures=not no_figures)
-        return
-    if len(places) > 1:
-        raise BadParameter("give one scene; folders of shards need --merge", param_hint="SCENE")
+    asked: dict[str, Any] = {"x": x, "y": y, "only": only, "jobs": jobs}
+    asked |= {"scheduler": scheduler}
     if missing := [f"--{axis}" for axis in "xy" if not asked[axis]]:
         rule = "is missing: an axis NAME=FROM:TO:COUNT, such as phidot=-20:20:401"
         raise BadParameter(rule, param_hint=" and ".join(missing))
     _no_clash(changes or [], (str(x), str(y)))
-    asked |= {"scene": places[0], "changes": changes, "output": output, "no_figures": no_figures}
+    asked |= {"scene": scene, "changes": changes, "output": output, "no_figures": no_figures}
     study("atlas", **asked)
-
-
-def _merge(folders: list[Path], output: Path | None, *, figures: bool) -> None:
-    """Join shards; leave with a code of its own where some are missing."""
-    from heavytop.studies.atlas import merge_atlases
-
-    if output is None:
-        raise BadParameter("--merge needs a folder for the merged atlas", param_hint="-o")
-    found, _ = merge_atlases(folders, output)
-    wrong = () if found.whole else ((Exit.ENDED_EARLY, ""),)
-    finish("atlas", found, output, figures=figures, wrong=wrong)
 
 
 def _alone(option: str, others: Mapping[str, object]) -> None:

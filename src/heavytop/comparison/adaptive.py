@@ -1,4 +1,4 @@
-"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, and CyRK's.
+"""Adaptive solvers: scipy's and CyRK's.
 
 A block is a fixed number of steps of a fresh solver, which begins with the step that the block
 before would have taken next and knows nothing else of what was before: so it is the same whoever
@@ -13,7 +13,7 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -39,15 +39,25 @@ _FAR: Final = 2.0**40  # a bound in time [s] that no block reaches
 Rates = Callable[[float, Any], Sequence[Any]]
 
 
-class Singular(Exception):
+class Singular(IntegrationFailed):
     """Derivatives that are not finite."""
 
     def __str__(self) -> str:
         return "the equations became singular or overflowed"
 
 
-def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
-    """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers."""
+def right_hand_side(
+    equations: Formulation, parameters: Mapping[str, float], *, guarded: bool = True
+) -> Rates:
+    """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers.
+
+    Where it is not guarded it returns whatever numpy makes of a pole, as one does who writes it by
+    hand.
+    """
+    if not guarded:
+        bare = derivatives(equations, np.float64, np)
+        fixed = np.array([*constants(equations, parameters).values()])
+        return lambda _, y: bare(*y, *fixed)
     rates, known = derivatives(equations), constants(equations, parameters).values()
 
     def at(_: float, y: Any) -> Sequence[float]:
@@ -60,13 +70,6 @@ def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> 
         return result
 
     return at
-
-
-def textbook_right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
-    """Return f(t, y) as one writes it by hand: it returns whatever numpy makes of a pole."""
-    rates = derivatives(equations, np.float64, np)
-    known = np.array([*constants(equations, parameters).values()])
-    return lambda _, y: rates(*y, *known)
 
 
 class Taken(NamedTuple):
@@ -166,31 +169,37 @@ class AdaptiveStepper:
 
 
 def scipy_stepper(
-    name: str, problem: InitialValueProblem, tolerance: float, steps: int
+    name: str,
+    problem: InitialValueProblem,
+    tolerance: float,
+    steps: int,
+    *,
+    atol: float | None = None,
+    guarded: bool = True,
 ) -> AdaptiveStepper:
     """Return the stepper of a solver of `scipy.integrate`, by its name there."""
     import scipy.integrate
 
-    rates = right_hand_side(problem.equations, problem.parameters)
+    rates = right_hand_side(problem.equations, problem.parameters, guarded=guarded)
     kind = getattr(scipy.integrate, name)
-    bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance}
+    bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance if atol is None else atol}
 
     def solver(
         state: Array, end: float, most: int, first: float | None = None, until: float = _FAR
     ) -> Taken:
         times, states = [0.0], [state]
-        try:
-            with warnings.catch_warnings(action="ignore"):  # what they say is checked
+        with warnings.catch_warnings(action="ignore"):  # what they say is checked
+            try:
                 run = kind(rates, 0.0, state, end, first_step=first, **bounds)
                 while run.status == "running" and len(times) <= most and abs(run.t) < until:
                     if message := run.step():
                         raise ValueError(message.rstrip("."))
                     times.append(float(run.t))
                     states.append(run.y.copy())
-        except Singular as error:
-            raise IntegrationFailed(str(error)) from error
-        except (ValueError, np.linalg.LinAlgError) as error:  # as Radau's, of infinite numbers
-            raise IntegrationFailed(f"the solver gave up: {error}") from error
+            except (ValueError, np.linalg.LinAlgError) as error:  # as Radau's, of infinite numbers
+                if not np.isfinite(rates(0.0, states[-1])).all():
+                    raise Singular from error
+                raise IntegrationFailed(f"the solver gave up: {error}") from error
         carry = () if name == "LSODA" else (float(run.h_abs),)
         return Taken(np.array(times), np.array(states), run.nfev, carry)
 
@@ -267,104 +276,3 @@ def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
         dy[n] = known[k]
 
     return cyjit(at), time.perf_counter() - began
-
-
-TEXTBOOK_SOLVERS: Final = {"rk45": "RK45", "dop853": "DOP853", "lsoda": "LSODA", "radau": "Radau"}
-
-
-@dataclass(frozen=True, slots=True)
-class TextbookRun:
-    """What came of one call of a solver from the start to the end.
-
-    Attributes
-    ----------
-    status : str
-        ``finished`` or ``failed``, as the solver has it, or ``step-limit``.
-    message : str
-        What the solver says of its failure.
-    t : float
-        The time reached [s].
-    state : ndarray, shape (n,)
-    steps : int
-    smallest : float or None
-        The shortest step, but for the last, which is cut off [s].
-    zeros : tuple of int
-        How often each event function changed its sign from one step to the next.
-    finite : bool
-        Whether the derivatives at the state reached are numbers.
-    """
-
-    status: str
-    message: str
-    t: float
-    state: Array
-    steps: int
-    smallest: float | None
-    zeros: tuple[int, ...]
-    finite: bool = True
-
-
-def textbook_solve(
-    rates: Rates,
-    start: Array,
-    end: float,
-    solver: str,
-    rtol: float,
-    atol: float,
-    step_limit: int,
-    watched: Sequence[Callable[[Array], float]] = (),
-) -> TextbookRun:
-    """Let a solver go as a textbook does: one call from the start to the end, nothing guarded.
-
-    The right-hand side divides by zero as numpy does, with no numbers and a warning that nobody
-    reads.
-
-    Parameters
-    ----------
-    rates : callable
-        The derivatives, of time and states.
-    start : ndarray, shape (n,)
-    end : float
-        The time to reach, from 0 [s].
-    solver : str
-        A key of `TEXTBOOK_SOLVERS`.
-    rtol, atol : float
-    step_limit : int
-    watched : sequence of callable
-        Event functions of the states; a zero is where one changes its sign from one step to the
-        next, which is the rule of `scipy.integrate.solve_ivp`.
-    """
-    import scipy.integrate
-
-    kind = getattr(scipy.integrate, TEXTBOOK_SOLVERS[solver])
-    # what a solver warns of, its user has not read either
-    with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
-        try:
-            found = _walked(kind(rates, 0.0, start, end, rtol=rtol, atol=atol), step_limit, watched)
-        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
-            found = TextbookRun("failed", str(error), 0.0, start, 0, None, (0,) * len(watched))
-        return replace(found, finite=bool(np.isfinite(rates(found.t, found.state)).all()))
-
-
-def _walked(
-    solver: Any, step_limit: int, watched: Sequence[Callable[[Array], float]]
-) -> TextbookRun:
-    before, message, steps = [zero(solver.y) for zero in watched], "", 0
-    counts, smallest, last = [0] * len(watched), math.inf, math.inf
-    while solver.status == "running" and steps < step_limit:
-        message = solver.step() or ""
-        steps += 1
-        smallest, last = min(smallest, last), abs(solver.t - (solver.t_old or 0.0))
-        after = [zero(solver.y) for zero in watched]
-        for i, (a, b) in enumerate(zip(before, after, strict=True)):
-            counts[i] += (a <= 0 <= b) or (a >= 0 >= b)
-        before = after
-    return TextbookRun(
-        status="step-limit" if solver.status == "running" else solver.status,
-        message=message,
-        t=float(solver.t),
-        state=solver.y,
-        steps=steps,
-        smallest=smallest if math.isfinite(smallest) else None,
-        zeros=tuple(counts),
-    )

@@ -50,14 +50,11 @@ class Zeros(NamedTuple):
         Which top, and which event function.
     t : ndarray, shape (h,)
         When [s].
-    states : ndarray, shape (h, n) or (h, 0)
-        The state there, if it was kept.
     """
 
     which: Indices
     event: Indices
     t: Array
-    states: Array
 
     def at(self, index: Any) -> Zeros:
         """Return some of them."""
@@ -80,13 +77,11 @@ class Journey:
         Names of the event functions to be watched.
     states : ndarray, shape (k, n)
     parameters : mapping from str to ndarray, shape (k,)
-    times : tuple of 3 ndarrays, shape (k,)
-        Ends, the longest steps, and the longest first steps [s]: from a zero of an event function
+    times : tuple of 2 ndarrays, shape (k,)
+        Ends, and the longest first steps [s]: from a zero of an event function
         no other may be reached in it, or heyoka brackets both, and finds the start twice.
     limit : int
         Steps after which a top is given up.
-    keep : bool
-        Whether states at zeros are kept: each costs almost as much as a top of a period.
     """
 
     def __init__(
@@ -95,27 +90,23 @@ class Journey:
         events: tuple[str, ...],
         states: Array,
         parameters: Mapping[str, Array],
-        times: tuple[Array, Array, Array],
+        times: tuple[Array, Array],
         limit: int,
-        *,
-        keep: bool = False,
     ) -> None:
         self.form, self.events, self.parameters, self.limit = form, events, parameters, limit
-        self.kept = states.shape[1] if keep else 0  # numbers at each zero
         self.halt = Event()  # once it is set no more steps are taken, and nothing found counts
         sound = np.isfinite(times[0]) & np.isfinite(states).all(axis=1)
         with np.errstate(all="ignore"):  # what is no number is found out lane by lane
             self.pace = paces_of(form, states, parameters)
             self.units = np.where(form.is_rate, self.pace[:, None], 1.0)
             self.begun = states / self.units
-            self.ends, self.longest, self.first = (t * self.pace for t in times)
-            # it would need more than all steps even if each were as long as it may be
-            far = (abs(self.ends) > limit * self.longest) | np.isinf(self.ends)
+            self.ends, self.first = (t * self.pace for t in times)
+            far = np.isinf(self.ends)
         self.ending = np.where(sound & far, Lane.STEP_LIMIT, Lane.SINGULAR).astype(np.int64)
-        self.sound = sound & ~far & ~np.isnan(self.longest)
+        self.sound = sound & ~far
         self.reached = np.full_like(states, np.nan)
         nothing = np.empty(0, np.int64)
-        self.met = [Zeros(nothing, nothing, np.empty(0), np.empty((0, self.kept)))]
+        self.met = [Zeros(nothing, nothing, np.empty(0))]
 
     def run(self, jobs: int | None) -> tuple[Array, Indices, Zeros]:
         """Integrate all tops, on so many threads, or on one per processor.
@@ -146,7 +137,7 @@ class Journey:
 
     def _advance(self, tops: Indices) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one."""
-        engine = _engine(self.form, self.events, self.kept > 0)
+        engine = _engine(self.form, self.events)
         width = engine.taylor.batch_size
         spare = np.repeat(tops[-1:], -tops.size % width)  # copies of the last fill up its batch
         lanes = np.append(tops, spare).reshape(-1, width)
@@ -162,9 +153,7 @@ class Journey:
             event, lane = np.divmod(place.astype(np.int64), width)
             batch = np.repeat(np.arange(len(lanes)), np.diff(marks))
             which = lanes[batch, lane]
-            rows = np.frombuffer(b"".join(engine.rows)).reshape(which.size, self.kept)
-            states = rows * self.units[which][:, : self.kept]
-            met = Zeros(which, event, t / self.pace[which], states)
+            met = Zeros(which, event, t / self.pace[which])
             self.met.append(met.at(done[batch, lane]))
         for top in lanes[real & ~done]:
             self._advance(np.array([top]))
@@ -176,21 +165,20 @@ class Journey:
         """
         taylor, found = engine.taylor, engine.found
         found.clear()
-        engine.rows.clear()
         loaded = {name: self.parameters[name][lanes] for name in engine.loaded}
         constants = np.stack([*in_units(self.pace[lanes], loaded).values()], axis=1)
         states = np.ascontiguousarray(self.begun[lanes].transpose(0, 2, 1))
-        ends, longest = self.ends[lanes], self.longest[lanes]
-        first = np.minimum(self.first[lanes], longest)
+        ends, first = self.ends[lanes], self.first[lanes]
         last, reached = np.empty_like(states), np.empty_like(ends)
         marks = np.zeros(len(lanes) + 1, dtype=np.int64)
         # lists: of an array heyoka makes a number object of each element, and takes twice as long
-        bounds = zip(ends.tolist(), first.tolist(), longest.tolist(), strict=True)
-        for i, (target, bound, usual) in enumerate(bounds):
+        bounds = zip(ends.tolist(), first.tolist(), strict=True)
+        endless = [np.inf] * lanes.shape[1]
+        for i, (target, bound) in enumerate(bounds):
             taylor.set_time(0.0)
             engine.state[:] = states[i]
             engine.constants[:] = constants[i]
-            some, left = WINK if bound == usual else 1, self.limit
+            some, left = WINK if bound == endless else 1, self.limit
             lost: list[bool] = []
             while left > 0 and not any(lost) and not self.halt.is_set():
                 some = min(some, left)
@@ -198,7 +186,7 @@ class Journey:
                 if engine.time.tolist() == target:
                     break
                 lost = [each[0] == LOST for each in taylor.propagate_res]
-                some, left, bound = WINK, left - some, usual
+                some, left, bound = WINK, left - some, endless
             last[i], reached[i], marks[i + 1] = engine.state, engine.time, len(found) // 2
             if any(lost):
                 reached[i, lost] = np.nan
@@ -214,44 +202,33 @@ class _Engine(NamedTuple):
     time: Array
     loaded: tuple[str, ...]  # names of the constants
     found: list[float]  # of each zero its time, and its event and lane as one number
-    rows: list[bytes]  # their states, if they are kept
 
 
 @per_thread
-def _engine(form: Formulation, events: tuple[str, ...], keep: bool) -> _Engine:
+def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
     """What a thread integrates with."""
     with _BUILDING:
         system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
         found: list[float] = []
-        rows: list[bytes] = []
-        columns: list[Array] = []
         taylor = hy.taylor_adaptive_batch(
             system.equations,
             np.zeros((len(system.equations), width)),
             pars=np.zeros((len(system.loaded), width)),
             tol=TOLERANCE,
             nt_events=[
-                hy.nt_event_batch(zero, _recorder(i * width, found, rows, columns, keep))
+                hy.nt_event_batch(zero, _recorder(i * width, found))
                 for i, zero in enumerate(system.zeros)
             ],
         )
-        columns.extend(taylor.d_output.T)
         own = taylor.state, taylor.pars, taylor.time
-        return _Engine(taylor, *own, system.loaded, found, rows)
+        return _Engine(taylor, *own, system.loaded, found)
 
 
-def _recorder(
-    place: int, found: list[float], rows: list[bytes], columns: list[Array], keep: bool
-) -> Callable[..., None]:
+def _recorder(place: int, found: list[float]) -> Callable[..., None]:
     """What heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(_taylor: Any, t: float, _sign: int, lane: int) -> None:
         found.append(t)  # numpy reads a list of numbers at once, and one of tuples tuple by tuple
         found.append(place + lane)
 
-    def record_state(taylor: Any, t: float, sign: int, lane: int) -> None:
-        record(taylor, t, sign, lane)
-        taylor.update_d_output(t)
-        rows.append(columns[lane].tobytes())
-
-    return record_state if keep else record
+    return record

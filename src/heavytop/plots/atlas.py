@@ -42,7 +42,6 @@ def atlas_figure(atlas: Atlas) -> Figure:
     Parameters
     ----------
     atlas : Atlas
-        All of its tiles are there.
 
     Returns
     -------

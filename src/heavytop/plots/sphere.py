@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
@@ -14,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, UNKNOWN, Array, literal, over
+from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, UNKNOWN, Array, over
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -24,7 +22,6 @@ TOUCHED: Final = 0.6  # opacity of what a top does that was touched
 TINT: Final = 0.3  # of the colour of a kind, as the ground of a sphere
 PUSH: Final = 1.0  # rad/s, across the axis
 STILL: Final = ("at-rest", "sleeping", "hanging")
-ACROSS: Final = 4  # panels in a row
 NUTATIONS: Final = 3  # of a small picture
 STEADY_S: Final = 1.0  # of one of a motion without a period
 
@@ -175,33 +172,4 @@ def motion_figure(motion: Motion) -> Figure:
     path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_S)
     figure = Figure(figsize=(2.4, 2.4), layout="constrained")
     kind_panel(figure.subplots(), path, View.of(path), str(motion.kind), pushed=pushed is not None)
-    return figure
-
-
-@mpl.rc_context(STYLE | {"path.simplify_threshold": 0.5})
-def traces_figure(document: Mapping[str, Any]) -> Figure:
-    """The chart of axis traces.
-
-    Parameters
-    ----------
-    document : mapping
-        A document of the schema ``heavytop/traces/1``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each scene, with its kind; scenes of a kind have the same ground.
-    """
-    traces = document["traces"]
-    rows = max(1, math.ceil(len(traces) / ACROSS))
-    figure = Figure(figsize=(2.4 * ACROSS, 2.65 * rows), layout="constrained")
-    panels = figure.subplots(rows, ACROSS, squeeze=False).ravel()
-    for ax in panels:
-        ax.axis("off")
-    for ax, each in zip(panels, traces, strict=False):
-        path, push = np.array(each["axis"], float).reshape(-1, 3), each.get("pushed")
-        kind_panel(ax, path, View.of(path), each["kind"], pushed=bool(push))
-        after = f", after a push of {push:g} rad/s" if push else ""
-        words = (literal(each["name"], 40), literal(each["kind"], 40), f"{each['seconds']:.3g} s")
-        ax.set_title("\n".join(words) + after, fontsize=8)
     return figure

@@ -154,8 +154,7 @@ def workprec_figure(document: Known) -> Figure:
     matplotlib.figure.Figure
         Time against the error of the axis, of the methods that give it, and against that of θ, of
         all; doubles above, more bits below. A formulation has one colour; rivals are dashed and
-        hollow, in a colour for each family; what auto chose are stars with the digits asked; the
-        front is a grey staircase.
+        hollow, in a colour for each family; auto is a star; the front is a grey staircase.
     """
     points = document["points"]
     doubles = [p for p in points if p["bits"] == DOUBLE]
@@ -173,7 +172,7 @@ def workprec_figure(document: Known) -> Figure:
         for ax in row[1:]:
             ax.set_ylabel("")
     figure.suptitle(f"{title_of(document['scene'])}, {document['periods']:g} periods")
-    legend(figure, order=["front", "auto", *map(literal, _looks(points))], fontsize=8)
+    legend(figure, order=["front", *map(literal, _looks(points))], fontsize=8)
     return figure
 
 
@@ -189,9 +188,11 @@ def _looks(points: Sequence[Known]) -> Looks:
     found: Looks = {}
     for point in points:
         name = point["method"]
-        if name in found or name == "auto":
+        if name in found:
             continue
-        if point["rival"]:
+        if name.startswith("auto"):
+            found[name] = {"color": "#CC0000", "marker": "*", "linestyle": "none", "ms": 13}
+        elif point["rival"]:
             colour = FAMILIES.get(name, FAMILIES.get(point["language"], ADAPTIVE))
             found[name] = {"color": colour, "marker": next(markers[colour]), "linestyle": "--",
                            "markerfacecolor": "white"}  # fmt: skip
@@ -232,15 +233,7 @@ def work_precision(
             label="front", zorder=1)  # fmt: skip
     for method, look in _looks(document["points"]).items():
         if same := [p for p in points if p["method"] == method]:
-            line(ax, *_xy(same, error), looks, label=literal(method), lw=0.9, ms=4, **look)
-    if chosen := [p for p in points if p["method"] == "auto" and p["wants"] == name]:
-        ax.plot(*_xy(chosen, error), "*", color="#CC0000", ms=13, label="auto", zorder=4)
-    for method in dict.fromkeys(p["stands_for"] for p in chosen):
-        same = [p for p in chosen if p["stands_for"] == method]
-        digits = ", ".join(f"{p['digits']:g}" for p in same)
-        ax.annotate(f"auto: {digits} digits", (same[0][error], same[0]["us_per_period"]),
-                    xytext=(8, -15), textcoords="offset points", ha="right", color="#CC0000",
-                    fontsize=8)  # fmt: skip
+            line(ax, *_xy(same, error), looks, label=literal(method), lw=0.9, **{"ms": 4} | look)
     ax.set(xscale="log", yscale="log")
     if not ax.xaxis_inverted():  # by what was drawn there before
         ax.invert_xaxis()

@@ -12,7 +12,7 @@ import os
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -156,8 +156,7 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
             raise
         finally:
             if not (folder / REQUEST).exists():
-                with suppress(PermissionError):  # on Windows, where it is open
-                    (folder / LOCK).unlink(missing_ok=True)
+                (folder / LOCK).unlink(missing_ok=True)
 
 
 def _remove(folder: Path, names: Iterable[str]) -> None:
@@ -371,7 +370,7 @@ def _written(found: Any, place: Path) -> dict[str, str]:
         files["errors"] = "drift.nc"
         data = bytes(found.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
         write_sealed(place / files["errors"], lambda part: part.write_bytes(data))
-    if name == "atlas" and found.whole:
+    if name == "atlas":
         files["map"] = "atlas.nc"
         found.save_map(place / files["map"])
     write_document(place / files["document"], document | {"files": files})

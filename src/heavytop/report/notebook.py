@@ -139,7 +139,7 @@ def _errors(errors: Any) -> Cell:
 
 def _atlas(atlas: Any) -> Cell:
     [chart] = RESULTS["atlas"].charts
-    drawn = hasattr(atlas, "plane") and atlas.whole  # one read from its document has no map
+    drawn = hasattr(atlas, "plane")  # one read from its document has no map
     return parts_of(atlas.document()), chart.draw(atlas) if drawn else None
 
 

@@ -332,14 +332,11 @@ class Page:
     ----------
     sections : tuple of Section
         What it says of each result.
-    missing : tuple of (str, str)
-        What was to be run and was not, and why.
     command : str or None
         What makes the page.
     """
 
     sections: tuple[Section, ...]
-    missing: tuple[tuple[str, str], ...] = ()
     command: str | None = None
 
     @property
@@ -397,21 +394,18 @@ class Page:
             "schema": SCHEMA,
             "command": self.command,
             "results": [section.document() for section in self.sections],
-            "missing": [{"study": name, "reason": why} for name, why in self.missing],
             "files": dict(files or {}),
             "versions": {name: version(name) for name in LIBRARIES},
         })  # fmt: skip
 
 
-def page_of(results: Sequence[LoadedResult], *, missing: Sequence[tuple[str, str]] = ()) -> Page:
+def page_of(results: Sequence[LoadedResult]) -> Page:
     """Return the page of what folders hold.
 
     Parameters
     ----------
     results : sequence of LoadedResult
         As `load_results` returns them.
-    missing : sequence of (str, str)
-        What was to be run and was not, and why.
 
     Returns
     -------
@@ -429,7 +423,7 @@ def page_of(results: Sequence[LoadedResult], *, missing: Sequence[tuple[str, str
         else each._replace(heading=f"{each.heading} ({each.result.name})")
         for each in sections
     )  # fmt: skip
-    return Page(tuple(apart), tuple(missing), typed())
+    return Page(tuple(apart), typed())
 
 
 def _sections(results: Sequence[LoadedResult]) -> Iterator[Section]:

@@ -89,7 +89,7 @@ BESTS: Final = {"best": ", best", "best_in_doubles": ", best in doubles"}
 
 
 def work_precision_parts(document: Known) -> Iterator[Line]:
-    """A row for each method, the fronts, who is cheapest, what auto did, what was left out."""
+    """A row for each method, the fronts, who is cheapest, what was left out."""
     points = document["points"]
     theta_alone = all(point["measures"] == "theta" for point in points)
     yield (
@@ -103,7 +103,7 @@ def work_precision_parts(document: Known) -> Iterator[Line]:
     for side, label in sides.items():
         some = [points[i] for i in document[f"front{side}"]]
         rows = tuple(
-            (who(p), setting(p), time(p), size(p[f"{side}_error".strip("_")])) for p in some
+            (p["method"], setting(p), time(p), size(p[f"{side}_error".strip("_")])) for p in some
         )
         if rows:
             yield Table((f"Pareto front, {label}", "setting", "µs/period", "error"), rows)
@@ -112,7 +112,6 @@ def work_precision_parts(document: Known) -> Iterator[Line]:
         for side, label in sides.items()
         for target, found in document[f"cheapest{side}"].items()
     )
-    yield from _auto(document)
     yield from _left_out(document)
 
 
@@ -122,7 +121,6 @@ class Summary(NamedTuple):
     Attributes
     ----------
     name : str
-        Of auto, with what was asked.
     within : tuple of mapping or None
     best : mapping
     setup_s : float
@@ -136,18 +134,14 @@ class Summary(NamedTuple):
 
 
 def summaries(points: Sequence[Known]) -> Iterator[Summary]:
-    """A summary for each method, and for each choice of auto.
+    """A summary for each method.
 
     Parameters
     ----------
     points : sequence of mapping
         Those of a document of the schema ``heavytop/workprec/1``.
     """
-    for same in grouped(points, "method", "measures", "stands_for", "wants").values():
-        name = same[0]["method"]
-        if same[0].get("digits") is not None:
-            sign = "θ" if same[0]["wants"] == "theta" else "axis"
-            name = f"auto, {_digits(same)} of {sign}"
+    for (name, _), same in grouped(points, "method", "measures").items():
         met = ([p for p in same if p["error"] <= float(target)] for target in TARGETS)
         yield Summary(
             name,
@@ -155,10 +149,6 @@ def summaries(points: Sequence[Known]) -> Iterator[Summary]:
             min(same, key=lambda point: point["error"]),
             max(point["setup_s"] for point in same),
         )
-
-
-def _digits(points: Iterable[Known]) -> str:
-    return ", ".join(str(point["digits"]) for point in points)
 
 
 def _row(of: Summary) -> Row:
@@ -177,11 +167,6 @@ def error(point: Known) -> str:
     return f"{size(point['error'])}{' θ' if point['measures'] == 'theta' else '  '}"
 
 
-def who(point: Known) -> str:
-    """The name of a method, and of auto the method that it chose."""
-    return str(point.get("stands_for") or point["method"])
-
-
 def setting(point: Known) -> str:
     """The setting of a point in words."""
     if point["tolerance"] is not None:
@@ -193,26 +178,12 @@ def _leader(found: Known | None) -> str:
     """Who is cheapest, and who of the other side comes next."""
     if found is None:
         return MISSING
-    words = f"{who(found)} ({setting(found)}), {time(found)} µs, error {size(found['error'])}"
+    words = f"{found['method']} ({setting(found)}), {time(found)} µs, error {size(found['error'])}"
     if (other := found.get("against")) is None:
         return words
     whose = "the best other integrator" if other["rival"] else "the Taylor integrator's best"
     ratio = f"takes {found['ratio']:.3g} times as long"
-    return f"{words}; {whose}, {who(other)} ({setting(other)}), {ratio}"
-
-
-def _auto(document: Known) -> Iterator[Row]:
-    """What auto chose, a line for each choice; what misses the digits asked comes by itself."""
-    chosen = [
-        {**document["points"][each["point"]], **each, "first": ", ".join(each["ahead"])}
-        for each in document["auto"]
-    ]
-    for same in grouped(chosen, "stands_for", "wants", "missed", "first").values():
-        first = same[0]
-        words = f"{_digits(same)} digits of {first['wants']}: {first['stands_for']}, "
-        missed = ", which MISSES the requested digits" if first["missed"] else ""
-        ahead = f"beaten by {first['first']}" if first["ahead"] else "no point beats it"
-        yield "auto", f"{words}{time(first)} µs, error {size(first['error'])}{missed}; {ahead}"
+    return f"{words}; {whose}, {other['method']} ({setting(other)}), {ratio}"
 
 
 def _left_out(document: Known) -> Iterator[Row]:
@@ -354,21 +325,11 @@ def _failed(document: Known) -> Iterator[Row]:
 
 # --- atlas ---------------------------------------------------------------------------------------
 
-FIRST_PIXELS: Final = 10  # of those that differ, at a terminal
-
 
 def atlas_parts(document: Known) -> Iterator[Line]:
-    """How many pixels there are of each kind; the axes and boundaries; where two maps differ."""
+    """How many pixels there are of each kind; the axes and boundaries."""
     yield Table(("kind", "pixels", "share"), tuple(_kinds(document)))
     yield from _map(document)
-    if pixels := document.get("pixels"):
-        rows = (
-            (each["kind"], each["integrated"], number(each["x"], 6), number(each["y"], 6),
-             size(each["margin"]))
-            for each in pixels
-        )  # fmt: skip
-        head, more = ("kind", "integrated", "x", "y", "margin"), document["differing"] - len(pixels)
-        yield Table(head, tuple(rows), left=2, first=FIRST_PIXELS, more=more)
 
 
 def _kinds(document: Known) -> Iterator[Row]:
@@ -398,11 +359,7 @@ def _map(document: Known) -> Iterator[Row]:
     lines = Counter(curve["name"] for curve in document["curves"]).items()
     counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
     yield "boundaries", ", ".join(counted) or "none"
-    for name, label in (
-        ("sent", "decided by intervals"), ("differing", "differ from integration"),
-        ("unexplained", "… beyond rounding"), ("untold", "integration undecided"),
-        ("kinds_per_s", "pixels per second"),
-    ):  # fmt: skip
+    for name, label in (("sent", "decided by intervals"), ("kinds_per_s", "pixels per second")):
         if document.get(name) is not None:
             yield label, number(document[name], 3 if name == "kinds_per_s" else 12)
 
@@ -498,9 +455,6 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
     "run": ResultKind("Run", run_parts),
     "plan": ResultKind("Plan", plan_parts),
     "classify": ResultKind("Classification", classify_parts),
-    "traces": ResultKind("Every kind of motion", lambda _: (), (
-        Chart("sphere.traces_figure", "the path of the axis on the unit sphere, in closed form; "
-              "dot: start, cross: vertical", "traces"),)),
     "drift": ResultKind("Drift", drift_parts, (
         Chart("studies.drift_figure", "errors over nutation periods, both logarithmic",
               "methods"),)),

@@ -29,27 +29,6 @@ class BoundaryCurve(Part):
     y: tuple[Number, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Differing(Part):
-    """A pixel whose integrated kind is another one.
-
-    Attributes
-    ----------
-    x, y : float
-        Where it is.
-    kind, integrated : str
-        What it is proved to be, and what the events of a run say.
-    margin : float
-        How far the nearest other verdict is.
-    """
-
-    x: Number
-    y: Number
-    kind: Text
-    integrated: Text
-    margin: Number
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
 class AtlasResult(Result):
     """What is known of an atlas without its map, which is in ``atlas.nc``.
@@ -63,27 +42,19 @@ class AtlasResult(Result):
     shape : (int, int)
         Pixels along y, and along x.
     what : str
-        ``kind``, ``rows`` or, where each top was integrated too, ``integrate``.
+        ``kind`` or ``rows``.
     counts, details : dict from str to int
         How many pixels there are of each kind that occurs, and of each that is told apart further.
     sent : int
         How many pixels doubles could not decide, so that interval arithmetic was used.
     uncertified : int
         How many pixels have a kind that is not proved.
-    tiles : dict from str to int
-        How many tiles are ``done``, and how many there are in ``all``.
     curves : tuple of BoundaryCurve
         The boundaries between kinds.
-    kinds_per_s, rows_per_s, tops_per_s : float or None
-        Pixels computed here in a second, of all processes together; whole rows; integrated tops.
+    kinds_per_s, rows_per_s : float or None
+        Pixels computed here in a second, of all processes together; whole rows.
     jobs : int or None
         Processes that computed them.
-    differing, unexplained : int or None
-        Pixels whose integrated kind is another one, and those whose margin is no rounding.
-    untold : int or None
-        Pixels that a run cannot tell, as what decides is below its own error.
-    pixels : tuple of Differing, or None
-        A thousand of those that differ, the largest margin first.
     """
 
     schema: Literal["heavytop/atlas/1"] = "heavytop/atlas/1"
@@ -95,23 +66,12 @@ class AtlasResult(Result):
     details: Mapping[Text, int]
     sent: int
     uncertified: int
-    tiles: Mapping[Literal["done", "all"], int]
     curves: tuple[BoundaryCurve, ...]
     kinds_per_s: Number | None = None
     rows_per_s: Number | None = None
-    tops_per_s: Number | None = None
     jobs: int | None = None
-    differing: int | None = None
-    untold: int | None = None
-    unexplained: int | None = None
-    pixels: tuple[Differing, ...] | None = None
 
     def __repr__(self) -> str:
         y, x = self.shape
         axes = f"{self.axes['y'].name} × {self.axes['x'].name}, {y} × {x} pixels"
         return f"<Atlas: {axes}: {', '.join(f'{n} {name}' for name, n in self.counts.items())}>"
-
-    @property
-    def whole(self) -> bool:
-        """Whether every tile is there, and not only those of a shard."""
-        return self.tiles["done"] == self.tiles["all"]

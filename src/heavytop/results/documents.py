@@ -31,27 +31,6 @@ from heavytop.spelling import harmless
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trace(Part):
-    """The path of the axis of one scene."""
-
-    name: Text
-    title: Text
-    kind: Text
-    tags: tuple[Text, ...]
-    seconds: Number
-    axis: tuple[tuple[Number, ...], ...]
-    pushed: Number | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Traces(Result):
-    """The paths of the axis of scenes."""
-
-    schema: Literal["heavytop/traces/1"] = "heavytop/traces/1"
-    traces: tuple[Trace, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
 class CheckedData(Part):
     """The rows of a trajectory, and what its columns are."""
 
@@ -81,7 +60,6 @@ class CheckResult(Result, Plotted):
 
 FILES: Final = {
     "run.json": RunResult,
-    "traces.json": Traces,
     "drift.json": Drift,
     "workprec.json": WorkPrecision,
     "stress.json": Stress,

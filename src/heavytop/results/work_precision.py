@@ -12,7 +12,6 @@ from heavytop.display import Plotted
 from heavytop.errors import Impossible
 from heavytop.results.base import Number, Part, Problem, Result, Text, Values
 
-NOISE: Final = 0.1  # of a time: what is faster by less is not known to be
 TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
 ERRORS: Final = {"axis": "axis_error", "theta": "theta_error"}
 DOUBLE: Final = 53  # bits
@@ -27,7 +26,7 @@ class Point(Part):
     Attributes
     ----------
     method : str
-        Its name, or ``auto``.
+        Its name; ``auto`` or ``auto=DIGITS`` of what a plan chose.
     formulation, language : str
         Of the right-hand side.
     tolerance, steps_a_period : float or None
@@ -55,12 +54,6 @@ class Point(Part):
         Runs of each start of which the time is the best.
     periods : float
         Nutation periods that the blocks of a run from the scene's own start covered.
-    stands_for : str or None
-        The method that auto chose.
-    wants : str or None
-        What auto was asked for: ``axis`` or ``theta``.
-    digits : int or None
-        How many of it.
     """
 
     method: Text
@@ -83,24 +76,11 @@ class Point(Part):
     runs: int
     periods: Number
     steps: int
-    stands_for: Text | None = None
-    wants: Text | None = None
-    digits: int | None = None
 
     @property
     def axis_error(self) -> Number | None:
         """The error of the axis, where the states give it."""
         return self.error if self.measures == "axis" else None
-
-    @property
-    def wanted_error(self) -> Number:
-        """The error of what auto was asked for; of a point that is not auto's choice, `error`."""
-        return self.theta_error if self.wants == "theta" else self.error
-
-    @property
-    def missed(self) -> bool:
-        """Whether it is auto's choice, and not as good as was asked."""
-        return self.digits is not None and self.wanted_error > 10.0**-self.digits
 
     @property
     def setting(self) -> Number | None:
@@ -109,10 +89,8 @@ class Point(Part):
 
     @property
     def label(self) -> str:
-        """The method with its setting, or with what auto was asked for, for a person."""
-        if self.digits is None:
-            return f"{self.method}={self.setting:.3g}"
-        return f"{self.method} ({self.digits} digits of {self.wants})"
+        """The method with its setting, for a person."""
+        return f"{self.method}={self.setting:.3g}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,11 +100,9 @@ class SkippedSetting(Part):
     Attributes
     ----------
     method : str
-        Its name, or ``auto``.
+        Its name.
     setting : mapping from str to float
-        Its tolerance, its steps a period, or the digits for which auto was asked.
-    wants : str or None
-        What auto was asked for: ``axis`` or ``theta``.
+        Its tolerance, or its steps a period.
     rival : bool
         Whether it is somebody else's.
     reason : str
@@ -134,7 +110,6 @@ class SkippedSetting(Part):
 
     method: Text
     setting: Values
-    wants: Text | None = None
     rival: bool = False
     reason: Text
 
@@ -206,27 +181,6 @@ class WorkPrecision(Result, Plotted):
         index = self._cheapest(ERRORS[wants], bound)
         return None if index is None else self.points[index]
 
-    @property
-    def auto(self) -> tuple[Point, ...]:
-        """The points that are auto's choices."""
-        return tuple(point for point in self.points if point.digits is not None)
-
-    def ahead_of(self, auto: Point) -> tuple[Point, ...]:
-        """Return the points ahead of a choice of auto: more accurate, and faster, beyond noise.
-
-        Errors that differ by less than those of neighbouring starts do are alike.
-
-        Parameters
-        ----------
-        auto : Point
-            One of `auto`.
-        """
-        error = ERRORS["theta" if auto.wants == "theta" else "axis"]
-        least = auto.wanted_error - auto.error_spread
-        fastest = auto.us_per_period * (1 - NOISE)
-        found = [self.points[i] for i, off in _errors(self.points, error).items() if off < least]
-        return tuple(point for point in found if point.us_per_period < fastest)
-
     def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points.
 
@@ -240,18 +194,6 @@ class WorkPrecision(Result, Plotted):
             "front_theta": list(self.front_theta),
             "cheapest": self._leaders(self._error),
             "cheapest_theta": self._leaders("theta_error"),
-            "auto": [
-                {
-                    "point": index,
-                    "digits": point.digits,
-                    "wants": point.wants,
-                    "error": point.wanted_error,
-                    "missed": point.missed,
-                    "ahead": [other.label for other in self.ahead_of(point)],
-                }
-                for index, point in enumerate(self.points)
-                if point.digits is not None
-            ],
             "rivals": self._rivals,
         }
 
@@ -297,7 +239,7 @@ class WorkPrecision(Result, Plotted):
         if index is None:
             return None
         point = self.points[index]
-        names = ("method", "stands_for", "tolerance", "steps_a_period", "rival", "us_per_period")
+        names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
         known = {name: getattr(point, name) for name in names}
         return known | {"error": getattr(point, error), "point": index}
 
@@ -323,6 +265,6 @@ def _errors(points: Sequence[Point], error: str) -> dict[int, float]:
     return {i: getattr(p, error) for i, p in enumerate(points) if getattr(p, error) is not None}
 
 
-def _rank(point: Point, error: float = 0.0) -> tuple[float, float, bool, str]:
-    """What comes first: of equals the method's own point, which auto chose once more."""
-    return point.us_per_period, error, point.digits is not None, point.method
+def _rank(point: Point, error: float = 0.0) -> tuple[float, float, str]:
+    """What comes first."""
+    return point.us_per_period, error, point.method

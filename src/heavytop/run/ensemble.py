@@ -40,7 +40,7 @@ Columns = Mapping[str, Array]
 KIND = "propagate_many"
 OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
 MOST_JOBS = 1024
-MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
+MOST_STEPS = 10_000_000  # some ten seconds: then a top is given up
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
 TINY = float(np.finfo(np.float64).tiny)
@@ -73,8 +73,8 @@ class Ensemble:
     ending : ndarray of int, shape (k,)
         Codes of how each ended; `outcomes` has the words.
     zeros : Zeros
-        Zeros of the events asked for: which top, which event, when, and the states if they were to
-        be kept; a start or an end exactly on an event counts.
+        Zeros of the events asked for: which top, which event, and when; a start or an end exactly
+        on an event counts.
     digits : int
         How many are asked for.
     start : mapping from str to ndarray
@@ -153,15 +153,8 @@ class Ensemble:
     @cached_property
     def final(self) -> Sample:
         """The motion at the ends, with theta, axis, rates …; φ and ψ are not followed, and nan."""
-        return self._sampled(np.arange(self.end.size), self.states, self.end)
-
-    @cached_property
-    def met(self) -> Sample:
-        """The motion at the zeros, of a call with ``states=True``."""
-        which, _, t, states = self.zeros
-        if states.shape != (which.size, self.states.shape[1]):
-            raise Impossible([("met", "states at zeros are kept by propagate_many(states=True)")])
-        return self._sampled(which, states, t)
+        parameters: Any = self.parameters
+        return sample(self.formulation, self.states, parameters, self.end)
 
     def count(self, event: str) -> NDArray[np.int64]:
         """How many zeros of an event function each top met, shape (k,).
@@ -181,10 +174,6 @@ class Ensemble:
         mine = self.zeros.which[self.zeros.event == self.events.index(event)]
         return np.bincount(mine, minlength=self.end.size)
 
-    def _sampled(self, which: Any, states: Array, t: Array) -> Sample:
-        parameters: Any = {name: values[which] for name, values in self.parameters.items()}
-        return sample(self.formulation, states, parameters, t)
-
 
 def propagate_many(
     *,
@@ -201,9 +190,6 @@ def propagate_many(
     omega3: ArrayLike | None = None,
     formulation: str = "axis",
     events: Sequence[str] = (),
-    step_limit: int = MOST_STEPS,
-    longest: ArrayLike = np.inf,
-    states: bool = False,
     digits: int = 12,
     jobs: int | None = None,
 ) -> Ensemble:
@@ -223,13 +209,6 @@ def propagate_many(
         The equations to integrate, by name.
     events : sequence of str
         Which zeros to find: turning, reversal.
-    step_limit : int
-        Steps after which a top is given up; ten million take some ten seconds.
-    longest : array_like
-        The longest step [s]. A step longer than the half of a nutation may pass over a turning
-        point next to a start on one.
-    states : bool
-        Whether states at the zeros are kept, for `Ensemble.met`; it takes up to twice the time.
     digits : int
         Decimal digits of θ and the axis that are wanted at the ends: those that miss them, or may
         have a wrong number of events, are marked in `Ensemble.missed`; `propagate` computes one
@@ -250,7 +229,7 @@ def propagate_many(
     NotANumber
         Something is not an array of numbers, which is named, or an option is no whole number.
     Impossible
-        The shapes do not broadcast; digits that doubles cannot have, no steps, or no threads.
+        The shapes do not broadcast; digits that doubles cannot have, or no threads.
     WrongType
         `events` are no names in a row.
     BadScene
@@ -280,16 +259,15 @@ def propagate_many(
     array([False, False,  True])
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    step_limit = whole("step_limit", step_limit, 1, 10**15)
     jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
     form, events = _asked(formulation, events)
     given = {
         "A": A, "C": C, "gMR": gMR, "theta": theta, "phi": phi, "psi": psi,
-        "thetadot": thetadot, "phidot": phidot, "time": time, "longest": longest,
+        "thetadot": thetadot, "phidot": phidot, "time": time,
     }  # fmt: skip
     columns = InputArrays(with_spin(given, psidot, omega3))
     start = columns.full()
-    end, bound = start.pop("time"), start.pop("longest")
+    end = start.pop("time")
     if "omega3" in start:
         start["psidot"] = start.pop("omega3") - start["phidot"] * np.cos(start["theta"])
     broken = impossible(start["A"], start["C"], start["theta"])
@@ -300,11 +278,11 @@ def propagate_many(
     first = np.full(end.shape, np.inf)
     for each in zeros:
         first = np.where(each.risky, np.minimum(first, each.short), first)
-    journey = Journey(form, events, begun, parameters, (end, bound, first), step_limit, keep=states)
+    journey = Journey(form, events, begun, parameters, (end, first), MOST_STEPS)
     run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
     if ahead:
         margin = ahead.rounding * ahead.growth / ahead.rate
-        run = replace(run, zeros=_counted(run, begun, zeros, margin))
+        run = replace(run, zeros=_counted(run, zeros, margin))
     return run
 
 
@@ -378,7 +356,7 @@ class _Expected(NamedTuple):
         return cls(clear <= 0, begins, begins, np.fmin(short, again / 2))
 
 
-def _counted(run: Ensemble, begun: Array, expected: list[_Expected], margin: Array) -> Zeros:
+def _counted(run: Ensemble, expected: list[_Expected], margin: Array) -> Zeros:
     """The zeros that count: those exactly at the start or the end too, each once, and no others.
 
     What is at the start is known from the numbers given; it may be found beside it, or not at all.
@@ -396,10 +374,9 @@ def _counted(run: Ensemble, begun: Array, expected: list[_Expected], margin: Arr
             late = -zero / slope * np.sign(run.end)
             ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
         parts.append(here)
-        for where, t, at in ((known.begins, 0 * run.end, begun), (ends, run.end, run.states)):
+        for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
             which = np.flatnonzero(where)
-            there = at[which, : here.states.shape[1]]
-            parts.append(Zeros(which, np.full(which.size, code), t[which], there))
+            parts.append(Zeros(which, np.full(which.size, code), t[which]))
     return joined(parts)
 
 

@@ -1,9 +1,7 @@
 """The atlas: what kind of motion every pixel of a plane of tops is, and how it moves.
 
 A tile of the plane is one task of the study; it is computed at once, and its one row holds its
-columns. A second map may tell the kinds by integration, by what happens at the turning points of
-one nutation. The integrator knows nothing of the criteria by which a kind is proved, and these know
-nothing of it: two maps of one plane are two independent results.
+columns.
 """
 
 from __future__ import annotations
@@ -17,7 +15,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -26,36 +23,24 @@ from numpy.typing import NDArray
 
 from heavytop import __version__
 from heavytop.analytic.many_motions import Motions, motions_many
-from heavytop.classification.arrays import (
-    DETAILS,
-    IMPOSSIBLE,
-    NAMES,
-    TAG_NAMES,
-    Codes,
-    InputArrays,
-)
-from heavytop.classification.classify import classify
-from heavytop.classification.kinds import Kind
+from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
 from heavytop.classification.many import classify_many
 from heavytop.display import Plotted
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.frames import frame
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
-from heavytop.results.atlas import AtlasResult, BoundaryCurve, Differing
+from heavytop.results.atlas import AtlasResult, BoundaryCurve
 from heavytop.results.base import Problem
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Range, Refused
+from heavytop.scene.arguments import Range
 from heavytop.scene.scene import Scene, no_scene, scene_of
 from heavytop.studies.atlas_plane import (
     ROLES,
-    Array,
     Axis,
     Columns,
-    Mask,
     Plane,
     Tile,
-    constants,
     curves,
     mirrored,
     restored,
@@ -65,7 +50,6 @@ from heavytop.studies.store import (
     Chunk,
     MemoryStore,
     Parameters,
-    Record,
     Store,
     canonical_json,
     open_store,
@@ -76,17 +60,10 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from heavytop.run.ensemble import Ensemble
-
 KIND: Final = "atlas"
-TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
+TILE: Final = {"kind": 2**20, "rows": 2**16}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
-ROUNDING: Final = 1e-10
-"""Margins above this are no rounding of a run: there the integrated kind has to be the same."""
-LISTED: Final = 1000  # pixels whose kinds differ, in the document
-SHARD: Final = "shard"
-"""The name of a record without rows: its checkpoint is (i, n) where a folder is for a shard."""
-COSTS: Final = ("kinds_per_s", "rows_per_s", "tops_per_s", "jobs")
+COSTS: Final = ("kinds_per_s", "rows_per_s", "jobs")
 
 SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
 PART: Final = 5  # steps are at most such a part of a period: none passes over a turning point
@@ -117,14 +94,12 @@ COLUMNS: Final = {
     "period": PixelColumn("<f8", "s", "nutation period; nan where nothing nutates"),
     "precession": PixelColumn("<f8", "rad", "advance of φ in a nutation period"),
     "spin": PixelColumn("<f8", "rad", "advance of ψ in a nutation period"),
-    "integrated": PixelColumn("u1", "1", "kind of motion, from the events of a run", NAMES),
 }
 SETS: Final = {
     "kind": tuple(COLUMNS)[:3],
-    "rows": tuple(COLUMNS)[:-1],
-    "integrate": tuple(COLUMNS),
+    "rows": tuple(COLUMNS),
 }
-"""The columns with ``only="kind"``, by default, and with ``integrate=True``."""
+"""The columns with ``only="kind"``, and by default."""
 
 
 # --- the study: parameters and tiles --------------------------------------------------------------
@@ -171,12 +146,9 @@ def _computed(tops: dict[str, Any], shape: tuple[int, int], what: str) -> tuple[
     columns = {
         name: np.asarray(getattr(rows if name in Motions.columns else verdicts, name))
         for name in SETS[what]
-        if name != "integrated"
     }
     if bottom.any():
         columns = restored(columns, tops, bottom)
-    if what == "integrate":
-        columns["integrated"] = integrated(tops, columns["period"])
     return {name: each.astype(COLUMNS[name].dtype) for name, each in columns.items()}, verdicts.sent
 
 
@@ -218,17 +190,14 @@ class Atlas(AtlasResult, Plotted):
     plane : Plane
     store : MemoryStore
         Where the tiles are kept: a folder, or memory.
-    tasks : tuple of str
-        The tiles that are there: all, or those of a shard.
     """
 
     plane: Plane
     store: MemoryStore
-    tasks: tuple[str, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the codes of ``kind`` and ``integrated`` mean."""
+        """What the codes of ``kind`` mean."""
         return NAMES
 
     @property
@@ -239,8 +208,6 @@ class Atlas(AtlasResult, Plotted):
     def __getitem__(self, name: str) -> NDArray[Any]:
         """A column, shape (y, x): with several, `read_tiles` needs less memory.
 
-        Where no tile is, numbers are nan and codes 255.
-
         Raises
         ------
         KeyError
@@ -248,19 +215,17 @@ class Atlas(AtlasResult, Plotted):
         """
         if name not in self.columns:
             raise KeyError(f"{name!r}: this atlas has {', '.join(self.columns)}")
-        dtype = np.dtype(COLUMNS[name].dtype)
-        whole = np.full(self.shape, np.nan if dtype.kind == "f" else 255, dtype)
+        whole = np.empty(self.shape, COLUMNS[name].dtype)
         for tile, columns in self.read_tiles():
             whole[tile.rows, tile.columns] = columns[name]
         return whole
 
     def read_tiles(self) -> Iterator[tuple[Tile, Columns]]:
         """The tiles and their columns, one at a time in memory."""
-        tiles = self.plane.tiles(self.store.parameters["tile"])
-        for task in self.tasks:
+        for task, tile in self.plane.tiles(self.store.parameters["tile"]).items():
             with reading(f"tile {task}"):
-                columns = _unpacked(self.store.load(task).rows[0], tiles[task], self.columns)
-            yield tiles[task], columns
+                columns = _unpacked(self.store.load(task).rows[0], tile, self.columns)
+            yield tile, columns
 
     def document(
         self, *, files: Mapping[str, str] | None = None, costs: bool = True
@@ -275,7 +240,7 @@ class Atlas(AtlasResult, Plotted):
             Whether with what it took; without it there are no wall-clock values.
         """
         found = super().document(files=files)
-        for name in ("plane", "store", "tasks"):
+        for name in ("plane", "store"):
             del found[name]
         return found if costs else found | dict.fromkeys(COSTS)
 
@@ -337,42 +302,31 @@ class Atlas(AtlasResult, Plotted):
 
 
 def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
-    """Return the atlas of the tiles that are at their end.
+    """Return the atlas of all its tiles.
 
     Raises
     ------
     ForeignFile
-        A record is damaged.
+        A tile is not there, or its record is damaged.
     """
     parameters, plane = store.parameters, _plane(store.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
-    done, pairs, others = list[str](), Counter[str](), Counter[str]()
-    pixels, untold = list[Differing](), 0
-    for task, tile in tiles.items():
+    pairs, others = Counter[str](), Counter[str]()
+    for task in tiles:
         record = store.load(task)
         if not record.done:
-            continue
-        done.append(task)
+            why = record.failed or f"not computed yet; heavytop resume {store.path} goes on"
+            raise ForeignFile(f"tile {task}: {why}")
         with reading(f"tile {task}"):
             [row] = record.rows
             pairs.update(row["counts"])
             others.update({name: row[name] for name in ("sent", "uncertified")})
-            if what == "integrate":
-                columns = _unpacked(row, tile, ("kind", "integrated"))
-                untold += int((columns["integrated"] == NAMES.index(Kind.UNDECIDED)).sum())
-                pixels += _differing(plane, tile, **columns)
     kinds = Counter[str]()
     for pair, count in pairs.items():
         kinds[pair.partition(",")[0]] += count
     spent = store.seconds
     computed = sum(np.prod(tiles[task].shape) for task in spent)
     rate = float(computed / sum(spent.values()) * jobs) if spent else 0.0
-    compared: dict[str, Any] = {}
-    if what == "integrate":
-        pixels.sort(key=lambda each: -each.margin)
-        unexplained = sum(each.margin > ROUNDING for each in pixels)
-        compared = {"differing": len(pixels), "untold": untold, "unexplained": unexplained,
-                    "pixels": tuple(pixels[:LISTED])}  # fmt: skip
     return Atlas(
         scene=Problem(**parameters["scene"]),
         axes={"x": plane.x.range, "y": plane.y.range},
@@ -382,30 +336,15 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         details={pair: count for pair, count in pairs.items() if "," in pair},
         sent=others["sent"],
         uncertified=others["uncertified"],
-        tiles={"done": len(done), "all": len(tiles)},
         curves=tuple(BoundaryCurve(name=name, x=(*x.tolist(),), y=(*y.tolist(),))
                      for name, x, y in curves(plane)),
         kinds_per_s=rate,
         rows_per_s=rate if what == "rows" else None,
-        tops_per_s=rate if what == "integrate" else None,
         jobs=jobs,
-        **compared,
         versions=parameters["versions"],
         plane=plane,
         store=store,
-        tasks=tuple(done),
     )  # fmt: skip
-
-
-def _differing(plane: Plane, tile: Tile, kind: Codes, integrated: Codes) -> Iterator[Differing]:
-    """The pixels whose integrated kind is another one; not those that a run cannot tell."""
-    x, y = plane.x.values[tile.columns], plane.y.values[tile.rows]
-    told = integrated != NAMES.index(Kind.UNDECIDED)
-    for i, j in np.argwhere((kind != integrated) & told).tolist():
-        top, start = InputArrays(plane.at(x[j : j + 1], y[i : i + 1])).one(0)
-        yield Differing(x=float(x[j]), y=float(y[i]), kind=NAMES[kind[i, j]],
-                        integrated=NAMES[integrated[i, j]],
-                        margin=classify(top, start).margin)  # fmt: skip
 
 
 def _attributes(name: str) -> dict[str, Any]:
@@ -433,8 +372,6 @@ def atlas(
     y: str,
     *,
     only: str | None = None,
-    integrate: bool = False,
-    shard: str | tuple[int, int] | None = None,
     jobs: int | None = None,
     executor: Executor | None = None,
     folder: str | os.PathLike[str] | None = None,
@@ -451,10 +388,6 @@ def atlas(
         gMR), with a last ``:log`` on a logarithmic axis.
     only : {"kind"}, optional
         Only kinds are found, many times as fast.
-    integrate : bool
-        Each top is integrated too, and its kind told by the events of that run.
-    shard : str or (int, int), optional
-        Only the tiles of shard i of n, ``"i/n"`` with 1 ≤ i ≤ n; `merge_atlases` joins shards.
     jobs : int, optional
         Processes; by default one for each processor. Results do not depend on it.
     executor : concurrent.futures.Executor, optional
@@ -478,8 +411,6 @@ def atlas(
         The folder holds something else, another atlas, or a damaged file.
     InUse
         Another process is writing the folder.
-    MissingPackage
-        Tops are to be integrated, and heyoka is not installed.
     StoppedEarly
         Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
 
@@ -492,28 +423,23 @@ def atlas(
 
     Notes
     -----
-    Accuracy: ``tests/studies/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone,
-    and their kinds to integrated ones.
+    Accuracy: ``tests/studies/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone.
     """
     arguments.heard("progress", progress)
     if not isinstance(scene, Scene):
         raise no_scene(scene, KIND)
-    given = {"x": x, "y": y, "integrate": integrate, "only": only, "shard": shard, "jobs": jobs,
-             "executor": executor}  # fmt: skip
+    given = {"x": x, "y": y, "only": only, "jobs": jobs, "executor": executor}
     given = {name: each for name, each in given.items() if each is not None or name in "xy"}
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
-    if only is not None and integrate is True:
-        faults.append(Fault(scene.name, None, "only", "", "not together with integrate"))
     if not faults:
-        what = "kind" if only else "integrate" if integrate else "rows"
+        what = "kind" if only else "rows"
         plane = Plane(scene, values["x"], values["y"])
         faults += _impossible(plane, what, folder is None)
     if faults:
         raise BadScene(tuple(faults))
-    _expect_integrator(what)
     how = {"executor": executor, "on_progress": progress}
     with open_store(folder, _parameters(plane, what)) as store:
-        return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
+        return _run(store, values.get("jobs", usable_cpus()), **how)
 
 
 def _parameters(plane: Plane, what: str) -> Parameters:
@@ -525,90 +451,23 @@ def _parameters(plane: Plane, what: str) -> Parameters:
         "y": plane.y.text,
         "what": what,
         "tile": TILE[what],
-        # Shards come from several machines: the processor is not among the versions.
+        # Workers may be several machines: the processor is not among the versions.
         "versions": {key: value for key, value in versions().items() if key != "cpu"},
     }
 
 
 def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
-    """Compute what is left of an atlas, or of the shard of one that a folder is for."""
-    _expect_integrator(store.parameters["what"])
-    return _run(store, store.load(SHARD).checkpoint, jobs, **how)
-
-
-def _expect_integrator(what: str) -> None:
-    """Import what integrates, if anything does: where it is missing, no tile is begun."""
-    if what == "integrate":
-        import_module("heavytop.run.ensemble")
-
-
-def merge_atlases(
-    folders: Sequence[str | os.PathLike[str]], folder: str | os.PathLike[str]
-) -> tuple[Atlas, tuple[str, ...]]:
-    """Join the shards of an atlas in a new folder, or in one of theirs.
-
-    Parameters
-    ----------
-    folders : sequence of path
-        At least one.
-    folder : path
-        Where all tiles are then; it is new, or empty, or holds this atlas.
-
-    Returns
-    -------
-    Atlas
-    tuple of str
-        The tiles that none of them has.
-
-    Raises
-    ------
-    ForeignFile
-        A folder holds no atlas, another one, or a damaged file.
-    InUse
-        Another process is writing `folder`.
-    WrongType
-        `folders` is no sequence of paths, or empty, or `folder` no path.
-
-    Notes
-    -----
-    Accuracy: ``tests/studies/test_atlas.py`` holds shards that were joined to the whole, bit for
-    bit.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from heavytop.scene.scene import load_scene
-    >>> plane = load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31"
-    >>> with TemporaryDirectory() as place:
-    ...     parts = [f"{place}/{i}" for i in (1, 2)]
-    ...     for i, part in enumerate(parts, 1):
-    ...         _ = atlas(*plane, shard=(i, 2), jobs=1, folder=part)
-    ...     found, missing = merge_atlases(parts, f"{place}/all")
-    ...     print(found.whole, missing, found.counts["loops"])
-    True () 622
-    """
-    if not folders or isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
-        raise arguments.wrong_type("folders", "a list of paths", folders)
-    whole = arguments.path_of("folder", folder)
-    parts = [arguments.path_of("folders", each) for each in folders]
-    first, *others = map(Store, parts)
-    every = tasks(first.parameters)
-    for other in others:  # before anything is written
-        other.expect(first.parameters)
-    with Store.open(whole, first.parameters) as store:
-        store.merge(parts)
-        store.save(Record(SHARD))
-        found = collect(store)
-    return found, tuple(task for task in every if task not in found.tasks)
+    """Compute what is left of an atlas."""
+    return _run(store, jobs, **how)
 
 
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
-    """Read the atlas in a folder, as far as it is done.
+    """Read the atlas in a folder.
 
     Parameters
     ----------
     folder : path
-        What `atlas` or `merge_atlases` wrote into.
+        What `atlas` wrote into, to its end.
 
     Returns
     -------
@@ -617,7 +476,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     Raises
     ------
     ForeignFile
-        It is none, or is damaged.
+        It is none, is not at its end, or is damaged.
     WrongType
         It is no path.
 
@@ -639,27 +498,15 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     return collect(Store(arguments.path_of("folder", folder)))
 
 
-def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> Atlas:
-    """Compute the tiles of an atlas, or of a shard, that are not there yet."""
-    if store.load(SHARD).checkpoint != shard:
-        store.save(Record(SHARD, shard))
-    i, n = shard or (1, 1)
-    run(store, tasks=tasks(store.parameters)[i - 1 :: n], jobs=jobs, **how)
+def _run(store: MemoryStore, jobs: int, **how: Any) -> Atlas:
+    """Compute the tiles of an atlas that are not there yet."""
+    run(store, jobs=jobs, **how)
     return collect(store, jobs)
-
-
-def _shard(given: Any) -> list[int]:
-    """[i, n] of ``i/n``."""
-    with suppress(TypeError, ValueError):
-        i, n = map(int, given.split("/") if isinstance(given, str) else given)
-        if 1 <= i <= n <= 10_000:
-            return [i, n]
-    raise Refused("i/n, whole numbers with 1 <= i <= n <= 10000")
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "x": Axis.of, "y": Axis.of, "only": arguments.one_of({"kind": "kind"}),
-    "integrate": arguments.a(bool), "shard": _shard, "jobs": Range(1, 1024, whole=True),
+    "jobs": Range(1, 1024, whole=True),
     "executor": arguments.a(Executor),
 }  # fmt: skip
 
@@ -677,107 +524,3 @@ def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
         if in_memory and needed > free:
             rule = f"{needed / 1e9:.3g} GB are needed in memory, and {free / 1e9:.3g} GB are free"
             yield Fault(file, None, "x, y", f"{x.count * y.count} pixels", rule)
-
-
-# --- kinds told by integration --------------------------------------------------------------------
-
-
-def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
-    """Codes of kinds, told by the events of a run over one nutation.
-
-    Parameters
-    ----------
-    tops : mapping of str to array_like
-        As for `heavytop.classify_many`.
-    period : ndarray
-        How long one nutation takes [s], of the shape that `tops` has together; nan where nothing
-        nutates: there a second takes its place.
-
-    Returns
-    -------
-    ndarray of uint8
-        Codes of `heavytop.classification.many.Verdicts.names`; undecided where a run broke off.
-    """
-    from heavytop.run.ensemble import propagate_many
-
-    start: dict[str, Any] = {
-        name: np.broadcast_to(each, period.shape).ravel() for name, each in tops.items()
-    }
-    once = np.where(np.isfinite(period), period, 1.0).ravel()
-    run = propagate_many(
-        **start, time=SPAN * once, longest=once / PART, events=("turning",), step_limit=STEPS,
-        states=True, jobs=1,
-    )  # fmt: skip
-    return _kinds(run, start).reshape(period.shape)
-
-
-def _kinds(run: Ensemble, start: Mapping[str, Array]) -> Codes:
-    """Codes of kinds of a row of runs; later lines go over earlier ones."""
-    (angle, rate), error = _turning_points(run, start)
-    met = run.count("turning")
-    off_angle, off_rate = DOUBT * error
-    off_angle = off_angle.max(axis=0)
-    unsure = np.any(abs(rate) <= off_rate, axis=0)
-    rest = _one_vanishes(rate) & _one_vanishes(rate * np.sin(angle) ** 2)
-    low, high = angle
-    nod = np.where(met == 0, 0.0, high - low)
-    with np.errstate(all="ignore"):
-        momenta = constants(start)
-        A, theta, thetadot, gMR = (start[name] for name in ("A", "theta", "thetadot", "gMR"))
-        moving = A * (abs(thetadot) + abs(start["phidot"] * np.sin(theta)))
-        rounding = REST * (abs(momenta.p_psi) + moving + np.sqrt(A * abs(gMR)))
-    still = abs(thetadot) * A <= rounding
-    pole = np.sin(theta) <= POLE
-    flat = (abs(momenta.p_psi) <= rounding) & ((momenta.across == 0) | pole)
-    upwards = (np.cos(theta) > 0) == (gMR > 0)
-    found = np.full(met.size, NAMES.index(Kind.WAVES), np.uint8)
-    for kind, where in (
-        (Kind.LOOPS, rate[0] * rate[1] < 0),
-        (Kind.UNDECIDED, unsure),
-        (Kind.CUSPS, rest),
-        (Kind.SEPARATRIX, met == 1),
-        (Kind.UNDECIDED, nod <= off_angle),
-        (Kind.UNIFORM_PRECESSION, (nod <= LEVEL) & still),
-        (Kind.SEPARATRIX, (met == 0) & ~still),
-        (Kind.UNDECIDED, (np.pi - high <= off_angle) | (low <= off_angle)),
-        (Kind.THROUGH_BOTTOM, np.pi - high <= POLE),
-        (Kind.THROUGH_TOP, low <= POLE),
-        (Kind.PLANAR_PENDULUM, flat),
-        (Kind.HANGING, pole & still & ~upwards),
-        (Kind.SLEEPING, pole & still & upwards),
-        (Kind.FORCE_FREE, gMR == 0),
-        (Kind.AT_REST, flat & still & (pole | (gMR == 0))),
-        (Kind.UNDECIDED, run.ending != 0),
-    ):
-        found[where] = NAMES.index(kind)
-    found[~momenta.possible] = IMPOSSIBLE
-    return found
-
-
-def _one_vanishes(pair: Array) -> Mask:
-    """Where the smaller of two numbers is nothing beside the larger."""
-    small, large = np.sort(abs(pair), axis=0)
-    return np.asarray(small <= REST * large)
-
-
-def _turning_points(run: Ensemble, start: Mapping[str, Array]) -> tuple[Array, Array]:
-    """θ and φ̇ at turning points, and by how much the run differs from them a period later.
-
-    Both are of shape (2, 2, k): θ and φ̇, where θ is smallest and where it is largest, of every
-    top. They are nan and 0 where it met none; a start at rest in θ is one.
-    """
-    size, here = run.end.size, np.flatnonzero(start["thetadot"] == 0)  # known without error
-    which = np.concatenate((here, run.zeros.which))
-    met = np.array([np.concatenate((start[name][here], getattr(run.met, name)))
-                    for name in ("theta", "phidot")])  # fmt: skip
-    low, high = np.full(size, np.inf), np.full(size, -np.inf)
-    np.fmin.at(low, which, met[0])
-    np.fmax.at(high, which, met[0])
-    with np.errstate(invalid="ignore"):  # of tops that met none: inf less inf
-        key = which + size * (met[0] > ((low + high) / 2)[which])
-    there, first = np.unique(key, return_index=True)
-    value, error = np.full((2, 2 * size), np.nan), np.zeros((2, 2 * size))
-    value[:, there] = met[:, first]
-    for k in range(2):
-        np.fmax.at(error[k], key, abs(met[k] - value[k, key]))
-    return value.reshape(2, 2, size), error.reshape(2, 2, size)

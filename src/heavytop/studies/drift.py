@@ -24,12 +24,12 @@ from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Column, Problem
 from heavytop.results.drift import COLUMNS, STARTS, Drift, ErrorSeries, MemberDrift, MethodDrift
-from heavytop.run.planning import closed_form_of, plan
+from heavytop.run.planning import closed_form_of
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.executors import WORKER, Lost, TimedOut
-from heavytop.studies.methods import DEFAULT, admitted, method
+from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
 from heavytop.studies.runner import Progress, run
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, open_store
@@ -42,7 +42,6 @@ OPTIONS: Final = {
     "seed": Range(0, 2**63 - 1, whole=True),
     "jobs": Range(1, 1024, whole=True),
 }
-AUTO: Final = "auto"
 CHUNK_S: Final = 0.5  # of integration between two checkpoints
 LIMIT_S: Final = 60.0  # of a chunk of one's own method: a step that takes longer never returns
 SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
@@ -273,10 +272,8 @@ def _checked(text: str) -> str:
 
 def _auto(scene: Scene, periods: float) -> str:
     """The method that auto stands for in a run of this length."""
-    chosen = plan(Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
-                        samples=2, name=scene.name))  # fmt: skip
-    form = "axis" if chosen.folded else chosen.formulation
-    return f"taylor-{form}-projected" if chosen.projected or chosen.folded else f"taylor-{form}"
+    found = planned(AUTO, scene, periods)
+    return f"taylor-{found.formulation}{'-projected' if found.projected else ''}"
 
 
 # --- starts and times ------------------------------------------------------------------------

@@ -7,8 +7,6 @@ started with one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.
 
 from __future__ import annotations
 
-import asyncio
-import logging
 import multiprocessing
 import os
 import signal
@@ -18,8 +16,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from concurrent import futures
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -28,12 +26,9 @@ from typing import Any, Final, Self, TypeAlias, TypeVar
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
-MASKED: Final = hasattr(signal, "pthread_sigmask")  # not on Windows
-MOST_WORKERS: Final = 61 if sys.platform == "win32" else 1024  # Windows waits for no more
 TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
 LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
 """Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
-_LOUD: Final = ("distributed", "tornado", "asyncio")  # they log what is said here in one sentence
 
 T = TypeVar("T")
 Process: TypeAlias = subprocess.Popen[bytes]
@@ -60,12 +55,11 @@ def starting() -> Iterator[None]:
     """Start processes inside this block.
 
     They do not import the caller's script again, which may have no ``if __name__ ==
-    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process. A worker
-    of dask, which is a daemon, may start them too, as they end with it.
+    "__main__"``; nor modules from the current folder. A worker of dask, which is a daemon, may
+    start them too, as they end with it.
     """
     mine = getattr(multiprocessing.current_process(), "_config", {})
     with (
-        _uninterrupted(),
         _changed(sys.modules, "__main__", ModuleType("__main__")),
         _changed(os.environ, "PYTHONSAFEPATH", "1"),
         _changed(mine, "daemon", False),
@@ -73,24 +67,11 @@ def starting() -> Iterator[None]:
         yield
 
 
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hear no Ctrl-C inside this block, nor ever in a process that is started there."""
-    if not MASKED:
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 class Processes(ProcessPoolExecutor):
     """A pool of so many worker processes."""
 
     def __init__(self, workers: int) -> None:
-        super().__init__(min(workers, MOST_WORKERS), SPAWN, follow_parent)
+        super().__init__(workers, SPAWN, follow_parent)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
@@ -107,9 +88,8 @@ class Processes(ProcessPoolExecutor):
 
 
 def follow_parent() -> None:
-    """In a worker: end with the parent, and print where it does not disturb results."""
-    if not MASKED:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """In a worker: leave Ctrl-C to the parent, end with it, and print where it disturbs nothing."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(OSError):  # stderr may be closed
         os.dup2(2, 1)
@@ -236,15 +216,14 @@ def _connected(address: str, timeout_s: float) -> Iterator[tuple[Any, Executor]]
         raise MissingPackage("a cluster", ["distributed"], "cluster")
     from distributed import Client
 
-    with _quiet():
-        _expect_scheduler(address, timeout_s)
-        with Client(address, timeout=timeout_s, set_as_default=False, name="heavytop") as client:
-            try:
-                client.wait_for_workers(1, timeout=timeout_s)
-            except TimeoutError:
-                start = f"dask worker {address} --nthreads 1"
-                raise NoScheduler(f"{address}: a scheduler without workers: {start}") from None
-            yield client, client.get_executor(pure=False)  # no result of an earlier call
+    with ExitStack() as stack:
+        try:
+            client = stack.enter_context(Client(address, timeout=timeout_s, set_as_default=False))
+            client.wait_for_workers(1, timeout=timeout_s)
+        except (OSError, ValueError, TypeError) as fault:  # not reached; not an address; no worker
+            why = "no dask scheduler with a worker answers there"
+            raise NoScheduler(f"{address}: {why} ({fault})") from None
+        yield client, client.get_executor(pure=False)  # no result of an earlier call
 
 
 class Cluster(Executor):
@@ -286,38 +265,6 @@ class Cluster(Executor):
         if not self._blocks:
             raise RuntimeError("not connected: submit inside a with block")
         return self._executor.submit(fn, *args, **kwargs)
-
-
-def _expect_scheduler(address: str, timeout_s: float) -> None:
-    """Ask who is there: a client would wait for ever for an answer from something else."""
-    from distributed.core import rpc
-
-    async def kind() -> object:
-        async with rpc(address, timeout=timeout_s) as there:
-            return (await asyncio.wait_for(there.identity(), timeout_s)).get("type")
-
-    try:
-        with ThreadPoolExecutor(1) as aside:  # the loop that may run here, in a notebook, is busy
-            found = aside.submit(asyncio.run, kind()).result()
-    except (OSError, ValueError, TypeError) as fault:  # not reached; not an address
-        words = " ".join(str(fault).split()) or type(fault).__name__
-        raise NoScheduler(f"{address}: no dask scheduler answers there ({words})") from None
-    if found != "Scheduler":
-        raise NoScheduler(f"{address}: not a dask scheduler but a {found}")
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Switch the loggers of dask off."""
-    names = [n for n in logging.root.manager.loggerDict if n.partition(".")[0] in _LOUD]
-    before = {name: logging.getLogger(name).level for name in names}
-    for name in before:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    try:
-        yield
-    finally:
-        for name, level in before.items():
-            logging.getLogger(name).setLevel(level)
 
 
 # --- programs --------------------------------------------------------------------------------

@@ -15,10 +15,11 @@ from heavytop.comparison import methods as comparison
 from heavytop.comparison import own as own_methods
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
-from heavytop.integration.bits import DOUBLE, why_not
+from heavytop.integration.bits import DOUBLE, bits_of, why_not
 from heavytop.names import nearest
-from heavytop.run.planning import EPSILON
+from heavytop.run.planning import EPSILON, plan
 from heavytop.scene.arguments import Refused, one_of, shown
+from heavytop.scene.scene import Scene
 
 MPFR_BITS: Final = 128
 DEFAULT: Final = (
@@ -30,6 +31,7 @@ DEFAULT: Final = (
     "gauss8",
 )
 AUTO: Final = "auto"
+AUTO_DIGITS, AUTO_MOST = 12, 30
 TOLERANCE: Final = "tolerance"
 BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
@@ -63,10 +65,6 @@ class MethodSetting:
         Its heading in a stress test.
     atol : float or None
         The absolute tolerance, where it is not the relative one.
-    digits : int or None
-        That auto was asked for; None where the method is not auto's choice.
-    wants : str or None
-        What auto was asked for: ``axis`` or ``theta``.
     solver : str
         scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
     """
@@ -86,8 +84,6 @@ class MethodSetting:
     short: str = ""
     atol: float | None = None
     solver: str = ""
-    digits: int | None = None
-    wants: str | None = None
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -104,16 +100,6 @@ class MethodSetting:
         """What asks for this method: its name, with the setting where it is not the usual one."""
         setting = repr(self.setting).removesuffix(".0")
         return f"{self.name}={setting}" if self.changed else self.name
-
-    @property
-    def own(self) -> MethodSetting:
-        """The method itself, where it is auto's choice."""
-        return replace(self, digits=None, wants=None)
-
-    @property
-    def asked(self) -> str:
-        """The name by which it was asked for: its own, or ``auto``."""
-        return self.name if self.digits is None else AUTO
 
     @property
     def label(self) -> str:
@@ -170,6 +156,44 @@ def method(text: str) -> MethodSetting:
     if not found.least <= value <= found.most:
         raise NoMethod(f"{found.set_by} from {found.least:g} to {found.most:g}")
     return replace(found, setting=value, changed=value != found.setting)
+
+
+def auto_digits(text: str) -> int:
+    """Return the digits of ``auto=DIGITS``, or the usual ones of ``auto``.
+
+    Raises
+    ------
+    NoMethod
+        They are no digits.
+    """
+    _, equals, digits = text.partition("=")
+    if not equals:
+        return AUTO_DIGITS
+    if not digits.isdecimal() or not 1 <= int(digits) <= AUTO_MOST:
+        raise NoMethod(f"whole digits after auto=, from 1 to {AUTO_MOST}")
+    return int(digits)
+
+
+def planned(text: str, scene: Scene, periods: float) -> MethodSetting:
+    """Return the method that ``auto`` or ``auto=DIGITS`` stands for in a run of so many periods.
+
+    Its name is the text.
+
+    Raises
+    ------
+    BadScene
+        There is no plan for so many digits.
+    """
+    chosen = plan(Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
+                        samples=2, digits=auto_digits(text), name=scene.name))  # fmt: skip
+    found = method(f"taylor-{'axis' if chosen.folded else chosen.formulation}")
+    return replace(found, name=text, projected=chosen.projected or chosen.folded,
+                   bits=bits_of(chosen.precision), setting=chosen.tolerance)  # fmt: skip
+
+
+def is_auto(text: str) -> bool:
+    """Whether a text is ``auto`` or ``auto=DIGITS``."""
+    return text.partition("=")[0] == AUTO
 
 
 def admitted(methods: Any, file: str) -> Any:
@@ -259,7 +283,7 @@ def _of(rival: comparison.MethodEntry) -> MethodSetting:
 
 ANGLES: Final = "auto-angles"
 FORMS: Final = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
-TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as each goes in good time
+TIGHT: Final = {"DOP853": 1e-12, "LSODA": 1e-11, "Radau": 1e-8}  # as far as each goes in good time
 
 
 @cache
@@ -273,15 +297,15 @@ def stress_methods() -> Mapping[str, MethodSetting]:
     found += [replace(method(f"taylor-{form}"), short=form) for form in FORMS]
     for end, short in (("", "a"), ("-lagrange", "l")):
         for solver, tolerance in TIGHT.items():
-            each = method(f"{solver}-scipy{end}={tolerance}")
-            found.append(replace(each, solver=solver, short=f"{solver}:{short}"))
+            each = method(f"{solver.lower()}-scipy{end}={tolerance}")
+            found.append(replace(each, solver=solver, short=f"{solver.lower()}:{short}"))
     compiled = (
         ("blanes-moan-rkn6=64", "rkn6"),
         ("gauss8=32", "gauss8"),
         ("dop853-cyrk=1e-12", "cyrk"),
     )
     found += [replace(method(text), short=f"{short}:a") for text, short in compiled]
-    defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="rk45", atol=1e-6)
+    defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="RK45", atol=1e-6)
     found.append(replace(defaults, name="solve-ivp-defaults", short="ivp:l"))
     return {each.name: each for each in found}
 

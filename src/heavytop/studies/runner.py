@@ -10,7 +10,6 @@ import os
 import platform
 import signal
 import time
-import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent import futures
@@ -116,7 +115,6 @@ class Progress:
 def run(
     store: MemoryStore,
     *,
-    tasks: Sequence[str] | None = None,
     jobs: int = 1,
     executor: Executor | None = None,
     on_progress: Callable[[Progress], object] | None = None,
@@ -127,8 +125,6 @@ def run(
     ----------
     store : MemoryStore or Store
         A `Store` is open for writing.
-    tasks : sequence of str, optional
-        Only these.
     jobs : int
         Processes; with 1 the work is done in this one.
     executor : concurrent.futures.Executor, optional
@@ -146,8 +142,7 @@ def run(
         The kind of study is unknown, or a record cannot be read.
     """
     study = study_of(store.parameters)
-    names = study.tasks(store.parameters) if tasks is None else tasks
-    records = {task: _light(store.load(task)) for task in names}
+    records = {task: _light(store.load(task)) for task in study.tasks(store.parameters)}
     started, before = time.monotonic(), _fraction(records)
 
     def tell() -> None:
@@ -306,14 +301,8 @@ def _in_workers(
     """Yield the chunks of tasks, computed in slices by the workers of a pool."""
     waiting, lost = deque(left), Counter[str]()
     running: dict[Future[list[Chunk]], str] = {}
-    deserted = False
     try:
         while (waiting or running) and not stop.is_set():
-            before, deserted = deserted, getattr(pool, "workers", 1) == 0
-            if deserted and not before:
-                warnings.warn(
-                    "no worker is left: the study waits", errors.NoWorkerWarning, stacklevel=3
-                )
             # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
@@ -27,7 +27,6 @@ Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
 BUDGET: Final = "budget"
 """The name of a record without rows: its checkpoint is the time that a study may take [s]."""
-RECORDS: Final = f"{TASKS}/[0-9a-f]*.json"
 UNFINISHED: Final = ".[0-9]*.json"  # what `write_text` leaves where it is killed
 
 
@@ -218,27 +217,6 @@ class Store(MemoryStore):
         except OSError as fault:
             folder = self.path if self.path.exists() else None
             raise StoppedEarly.unwritable(fault, path, folder) from fault
-
-    def merge(self, others: Iterable[str | os.PathLike[str]]) -> None:
-        """Take over every ended task of other folders of the same study.
-
-        Raises
-        ------
-        ForeignStudy
-            A folder holds another study; nothing was written.
-        ForeignFile
-            A file cannot be read; two folders have different results of the same task.
-        """
-        stores = [Store(path) for path in others]
-        for other in stores:
-            other.expect(self.parameters)
-        for path in (path for other in stores for path in sorted(other.path.glob(RECORDS))):
-            theirs: Record = read(path, Record).found
-            mine = self.load(theirs.task)
-            if theirs.ended and mine.ended and theirs != mine:
-                raise ForeignFile(f"{path}: not the same result as in {self._file(mine.task)}")
-            if theirs.ended and not mine.ended:
-                self.save(theirs)
 
     def _file(self, task: str) -> Path:
         return self.path / TASKS / f"{sha256(task.encode()).hexdigest()[:24]}.json"

@@ -25,12 +25,15 @@ from pydantic import TypeAdapter
 
 from heavytop import errors
 from heavytop.comparison import own
-from heavytop.comparison.adaptive import textbook_right_hand_side, textbook_solve
+from heavytop.comparison.adaptive import Singular, scipy_stepper
 from heavytop.comparison.methods import make_stepper
-from heavytop.comparison.steppers import FixedStep, IntegrationFailed, Stepper
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import lambdified
-from heavytop.integration.outputs import invariants, sample
+from heavytop.comparison.steppers import (
+    FixedStep,
+    InitialValueProblem,
+    IntegrationFailed,
+    Stepper,
+)
+from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.machine import versions
 from heavytop.numbers.double_double import Array, two_product
 from heavytop.results.stress import ASTRAY, AUTO, Run, SkippedRun, Stress, StressOutcome
@@ -348,7 +351,7 @@ def run(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int
     if not method.is_rival:
         found = _taylor(case, method, step_limit)
     else:
-        found = (_textbook if method.solver else _stepped)(case, method, truth, step_limit)
+        found = (_called if method.solver else _stepped)(case, method, truth, step_limit)
     if found.stopped is None and found.steps > step_limit:
         said = f"{found.steps} steps, more than its limit"
         return replace(found, stopped=StressOutcome.STEP_LIMIT, said=said)
@@ -419,34 +422,29 @@ def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit
     return _arrived(result, case, Plan(method.formulation), truth.end, state)
 
 
-def _textbook(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
-    """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
+def _called(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
+    """Call one of scipy's solvers once, from any start: at a pole nothing warns its user either."""
     chosen = Plan(method.formulation)
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
-    watched = [_zero(form, name, parameters) for name in WATCHED] if case.counted else []
-    told = textbook_solve(
-        textbook_right_hand_side(form, parameters),
-        start.state,
-        truth.end,
-        method.solver,
-        method.setting,
-        method.atol or method.setting,
-        step_limit,
-        watched,
+    problem = InitialValueProblem(method.name, form, parameters, tuple(start.state.tolist()))
+    stepper = scipy_stepper(
+        method.solver, problem, method.setting, step_limit, atol=method.atol, guarded=False
     )
-    result = Attempt(said=told.message, steps=told.steps)
-    if told.status == "finished":
-        counted = dict(zip(WATCHED, told.zeros, strict=False))
-        return _arrived(replace(result, counted=counted), case, chosen, told.t, told.state)
-    failed = StressOutcome.STALLED if told.finite else StressOutcome.SINGULAR
-    return replace(result, stopped=failed if told.status == "failed" else StressOutcome.STEP_LIMIT)
-
-
-def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callable[[Array], float]:
-    symbols = (*form.parameters, *form.given)
-    known = [parameters[p.name] for p in symbols]
-    function = lambdified([form.events[name]], (*form.states, *symbols))
-    return lambda y: float(function(*y, *known)[0])
+    try:
+        taken = stepper.solver(start.state, truth.end, step_limit)
+    except Singular as failure:
+        return Attempt(StressOutcome.SINGULAR, str(failure))
+    except IntegrationFailed as failure:
+        return Attempt(StressOutcome.STALLED, str(failure))
+    result = Attempt(steps=taken.times.size - 1)
+    if taken.times[-1] != truth.end:
+        return replace(result, stopped=StressOutcome.STEP_LIMIT)
+    if case.counted:
+        signs = {name: np.sign(event_function(form, name, taken.states, parameters, taken.times)[0])
+                 for name in WATCHED}  # fmt: skip
+        counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
+        result = replace(result, counted=counted)
+    return _arrived(result, case, chosen, truth.end, taken.states[-1])
 
 
 def _arrived(result: Attempt, case: Case, chosen: Plan, end: float, state: Array) -> Attempt:

@@ -5,27 +5,34 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 from heavytop.comparison import own
 from heavytop.comparison.methods import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
-from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Problem
-from heavytop.results.work_precision import ERRORS, Point, SkippedSetting, WorkPrecision
-from heavytop.run.planning import EPSILON, Plan, plan
+from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import neighbour
-from heavytop.studies.methods import AUTO, TOLERANCE, MethodSetting, NoMethod, admitted, method
+from heavytop.studies.methods import (
+    AUTO,
+    TOLERANCE,
+    MethodSetting,
+    admitted,
+    auto_digits,
+    is_auto,
+    method,
+    planned,
+)
 from heavytop.studies.runner import Progress
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, keep_budget, open_store
@@ -38,19 +45,11 @@ NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
 FIRST_RUNS: Final = 0.6  # of the budget, then no first run is begun; the rest is for the rounds
 LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
-FOLDED: Final = (
-    "the plan is folded: it integrates one period, and there are no further steps to time"
-)
-AUTO_DIGITS: Final = (6, 9, 12)
-AUTO_MOST: Final = 30
 BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
 REPEATS: Final = 3  # rounds of timing again
 REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
 SHORT_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
 clock: Callable[[], float] = perf_counter  # [s]
-
-Asked: TypeAlias = tuple[MethodSetting, str]
-"""A method at a setting, and why it cannot be timed, if so."""
 
 # --- the grid of settings --------------------------------------------------------------------
 
@@ -78,10 +77,8 @@ DEFAULT: Final = (
 )
 
 
-def settings(text: str, scene: Scene, periods: float) -> tuple[Asked, ...]:
+def settings(text: str, scene: Scene, periods: float) -> tuple[MethodSetting, ...]:
     """Return what a text asks for: one setting of a method, or all of the grid.
-
-    Each comes with the reason why it cannot be timed, which is empty where it can.
 
     Parameters
     ----------
@@ -95,46 +92,24 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[Asked, ...]:
     ------
     NoMethod
         There is none of this name, or the setting is outside its bounds.
+    BadScene
+        There is no plan for the digits that auto is asked for.
 
     Examples
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
-    >>> [method.setting for method, _ in settings("taylor-axis=1e-9", scene, 100)]
+    >>> [method.setting for method in settings("taylor-axis=1e-9", scene, 100)]
     [1e-09]
-    >>> [(method.name, reason) for method, reason in settings("auto=6", scene, 100)]
-    [('taylor-axis', ''), ('taylor-cubic', '')]
+    >>> [(method.name, method.formulation) for method in settings("auto=6", scene, 100)]
+    [('auto=6', 'axis')]
     """
-    if digits := auto_digits(text):
-        return tuple(_planned(scene, wants, n, periods) for wants in ERRORS for n in digits)
+    if is_auto(text):
+        return (planned(text, scene, periods),)
     found = method(text)
     if "=" in text:
-        return ((found, ""),)
-    return tuple((method(f"{text}={setting!r}"), "") for setting in grid(found))
-
-
-def auto_digits(text: str) -> tuple[int, ...]:
-    """Return the digits for which a text asks auto; none where it asks for a method.
-
-    Raises
-    ------
-    NoMethod
-        It asks auto for what are no digits.
-
-    Examples
-    --------
-    >>> auto_digits("auto"), auto_digits("auto=12"), auto_digits("gauss8")
-    ((6, 9, 12), (12,), ())
-    """
-    name, equals, digits = text.partition("=")
-    if name != AUTO:
-        return ()
-    if not equals:
-        return AUTO_DIGITS
-    known = {str(n): n for n in range(1, AUTO_MOST + 1)}
-    if digits.lstrip("0") not in known:
-        raise NoMethod(f"whole digits after auto=, from 1 to {AUTO_MOST}")
-    return (known[digits.lstrip("0")],)
+        return (found,)
+    return tuple(method(f"{text}={setting!r}") for setting in grid(found))
 
 
 def grid(found: MethodSetting) -> Sequence[float]:
@@ -147,31 +122,6 @@ def grid(found: MethodSetting) -> Sequence[float]:
     finer = found.is_rival and found.language != "python"  # a decade costs them more than us
     inside = [x for x in (HALF_DECADES if finer else DECADES) if found.least <= x <= found.most]
     return inside if found.is_rival else [*inside, found.least]
-
-
-def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Asked:
-    """Return the method that a plan for so many digits stands for, and why it cannot be timed."""
-    wanted = Scene(scene.top, scene.start, periods=periods, quantities=(wants,), events=(),
-                   samples=2, digits=digits, name=scene.name)  # fmt: skip
-    try:
-        chosen = plan(wanted)
-        found, refused = _method_of(chosen), FOLDED if chosen.folded else ""
-    except BadScene as refusal:
-        found = method("taylor-cubic" if wants == "theta" else "taylor-axis")
-        refused = "; ".join(fault.rule for fault in refusal.faults)
-    return replace(found, digits=digits, wants=wants), refused
-
-
-def _method_of(chosen: Plan) -> MethodSetting:
-    """Return the method that a plan stands for: its form, its bits, its tolerance."""
-    name, bits = f"taylor-{chosen.formulation}", bits_of(chosen.precision)
-    if bits == DOUBLE:
-        loose = f"={chosen.tolerance!r}" if chosen.tolerance > EPSILON else ""
-        return method(f"{name}{'-projected' if chosen.projected else ''}{loose}")
-    found, least = method(f"{name}-mpfr"), 2.0 ** (1 - bits)
-    other = "" if bits == found.bits else str(bits)
-    return replace(found, name=found.name + other, bits=bits, setting=least, least=least,
-                   most=least)  # fmt: skip
 
 
 # --- measuring -------------------------------------------------------------------------------
@@ -199,7 +149,7 @@ def work_precision(
         Its top and its start; its span and its wants are not used.
     methods : sequence of str, Method or callable
         ``NAME`` for all settings of a method, ``NAME=SETTING`` for one; ``auto`` is what `plan`
-        chooses for 6, 9 and 12 digits, ``auto=DIGITS`` for others up to 30. All names are in
+        chooses for 12 digits, ``auto=DIGITS`` for so many, up to 30. All names are in
         `heavytop.studies.work_precision.DEFAULT`, which is what is tried when this is left out.
         Those of your own are as in `heavytop.drift`.
     periods : float
@@ -220,8 +170,8 @@ def work_precision(
     Raises
     ------
     BadScene
-        Nothing nutates; there is no such method; an option is out of its bounds. Every fault is
-        listed.
+        Nothing nutates; there is no such method, or no plan for auto; an option is out of its
+        bounds. Every fault is listed.
     ForeignFile, InUse, StoppedEarly
         As for `heavytop.drift`.
 
@@ -266,24 +216,28 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Paramete
     names, wrong = parse_names(file, "methods", methods, _checked)
     if faults := [*faults, *no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
-    return {"kind": KIND, "scene": scene.problem(), "methods": names, "periods": values["periods"],
-            **own.stated(names), "versions": versions()}  # fmt: skip
+    parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
+                  "periods": values["periods"], **own.stated(names),
+                  "versions": versions()}  # fmt: skip
+    tasks(parameters)  # a plan may be refused: before anything is written
+    return parameters
 
 
 def _checked(text: str) -> str:
     """The text, if it names a method or auto."""
-    if not auto_digits(text):
+    if is_auto(text):
+        auto_digits(text)
+    else:
         method(text)
     return text
 
 
 def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the settings that are run, and that of timing them again."""
-    texts = (each.text for each, folded in _asked(parameters) if not folded)
-    return [*dict.fromkeys(texts), ROUNDS]
+    return [*dict.fromkeys(each.text for each in _asked(parameters)), ROUNDS]
 
 
-def _asked(parameters: Parameters) -> list[Asked]:
+def _asked(parameters: Parameters) -> list[MethodSetting]:
     """Return all that the names of a diagram ask for, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
@@ -301,28 +255,27 @@ def complete(
     began, parameters = clock(), store.parameters
     budget = keep_budget(store, budget, BUDGET_S)
     asked, finished = _asked(parameters), store.load(ROUNDS).done
-    tried = [each for each, folded in asked if not folded]
 
     def show(fraction: float) -> None:
         done = 1.0 if finished else fraction
         if on_progress is not None:
-            count = len(tried)
+            count = len(asked)
             on_progress(Progress(done, int(done * count), count, clock() - began, done))
 
     show(0.0)
     derived = _derived()
     try:
-        timed, refused = _first_runs(store, tried, budget, began, show)
+        timed, refused = _first_runs(store, asked, budget, began, show)
         whole = not any(why.startswith(NO_TIME) for why in refused.values())
         _rounds(store, timed, began + budget, whole, show)
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path) from None
     points, skipped = [], []
-    for each, folded in asked:
-        if folded or each.own in refused:
-            skipped.append(_skipped(each, folded or refused[each.own]))
+    for each in asked:
+        if each in refused:
+            skipped.append(_skipped(each, refused[each]))
         else:
-            points.append(_point(each, timed[each.own], derived[each.formulation]))
+            points.append(_point(each, timed[each], derived[each.formulation]))
     return WorkPrecision(
         scene=Problem(**parameters["scene"]),
         periods=parameters["periods"],
@@ -375,8 +328,7 @@ def _first_runs(
         store.save(record.after(Chunk(rows=[one.measured for one in found], done=True)))
         return found
 
-    once = dict.fromkeys(each.own for each in _in_turn(tried))  # auto's choice is in the grid too
-    for done, each in enumerate(once, 1):
+    for done, each in enumerate(_in_turn(tried), 1):
         try:
             timed[each] = runs(each)
         except TooSlow as slow:
@@ -386,7 +338,7 @@ def _first_runs(
             raise
         except (IntegrationFailed, HeavyTopError) as refusal:
             refused[each] = " ".join(str(refusal).split())
-        show(done / len(once) / 2)
+        show(done / len(tried) / 2)
     return timed, refused
 
 
@@ -415,7 +367,7 @@ def _in_turn(tried: Sequence[MethodSetting]) -> Iterator[MethodSetting]:
     """Yield the loosest setting of each method, then the next one of each, and so on."""
     by_name: dict[str, list[MethodSetting]] = {}
     for each in tried:
-        by_name.setdefault(each.asked, []).append(each)
+        by_name.setdefault(each.name, []).append(each)
     for turn in zip_longest(*by_name.values()):
         yield from filter(None, turn)
 
@@ -430,7 +382,7 @@ def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Poi
     stepper: Any = own.run.stepper
     by_tolerance = each.set_by == TOLERANCE
     return Point(
-        method=each.asked,
+        method=each.name,
         formulation=each.formulation,
         language=each.language,
         tolerance=each.setting if by_tolerance else None,
@@ -450,17 +402,12 @@ def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Poi
         runs=min(len(one.seconds) for one in timed),
         periods=own.periods,
         steps=own.measured["steps"],
-        stands_for=None if each.digits is None else each.text,
-        wants=each.wants,
-        digits=each.digits,
     )
 
 
 def _skipped(each: MethodSetting, reason: str) -> SkippedSetting:
-    setting = {"digits": each.digits} if each.digits else {each.set_by: each.setting}
-    return SkippedSetting(
-        method=each.asked, setting=setting, wants=each.wants, rival=each.is_rival, reason=reason
-    )
+    setting = {each.set_by: each.setting}
+    return SkippedSetting(method=each.name, setting=setting, rival=each.is_rival, reason=reason)
 
 
 def _spread(values: Sequence[float]) -> float:
