@@ -132,7 +132,8 @@ def test_nothing_overflows_or_vanishes(rate, formulation):
 @pytest.mark.parametrize("projected", [False, True])
 def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
     """Also where the pace of some blocks is within the ordinary and of others is not."""
-    wanted = kicked(spin, "400.618", events=("turning",))
+    digits = 12 if float(spin) < 1e3 else 6  # theta is rounded to the spin's ulp: events come late
+    wanted = kicked(spin, "400.618", events=("turning",), digits=digits)
     whole, sampled = (
         ht.propagate(replace(wanted, quantities=x), formulation="axis", projected=projected).orbit
         for x in (("axis",), ("axis", "phi"))
@@ -166,7 +167,7 @@ def test_a_long_run_keeps_no_states_from_which_turns_were_told():
 def test_a_dropped_fast_top_misses_no_turning_point(power, formulation):
     """Its first step reaches beyond half a period, and begins exactly on a turning point."""
     start, events = ht.State(theta="0.5", psidot=f"1e{power}"), ("turning", "reversal", "cusp")
-    wanted = scene(start, "2.618", ht.Top(1, "0.5", 1), events=events, digits=10)
+    wanted = scene(start, "2.618", ht.Top(1, "0.5", 1), events=events, digits=13 - power)
     found = ht.propagate(wanted, formulation=formulation).events
     assert [found.count(event) for event in events] == [6, 0, 3]
 

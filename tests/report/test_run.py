@@ -81,7 +81,7 @@ def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_e
     text = printed("run", "through-top", "--set", "span.time=1")
     assert "φ jumps by π: the value before or after it is given" in text
     text = printed("plan", "sicm-kicked")
-    assert re.search(r"expected +[\d.]+ \w+ of steps, error [\d.e-]+ at the end", text)
+    assert re.search(r"expected +[\d.e-]+ \w+ of steps, error [\d.e-]+ at the end", text)
     assert "no digit right" not in text
 
 
