@@ -45,7 +45,6 @@ def ended(*words, **how):
 def test_help_lists_the_verbs_in_80_columns_and_the_exit_codes():
     text = CliRunner().invoke(app, ["-h"], terminal_width=80).stdout
     assert all(f"  {verb} " in text for verb in VERBS)
-    assert len(VERBS) == 19
     assert "..." not in text.partition("Commands:")[2]
     assert "130 interrupted" in " ".join(text.split())
 
@@ -246,7 +245,7 @@ def test_where_what_is_wrong_cannot_be_said_the_exit_code_tells_it(words, code):
 
 @pytest.mark.processes
 @pytest.mark.parametrize(
-    "words", ["--help", "classify sicm-kicked", "cite", "reference sicm-kicked --times 0:1:0.5"]
+    "words", ["--help", "classify sicm-kicked", "reference sicm-kicked --times 0:1:0.5"]
 )
 def test_where_nobody_reads_it_ends_as_a_shell_says_of_a_closed_pipe(words):
     read, write = os.pipe()

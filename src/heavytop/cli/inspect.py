@@ -94,18 +94,6 @@ def doctor() -> None:
         leave([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])
 
 
-CITED = Argument(metavar="RESULT", help="A folder or JSON file of results, such as out/long.")
-
-
-@verb
-def cite(results: Annotated[list[Path] | None, CITED] = None) -> None:
-    """Print BibTeX of the package, or of what a result used."""
-    from heavytop.cite import citation, in_words
-
-    found = citation(results or ())
-    answer(found, lambda: typer.echo(in_words(found)))
-
-
 TIMES = "Times [s], needed with a scene: 0:10:0.01, or a file with a column t."
 QUANTITIES = "Any of theta, phi, psi [rad], rates, omega [rad/s], axis, attitude."
 EVENTS = "Events to add: turning, reversal, cusp; needs --json or -o x.json."
