@@ -232,10 +232,9 @@ def _answering(given: Mapping[str, Any]) -> Iterator[None]:
             except BrokenPipeError:  # of stdout, and not of a file
                 raise
             except OSError as error:  # of a verb that writes one file
-                if error.errno in FULL or not {"file", "pack"} & given.keys():
+                if error.errno in FULL or "file" not in given:
                     raise
-                place = given.get("file") or given.get("pack") or Path()
-                raise unwritable(place, error) from None
+                raise unwritable(given["file"] or Path(), error) from None
     except (typer.Exit, BadParameter, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
