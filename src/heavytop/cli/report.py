@@ -165,8 +165,9 @@ def explore(
 # --- report ----------------------------------------------------------------------------------
 
 PAGE: Final = "report.html"
-MARKS: Final = (b'name="generator" content="heavytop', b'"schema": "heavytop/report/1"')
-"""What stands near the beginning of the files of a report."""
+REPORT_SCHEMA: Final = "heavytop/report/2"
+MARK: Final = b'name="generator" content="heavytop'
+"""What stands near the beginning of a report."""
 
 
 def page_file(text: str) -> Path:
@@ -179,10 +180,7 @@ ABOUT: Final = (
     "Folders of results; or a scene, about which quick studies are run first; or nothing: the "
     "book's tops."
 )
-WHERE: Final = (
-    f"Folder for {PAGE} and report.json, or FILE.html; default: the current folder, or none with "
-    "--json."
-)
+WHERE: Final = f"Folder for {PAGE}, or FILE.html; default: the current folder."
 PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT, autocompletion=options.scene_names)
 
 
@@ -194,25 +192,27 @@ def report(
 ) -> None:
     """Put results on one HTML page that needs no network.
 
-    The page includes the numbers behind each figure.
+    The page includes the numbers of each result.
     """
     from heavytop.report.page import write_page
 
     with ExitStack() as stack:
         folders, about = _meant(places or [], changes or [])
-        html = None if file is None and manner().json else file or Path(PAGE)
-        if html is not None:
-            _expect_replaceable(html)
-            stack.enter_context(proved(html.parent))
+        html = file or Path(PAGE)
+        _expect_replaceable(html)
+        stack.enter_context(proved(html.parent))
         page = _page(folders, about, stack)
-        files = {} if html is None else write_page(page, html)
-    if manner().json:
-        typer.echo(page.json(files))
-    elif html is not None:
-        figures = sum(len(section.pictures) for section in page.sections)
-        counts = {"result": len(page.sections), "figure": figures}
-        told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
-        typer.echo(f"{harmless(html)}: {told}")
+        write_page(page, html)
+    figures = sum(len(section.pictures) for section in page.sections)
+    counts = {"result": len(page.sections), "figure": figures}
+    told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
+    document = {
+        "schema": REPORT_SCHEMA,
+        "file": harmless(html),
+        "results": [section.result.name for section in page.sections],
+        "missing": [{"study": name, "reason": why} for name, why in page.missing],
+    }
+    answer(document, lambda: typer.echo(f"{harmless(html)}: {told}"))
     missing = () if manner().quiet else page.missing
     leave([(Exit.OK, f"not on the page: {name}: {why}") for name, why in missing])
     if not page.sections:
@@ -236,11 +236,10 @@ def _meant(places: list[str], changes: list[str]) -> tuple[list[Path], list[str]
 
 
 def _expect_replaceable(html: Path) -> None:
-    """Refuse to replace anything but a report, by the page or by the document beside it."""
-    for path, mark in zip((html, html.with_suffix(".json")), MARKS, strict=True):
-        if path.exists() and not (path.is_file() and mark in path.read_bytes()[:2000]):
-            rule = f"{harmless(path)} exists and is not a report: choose another place"
-            raise BadParameter(rule, param_hint="-o")
+    """Refuse to replace anything but a report."""
+    if html.exists() and not (html.is_file() and MARK in html.read_bytes()[:2000]):
+        rule = f"{harmless(html)} exists and is not a report: choose another place"
+        raise BadParameter(rule, param_hint="-o")
 
 
 def _page(folders: list[Path], about: list[str], stack: ExitStack) -> Page:

@@ -316,7 +316,7 @@ def _written(found: Any, place: Path, figures: bool) -> dict[str, str]:
     for chart, form in product(charts, FORMS):  # those of an earlier study of the name
         (place / f"{chart.name}.{form}").unlink(missing_ok=True)
     for chart in charts:
-        if figures and chart.data_in(document):
+        if figures and document[chart.shows]:
             key = "chart" if chart.name == name else chart.name
             files |= _saved(place, chart.name, chart.draw(drawn), key)
     write()

@@ -144,12 +144,12 @@ def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
     return {name: found[name] for name in _beyond(trajectory, exactly)}
 
 
-def deviations(trajectory: Trajectory, most: int = 1000) -> dict[str, Array]:
+def deviations(trajectory: Trajectory) -> dict[str, Array]:
     """Return times as ``t``, and |run − closed form| there of angles and axis, in doubles.
 
-    At the samples, or at so many of them, evenly spaced. Raises `NoClosedForm`.
+    At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
-    run = trajectory.samples.at(_some(trajectory.t.size, most))
+    run = trajectory.samples.at(_some(trajectory.t.size, 1000))
     return {"t": run.t} | _apart(run, closed_form(trajectory)(run.t), (*ANGLES, "axis"))
 
 
