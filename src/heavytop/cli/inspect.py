@@ -45,9 +45,7 @@ def plan(
     show(planned(read(scene, changes, digits), formulation.value).document())
 
 
-PRINTED = Argument(
-    metavar="NAME", help="Print the text of this scene.", autocompletion=options.scene_names
-)
+PRINTED = Argument(metavar="NAME", help="Print the text of this scene.")
 
 
 @verb

@@ -52,7 +52,7 @@ CHARTS: Final = (".svg", ".png", ".pdf")
 DRAWN: Final = (
     "Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder."
 )
-OF: Final = option("SCENE", SUBJECT, autocompletion=options.scene_names)
+OF: Final = option("SCENE", SUBJECT)
 
 
 @verb
@@ -137,11 +137,7 @@ def film(
 
 # --- explore ---------------------------------------------------------------------------------
 
-EXPLORED: Final = Argument(
-    metavar="SCENE",
-    help="The scene that the page starts with.",
-    autocompletion=options.scene_names,
-)
+EXPLORED: Final = Argument(metavar="SCENE", help="The scene that the page starts with.")
 
 
 @verb
@@ -181,7 +177,7 @@ ABOUT: Final = (
     "book's tops."
 )
 WHERE: Final = f"Folder for {PAGE}, or FILE.html; default: the current folder."
-PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT, autocompletion=options.scene_names)
+PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT)
 
 
 @verb
@@ -230,8 +226,10 @@ def _meant(places: list[str], changes: list[str]) -> tuple[list[Path], list[str]
         others = ", ".join(repr(each) for each in places if not Path(each).is_dir())
         rule = f"give several folders or one scene; these are not folders: {others}"
         raise BadParameter(rule, param_hint="DIR")
+    from heavytop.scene.scene import shipped_names
+
     options.read(places[0], changes)  # refused here, if it is to be refused
-    scene = places[0] if places[0] in options.scene_names() else str(Path(places[0]).absolute())
+    scene = places[0] if places[0] in shipped_names() else str(Path(places[0]).absolute())
     return [], [scene, *(word for change in changes for word in ("--set", change))]
 
 
