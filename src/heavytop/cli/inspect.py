@@ -83,7 +83,7 @@ def derive(latex: Annotated[bool, Option(help="Print a LaTeX document.")] = Fals
 
 @verb
 def doctor() -> None:
-    """Print the versions, the processor, and heyoka's wheel and cache."""
+    """Print the versions, the processor, and heyoka's cache."""
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
