@@ -40,6 +40,7 @@ from .errors import (
     ForeignStudy as ForeignStudy,
     ForeignWorker as ForeignWorker,
     HeavyTopError as HeavyTopError,
+    ImpossibleBodyWarning as ImpossibleBodyWarning,
     ImpossibleStart as ImpossibleStart,
     ImpossibleTop as ImpossibleTop,
     InUse as InUse,

@@ -44,7 +44,7 @@ class Impossible(HeavyTopError, ValueError):
 
 
 class ImpossibleTop(Impossible):
-    """Moments that no rigid body has."""
+    """Moments with which nothing moves: A is not positive, or C is negative."""
 
 
 class ImpossibleStart(Impossible):
@@ -259,6 +259,10 @@ class MissingPackage(HeavyTopError, ImportError):
 
 class NoWorkerWarning(UserWarning):
     """Workers elsewhere that have all gone, while their study waits for one."""
+
+
+class ImpossibleBodyWarning(UserWarning):
+    """Moments that no rigid body has; the message says which inequality they break."""
 
 
 class UnboundedAngleWarning(UserWarning):

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
-from heavytop.errors import BadScene, ForeignFile, Impossible, NotANumber
+from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
 from heavytop.files import regular, write_document, write_text
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.intervals import Interval
@@ -183,6 +183,10 @@ def reference(
         if len(events)
         else ([], [])
     )
+    spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
+    if scene.top.C == 0 and spun and not (wrong or unknown):
+        rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
+        strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
     if faults := [*wrong, *unknown, *strange]:
         raise BadScene(tuple(faults))
     exact = options["times"]

@@ -59,6 +59,8 @@ def rates(top: Top, p_psi: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Array, Arra
 def least_spin(top: Top, theta: Number) -> float:
     """The least |ω3| of a steady precession, 2 √(A gMR cosθ)/C [rad/s]; 0 where any spin will do.
 
+    Infinite for a point mass, C = 0, which no spin holds up.
+
     On the vertical where V is highest it is the least spin of a top that sleeps stably.
 
     Examples
@@ -67,7 +69,9 @@ def least_spin(top: Top, theta: Number) -> float:
     117.19400693596917
     """
     product = top.A * top.gMR * cos(Exact.of(theta))
-    return float(2 * sqrt(product) / top.C) if product.sign() == 1 else 0.0
+    if product.sign() != 1:
+        return 0.0
+    return float(2 * sqrt(product) / top.C) if top.C != 0 else math.inf
 
 
 def tilt_at_threshold(delta: float) -> float:
