@@ -37,8 +37,6 @@ from .errors import (
     DoubtfulWarning as DoubtfulWarning,
     EndedEarly as EndedEarly,
     ForeignFile as ForeignFile,
-    ForeignStudy as ForeignStudy,
-    ForeignWorker as ForeignWorker,
     HeavyTopError as HeavyTopError,
     ImpossibleBodyWarning as ImpossibleBodyWarning,
     ImpossibleStart as ImpossibleStart,

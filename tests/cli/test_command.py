@@ -178,7 +178,7 @@ def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
     whole = heavytop.run.propagation.carried_out
 
     def carried_out(*arguments, **options):
-        warnings.warn("the angle grows", errors.UnboundedAngleWarning, stacklevel=2)
+        warnings.warn("the angle grows", errors.DoubtfulWarning, stacklevel=2)
         return whole(*arguments, **options)
 
     monkeypatch.setattr(heavytop.run.propagation, "carried_out", carried_out)

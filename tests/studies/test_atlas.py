@@ -125,7 +125,7 @@ def test_shards_joined_are_the_whole(rows, tmp_path):
 def test_shards_of_other_atlases_are_refused(tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", folder=tmp_path / "a", jobs=1)
     ht.atlas(KICKED, AXES["x"], "psidot=-150:150:31", only="kind", folder=tmp_path / "b", jobs=1)
-    with pytest.raises(ht.ForeignStudy, match=r"y: .*29.*31|y: .*31.*29"):
+    with pytest.raises(ht.ForeignFile, match=r"y: .*29.*31|y: .*31.*29"):
         ht.merge_atlases([tmp_path / "a", tmp_path / "b"], tmp_path / "all")
     with pytest.raises(ht.errors.WrongType, match="folders: a list of paths"):
         ht.merge_atlases("one", tmp_path / "all")

@@ -74,7 +74,7 @@ EXIT_CODES: Final = (
 CODES: Final = {  # the first that fits
     Exit.USAGE: (errors.InUse, errors.MissingPackage, errors.NoScheduler),
     Exit.ENDED_EARLY: (errors.EndedEarly, errors.StoppedEarly),
-    Exit.BUG: (errors.UntranslatableExpression, errors.WrongType),
+    Exit.BUG: (errors.WrongType,),
     Exit.BAD_SCENE: (errors.HeavyTopError,),
 }
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})

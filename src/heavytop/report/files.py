@@ -17,7 +17,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from heavytop.errors import ForeignFile, ForeignRun, Stop, StoppedEarly
+from heavytop.errors import ForeignFile, Stop, StoppedEarly
 from heavytop.files import as_json, locked, write_document
 from heavytop.hdf5 import write_sealed
 from heavytop.report.studies import RESULTS, kind_of
@@ -111,10 +111,8 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
 
     Raises
     ------
-    ForeignRun
-        It holds another run, or a study, and `force` does not replace it.
     ForeignFile
-        It holds what cannot be read.
+        It holds another run, or a study, and `force` does not replace it; or what cannot be read.
     InUse
         Another process is writing it.
     OSError
@@ -123,7 +121,7 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
     from heavytop.studies.store import LOCK, STUDY
 
     if (folder / STUDY).exists():
-        raise ForeignRun(folder, ())
+        raise ForeignFile(f"{folder}: holds a study; a run needs a folder of its own")
     mine = False
     with locked(folder / LOCK):
         try:
@@ -183,7 +181,8 @@ def _expect_same(folder: Path, asked: Request) -> None:
     except ForeignFile as fault:
         raise ForeignFile(f"{fault} (--force replaces it)") from None
     if others := differences(there, asked.question):
-        raise ForeignRun(folder, others)
+        told = "; ".join(others)
+        raise ForeignFile(f"{folder}: holds another run: {told} (--force replaces it)")
 
 
 def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:

@@ -29,7 +29,6 @@ from heavytop.errors import (
     DoubtfulWarning,
     MissedDigitsWarning,
     NoClosedForm,
-    UnboundedAngleWarning,
 )
 from heavytop.integration.projection import GOLDEN
 from heavytop.numbers.decimals import Number, context
@@ -194,9 +193,8 @@ def ahead(du: Any, dudot: Any, exact: Columns, frequency: Any) -> Any:
 
 def forewarned(chosen: Plan, stacklevel: int = 3) -> None:
     """Warn of what a plan says may disappoint."""
-    about = UnboundedAngleWarning if chosen.formulation == "lagrange" else DoubtfulWarning
     for warning in chosen.warnings:
-        warnings.warn(warning, about, stacklevel=stacklevel)
+        warnings.warn(warning, DoubtfulWarning, stacklevel=stacklevel)
 
 
 def checked(trajectory: Trajectory, stacklevel: int = 3) -> Trajectory:
