@@ -219,7 +219,6 @@ WRONG = {
     "of another kind": ("validate", '{"schema": "heavytop/run/1"}', "validate.json"),
     "no number": ("validate", json.dumps(validate()).replace("1e-09", "1e999"), "validate.json"),
     "no time": ("workprec", {"points": [TIMELESS, POINT | {"rival": False}]}, "workprec.json"),
-    "no such point": ("workprec", {"front": [9]}, "workprec.json: front: not what follows"),
     "no case": ("stress", {"hard": {}}, "stress.json"),
     "another shape": ("atlas", {"shape": [24, 24]}, "atlas.nc"),
     "no plan": ("run", {"plan": None}, "run.json"),
@@ -305,14 +304,6 @@ def test_a_page_is_where_it_is_said(place, undrawn, word, file, tmp_path, monkey
     made = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file())
     assert done.exit_code == (0 if file else 2), done.output
     assert made == ([file] if file else [])
-
-
-@pytest.mark.parametrize("made", [os.mkfifo, lambda path: path.write_text("<h1>My notes</h1>")])
-def test_a_report_replaces_nothing_but_a_report(place, undrawn, made, tmp_path):
-    made(tmp_path / "report.html")
-    before = (tmp_path / "report.html").stat().st_mtime_ns
-    assert report(place / "validate", "-o", tmp_path).exit_code == 2
-    assert [path.stat().st_mtime_ns for path in tmp_path.iterdir()] == [before]
 
 
 @pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 4), (errno.EACCES, 2)])

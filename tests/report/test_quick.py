@@ -162,8 +162,6 @@ def test_without_anything_the_studies_are_run_and_what_was_not_is_said(quickly, 
     command = f"heavytop drift sicm-kicked {drifting} --no-figures -o drift"
     assert re.search(rf"drift: not done in \d+ s \({command}\)", page)
     assert "atlas: atlas: no &lt;b&gt; (heavytop atlas sicm-kicked --x phidot=-30:40:300" in page
-    (tmp_path / "report.html").write_text("my own")
-    assert report().exit_code == 2
 
 
 def test_a_scene_of_ones_own_is_found(quickly, tmp_path):

@@ -162,8 +162,6 @@ def explore(
 
 PAGE: Final = "report.html"
 REPORT_SCHEMA: Final = "heavytop/report/2"
-MARK: Final = b'name="generator" content="heavytop'
-"""What stands near the beginning of a report."""
 
 
 def page_file(text: str) -> Path:
@@ -195,7 +193,6 @@ def report(
     with ExitStack() as stack:
         folders, about = _meant(places or [], changes or [])
         html = file or Path(PAGE)
-        _expect_replaceable(html)
         stack.enter_context(proved(html.parent))
         page = _page(folders, about, stack)
         write_page(page, html)
@@ -231,13 +228,6 @@ def _meant(places: list[str], changes: list[str]) -> tuple[list[Path], list[str]
     options.read(places[0], changes)  # refused here, if it is to be refused
     scene = places[0] if places[0] in shipped_names() else str(Path(places[0]).absolute())
     return [], [scene, *(word for change in changes for word in ("--set", change))]
-
-
-def _expect_replaceable(html: Path) -> None:
-    """Refuse to replace anything but a report."""
-    if html.exists() and not (html.is_file() and MARK in html.read_bytes()[:2000]):
-        rule = f"{harmless(html)} exists and is not a report: choose another place"
-        raise BadParameter(rule, param_hint="-o")
 
 
 def _page(folders: list[Path], about: list[str], stack: ExitStack) -> Page:
