@@ -14,8 +14,6 @@ from heavytop import errors
         errors.BadScene((errors.Fault("a.toml", 3, "top.A", "-1", "A > 0"),)),
         errors.ImpossibleTop([("A", "A > 0")]),
         errors.Unseparated("x", 1e-9),
-        errors.ForeignStudy(Path("out"), ["seed: 1 there, 2 here"]),
-        errors.ForeignWorker("w", ["heyoka"]),
         errors.InUse(Path("out"), "12", "here"),
         errors.MissingPackage("strang", ["numba"]),
         errors.EndedEarly("singular", None, "why"),

@@ -62,18 +62,6 @@ def test_a_run_in_more_digits_has_its_decimals_too():
     assert tuple(run.to_pandas()["theta_text"]) == tuple(run.to_xarray()["theta_text"].values)
 
 
-def test_exact_values_are_the_doubles_next_to_them():
-    exact = ht.reference(SCENE, "0:0.5:0.25", ["theta", "axis", "attitude", "omega", "rates"])
-    table, data = exact.to_pandas(), exact.to_xarray()
-    same(table.index, [0.0, 0.25, 0.5])
-    assert list(table) == [name for name in exact.columns if name != "t"]
-    for name in table:
-        same(table[name], data[name])
-    units = {"t": "s", "theta": "rad", "axis_z": "1", "quaternion_w": "1", "omega_x": "rad s-1"}
-    assert units.items() <= table.attrs["units"].items()
-    assert table.attrs["units"].keys() == {*table, "t"}
-
-
 def test_errors_of_a_drift_are_by_method_and_time(drift):
     table, data = drift.to_pandas(), drift.to_xarray()
     assert table.index.names == ["scheme", "periods"]

@@ -79,7 +79,7 @@ def test_everything_else_is_the_same_bit_for_bit(tmp_path, monkeypatch):
 
 @pytest.mark.processes
 def test_doctor_has_the_line_that_brings_heyoka():
-    assert f"\nwheel        heyoka: missing: {CONDA}\n" in elsewhere("-m", "heavytop", "doctor")
+    assert f"\nheyoka       missing: {CONDA}\n" in elsewhere("-m", "heavytop", "doctor")
 
 
 @pytest.mark.processes

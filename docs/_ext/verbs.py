@@ -39,7 +39,6 @@ PAGES = {
     "explore": "explorer.md",
     "scenes": "scenes.md",
     "derive": "theory/lagrangian.md",
-    "cite": "commands.md#what-to-cite",
     "doctor": "quickstart.md",
 }
 

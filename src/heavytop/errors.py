@@ -44,7 +44,7 @@ class Impossible(HeavyTopError, ValueError):
 
 
 class ImpossibleTop(Impossible):
-    """Moments that no rigid body has."""
+    """Moments with which nothing moves: A is not positive, or C is negative."""
 
 
 class ImpossibleStart(Impossible):
@@ -125,61 +125,11 @@ class Unseparated(NoClosedForm):
         return str(self.args[0])
 
 
-class UntranslatableExpression(HeavyTopError, TypeError):
-    """A symbolic expression that has no counterpart in the integrator."""
-
-
 class ForeignFile(HeavyTopError, ValueError):
-    """A result file that is damaged or was not written by this package."""
+    """A result file that is damaged or not of this package, or a folder that holds another study.
 
-
-class ForeignStudy(ForeignFile):
-    """A folder that holds another study; `differences` lists by name what is not the same.
-
-    Attributes
-    ----------
-    folder : Path
-        Where it lies.
-    differences : tuple of str
-        Each with what stands there and what was asked.
+    A worker elsewhere whose versions are not those of the study is one too.
     """
-
-    def __init__(self, folder: Path, differences: Sequence[str]) -> None:
-        super().__init__(folder, differences)
-        self.folder = folder
-        self.differences = tuple(differences)
-
-    def __str__(self) -> str:
-        return f"{self.folder}: holds another study: {'; '.join(self.differences)}"
-
-
-class ForeignRun(ForeignStudy):
-    """A folder that holds another run, or a study; `differences` lists what is not the same."""
-
-    def __str__(self) -> str:
-        if not self.differences:
-            return f"{self.folder}: holds a study; a run needs a folder of its own"
-        differences = "; ".join(self.differences)
-        return f"{self.folder}: holds another run: {differences} (--force replaces it)"
-
-
-class ForeignWorker(ForeignFile):
-    """A worker elsewhere that is not like the study; `differences` lists by name in what.
-
-    Attributes
-    ----------
-    worker : str
-        Its process and its computer.
-    differences : tuple of str
-        Each with what the worker has and what the study was begun with.
-    """
-
-    def __init__(self, worker: str, differences: Sequence[str]) -> None:
-        super().__init__(worker, differences)
-        self.worker, self.differences = worker, tuple(differences)
-
-    def __str__(self) -> str:
-        return f"{self.worker}: this worker does not match the study: {'; '.join(self.differences)}"
 
 
 class NoScheduler(HeavyTopError):
@@ -260,8 +210,8 @@ class NotDrawnWarning(UserWarning):
     """A picture of a result that could not be drawn; the result itself is whole."""
 
 
-class UnboundedAngleWarning(UserWarning):
-    """An angle that grows in the state of a long run and loosens its step control."""
+class ImpossibleBodyWarning(UserWarning):
+    """Moments that no rigid body has; the message says which inequality they break."""
 
 
 class DoubtfulWarning(UserWarning):

@@ -1,4 +1,4 @@
-"""Exact values as files: every digit is proved, and what scores a trajectory by them is scored."""
+"""Exact values as files: every digit is proved."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_the_command_writes_what_it_prints(tmp_path):
     shown = cli("sicm-kicked", "--times", "0:2:1", "--quantities", "theta,axis", "--digits", 15)
     assert shown.stdout.splitlines()[0] == "t,theta,axis_x,axis_y,axis_z"
     assert shown.stdout.splitlines()[3].startswith("2,0.426943705309657,")
-    for ending in ("csv", "json", "nc", "CSV", "Json", "NC"):
+    for ending in ("csv", "json", "CSV", "Json"):
         path = tmp_path / f"x.{ending}"
         assert cli("sicm-kicked", "--times", "0:1:1", "-o", path).exit_code == 0
         assert path.stat().st_size
@@ -113,8 +113,8 @@ def test_the_command_writes_what_it_prints(tmp_path):
     [(["sicm-kicked"], 2), ([], 2), (["nosuch", "--times", "0:1:1"], 3),
      (["sicm-kicked", "--times", "0:1:1", "-o", "x.txt"], 2),
      (["sicm-kicked", "--times", "0:1:1", "-o", "nowhere/x.csv"], 2),
-     (["sicm-kicked", "--pack", "x"], 2), (["--pack", "x", "--events", "cusp"], 2),
-     (["--pack", "/dev/null/x"], 2), (["sicm-kicked", "--times", "1:0:1"], 2),
+     (["sicm-kicked", "--times", "0:1:1", "-o", "x.nc"], 2),
+     (["sicm-kicked", "--times", "1:0:1"], 2),
      (["sicm-kicked", "--times", "0:1:1", "--events", "cusp"], 2),
      (["sicm-kicked", "--times", "nowhere.csv"], 3)],
 )  # fmt: skip

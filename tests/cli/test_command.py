@@ -1,9 +1,8 @@
-"""The command: its help and completion, its streams, its exit codes, and whom it blames."""
+"""The command: its help, its streams, its exit codes, and whom it blames."""
 
 import errno
 import json
 import os
-import re
 import subprocess
 import sys
 import warnings
@@ -18,11 +17,7 @@ import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app, command, exit_code
 from heavytop.cli.options import FormulationName
-from heavytop.comparison import METHODS
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.studies.atlas_plane import ROLES
-from heavytop.studies.methods import stress_methods, taylor_methods
-from heavytop.studies.stress_cases import cases
 
 from ..commands import fail_with, heavytop_
 
@@ -39,13 +34,12 @@ def ended(*words, **how):
     return subprocess.run(ours, text=True, check=False, **both)
 
 
-# --- help and completion -------------------------------------------------------------------------
+# --- help -------------------------------------------------------------------------
 
 
 def test_help_lists_the_verbs_in_80_columns_and_the_exit_codes():
     text = CliRunner().invoke(app, ["-h"], terminal_width=80).stdout
     assert all(f"  {verb} " in text for verb in VERBS)
-    assert len(VERBS) == 19
     assert "..." not in text.partition("Commands:")[2]
     assert "130 interrupted" in " ".join(text.split())
 
@@ -59,34 +53,6 @@ def test_every_option_says_what_it_is(verb):
 
 def test_the_equations_that_can_be_asked_for_are_those_there_are():
     assert sorted(FormulationName) == sorted(["auto", *FORMULATIONS])
-
-
-@pytest.mark.parametrize(
-    ("verb", "known"),
-    [
-        ("drift", ["auto", *taylor_methods(), *METHODS]),
-        ("stress", [*cases(), *stress_methods()]),
-        ("atlas", list(ROLES)),
-    ],
-)
-def test_names_are_listed(verb, known):
-    text = "".join(heavytop_(verb, "--help").stdout.partition("Names for")[2].split())
-    assert set(known) <= set(re.split(r"[,.:]|Namesfor", text))
-
-
-@pytest.mark.parametrize(
-    ("words", "completed"),
-    [
-        ("plan sicm-k", "sicm-kicked"),
-        ("drift sicm-kicked --methods auto,stra", "auto,strang"),
-        ("atlas sicm-kicked --x om", "omega3="),
-    ],
-)
-def test_names_are_completed(words, completed):
-    line = f"heavytop {words}"
-    asked = {"_HEAVYTOP_COMPLETE": "complete_bash", "COMP_WORDS": line}
-    asked["COMP_CWORD"] = str(len(line.split()) - 1)
-    assert CliRunner().invoke(app, [], env=asked).stdout.split() == [completed]
 
 
 @pytest.mark.processes
@@ -131,14 +97,14 @@ def test_exit_codes(error, code):
         ("run sicm-kicked --set start.phidot 14", "'start.phidot' is not KEY=VALUE, in one word"),
         ("run sicm-kicked --set =0.2", "Invalid value for '--set': '=0.2' is not KEY=VALUE"),
         ("run sicm-kicked --set start.theta= 0.2", "argument(s) (0.2)\n"),
-        ("run sicm-kicked --digits 0", "Invalid value for --digits: want.digits = 0: "),
+        ("run sicm-kicked --digits 0", "Invalid value for '--digits': "),
         ("run sicm-kicked --set top.A=-1", "for --set: top.A = -1: must be greater than 0\n"),
         ("run sicm-kicked --set start.phidto=3", 'unknown key (did you mean "phidot"?)'),
-        ("run sicm-kicked --set top.A=0 --set top.C=0", "for --set: 2 faults\n--set: top.A = 0: "),
+        ("run sicm-kicked --set top.A=0 --set top.C=0", "for --set: top.A = 0: "),
         ("plan sicm-kicked --formulation hamilton", "'hamilton' is not one of"),
         ("stress --cases cup", 'in all: heavytop stress --list) (did you mean "cusp"?)'),
         ("drift sicm-kicked --methods taylor-axes", "for --methods: methods = taylor-axes: one of"),
-        ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: 2 faults\n"),
+        ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: periods = 0"),
         ("derive --latex --json", "for --latex: "),
         ("scenes my-top.toml", "no shipped scene has this name"),
         *((f"film sicm-kicked -o x.gif --size={size}", f'for --size: size = "{size}": width and ')
@@ -155,14 +121,11 @@ def test_a_bad_word_is_a_usage_error_that_names_it(words, told, monkeypatch):
     assert len(result.stderr.splitlines()[-1]) < 450
 
 
-@pytest.mark.parametrize("change", ["start.phidot=1e155", "top.gMR=1e300", "start.phi=x"])
-def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_file(
-    change, tmp_path
-):
+def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_file(tmp_path):
     file = tmp_path / "mine.toml"
     text = heavytop_("scenes", "sicm-kicked").stdout
     file.write_text(text, "utf-8")
-    result = heavytop_("plan", file, "--set", change)
+    result = heavytop_("plan", file, "--set", "start.phi=x")
     assert result.exit_code == Exit.USAGE
     assert "Invalid value for --set: " in result.stderr
     assert "mine" not in result.stderr
@@ -215,7 +178,7 @@ def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
     whole = heavytop.run.propagation.carried_out
 
     def carried_out(*arguments, **options):
-        warnings.warn("the angle grows", errors.UnboundedAngleWarning, stacklevel=2)
+        warnings.warn("the angle grows", errors.DoubtfulWarning, stacklevel=2)
         return whole(*arguments, **options)
 
     monkeypatch.setattr(heavytop.run.propagation, "carried_out", carried_out)
@@ -242,25 +205,6 @@ def test_where_what_is_printed_goes_to_a_full_disk_it_is_told(words):
 def test_where_what_is_wrong_cannot_be_said_the_exit_code_tells_it(words, code):
     with FULL.open("w") as full:
         assert ended(*words.split(), stderr=full).returncode == code
-
-
-@pytest.mark.processes
-@pytest.mark.parametrize(
-    "words", ["--help", "classify sicm-kicked", "cite", "reference sicm-kicked --times 0:1:0.5"]
-)
-def test_where_nobody_reads_it_ends_as_a_shell_says_of_a_closed_pipe(words):
-    read, write = os.pipe()
-    os.close(read)
-    found = ended(*words.split(), stdout=write)
-    os.close(write)
-    assert (found.returncode, found.stderr) == (Exit.UNREAD, "")
-
-
-@pytest.mark.processes
-def test_a_closed_stdout_is_no_bug():
-    line = f"exec {sys.executable} -m heavytop classify sicm-kicked >&-"
-    found = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
-    assert (found.returncode, found.stderr) == (0, "")
 
 
 @pytest.mark.processes

@@ -12,7 +12,7 @@ import sympy as sp
 
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdified
-from heavytop.errors import NotANumber, UntranslatableExpression
+from heavytop.errors import NotANumber, WrongType
 from heavytop.integration.compiled import translated
 from heavytop.numbers import PI, Exact
 from heavytop.run.planning import start_values
@@ -65,7 +65,7 @@ UNTRANSLATABLE = {
 
 @pytest.mark.parametrize("named", UNTRANSLATABLE)
 def test_what_cannot_be_translated_is_named(named):
-    with pytest.raises(UntranslatableExpression, match=re.escape(named)):
+    with pytest.raises(WrongType, match=re.escape(named)):
         translated([UNTRANSLATABLE[named]], {"x": X, "y": Y})
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
-import io
 import json
 import math
 import time
@@ -14,12 +12,10 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from heavytop.analytic.motion import Motion
-from heavytop.analytic.potential import Potential
-from heavytop.plots.figures import FIGURES, MOST_PERIODS
+from heavytop.plots.figures import FIGURES
 from heavytop.report.files import write_results
 from heavytop.report.page import load_results, page_of, player_html, write_page
-from heavytop.report.player import frames, run_data, tops
+from heavytop.report.player import as_drawn, frames, tops
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
@@ -75,9 +71,6 @@ def test_a_long_run_is_shown_for_so_long_as_it_can_be_followed():
     assert abs(played["spin"]) == pytest.approx(360, rel=0.02)
     assert played["notes"] == [f"The first {played['end']:.3g} s of 60 s are shown."]
     assert max(event["t"] for event in played["events"]) <= played["end"]
-    quiet = run_of("sicm-kicked", "span.time=60", "want.events=[]")
-    last = run_data(quiet)[1]["motion"]["t"][-1]
-    assert last == pytest.approx(MOST_PERIODS * run.motion.period)
 
 
 @pytest.mark.parametrize("name", ["at-rest", "sleeping-unstable"])
@@ -89,28 +82,10 @@ def test_a_top_that_rests_is_shown_as_it_moves_when_it_is_touched(name):
     assert played["notes"][0].startswith("Without a push it stays as it is")
 
 
-@pytest.mark.parametrize("name", ["sicm-kicked", "steady-betsch", "sleeping-unstable"])
-def test_the_numbers_beside_pictures_are_those_of_the_run_and_of_the_motion(name):
-    run = run_of(name)
-    _, data = run_data(run)
-    there = run(np.array(data["motion"]["t"]))
-    for column in ("theta", "phi", "psi", "psidot"):
-        assert data["motion"][column] == pytest.approx(getattr(there, column), rel=1e-11)
-    beside = data["potential"]
-    motion = Motion(run.scene.top, run.scene.start)
-    source = Potential(motion.rising.source)
-    energies = float(run.scene.top.A) * source(np.array(beside["theta"]))
-    assert beside["potential"] == pytest.approx(energies.tolist(), rel=1e-11)
-    ends = [beside["theta_min"], beside["theta_max"]]
-    assert ends == pytest.approx([float(motion.theta_min), float(motion.theta_max)], abs=1e-11)
-    inside = [ends[0] < tilt < ends[1] for tilt in beside["theta"]]
-    assert sum(inside) > 50 or not motion.nutates
-
-
 def test_a_run_in_many_digits_is_drawn_in_doubles():
     run = run_of("sicm-kicked", "want.digits=25", "span.time=0.1")
     assert run.decimals is not None
-    assert run_data(run)[0].decimals is None
+    assert as_drawn(run).decimals is None
 
 
 # --- in a browser ------------------------------------------------------------------------------
@@ -125,7 +100,7 @@ PRESSED = "document.querySelector('[data-do=play]').getAttribute('aria-pressed')
 
 
 @pytest.fixture(scope="module")
-def html(tmp_path_factory):
+def page(tmp_path_factory):
     place = tmp_path_factory.mktemp("results")
     title = 'title="<img src=x onerror=alert(1)><b>kicked"'
     runs = (("sicm-kicked", [title]), ("sicm-dropped", []), ("sleeping", []))
@@ -135,13 +110,14 @@ def html(tmp_path_factory):
         write_results(run_of(name, *options), folder, figures=False)
     one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
     with patch.dict(FIGURES, one, clear=True):
-        write_page(page_of(load_results([place])), place / "report.html")
-    return place / "report.html"
+        return page_of(load_results([place]))
 
 
 @pytest.fixture(scope="module")
-def document(html):
-    return json.loads(html.with_suffix(".json").read_text("utf-8"))
+def html(page, tmp_path_factory):
+    written = tmp_path_factory.mktemp("page") / "report.html"
+    write_page(page, written)
+    return written
 
 
 @pytest.fixture(scope="module")
@@ -210,10 +186,10 @@ def test_where_less_motion_is_asked_for_it_starts_when_it_is_told_to(browser, ht
     browser.until(f"{STATE}.at > 1")
 
 
-def test_what_it_says_is_where_the_top_is(resting, document):
+def test_what_it_says_is_where_the_top_is(resting):
     resting.until(f"{WORDS}.startsWith('t = 0.0000 s, θ = 5.73° = 0.1000 rad')")
     resting.value(f"{PLAYER}.to({STATE}.count - 1)")
-    theta = document["results"][0]["data"]["motion"]["theta"][-1]
+    theta = run_of("sicm-kicked").samples.theta[-1]
     said = f"t = 2.0000 s, θ = {math.degrees(theta):.2f}° = {theta:.4f} rad"
     resting.until(f"{WORDS}.startsWith('{said}')")
     # the run is one of 2 s in which the spin is 236.6 rad, played at 9 rad a second
@@ -336,41 +312,18 @@ def test_another_run_can_be_chosen_and_its_events_are_marked(resting):
     resting.until(f"{WORDS}.includes('reversal of precession')")
 
 
-LISTED = {
-    "overview": lambda data: data["motion"],
-}
-"""By the end of a figure's name, columns that its CSV must have."""
-
-
 def saved(path):
     return waited(path.is_file, path.name) and path.read_text("utf-8")
 
 
-def test_every_button_that_saves_saves_the_numbers(browser, document, tmp_path):
+def test_every_button_that_saves_saves_the_document_of_a_result(browser, page, tmp_path):
     browser.ask("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
-    buttons = "document.querySelectorAll('button[data-as]')"
-    figures = [(each, result) for result in document["results"] for each in result["figures"]]
-    assert browser.value(f"{buttons}.length") == 2 * len(figures)
+    buttons = "document.querySelectorAll('button[data-of]')"
+    assert browser.value(f"{buttons}.length") == len(page.sections)
     browser.value(f"{buttons}.forEach((each) => each.click())")
-    for figure, result in figures:
-        as_json, as_csv = (tmp_path / f"{figure['id']}-data.{form}" for form in ("json", "csv"))
-        own = {key: result["data"][key] for key in figure["data"]}
-        assert json.loads(saved(as_json)) == own
-        rows = list(csv.DictReader(io.StringIO(saved(as_csv))))
-        lists = next(of for end, of in LISTED.items() if figure["id"].endswith(end))(own)
-        for head, values in lists.items():
-            assert [float(row[head]) for row in rows] == values
-
-
-def test_the_table_of_numbers_has_signs_and_units_and_says_what_it_leaves_out(browser):
-    part = "document.querySelector('#run-1-overview details')"
-    browser.value(f"{part}.open = true")
-    browser.until(f"{part}.querySelector('table').rows.length > 0")
-    heads = browser.value(f"[...{part}.querySelectorAll('th')].map((e) => e.textContent)")
-    assert heads[:3] == ["t [s]", "θ [rad]", "φ [rad]"]
-    rows = browser.value(f"{part}.querySelectorAll('tbody tr').length")
-    caption = browser.value(f"{part}.querySelector('caption').textContent")
-    assert caption == f"{401 - rows} more rows are in the files."
+    for section in page.sections:
+        found = json.loads(saved(tmp_path / f"{section.ident}-data.json"))
+        assert found == section.result.document
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1280, "dark"), (360, "light")])

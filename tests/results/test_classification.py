@@ -26,7 +26,7 @@ def document(scene, **changes):
 
 def test_its_parts_are_in_order():
     found = document("sicm-kicked")
-    parts = ["schema", "command", "scene", "motion", "constants", "facts", "enclosure"]
+    parts = ["schema", "command", "scene", "motion", "constants", "facts", "enclosure", "warnings"]
     assert list(found) == parts
     assert found["schema"] == "heavytop/classify/1"
     assert list(found["constants"]) == ["E", "E_prime", "p_phi", "p_psi"]

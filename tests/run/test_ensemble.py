@@ -40,7 +40,7 @@ def test_as_one_at_a_time(formulation):
 
 
 def test_what_is_impossible_is_singular_and_spoils_no_other():
-    given = {"A": [3.28e-4, -1.0, 1.0, 1.0], "C": [[6.6e-5], [3.0]], "gMR": 0.0456}
+    given = {"A": [3.28e-4, -1.0, 1.0, 1.0], "C": [[6.6e-5], [-3.0]], "gMR": 0.0456}
     start = {"theta": [0.1, 0.1, 0.1, 4.0], "omega3": 140.0}
     found = ht.propagate_many(**given, **start, time=0.5, events=("turning",))
     assert found.shape == (2, 4)

@@ -2,13 +2,14 @@
 
 import math
 import pickle
+import re
 from fractions import Fraction
 
 import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.errors import ImpossibleTop
+from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.scene.top import ALUMINIUM, STEEL, Top, cone, disk, ring, rod, sphere, whole
 
 from ..motions import BOOK, LIE
@@ -29,11 +30,11 @@ GOOD = {
 }
 BROKEN = [
     (Top, {"A": 0}, {"A"}),
-    (Top, {"C": 2.0000000000000004}, {"C"}),
+    (Top, {"C": -5e-324}, {"C"}),
     (Top, {"A": math.nan, "C": -1, "gMR": True}, {"A", "C", "gMR"}),
     (Top, {"A": "3 deg"}, {"A"}),
-    (Top.from_parts, {"A_cm": 0, "C_cm": -1}, {"A_cm", "C_cm"}),
-    (Top.from_parts, {"C_cm": 2.5}, {"C_cm"}),
+    (Top.from_parts, {"A_cm": -1, "C_cm": 1}, {"A"}),
+    (Top.from_parts, {"C_cm": -1}, {"C_cm"}),
     (Top.from_parts, {"gravity": "fast", "mass": -1}, {"gravity", "mass"}),
     (disk, {"mass": 0}, {"mass"}),
     (disk, {"radius": -1, "thickness": "1 m", "base": 0, "mass": None},
@@ -47,6 +48,27 @@ def test_what_is_impossible_is_refused_with_every_fault(make, values, broken) ->
         make(**(GOOD[make] | values))
     assert {name for name, _ in error.value.broken} == broken
     assert all(name in str(error.value) for name in broken)
+
+
+@pytest.mark.parametrize(
+    ("make", "values", "why"),
+    [
+        (Top, {"C": 2.0000000000000004}, "C = 2.0000000000000004 > 2A = 2:"),
+        (Top.from_parts, {"C_cm": 2.5}, "C_cm = 2.5 > 2 A_cm = 2:"),
+        (Top.from_parts, {"A_cm": -0.5}, "A = 0.5 < M R² = 1:"),
+    ],
+)
+def test_moments_that_no_rigid_body_has_are_warned_of_once_and_taken(make, values, why):
+    with pytest.warns(ImpossibleBodyWarning, match=re.escape(why)) as said:
+        top = make(**(GOOD[make] | values))
+    assert len(said) == 1
+    assert top.warning == str(said[0].message)
+    assert pickle.loads(pickle.dumps(top)).warning == top.warning  # and says nothing anew
+
+
+@pytest.mark.parametrize("C", [0, 2])
+def test_a_point_mass_and_a_flat_disk_are_bodies(C):
+    assert (Top(1, C, 1).warning, Top(1, C, 1).impossible) == ("", "")
 
 
 def test_the_cone_of_betsch_and_steinmann():

@@ -126,7 +126,7 @@ def test_what_no_start_has_is_impossible():
     for where, x, y in (
         (plane("E=-9:2:5", "p_phi=0:0.02:5", scene), -9, 0.01),
         (plane("p_phi=-1:1:5", "theta=0:1:5", ht.load_scene("sicm-forward")), 0.5, 0),
-        (plane("C=1e-5:1e-3:5", "A=1e-4:1e-3:5"), 9e-4, 1e-4),
+        (plane("C=-1e-5:1e-3:5", "A=1e-4:1e-3:5"), -1e-5, 1e-4),
         (plane("A=-1:1:5", "theta=0:1:5"), -1, 0.5),
         (plane("theta=-1:4:5", "phidot=0:1:5"), 4, 0.5),
     ):

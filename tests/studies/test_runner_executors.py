@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor as Threads
 import pytest
 
 from heavytop.cli import exit_code
-from heavytop.errors import ForeignWorker, Stop, StoppedEarly
+from heavytop.errors import ForeignFile, Stop, StoppedEarly
 from heavytop.machine import versions
 from heavytop.studies import runner
 from heavytop.studies.runner import run
@@ -139,7 +139,7 @@ def test_no_more_than_two_slices_a_worker_are_sent():
 
 def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
     other = {**PARAMETERS, "versions": {**versions(), "heyoka": "7.0.0"}}
-    with pytest.raises(ForeignWorker) as refusal, Threads(1) as pool:
+    with pytest.raises(ForeignFile) as refusal, Threads(1) as pool:
         toy.done(tmp_path / "study", other, executor=pool)
     assert str(refusal.value).startswith(f"process {os.getpid()} on ")
     found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'

@@ -9,7 +9,8 @@ extreme,
 where they are not, it is monotonic in θ, and vanishes at most once: the other root
 x = tan²(θ/2) of P x² + (4 offset + P + Q) x + Q = 0 is negative. So of φ̇ and ψ̇ only one can have
 an extreme between the turning points, φ̇ where |p_φ| > |p_ψ| and ψ̇ where |p_φ| < |p_ψ|, and the
-other alone can vanish there. (That ψ̇ has no zeros besides its extreme is C ≤ 2A.)
+other alone can vanish there. (That ψ̇ has no zeros beside
+its extreme is C ≤ 2A; where C > 2A it may have two, and one between the turning points is given.)
 
 For p_ψ² ≫ 4 A |gMR| textbooks give gMR/p_ψ for the mean precession or the slow steady rate,
 p_ψ/(A cosθ) for the fast one, 2π A/p_ψ for the period of nutation, and 2 A gMR sin²θ₀/p_ψ² for
@@ -249,6 +250,8 @@ def _rate(name: str, offset: arb, P: arb, Q: arb, ends: Tilts, cusp: arb | None 
         root = (half * half - P * Q).sqrt()
         x = -Q / (2 * half) if P.is_zero() else ((root if P > 0 else -root) - half) / P
         reversal = 2 * x.sqrt().atan()
+        if P * Q > 0 and not ends[0] < reversal < ends[-1]:  # it vanishes twice, where C > 2A
+            reversal = 2 * (Q / (P * x)).sqrt().atan()
     return {
         f"{name}_min": rate(least),
         f"{name}_min_theta": None if constant else least,

@@ -10,12 +10,11 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
-from heavytop.errors import BadScene, ForeignFile, Impossible, NotANumber
-from heavytop.files import regular, write_document, write_text, write_whole
-from heavytop.frames import frame
+from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
+from heavytop.files import regular, write_document, write_text
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.intervals import Interval
 from heavytop.scene.arguments import (
@@ -28,13 +27,8 @@ from heavytop.scene.arguments import (
     path_of,
     shown,
 )
-from heavytop.scene.quantities import COLUMNS as QUANTITY_COLUMNS
 from heavytop.scene.quantities import QUANTITIES, spelled
 from heavytop.scene.scene import Scene
-
-if TYPE_CHECKING:
-    import pandas
-    import xarray
 
 SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
@@ -49,11 +43,6 @@ COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         ("omega", ("omega",)),
     )
 }
-_ABOUT: Final[Mapping[str, dict[str, str]]] = {
-    "t": {"long_name": "time since the start", "units": "s"},
-    **{part: {"long_name": column.words, "units": column.unit}
-       for name, column in QUANTITY_COLUMNS.items() for part in spelled((name,))},
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,31 +84,8 @@ class Reference:
         rows.writerows(zip(*self.columns.values(), strict=True))
         return text.getvalue()
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The columns as an xarray Dataset over ``t``: the doubles nearest to the decimals."""
-        import xarray
-
-        table = {
-            name: ("t", [float(Fraction(x)) for x in texts], _ABOUT[name])
-            for name, texts in self.columns.items()
-        }
-        attributes = {"scene": self.scene.name, "source": SCHEMA}
-        return xarray.Dataset(table, attrs=attributes)
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """The columns as a pandas DataFrame with the times [s] as index, units in its attributes.
-
-        Examples
-        --------
-        >>> from heavytop.scene.scene import load_scene
-        >>> table = reference(load_scene("sicm-kicked"), "0:2:1", ["theta"]).to_pandas()
-        >>> print(f"{table.theta[2.0]:.12f}", table.attrs["units"]["theta"])
-        0.426943705310 rad
-        """
-        return frame(self.to_xarray(), "t")
-
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the values whole, to a file whose name ends in ``.csv``, ``.json`` or ``.nc``.
+        """Write the values whole, to a file whose name ends in ``.csv`` or ``.json``.
 
         Parameters
         ----------
@@ -138,11 +104,8 @@ class Reference:
                 write_text(place, self.to_csv())
             case ".json":
                 write_document(place, self.document())
-            case ".nc":
-                data = bytes(self.to_xarray().to_netcdf(engine="h5netcdf"))
-                write_whole(place, lambda part: part.write_bytes(data))
             case _:
-                raise ValueError(f"{place.name}: exact values are .csv, .json or .nc")
+                raise ValueError(f"{place.name}: exact values are .csv or .json")
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/reference/1``."""
@@ -220,6 +183,10 @@ def reference(
         if len(events)
         else ([], [])
     )
+    spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
+    if scene.top.C == 0 and spun and not (wrong or unknown):
+        rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
+        strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
     if faults := [*wrong, *unknown, *strange]:
         raise BadScene(tuple(faults))
     exact = options["times"]

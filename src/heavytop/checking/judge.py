@@ -327,7 +327,7 @@ def _condition(problem: Comparison) -> float:
 
     def axes(**changed: Any) -> Any:
         x = numbers | changed
-        motion = Motion(Top(*(x[n] for n in body)), State(**{n: x[n] for n in state}))
+        motion = Motion(Top.of_numbers(*(x[n] for n in body)), State(**{n: x[n] for n in state}))
         records: Any = motion.at(times, LOOK_DIGITS)
         return np.array([record.axis for record in records])
 

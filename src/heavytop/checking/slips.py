@@ -127,7 +127,8 @@ def _held(problem: Comparison) -> Iterator[_Tried]:
 def _gravity(problem: Comparison) -> Iterator[_Tried]:
     top = problem.top
     words = "gravity has the other sign: gMR and −gMR are exchanged"
-    yield _Tried("gravity-sign", words, replace(problem, top=Top(top.A, top.C, -top.gMR)))
+    opposite = Top.of_numbers(top.A, top.C, -top.gMR)
+    yield _Tried("gravity-sign", words, replace(problem, top=opposite))
 
 
 def _worlds(problem: Comparison) -> Iterator[_Tried]:
@@ -191,7 +192,9 @@ def _inertia(problem: Comparison) -> Iterator[_Tried]:
     rows = max(20, int(np.searchsorted(abs(problem.since), period)))
 
     def tried(p: Array, rows: int) -> Comparison:
-        return Comparison(data.some(slice(0, rows)), Top(p[0], top.C, top.gMR), problem.given)
+        return Comparison(
+            data.some(slice(0, rows)), Top.of_numbers(p[0], top.C, top.gMR), problem.given
+        )
 
     try:
         least = max(float(top.C) / 2, A / 100)

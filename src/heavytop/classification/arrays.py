@@ -140,7 +140,7 @@ class InputArrays:
         """One of them, exactly; raises `ImpossibleTop` or `ImpossibleStart`."""
         numbers = {name: float(x[0]) for name, x in self.part(slice(at, at + 1)).items()}
         moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
-        return Top(**moments), State(**numbers)
+        return Top.of_numbers(**moments), State(**numbers)
 
 
 def with_spin(

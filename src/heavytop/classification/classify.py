@@ -195,20 +195,27 @@ def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
 
 
 def _reverses(signs: SceneSigns, _: Kind) -> bool:
-    """Whether f is positive at the zero of ψ̇; a turning point with ψ̇ = 0 is the zero itself."""
-    if not signs.nonzero((kinds.THETA_RATE,)) and _sign(signs.start.psidot) == 0:
+    """Whether f is positive at a zero of ψ̇; a turning point with ψ̇ = 0 is the zero itself."""
+    one = signs.product((kinds.PASS_TOP, kinds.PASS_BOTTOM)) > 0
+    if not one and (2 * signs.top.A - signs.top.C).sign() != -1:
+        return False
+    if one and not signs.nonzero((kinds.THETA_RATE,)) and _sign(signs.start.psidot) == 0:
         return False
     try:
-        return _f_at_zero(signs.few, lambda x: x.sqrt()) > 0
+        return _rises_at_a_zero(signs.few, lambda x: x.sqrt(), one)
     except UndecidedError:
-        return _f_at_zero(signs.exact, sqrt) > 0
+        return _rises_at_a_zero(signs.exact, sqrt, one)
 
 
-def _f_at_zero(x: Given, root: Callable[[Any], Any]) -> Sign:
-    """The sign of f at the zero of q between the poles, in the form that does not cancel."""
+def _rises_at_a_zero(x: Given, root: Callable[[Any], Any], one: bool) -> bool:
+    """Whether f is positive at a zero of q between the poles, in the form that does not cancel."""
     free, linear, square = kinds.spin_rate(x)
-    reach = root(linear * linear - 4 * free * square)
-    return _sign(kinds.speed_at(x, 2 * free / (_sign(-linear) * reach - linear)))
+    inside = linear * linear - 4 * free * square
+    if not one and (_sign(inside) != 1 or _sign(4 * square * square - linear * linear) != 1):
+        return False
+    larger = _sign(-linear) * root(inside) - linear
+    zeros = [2 * free / larger] if one else [2 * free / larger, larger / (2 * square)]
+    return any(_sign(kinds.speed_at(x, u)) > 0 for u in zeros)
 
 
 def _sign(value: Ball | Exact) -> Sign:

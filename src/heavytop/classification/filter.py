@@ -314,12 +314,20 @@ def _near_separatrix(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
     return ~_TRUE, (kinds.FAR * np.where(up, *over) > weight) | passes
 
 
+_POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
+
+
 def _reverses(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
     """Whether f is positive at the zero of ψ̇, which lies between two doubles close to it.
 
-    A zero at a turning point is none of these.
+    A zero at a turning point is none of these. Where C > 2A there may be two: this is left open.
     """
     starts, x = signs.starts, signs.given
+    outside, size = signs.positive(_POLES)
+    one, none = outside & (size > 0), ~outside & (size > 0)
+    for number in _POLES:
+        none = none | signs.sign(number).zero
+    flat = starts.C <= 2 * starts.A
     free, linear, square = kinds.spin_rate(x)
     root = np.sqrt(linear.value * linear.value - 4 * free.value * square.value)
     near = 2 * free.value / (np.copysign(root, -linear.value) - linear.value)
@@ -342,7 +350,8 @@ def _reverses(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
     higher = (ends[1] < here - off) & (speed_above.value < 0)
     lower = (ends[0] > here + off) & (speed_below.value < 0)
     turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")
-    return known & rises & ~turns, known & (higher | lower) | turns
+    never = (known & (higher | lower) | turns) & (flat | one) | none & flat
+    return known & rises & ~turns & one, never
 
 
 _FURTHER: Final = {

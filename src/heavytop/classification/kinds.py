@@ -307,7 +307,7 @@ _FREE, _PLANAR, _STEADY = Kind.FORCE_FREE, Kind.PLANAR_PENDULUM, Kind.UNIFORM_PR
 TAGS: Final = {
     "spherical-pendulum": Tag(_EVERY - {Kind.AT_REST, _PLANAR}, (SPIN,)),
     "spherical-top": Tag(_EVERY),
-    "spin-reversal": Tag(_EVERY - _STILL - {_PLANAR, _STEADY}, (), (PASS_TOP, PASS_BOTTOM)),
+    "spin-reversal": Tag(_EVERY - _STILL - {_PLANAR, _STEADY}),
     "closed-orbit": Tag(frozenset({_FREE, _PLANAR, _STEADY})),
     "near-separatrix": Tag(_EVERY - _STILL - {_FREE, Kind.SEPARATRIX, _STEADY}),
     "inverted-gravity": Tag(_EVERY, (), (INVERTED,)),
@@ -321,8 +321,8 @@ TAGS: Final = {
 def spin_rate(x: Given) -> tuple[Term, Term, Term]:
     """Coefficients of q(u) = A ψ̇ (1 − u²), constant first.
 
-    q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|, and elsewhere, as
-    C ≤ 2A, none. The spin reverses where f is positive at the zero.
+    q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|; elsewhere two or
+    none, and none where C ≤ 2A. The spin reverses where f is positive at a zero.
     """
     return x.A * x.omega3, -x.p_phi, (x.C - x.A) * x.omega3
 

@@ -194,5 +194,5 @@ def _dismiss(found: Filtered, where: Mask | int) -> None:
 def impossible(A: Array, C: Array, theta: Array) -> Mask:
     """Where a rule of `Top` or `State` is broken by numbers, all of them finite."""
     with np.errstate(invalid="ignore", over="ignore"):
-        broken: Mask = ~((A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi))
+        broken: Mask = ~((A > 0) & (C >= 0) & (theta >= 0) & (theta <= pi))
     return broken

@@ -16,5 +16,5 @@ register(
     *(run.run, inspect.classify, inspect.plan, studies.drift, studies.resume, studies.atlas),
     *(studies.stress, studies.workprec, studies.certify, report.validate, inspect.reference),
     *(report.check, report.report, report.film, report.explore),
-    *(inspect.scenes, inspect.derive, inspect.cite, inspect.doctor),
+    *(inspect.scenes, inspect.derive, inspect.doctor),
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import gc
 import inspect
 import logging
 import os
@@ -14,7 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import wraps
 from pathlib import Path
@@ -23,10 +22,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from typer import BadParameter, Option
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from heavytop import errors
-from heavytop.cli.options import NAMES
 from heavytop.results.base import spelt, typing, with_command
 from heavytop.spelling import harmless
 
@@ -53,8 +51,6 @@ class Manner:
 _MANNER: ContextVar[Manner] = ContextVar("manner", default=Manner())  # noqa: B039 (it is frozen)
 manner = _MANNER.get
 
-COLLECTED: Final = 100_000  # objects: imports make many and no rubbish, a tenth of their time
-
 # --- exit codes ------------------------------------------------------------------------------
 
 
@@ -68,18 +64,17 @@ class Exit(IntEnum):
     ENDED_EARLY = 4
     OUT_OF_BOUND = 5
     INTERRUPTED = 130
-    UNREAD = 141  # as a shell says of a command whose output is closed, as by | head
 
 
 EXIT_CODES: Final = (
     "Exit codes: 0 ok; 1 a bug; 2 a bad option, or a missing optional package; 3 a bad scene, data "
     "or result file, or the folder of another study; 4 ended early, the partial result is kept; "
-    "5 a check is out of its bound; 130 interrupted; 141 the output was closed."
+    "5 a check is out of its bound; 130 interrupted."
 )
 CODES: Final = {  # the first that fits
     Exit.USAGE: (errors.InUse, errors.MissingPackage, errors.NoScheduler),
     Exit.ENDED_EARLY: (errors.EndedEarly, errors.StoppedEarly),
-    Exit.BUG: (errors.UntranslatableExpression, errors.WrongType),
+    Exit.BUG: (errors.WrongType,),
     Exit.BAD_SCENE: (errors.HeavyTopError,),
 }
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -141,7 +136,7 @@ def note(text: str) -> None:
 @contextmanager
 def progress_bar() -> Iterator[Callable[[float | Progress], None] | None]:
     """A progress bar on stderr, only where somebody can see it move."""
-    if manner().quiet or sys.stderr is None or not sys.stderr.isatty():
+    if manner().quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
@@ -185,8 +180,6 @@ def print_table(table: RenderableType) -> None:
     """Print a table as wide as the terminal, or COLUMNS, or 100; nothing stands behind a line."""
     from rich.console import Console
 
-    if sys.stdout is None:  # it was closed: nobody reads
-        return
     console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 100)
     with console.capture() as printed:
         console.print(table)
@@ -229,14 +222,13 @@ def _answering(given: Mapping[str, Any]) -> Iterator[None]:
             try:
                 yield
             except errors.BadScene as bad:
-                raise _blamed(bad, given) from bad
+                raise _of_options(bad, given) from bad
             except BrokenPipeError:  # of stdout, and not of a file
                 raise
             except OSError as error:  # of a verb that writes one file
-                if error.errno in FULL or not {"file", "pack"} & given.keys():
+                if error.errno in FULL or "file" not in given:
                     raise
-                place = given.get("file") or given.get("pack") or Path()
-                raise unwritable(place, error) from None
+                raise unwritable(given["file"] or Path(), error) from None
     except (typer.Exit, BadParameter, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
@@ -246,31 +238,22 @@ def _answering(given: Mapping[str, Any]) -> Iterator[None]:
         raise typer.Exit(exit_code(error)) from None
 
 
-def _blamed(bad: errors.BadScene, given: Mapping[str, Any]) -> Exception:
+def _of_options(bad: errors.BadScene, given: Mapping[str, Any]) -> Exception:
     """What is wrong with a scene; or with options, where nothing else is wrong."""
-    keys = {change.partition("=")[0].strip() for change in given.get("changes") or ()}
-    changed = keys | {key.partition(".")[0] for key in keys}
-    if changed & {"top", "start"}:  # what a start with this top cannot be, the change has made
-        changed |= {"top", "start"}
 
     def option(fault: errors.Fault) -> str:
-        if fault.key == "want.digits" and given.get("digits") is not None:
-            return "--digits"
-        if fault.file == "--set" or fault.key in changed:
-            return "--set"
-        if fault.key == "scene" or not {*fault.key.split(", ")} <= given.keys():
+        keys = fault.key.split(", ")
+        if fault.file == "--set":
+            return fault.file
+        if "scene" in keys or not {*keys} <= given.keys():
             return ""
-        return f"--{fault.key.replace('_', '-').replace(', ', ' and --')}"
+        return " and ".join(f"--{key.replace('_', '-')}" for key in keys)
 
-    found = [(option(fault), fault) for fault in bad.faults]
-    told = [replace(fault, file=name, line=None) if name else fault for name, fault in found]
-    if not all(name for name, _ in found):
-        return errors.BadScene(tuple(told))
-    if len(told) == 1:
-        [fault] = told
-        return BadParameter(str(fault).removeprefix(f"{fault.file}: "), param_hint=fault.file)
-    hint = " and ".join(dict.fromkeys(name for name, _ in found))
-    return BadParameter("\n".join([f"{len(told)} faults", *map(str, told)]), param_hint=hint)
+    hints = dict.fromkeys(option(fault) for fault in bad.faults)
+    if "" in hints:
+        return bad
+    told = (str(fault).removeprefix(f"{fault.file}: ") for fault in bad.faults)
+    return BadParameter("\n".join(told), param_hint=" and ".join(hints))
 
 
 @contextmanager
@@ -317,18 +300,6 @@ class _Verbs(TyperGroup):
             return super().main(words, **options | {"prog_name": "heavytop"})
 
 
-class _Verb(TyperCommand):
-    """A verb, whose help lists names that are too slow to import for any other."""
-
-    def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Write the names, then the exit codes."""
-        for option, known in NAMES.get(self.name or "", {}).items():
-            formatter.write_paragraph()
-            with formatter.indentation():
-                formatter.write_text(f"Names for {option}: {', '.join(known())}.")
-        super().format_epilog(ctx, formatter)
-
-
 app = typer.Typer(
     name="heavytop",
     cls=_Verbs,
@@ -344,7 +315,7 @@ app = typer.Typer(
 def register(*verbs: Verb) -> None:
     """Give the command its verbs, in the order of its help."""
     for each in verbs:
-        app.command(cls=_Verb, epilog=EXIT_CODES)(each)
+        app.command(epilog=EXIT_CODES)(each)
 
 
 def _show_version(wanted: bool) -> None:
@@ -376,12 +347,6 @@ def stop_when_ended() -> None:
 
 def main() -> None:
     """Run the command line."""
-    gc.set_threshold(COLLECTED)
-    for number in range(3):  # a stream that is closed would give its number to a file of results
-        try:
-            os.fstat(number)
-        except OSError:
-            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
     stop_when_ended()
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
@@ -390,14 +355,8 @@ def main() -> None:
             stream.reconfigure(errors="replace")
     try:
         app()
-    except SystemExit as leaving:
-        if isinstance(leaving.__context__, BrokenPipeError):
-            raise SystemExit(Exit.UNREAD) from None
-        raise
     except KeyboardInterrupt:  # before a verb has been read, or while it is explained
         raise SystemExit(Exit.INTERRUPTED) from None
     except OSError as fault:  # of the help, or of what is wrong with an option
         say(f"cannot write: {fault.strerror}")
         raise SystemExit(getattr(fault.__context__, "exit_code", Exit.ENDED_EARLY)) from None
-    finally:
-        gc.freeze()  # the interpreter would look through all modules once more before it ends

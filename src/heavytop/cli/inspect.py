@@ -45,9 +45,7 @@ def plan(
     show(planned(read(scene, changes, digits), formulation.value).document())
 
 
-PRINTED = Argument(
-    metavar="NAME", help="Print the text of this scene.", autocompletion=options.scene_names
-)
+PRINTED = Argument(metavar="NAME", help="Print the text of this scene.")
 
 
 @verb
@@ -85,7 +83,7 @@ def derive(latex: Annotated[bool, Option(help="Print a LaTeX document.")] = Fals
 
 @verb
 def doctor() -> None:
-    """Print the versions, the processor, and heyoka's wheel and cache."""
+    """Print the versions, the processor, and heyoka's cache."""
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
@@ -94,54 +92,25 @@ def doctor() -> None:
         leave([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])
 
 
-CITED = Argument(metavar="RESULT", help="A folder or JSON file of results, such as out/long.")
-
-
-@verb
-def cite(results: Annotated[list[Path] | None, CITED] = None) -> None:
-    """Print BibTeX of the package, or of what a result used."""
-    from heavytop.cite import citation, in_words
-
-    found = citation(results or ())
-    answer(found, lambda: typer.echo(in_words(found)))
-
-
-TIMES = "Times [s], needed with a scene: 0:10:0.01, or a file with a column t."
+TIMES = "Times [s]: 0:10:0.01, or a file with a column t."
 QUANTITIES = "Any of theta, phi, psi [rad], rates, omega [rad/s], axis, attitude."
 EVENTS = "Events to add: turning, reversal, cusp; needs --json or -o x.json."
-PACK = "Write exact values of all shipped scenes, and score.py, to this folder, such as exact."
-TABLE = file("Write x.csv, x.json or x.nc; default: print.", ".csv", ".json", ".nc")
+TABLE = file("Write x.csv or x.json; default: print.", ".csv", ".json")
 
 
 @verb
 def reference(
-    scene: Annotated[str | None, options.SCENE] = None,
-    times: Annotated[str | None, option("A:B:STEP|FILE", TIMES)] = None,
+    scene: options.SceneName,
+    times: Annotated[str, option("A:B:STEP|FILE", TIMES)],
     quantities: Annotated[str, option("NAME,…", QUANTITIES)] = "theta,phi,psi",
     events: Annotated[str | None, option("NAME,…", EVENTS)] = None,
     digits: Annotated[int, option("D", "Proved digits of every number, such as 50.")] = 20,
     file: Annotated[Path | None, TABLE] = None,
-    pack: Annotated[Path | None, option("DIR", PACK)] = None,
     changes: options.Changes = None,
 ) -> None:
     """Print exact values of a motion, every digit proved."""
     from heavytop.analytic import reference as exact
-    from heavytop.results.reference_pack import write_pack
 
-    if pack is not None:
-        others = {
-            "SCENE": scene,
-            "--times": times,
-            "--events": events,
-            "-o": file,
-            "--set": changes,
-        }
-        if given := [name for name, value in others.items() if value]:
-            raise BadParameter("cannot be combined with --pack", param_hint=given[0])
-        note(f"wrote {len(write_pack(pack))} files into {pack}")
-        return
-    if scene is None or times is None:
-        raise BadParameter("is missing", param_hint="SCENE" if scene is None else "--times")
     if events and not (manner().json or (file is not None and file.suffix.lower() == ".json")):
         raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
     wanted = options.names("--quantities", quantities) or ()

@@ -1,8 +1,8 @@
-"""The options that verbs share, each stated once, and the names that help and completion list."""
+"""The options that verbs share, each stated once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -12,55 +12,9 @@ from typer import Argument, BadParameter, Option
 if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
 
-# --- names, which are too slow to import for anything but a list of them ----------------------
-
 FormulationName = StrEnum("FormulationName", "AUTO AXIS ATTITUDE CUBIC ROUTH SUBSYSTEM LAGRANGE")
 """What --formulation takes: the names of the equations, known without deriving any."""
 
-
-def scene_names() -> list[str]:
-    """Every shipped scene."""
-    from heavytop.scene.scene import shipped_names
-
-    return list(shipped_names())
-
-
-def method_names() -> list[str]:
-    """The methods of drift and workprec."""
-    from heavytop.comparison import METHODS
-    from heavytop.studies.methods import AUTO, taylor_methods
-
-    return [AUTO, *taylor_methods(), *METHODS]
-
-
-def stress_names() -> list[str]:
-    """The methods of stress, each with its setting."""
-    from heavytop.studies.methods import stress_methods
-
-    return list(stress_methods())
-
-
-def case_names() -> list[str]:
-    """The hard cases."""
-    from heavytop.studies.stress_cases import cases
-
-    return list(cases())
-
-
-def axis_names() -> list[str]:
-    """The quantities that can be an axis of an atlas."""
-    from heavytop.studies.atlas_plane import ROLES
-
-    return list(ROLES)
-
-
-NAMES: Final[Mapping[str, Mapping[str, Callable[[], list[str]]]]] = {
-    "drift": {"--methods": method_names},
-    "workprec": {"--methods": method_names},
-    "stress": {"--cases": case_names, "--methods": stress_names},
-    "atlas": {"--x and --y": axis_names},
-}
-"""What the help of a verb lists."""
 
 # --- values ----------------------------------------------------------------------------------
 
@@ -103,16 +57,6 @@ def option(metavar: str, text: str, *named: str, **more: Any) -> Any:
     return Option(*named, metavar=metavar, help=text, **more)
 
 
-def listing(known: Callable[[], list[str]], text: str) -> Any:
-    """An option that takes a list of names; the last of them is completed."""
-
-    def completed(incomplete: str) -> list[str]:
-        before, comma, _ = incomplete.rpartition(",")
-        return [before + comma + name for name in known()]
-
-    return option("NAME,…", text, autocompletion=completed)
-
-
 def file(text: str, *endings: str) -> Any:
     """The option -o of a verb that writes one file, which ends in one of these."""
 
@@ -136,16 +80,16 @@ METHODS: Final = (
     "taylor-axis=1e-9,gauss8=32, or your own, as mine.py:rk4=200; default: a selection."
 )
 SCHEDULER: Final = "Use the workers of a dask scheduler, such as tcp://192.168.0.2:8786."
-SCENE: Final = Argument(metavar="SCENE", help=WHICH, autocompletion=scene_names)
+SCENE: Final = Argument(metavar="SCENE", help=WHICH)
 JOBS: Final = option("J", "Number of processes, such as 4.", "--jobs", "-j", min=1, max=1024)
 
 SceneName = Annotated[str, SCENE]
 Changes = Annotated[list[str] | None, option("KEY=VALUE", SET, "--set", callback=_changes)]
-Digits = Annotated[int | None, option("D", DIGITS)]
+Digits = Annotated[int | None, option("D", DIGITS, min=1)]
 Formulation = Annotated[FormulationName, option("NAME", EQUATIONS)]
 Folder = Annotated[Path | None, option("DIR", FOLDER, "-o", "--output", parser=named_folder)]
 NoFigures = Annotated[bool, Option("--no-figures", help="Do not draw figures.")]
-Methods = Annotated[str | None, listing(method_names, METHODS)]
+Methods = Annotated[str | None, option("NAME,…", METHODS)]
 Periods = Annotated[float, option("N", "Length of the run in nutation periods, such as 1e6.")]
 Budget = Annotated[float, option("S", "Time limit of the whole study [s], such as 60.")]
 Jobs = Annotated[int, JOBS]

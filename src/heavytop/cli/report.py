@@ -54,7 +54,7 @@ CHARTS: Final = (".svg", ".png", ".pdf")
 DRAWN: Final = (
     "Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder."
 )
-OF: Final = option("SCENE", SUBJECT, autocompletion=options.scene_names)
+OF: Final = option("SCENE", SUBJECT)
 
 
 @verb
@@ -139,11 +139,7 @@ def film(
 
 # --- explore ---------------------------------------------------------------------------------
 
-EXPLORED: Final = Argument(
-    metavar="SCENE",
-    help="The scene that the page starts with.",
-    autocompletion=options.scene_names,
-)
+EXPLORED: Final = Argument(metavar="SCENE", help="The scene that the page starts with.")
 
 
 @verb
@@ -167,8 +163,7 @@ def explore(
 # --- report ----------------------------------------------------------------------------------
 
 PAGE: Final = "report.html"
-MARKS: Final = (b'name="generator" content="heavytop', b'"schema": "heavytop/report/1"')
-"""What stands near the beginning of the files of a report."""
+REPORT_SCHEMA: Final = "heavytop/report/2"
 
 
 def page_file(text: str) -> Path:
@@ -180,11 +175,8 @@ def page_file(text: str) -> Path:
 ABOUT: Final = (
     "Folders of results; or a scene, which is run and studied first; default: sicm-kicked."
 )
-WHERE: Final = (
-    f"Folder for {PAGE} and report.json, or FILE.html; default: the current folder, or none with "
-    "--json."
-)
-PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT, autocompletion=options.scene_names)
+WHERE: Final = f"Folder for {PAGE}, or FILE.html; default: the current folder."
+PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT)
 PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
@@ -196,32 +188,34 @@ def report(
 ) -> None:
     """Put results on one HTML page that needs no network.
 
-    The page includes the numbers behind each figure.
+    The page includes the numbers of each result.
     """
     from heavytop.report.page import load_results, page_of, write_page
 
-    missing: list[tuple[Exit, str]] = []
+    missing: list[tuple[str, str]] = []
     with ExitStack() as stack:
         folders = _folders(places or [], changes or [])
         scene = None if folders else options.read((places or ["sicm-kicked"])[0], changes)
-        html = None if file is None and manner().json else file or Path(PAGE)
-        if html is not None:
-            _expect_replaceable(html)
-            stack.enter_context(proved(html.parent))
+        html = file or Path(PAGE)
+        stack.enter_context(proved(html.parent))
         if scene is not None:
             temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
             folders = [Path(stack.enter_context(temporary))]
             missing += _study(scene, folders[0])
         page = page_of(load_results(folders))
-        files = {} if html is None else write_page(page, html)
-    if manner().json:
-        typer.echo(page.json(files))
-    elif html is not None:
-        figures = sum(len(section.pictures) for section in page.sections)
-        counts = {"result": len(page.sections), "figure": figures}
-        told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
-        typer.echo(f"{harmless(html)}: {told}")
-    leave([] if manner().quiet else missing)
+        write_page(page, html)
+    figures = sum(len(section.pictures) for section in page.sections)
+    counts = {"result": len(page.sections), "figure": figures}
+    told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
+    document = {
+        "schema": REPORT_SCHEMA,
+        "file": harmless(html),
+        "results": [section.result.name for section in page.sections],
+        "missing": [{"study": name, "reason": why} for name, why in missing],
+    }
+    answer(document, lambda: typer.echo(f"{harmless(html)}: {told}"))
+    said = () if manner().quiet else missing
+    leave([(Exit.OK, f"not on the page: {name}: {why}") for name, why in said])
 
 
 def _folders(places: list[str], changes: list[str]) -> list[Path]:
@@ -236,7 +230,7 @@ def _folders(places: list[str], changes: list[str]) -> list[Path]:
     return folders
 
 
-def _study(scene: Scene, place: Path) -> Iterator[tuple[Exit, str]]:
+def _study(scene: Scene, place: Path) -> Iterator[tuple[str, str]]:
     """Run a scene and its studies, each with its defaults; say what cannot be done."""
     from heavytop.claims.validate import validate
     from heavytop.report.files import write_results, write_study
@@ -260,12 +254,4 @@ def _study(scene: Scene, place: Path) -> Iterator[tuple[Exit, str]]:
         except StoppedEarly:
             raise
         except HeavyTopError as fault:
-            yield Exit.OK, f"not on the page: {name}: {fault}"
-
-
-def _expect_replaceable(html: Path) -> None:
-    """Refuse to replace anything but a report, by the page or by the document beside it."""
-    for path, mark in zip((html, html.with_suffix(".json")), MARKS, strict=True):
-        if path.exists() and not (path.is_file() and mark in path.read_bytes()[:2000]):
-            rule = f"{harmless(path)} exists and is not a report: choose another place"
-            raise BadParameter(rule, param_hint="-o")
+            yield name, str(fault)

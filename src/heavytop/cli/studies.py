@@ -23,7 +23,7 @@ from heavytop.cli.command import (
     show,
     verb,
 )
-from heavytop.cli.options import listing, option
+from heavytop.cli.options import option
 from heavytop.cli.run import is_run, resume_run
 from heavytop.results.base import command_of, typed, typing
 
@@ -192,8 +192,8 @@ def workprec(
     study("work_precision", **locals())
 
 
-CASES: Final = listing(options.case_names, "Cases, such as cusp,lie-group; default: all.")
-TRIED: Final = listing(options.stress_names, "Methods, such as auto,gauss8; default: all.")
+CASES: Final = option("NAME,…", "Cases, such as cusp,lie-group; default: all.")
+TRIED: Final = option("NAME,…", "Methods, such as auto,gauss8; default: all.")
 LIST: Final = "List the cases, with the reason why each is hard, and the methods."
 
 
@@ -224,22 +224,16 @@ def stress(
         study("stress", **asked)
 
 
+AXIS: Final = "NAME=FROM:TO:COUNT"
 ALONG_X: Final = "Quantity along x and its range, in SI units: phidot=-20:20:401."
 ALONG_Y: Final = "Quantity along y; with log for equal ratios: psidot=1:200:300:log."
-
-
-def _axis(text: str) -> Any:
-    def completed(incomplete: str) -> list[str]:
-        return [f"{name}=" for name in options.axis_names()]
-
-    return option("NAME=FROM:TO:COUNT", text, autocompletion=completed)
 
 
 @verb
 def atlas(
     scene: options.SceneName,
-    x: Annotated[str | None, _axis(ALONG_X)] = None,
-    y: Annotated[str | None, _axis(ALONG_Y)] = None,
+    x: Annotated[str | None, option(AXIS, ALONG_X)] = None,
+    y: Annotated[str | None, option(AXIS, ALONG_Y)] = None,
     only: Annotated[str | None, option("kind", "Compute only the kinds; faster.")] = None,
     jobs: Annotated[int | None, options.JOBS] = None,
     scheduler: options.Scheduler = None,
@@ -279,7 +273,7 @@ def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
 
 PROJECTED: Final = "Project the run onto its invariants."
 CERTIFIED: Final = "The folder of a run, or a scene, which is run first."
-RUN: Final = Argument(metavar="SCENE", help=CERTIFIED, autocompletion=options.scene_names)
+RUN: Final = Argument(metavar="SCENE", help=CERTIFIED)
 
 
 @verb

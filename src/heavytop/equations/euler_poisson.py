@@ -93,14 +93,15 @@ def _with_angles(form: Formulation, variant: str) -> Formulation:
 
 def _parameters() -> dict[Any, Any]:
     _, p_phi, p_psi = lag.momenta()
+    along = sp.cancel(p_psi / lag.C)  # the rate, also of a point mass, whose C is 0
     return {
         g: lag.gMR / lag.A,
         l_z: p_phi / lag.A,
         n: p_psi / lag.A,
-        kappa: p_psi * (1 / lag.C - 1 / lag.A),
+        kappa: along - p_psi / lag.A,
         P_plus: (p_phi + p_psi) / lag.A,
         P_minus: (p_phi - p_psi) / lag.A,
-        omega3: p_psi / lag.C,
+        omega3: along,
         phi_0: lag.phi,
         psi_0: lag.psi,
     }

@@ -18,7 +18,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 from heavytop import numbers as exact
-from heavytop.errors import UntranslatableExpression
+from heavytop.errors import WrongType
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Context
 from heavytop.numbers.intervals import working
@@ -96,7 +96,7 @@ def evaluated(
 
     Raises
     ------
-    UntranslatableExpression
+    WrongType
         It has a symbol without a value, or a function or number that the arithmetic has not.
 
     Examples
@@ -128,7 +128,7 @@ def evaluated(
             return power(node.base, node.exp)
         if node.func.__name__ in functions:
             return functions[node.func.__name__](*map(value, node.args))
-        raise UntranslatableExpression(f"{node} is not what can be computed here")
+        raise WrongType(f"{node} is not what can be computed here")
 
     def product(node: Any) -> Any:
         if node.could_extract_minus_sign():

@@ -70,7 +70,7 @@ def translated(
 
     Raises
     ------
-    UntranslatableExpression
+    WrongType
         A symbol without a name, or a function or number without a counterpart.
 
     Examples

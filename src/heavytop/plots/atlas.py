@@ -232,4 +232,4 @@ def _motion(atlas: Atlas, x: float, y: float) -> Motion:
     tops = atlas.plane.at(np.array([x]), np.array([y]))
     numbers = {name: float(np.ravel(each)[0]) for name, each in tops.items()}
     moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
-    return Motion(Top(**moments), State(**numbers))
+    return Motion(Top.of_numbers(**moments), State(**numbers))

@@ -1,8 +1,7 @@
 """Pictures of a trajectory: each is a function of the axes it draws on, and computes nothing.
 
 Each takes a motion too, of which it draws some nutations of the closed form; keywords of matplotlib
-for its line, which go before its own; and returns the axes. The same trajectory gives the same SVG,
-byte for byte.
+for its line, which go before its own; and returns the axes.
 """
 
 from __future__ import annotations

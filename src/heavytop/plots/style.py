@@ -14,9 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from heavytop.files import write_whole
@@ -89,7 +87,7 @@ STYLE: Final[Any] = {
     "legend.frameon": False,
     "text.usetex": False,
 }
-# No date and no program version: the file depends on the trajectory alone.
+# No date and no program version.
 _METADATA: Final[dict[str, dict[str, Any]]] = {
     "svg": {"Date": None, "Creator": None},
     "png": {"Software": None},
@@ -167,23 +165,6 @@ def in_degrees(ax: Axes, side: Literal["x", "y"]) -> None:
     other.set(**{f"{side}label": "[°]"})
 
 
-class _SettledLayout(ConstrainedLayoutEngine):
-    """A constrained layout whose places are the same bits each time.
-
-    The last digits that matplotlib's solver finds depend on where its variables lie in memory,
-    and the names of the clips in an SVG file depend on those digits.
-    """
-
-    def execute(self, fig: Figure) -> None:
-        """Lay the figure out, and round the place of every axes to twelve decimals."""
-        super().execute(fig)
-        for ax in fig.axes:
-            taking_part = ax.get_in_layout()
-            place = ax.get_position(original=True)
-            ax.set_position(Bbox(np.round(place.get_points(), 12)))
-            ax.set_in_layout(taking_part)  # which set_position ends
-
-
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure whole; the name ends in ``.svg``, ``.png`` or ``.pdf``.
 
@@ -208,9 +189,7 @@ def svg(figure: Figure) -> str:
 
 
 def _drawn(figure: Figure, form: str, **style: str) -> bytes:
-    layout, data = figure.get_layout_engine(), BytesIO()
-    if isinstance(layout, ConstrainedLayoutEngine):
-        figure.set_layout_engine(_SettledLayout(**layout.get()))
+    data = BytesIO()
     with mpl.rc_context(STYLE | style), warnings.catch_warnings():
         # A title in a script the font lacks is drawn with boxes; the run is none the worse.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)

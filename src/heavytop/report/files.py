@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from heavytop.errors import (
     ForeignFile,
-    ForeignRun,
     HeavyTopError,
     NotDrawnWarning,
     Stop,
@@ -122,10 +121,8 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
 
     Raises
     ------
-    ForeignRun
-        It holds another run, or a study, and `force` does not replace it.
     ForeignFile
-        It holds what cannot be read.
+        It holds another run, or a study, and `force` does not replace it; or what cannot be read.
     InUse
         Another process is writing it.
     OSError
@@ -134,7 +131,7 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
     from heavytop.studies.store import LOCK, STUDY
 
     if (folder / STUDY).exists():
-        raise ForeignRun(folder, ())
+        raise ForeignFile(f"{folder}: holds a study; a run needs a folder of its own")
     mine = False
     with locked(folder / LOCK):
         try:
@@ -193,7 +190,8 @@ def _expect_same(folder: Path, asked: Request) -> None:
     except ForeignFile as fault:
         raise ForeignFile(f"{fault} (--force replaces it)") from None
     if others := differences(there, asked.question):
-        raise ForeignRun(folder, others)
+        told = "; ".join(others)
+        raise ForeignFile(f"{folder}: holds another run: {told} (--force replaces it)")
 
 
 def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
@@ -323,7 +321,7 @@ def draw_study(found: Any, folder: Path, files: Mapping[str, str]) -> dict[str, 
     drawn = found if kind == "atlas" else document
     with _writing(found, folder):
         for chart in charts:
-            if chart.data_in(document) and getattr(found, "whole", True):
+            if document[chart.shows]:
                 key = "chart" if f"{chart.name}.json" == files["document"] else chart.name
                 whole |= _saved(folder, chart.name, partial(chart.draw, drawn), key)
         write_document(folder / files["document"], document | {"files": whole})

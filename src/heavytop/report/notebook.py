@@ -145,7 +145,7 @@ def _atlas(atlas: Any) -> Cell:
 
 def _result(result: Any) -> Cell:
     document = result.document()
-    charts = (chart for chart in RESULTS[kind_of(document)].charts if chart.data_in(document))
+    charts = (chart for chart in RESULTS[kind_of(document)].charts if document[chart.shows])
     chart = next(charts, None)
     return parts_of(document), chart and chart.draw(document)
 

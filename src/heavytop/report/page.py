@@ -1,4 +1,4 @@
-"""One page of results: what folders hold, as HTML that needs nothing else, and as a document."""
+"""One page of results: what folders hold, as HTML that needs nothing else."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
-from urllib.parse import quote
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -20,23 +19,13 @@ from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile, NoClosedForm, NotDrawnWarning
-from heavytop.files import as_json, write_text
+from heavytop.files import write_text
 from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.machine import version
 from heavytop.report.files import UNDRAWABLE, warn_not_drawn
-from heavytop.report.player import frames, run_data, tops
+from heavytop.report.player import as_drawn, frames, tops
 from heavytop.report.studies import RESULTS, kind_of, parts_of, summary
-from heavytop.report.tables import (
-    SYMBOLS,
-    Fitting,
-    Known,
-    Part,
-    Table,
-    called,
-    facts,
-    given,
-    headed,
-)
+from heavytop.report.tables import Fitting, Known, Part, called, facts, given, headed
 from heavytop.results.base import typed
 from heavytop.results.documents import FILES, read_document
 from heavytop.scene.scene_file import written
@@ -47,12 +36,10 @@ if TYPE_CHECKING:
 
     from heavytop.run.trajectory import Trajectory
 
-SCHEMA: Final = "heavytop/report/1"
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib")
 RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
 MARKS: Final = 120  # of a curve: more are not told apart
-FINEST: Final = 600  # pixels of a map that are drawn along an axis, and
-KEPT: Final = 100  # those behind the picture
+FINEST: Final = 600  # pixels of a map that are drawn along an axis
 MOST_PIXELS: Final = 2_000_000_000
 
 # --- results in folders --------------------------------------------------------------------------
@@ -131,14 +118,11 @@ class Picture(NamedTuple):
     name, title : str
         The name is unique in its section.
     svg : str
-    data : tuple of str
-        What of the section's data is in it; the first is a list, or columns.
     """
 
     name: str
     title: str
     svg: str
-    data: tuple[str, ...]
 
 
 class Section(NamedTuple):
@@ -151,8 +135,6 @@ class Section(NamedTuple):
     parts : tuple of Part
         What it says.
     pictures : tuple of Picture
-    data : mapping
-        The numbers in the pictures.
     top : mapping or None
         The frames of its top.
     """
@@ -162,7 +144,6 @@ class Section(NamedTuple):
     heading: str
     parts: tuple[Part, ...] = ()
     pictures: tuple[Picture, ...] = ()
-    data: Mapping[str, Any] = {}
     top: Mapping[str, Any] | None = None
 
     @property
@@ -181,26 +162,9 @@ class Section(NamedTuple):
         tables = {name: x for name, x in self.scene.items() if name != "name" and x != ""}
         return written(tables) if "format" in tables else ""
 
-    def document(self) -> dict[str, Any]:
-        """What the document of a page has of it."""
-        return {
-            "id": self.ident,
-            "heading": self.heading,
-            "schema": self.result.document["schema"],
-            "file": self.result.name,
-            "sha256": self.result.sha256,
-            "command": self.command,
-            "parts": [part._asdict() if isinstance(part, Table) else part for part in self.parts],
-            "figures": [
-                {"id": f"{self.ident}-{each.name}", "title": each.title, "data": list(each.data)}
-                for each in self.pictures
-            ],
-            "data": self.data,
-        }
 
-
-Drawn = tuple[tuple[Picture, ...], Mapping[str, Any], Mapping[str, Any] | None]
-"""Pictures of a result, the data in them, and the frames of its top."""
+Drawn = tuple[tuple[Picture, ...], Mapping[str, Any] | None]
+"""Pictures of a result, and the frames of its top."""
 
 
 def _section(result: LoadedResult, number: int) -> Section:
@@ -223,18 +187,15 @@ def _section(result: LoadedResult, number: int) -> Section:
 def _charts(result: LoadedResult) -> Drawn:
     """The charts of a study for which its document has numbers, and which can be drawn."""
     pictures: list[Picture] = []
-    data: dict[str, Any] = {}
     for chart in RESULTS[kind_of(result.document)].charts:
-        if known := chart.data_in(result.document):
-            name = chart.name.replace("_", "-")
+        if result.document[chart.shows]:
             try:
                 svg = _svg(chart.draw(result.document))
             except UNDRAWABLE as fault:
                 warn_not_drawn(chart.name, fault)
                 continue
-            pictures.append(Picture(name, chart.title, svg, tuple(known)))
-            data |= known
-    return tuple(pictures), data, None
+            pictures.append(Picture(chart.name.replace("_", "-"), chart.title, svg))
+    return tuple(pictures), None
 
 
 def _atlas(result: LoadedResult) -> Drawn:
@@ -243,15 +204,11 @@ def _atlas(result: LoadedResult) -> Drawn:
 
     document, path = result.document, result.path.with_name("atlas.nc")
     if "map" not in document["files"] or not path.is_file():
-        return (), {}, None
+        return (), None
     kind, names = stored_map(path, document["shape"])
-    few = kind[:: -(-kind.shape[0] // KEPT), :: -(-kind.shape[1] // KEPT)]
-    data = {name: document[name] for name in ("curves", "axes", "counts")}
-    data |= {"names": list(names), "kind_of_every_so_many_pixels": few.tolist()}
     x, y = (headed(document["axes"][side]["name"]) for side in "xy")
     title = f"kinds of motion over {x} and {y}, and their boundaries"
-    svg = _svg(map_figure(document, kind, names))
-    return (Picture("map", title, svg, tuple(data)),), data, None
+    return (Picture("map", title, _svg(map_figure(document, kind, names))),), None
 
 
 def stored_map(path: Path, shape: list[int]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
@@ -288,23 +245,22 @@ def _run(result: LoadedResult) -> Drawn:
 
     path, scene = result.path.with_name("trajectory.nc"), result.document["scene"]
     if "trajectory" not in result.document["files"] or not path.exists():
-        return (), {}, None
+        return (), None
     whole = load_trajectory(path)
     own = whole.scene.document()
     if any(own[key] != scene.get(key) for key in ("top", "start", "title", "span")):
         raise ForeignFile(
             f"{harmless(path)}: the trajectory of another scene than run.json is about"
         )
-    seen, data = run_data(whole)
-    pictures = (
-        Picture(name, RUN_TITLES[name], _svg(draw(whole if name == "errors" else seen)),
-                (name if name in data else "motion",))
+    shown = as_drawn(whole)
+    pictures = tuple(
+        Picture(name, RUN_TITLES[name], _svg(draw(whole if name == "errors" else shown)))
         for name, draw in FIGURES.items()
-    )  # fmt: skip
+    )
     try:
-        return tuple(pictures), data, frames(seen)
+        return pictures, frames(shown)
     except NoClosedForm:
-        return tuple(pictures), data, None
+        return pictures, None
 
 
 DRAW: Final[Mapping[str, Callable[[LoadedResult], Drawn]]] = {"run": _run, "atlas": _atlas}
@@ -378,25 +334,8 @@ class Page:
             "page.html",
             page=self,
             tops=tops(played) if played else None,
-            headings={name: headed(name) for name in SYMBOLS},
             versions={name: version(name) for name in LIBRARIES},
         )
-
-    def json(self, files: Mapping[str, str] | None = None) -> str:
-        """The document heavytop/report/1 as a text.
-
-        Parameters
-        ----------
-        files : mapping, optional
-            Names of the files that are written, by what they are.
-        """
-        return as_json({
-            "schema": SCHEMA,
-            "command": self.command,
-            "results": [section.document() for section in self.sections],
-            "files": dict(files or {}),
-            "versions": {name: version(name) for name in LIBRARIES},
-        })  # fmt: skip
 
 
 def page_of(results: Sequence[LoadedResult]) -> Page:
@@ -443,31 +382,22 @@ def _sections(results: Sequence[LoadedResult]) -> Iterator[Section]:
             raise ForeignFile(f"{harmless(result.path)}: not what was written ({why})") from fault
 
 
-def write_page(page: Page, html: Path) -> dict[str, str]:
-    """Write a page, and its document beside it, each whole or not at all.
+def write_page(page: Page, html: Path) -> None:
+    """Write a page, whole or not at all.
 
     Parameters
     ----------
     page : Page
         What is written.
     html : Path
-        The file of the page; the document's ends in ``.json``.
-
-    Returns
-    -------
-    dict from str to str
-        The names of the files, by what they are.
+        The file of the page.
 
     Raises
     ------
     OSError
-        A file cannot be written.
+        The file cannot be written.
     """
-    files = {"page": html.name, "document": html.with_suffix(".json").name}
-    text = page.html()
-    write_text(html.with_name(files["document"]), page.json(files) + "\n")
-    write_text(html, text)
-    return files
+    write_text(html, page.html())
 
 
 def player_html(trajectory: Trajectory) -> str:
@@ -508,11 +438,6 @@ POLICY: Final = (
     "base-uri 'none'; form-action 'none'"
 )
 MOMENTUM: Final = re.compile(r"\bp_(phi|psi|φ|ψ)(?![a-z_])")
-PLAIN: Final = " !$'()*+,-./:;=?@[]^_`{|}~"  # what an address in an attribute may hold as it is
-UNSEEN: Final = re.compile(r"<\?xml.*?\?>|<!.*?>|<metadata>.*?</metadata>", re.DOTALL)
-CURVE: Final = re.compile(r"<(?:path|use)\b[^>]*>")
-STYLE: Final = re.compile(r'\bstyle="([^"]*)"')
-HUNDREDTHS: Final = re.compile(r"(?<![\w.])([1-9]\d*\.\d\d)\d+")
 
 
 def rendered(template: str, scripts: Sequence[str] = SCRIPTS, **values: Any) -> str:
@@ -541,20 +466,5 @@ def _typeset(text: str) -> Markup:
 
 
 def address(svg: str) -> Markup:
-    """A picture as an address that an image takes: in an image, no script of it can run.
-
-    What is not seen is left out: comments, metadata, decimals beyond a hundredth of a point; and a
-    style that many curves and marks have is written once.
-    """
-    classes: dict[str, str] = {}
-
-    def short(tag: re.Match[str]) -> str:
-        found = STYLE.sub(
-            lambda style: f'class="{classes.setdefault(style[1], f"c{len(classes)}")}"', tag[0]
-        )
-        return HUNDREDTHS.sub(r"\1", found).replace('"', "'")
-
-    small = CURVE.sub(short, UNSEEN.sub("", svg))
-    rules = "".join(f".{name}{{{style}}}" for style, name in classes.items())
-    small = small.replace("</svg>", f"<style>{rules}</style></svg>")
-    return Markup("data:image/svg+xml," + quote(" ".join(small.split()), safe=PLAIN))
+    """A picture as an address that an image takes: in an image, no script of it can run."""
+    return Markup("data:image/svg+xml;base64," + b64encode(svg.encode()).decode())

@@ -1,4 +1,4 @@
-"""A run as data of a page: the numbers behind its pictures, and the top that turns."""
+"""A run as data of a page: the top that turns."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.potential import Potential
-from heavytop.errors import NoClosedForm
-from heavytop.plots.figures import drawn_part, last_shown
 from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH
 
@@ -20,8 +17,6 @@ if TYPE_CHECKING:
     from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
-POINTS: Final = 401  # times of the numbers of a run
-TILTS: Final = 201
 UNSEEN: Final = 1e-6  # rad, in a picture
 FRAMES: Final = 1001
 TURN: Final = 360.0  # rad of spin that are played: more would take too long
@@ -30,50 +25,14 @@ MOST_EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
 
 
-def run_data(trajectory: Trajectory) -> tuple[Trajectory, dict[str, Any]]:
-    """The run as pictures show it, and the numbers in them: motion, potential and errors.
-
-    Of a run in many digits, which take long to draw, pictures show the doubles if no eye could
-    tell them apart.
+def as_drawn(trajectory: Trajectory) -> Trajectory:
+    """The run as pictures show it: of one in many digits, which takes long to draw, the doubles
+    if no eye could tell them apart.
     """
-    from heavytop.run.verify import deviations
-
     doubles = replace(trajectory, decimals=None)
     ours, theirs = doubles.samples.axis, trajectory.samples.axis
     same = np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True)
-    seen = doubles if same else trajectory
-    try:
-        errors = {name: _listed(x) for name, x in deviations(trajectory, POINTS).items()}
-    except NoClosedForm:
-        errors = {"t": []}
-    return seen, {"motion": _motion(seen), "potential": _potential(seen), "errors": errors}
-
-
-def _motion(trajectory: Trajectory) -> dict[str, Any]:
-    """A run at even times over what is drawn of it; what it does not follow is left out."""
-    seen = trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
-    names = ("t", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
-    columns = {name: getattr(seen, name) for name in names}
-    columns |= zip(("axis_x", "axis_y", "axis_z"), seen.axis.T, strict=True)
-    return {name: _listed(x) for name, x in columns.items() if np.isfinite(x).any()}
-
-
-def _potential(trajectory: Trajectory) -> dict[str, Any]:
-    motion, A = trajectory.motion, float(trajectory.scene.top.A)
-    potential = Potential(motion.rising.source)
-    tilts, _, _ = drawn_part(motion, potential)
-    theta = np.linspace(*tilts, TILTS + 2)[1:-1]
-    return {
-        "theta": _listed(theta),
-        "potential": _listed(A * potential(theta)),
-        "E_prime": float(motion.constants.E_prime),
-        "theta_min": float(motion.theta_min),
-        "theta_max": float(motion.theta_max),
-    }
-
-
-def _listed(values: Any) -> list[Any]:
-    return [float(f"{x:.12g}") if np.isfinite(x) else None for x in np.asarray(values)]
+    return doubles if same else trajectory
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:

@@ -416,25 +416,18 @@ def summary(claims: Sequence[Known]) -> str:
 
 
 class Chart(NamedTuple):
-    """A chart of a document: its function in `heavytop.plots`, its title, and the data in it.
-
-    The data are named by their places in the document; the first is a list, or columns, and
-    without it there is nothing to draw.
+    """A chart of a document: its function in `heavytop.plots`, its title, and the key of what it
+    shows, without which there is nothing to draw.
     """
 
     function: str
     title: str
-    data: str
+    shows: str
 
     @property
     def name(self) -> str:
         """The name of its file."""
         return self.function.partition(".")[2].removesuffix("_figure")
-
-    def data_in(self, document: Known) -> dict[str, Any]:
-        """What of a document is in it; empty where there is nothing to draw."""
-        found = {place: document.get(place) for place in self.data.split()}
-        return found if next(iter(found.values())) else {}
 
     def draw(self, *of: Any) -> Figure:
         """The chart; what draws takes its time to import."""
@@ -460,13 +453,13 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
               "methods"),)),
     "workprec": ResultKind("Work and precision", work_precision_parts, (
         Chart("studies.workprec_figure", "time of a period over error, both logarithmic",
-              "points front front_theta"),)),
+              "points"),)),
     "stress": ResultKind("Where methods fail", stress_parts, (
         Chart("studies.stress_figure", "digits lost at every case by every method",
-              "cases hard"),)),
+              "cases"),)),
     "stress-cases": ResultKind("Cases", stress_cases_parts),
     "atlas": ResultKind("Atlas", atlas_parts, (
-        Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "counts curves axes"),
+        Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "counts"),
     )),
     "check": ResultKind("Check", check_parts, (
         Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "

@@ -17,7 +17,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
+from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
 from heavytop.display import Shown
 from heavytop.errors import ForeignFile
@@ -100,8 +100,7 @@ def command_of(path: Path) -> str | None:
 class Part:
     """A part of a result: its fields, by their names, are its JSON.
 
-    Keys without a field are left out when it is read: they follow from the fields. Of those in
-    `_FOLLOWS` a file that says otherwise is refused.
+    Keys without a field are left out when it is read: they follow from the fields.
     """
 
     def document(self) -> dict[str, Any]:
@@ -168,8 +167,6 @@ class Result(Answer):
     versions : mapping from str to (str or None)
         Of what the last bits depend on.
     """
-
-    _FOLLOWS: ClassVar[tuple[str, ...]] = ()
 
     files: Mapping[Text, Text] = field(default_factory=dict)
     versions: Mapping[Text, Text | None] = field(default_factory=dict)
@@ -260,8 +257,4 @@ def read(path: Path, kind: Any) -> Stored:
             place = "not readable"
         said = [harmless(path), *[place] * bool(place), harmless(first["msg"])[:200]]
         raise ForeignFile(": ".join(said)) from None
-    for name in getattr(kind, "_FOLLOWS", ()):
-        mine = plain(getattr(found, name))
-        if json.loads(data).get(name, mine) != mine:
-            raise ForeignFile(f"{harmless(path)}: {name}: not what follows from the rest")
     return Stored(found, sha256(data).hexdigest())

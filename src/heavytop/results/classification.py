@@ -75,6 +75,8 @@ class Classification(Answer):
         ``roots`` (cos θ), ``theta_min``, ``theta_max``, ``period``, ``precession`` and ``spin``,
         each as two decimals with the true value between them; None where there is no such value,
         or none could be enclosed.
+    warnings : tuple of str
+        What no rigid body can be, and the scene is.
     """
 
     schema: Literal["heavytop/classify/1"] = "heavytop/classify/1"
@@ -83,6 +85,7 @@ class Classification(Answer):
     constants: Values
     facts: Mapping[Text, Any]
     enclosure: Mapping[Text, Any]
+    warnings: tuple[Text, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,7 +162,13 @@ def classified(scene: Scene) -> Classification:
         constants=finite(dict(motion.constants.items())),
         facts=finite(facts(motion).document()),
         enclosure=_enclosure(scene),
+        warnings=warnings_of(scene),
     )
+
+
+def warnings_of(scene: Scene) -> tuple[str, ...]:
+    """What is to be said of a scene before anything is computed."""
+    return (scene.top.warning,) if scene.top.impossible else ()
 
 
 def planned(scene: Scene, formulation: str = "auto") -> Planned:

@@ -24,7 +24,7 @@ from heavytop.results.base import (
     Values,
     finite,
 )
-from heavytop.results.classification import MotionSummary, PlanSummary
+from heavytop.results.classification import MotionSummary, PlanSummary, warnings_of
 from heavytop.scene.quantities import RATES, Need, need_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
@@ -103,6 +103,8 @@ class RunResult(Result):
         The least and the greatest true number of the events that are miscounted.
     cost : RunCost
     outcome : Outcome
+    warnings : tuple of str
+        What no rigid body can be, and the scene is.
     """
 
     schema: Literal["heavytop/run/1"] = "heavytop/run/1"
@@ -117,6 +119,7 @@ class RunResult(Result):
     missed_events: Mapping[Text, tuple[int, ...]] = field(default_factory=dict)
     cost: RunCost = RunCost()
     outcome: Outcome = Outcome.FINISHED
+    warnings: tuple[Text, ...] = ()
 
 
 def known_result(scene: Scene, chosen: Plan) -> RunResult:
@@ -134,6 +137,7 @@ def known_result(scene: Scene, chosen: Plan) -> RunResult:
         motion=MotionSummary.of(motion),
         constants=finite(dict(motion.constants.items())),
         plan=PlanSummary.of(chosen),
+        warnings=warnings_of(scene),
         versions={name: version(name) for name in LIBRARIES},
     )
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, Final, Literal
 
 from heavytop.display import Plotted
 from heavytop.errors import Impossible
@@ -133,8 +133,6 @@ class WorkPrecision(Result, Plotted):
     skipped : tuple of SkippedSetting
         What gave no point, and why.
     """
-
-    _FOLLOWS: ClassVar[tuple[str, ...]] = ("front", "front_theta")
 
     schema: Literal["heavytop/workprec/1"] = "heavytop/workprec/1"
     scene: Problem

@@ -84,7 +84,7 @@ def _from_angles(known: Known, ctx: Context) -> MotionSource:
     else:
         rates = {name: known[name] for name in ("phidot", "psidot")}
     start = State(known["theta"], phi=phi, psi=psi, thetadot=known["thetadot"], **rates)
-    return FromScene(Top(*(known[name] for name in ("A", "C", "gMR"))), start)
+    return FromScene(Top.of_numbers(*(known[name] for name in ("A", "C", "gMR"))), start)
 
 
 def _from_axis(known: Known) -> MotionSource:

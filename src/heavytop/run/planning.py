@@ -182,6 +182,13 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         lacks = f"the {formulation} form does not give {', '.join(missing)}"
         rule = f"{lacks}; the axis and the attitude form do"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
+    spun = [q for q in scene.quantities if QUANTITIES[q].need >= Need.PSI]
+    if scene.top.C == 0 and spun:
+        rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
+        yield Fault(scene.name, None, "want.quantities", wants, rule)
+    if scene.top.C == 0 and formulation not in ("axis", "cubic"):
+        rule = f"the {formulation} form divides by C, which is 0; axis and cubic do not"
+        yield Fault(scene.name, None, "top.C", "0", rule)
     theta = scene.start.theta
     if not entry.starts_at_pole and 0 in (theta.sign(), (theta - PI).sign()):
         rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"

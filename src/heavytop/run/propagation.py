@@ -106,9 +106,8 @@ def propagate(
     MissedDigitsWarning
         Wanted quantities are farther off the closed form than the scene's digits allow.
     DoubtfulWarning
-        Events are miscounted, or something else is beyond the precision.
-    UnboundedAngleWarning
-        In the Lagrangian form, where phi and psi grow in the state of a long run.
+        Events are miscounted, or something else is beyond the precision, as in the Lagrangian form
+        where phi and psi grow in the state of a long run.
 
     Notes
     -----
@@ -206,7 +205,7 @@ def extend(
 
     Warns
     -----
-    MissedDigitsWarning, DoubtfulWarning, UnboundedAngleWarning
+    MissedDigitsWarning, DoubtfulWarning
         As `propagate` does: the whole run is checked.
 
     Notes
@@ -261,7 +260,7 @@ def completed(
 
     Warns
     -----
-    MissedDigitsWarning, DoubtfulWarning, UnboundedAngleWarning
+    MissedDigitsWarning, DoubtfulWarning
         As `propagate` does.
     """
     if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):

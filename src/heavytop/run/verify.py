@@ -29,7 +29,6 @@ from heavytop.errors import (
     DoubtfulWarning,
     MissedDigitsWarning,
     NoClosedForm,
-    UnboundedAngleWarning,
 )
 from heavytop.numbers.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
@@ -154,12 +153,12 @@ def missed_digits(trajectory: Trajectory, errors: Errors | None = None) -> dict[
     return {name: found[name] for name in still}
 
 
-def deviations(trajectory: Trajectory, most: int = 1000) -> dict[str, Array]:
+def deviations(trajectory: Trajectory) -> dict[str, Array]:
     """Return times as ``t``, and |run − closed form| there of angles and axis, in doubles.
 
-    At the samples, or at so many of them, evenly spaced. Raises `NoClosedForm`.
+    At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
-    run = trajectory.samples.at(_some(trajectory.t.size, most))
+    run = trajectory.samples.at(_some(trajectory.t.size, 1000))
     return {"t": run.t} | _apart(run, closed_form(trajectory)(run.t), (*ANGLES, "axis"))
 
 
@@ -204,9 +203,8 @@ def ahead(du: Any, dudot: Any, exact: Columns, frequency: Any) -> Any:
 
 def forewarned(chosen: Plan, stacklevel: int = 3) -> None:
     """Warn of what a plan says may disappoint."""
-    about = UnboundedAngleWarning if chosen.formulation == "lagrange" else DoubtfulWarning
     for warning in chosen.warnings:
-        warnings.warn(warning, about, stacklevel=stacklevel)
+        warnings.warn(warning, DoubtfulWarning, stacklevel=stacklevel)
 
 
 def checked(trajectory: Trajectory, stacklevel: int = 3) -> Trajectory:

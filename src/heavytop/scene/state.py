@@ -197,6 +197,9 @@ class State(Shown):
         """
         given = {"E": E, "p_phi": p_phi, "p_psi": p_psi, "theta": theta, "phi": phi, "psi": psi}
         values = _read(top, given | {"branch": branch})
+        if top.C == 0:
+            rule = "of a point mass (C = 0) it does not give the spin: give rates"
+            raise ImpossibleStart([("p_psi", rule)])
         phidot = _precession_rate(top, values)
         speed = sqrt(_speed_squared(top, values, phidot))
         thetadot, omega3 = speed if branch == "falling" else -speed, values["p_psi"] / top.C
@@ -312,6 +315,8 @@ def _steady_rate(top: Top, theta: Exact, omega3: Exact, which: Rate) -> Exact:
     p_psi, u = top.C * omega3, cos(theta)
     discriminant = p_psi**2 - 4 * top.A * top.gMR * u
     if discriminant.sign() == -1:
+        if top.C == 0:
+            raise ImpossibleStart([("theta", "beyond pi/2: no spin holds up a point mass (C = 0)")])
         least = 2 * sqrt(top.A * top.gMR * u) / top.C
         raise ImpossibleStart([("omega3", f"at least {short(least)} in magnitude at this theta")])
     root = sqrt(discriminant)

@@ -8,12 +8,13 @@ the textbook's (Landau & Lifshitz, Mechanics, section 32, problem 2). Numbers ar
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypedDict, Unpack
 
 from heavytop.display import Shown
-from heavytop.errors import ImpossibleTop
+from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.numbers import PI, Exact, Number
 from heavytop.scene.arguments import Wrong, as_call, exact_numbers, not_positive, set_fields, short
 
@@ -33,14 +34,19 @@ class Top(Shown):
     A : number
         Moment of inertia about any transverse axis through the pivot [kg m²].
     C : number
-        Moment of inertia about the symmetry axis [kg m²].
+        Moment of inertia about the symmetry axis [kg m²]; 0 for a point mass, which has no spin.
     gMR : number
         Weight times the distance from pivot to centre of mass [kg m² s⁻²]; of either sign.
 
     Raises
     ------
     ImpossibleTop
-        Some value is no number, A or C is not positive, or C > 2A; every fault is listed.
+        Some value is no number, A is not positive, or C is negative; every fault is listed.
+
+    Warns
+    -----
+    ImpossibleBodyWarning
+        C > 2A, which no rigid body can have; the equations hold all the same.
 
     Examples
     --------
@@ -58,10 +64,46 @@ class Top(Shown):
     A: Exact
     C: Exact
     gMR: Exact
+    impossible: str = field(compare=False, repr=False)
+    """The inequality of rigid bodies that it breaks; empty where it breaks none."""
 
     def __init__(self, A: Number, C: Number, gMR: Number) -> None:
+        self._set(A, C, gMR)
+        self._warn()
+
+    @classmethod
+    def of_numbers(cls, A: Number, C: Number, gMR: Number) -> Top:
+        """The top with numbers that are computed, of which no user is to be warned.
+
+        Parameters
+        ----------
+        A, C, gMR : number
+            As of `Top` [kg m², kg m², kg m² s⁻²].
+
+        Examples
+        --------
+        >>> Top.of_numbers(1, 5, 1).warning
+        'C = 5 > 2A = 2: no rigid body has these moments of inertia'
+        """
+        top = cls.__new__(cls)
+        top._set(A, C, gMR)
+        return top
+
+    def _set(self, A: Number, C: Number, gMR: Number, impossible: str = "") -> None:
         given = {"A": A, "C": C, "gMR": gMR}
-        set_fields(self, exact_numbers(ImpossibleTop, given, broken_body))
+        values = exact_numbers(ImpossibleTop, given, broken_body)
+        if not impossible and (2 * values["A"] - values["C"]).sign() == -1:
+            impossible = f"C = {short(values['C'])} > 2A = {short(2 * values['A'])}"
+        set_fields(self, values | {"impossible": impossible})
+
+    def _warn(self) -> None:
+        if self.impossible:
+            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=3)
+
+    @property
+    def warning(self) -> str:
+        """That no rigid body has these moments, and why; empty where some body has them."""
+        return self.impossible and f"{self.impossible}: no rigid body has these moments of inertia"
 
     def __repr__(self) -> str:
         return as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
@@ -86,7 +128,12 @@ class Top(Shown):
         Raises
         ------
         ImpossibleTop
-            Some value is no number, mass, A_cm or C_cm is not positive, or C_cm > 2 A_cm.
+            Some value is no number, mass or A = A_cm + M R² is not positive, or C_cm is negative.
+
+        Warns
+        -----
+        ImpossibleBodyWarning
+            C_cm > 2 A_cm, or A < M R², which no rigid body can have.
 
         Examples
         --------
@@ -98,7 +145,15 @@ class Top(Shown):
         given = {"mass": mass, "distance": distance, "A_cm": A_cm, "C_cm": C_cm}
         parts = exact_numbers(ImpossibleTop, given | {"gravity": gravity}, broken_body)
         M, R, A, C, g = parts.values()
-        return cls(A=A + M * R**2, C=C, gMR=M * g * R)
+        impossible = ""
+        if A.sign() == -1:
+            impossible = f"A = {short(A + M * R**2)} < M R² = {short(M * R**2)}"
+        elif (2 * A - C).sign() == -1:
+            impossible = f"C_cm = {short(C)} > 2 A_cm = {short(2 * A)}"
+        top = cls.__new__(cls)
+        top._set(A + M * R**2, C, M * g * R, impossible)
+        top._warn()
+        return top
 
     @classmethod
     def from_solids(cls, parts: Iterable[Solid], gravity: Number) -> Top:
@@ -134,15 +189,10 @@ class Top(Shown):
 
 
 def broken_body(values: Mapping[str, Exact]) -> list[Wrong]:
-    """The rules that the mass and the moments, or those of them that are there, break.
-
-    C ≤ 2A, with equality for a disc through the point that the moments are about.
-    """
-    broken = not_positive(values, ("A", "C", "mass", "A_cm", "C_cm"))
-    for A, C, rule in (("A", "C", "2A = {} about the pivot"), ("A_cm", "C_cm", "2 A_cm = {}")):
-        if not broken and {A, C} <= values.keys() and (2 * values[A] - values[C]).sign() == -1:
-            broken.append(Wrong(C, f"must be at most {rule.format(short(2 * values[A]))}"))
-    return broken
+    """The rules that the mass and the moments, or those of them that are there, break."""
+    broken = not_positive(values, ("A", "mass"))
+    negative = (name for name in ("C", "C_cm") if name in values and values[name].sign() == -1)
+    return broken + [Wrong(name, "must not be negative") for name in negative]
 
 
 # --- homogeneous solids of revolution on the axis --------------------------------------------

@@ -101,7 +101,7 @@ def certify(
         that 1024 bits do not tell its period.
     ForeignFile
         Integrated again, the run has other bits; the folder holds something else.
-    InUse, StoppedEarly, ForeignWorker
+    InUse, StoppedEarly
         As for `heavytop.drift`.
 
     Examples

@@ -103,13 +103,12 @@ def drift(
         Nothing nutates; there is no such method; an option is of the wrong kind or out of its
         bounds. Every fault is listed.
     ForeignFile
-        The folder holds something else, another study, or a damaged file.
+        The folder holds something else, another study, or a damaged file; a worker of the executor
+        has other versions than this process.
     InUse
         Another process is writing the folder.
     StoppedEarly
         Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
-    ForeignWorker
-        A worker of the executor has other versions than this process.
 
     Examples
     --------

@@ -136,10 +136,8 @@ def run(
     ------
     StoppedEarly
         Ctrl-C or SIGTERM; a full disk; two workers that were killed on one task.
-    ForeignWorker
-        A worker has other versions than the study.
     ForeignFile
-        The kind of study is unknown, or a record cannot be read.
+        A worker has other versions than the study; its kind is unknown, or a record cannot be read.
     """
     study = study_of(store.parameters)
     records = {task: _light(store.load(task)) for task in study.tasks(store.parameters)}
@@ -209,7 +207,7 @@ def resume(
         It is no study, was made by other versions, or is damaged.
     InUse
         Another process is writing it.
-    StoppedEarly, ForeignWorker
+    StoppedEarly
         As for `heavytop.drift` and `heavytop.atlas`.
     WrongType
         It is no path.
@@ -369,7 +367,10 @@ def _slice(
     """Advance a task for about so many seconds; in a worker, which may be far away."""
     own.let_pass(methods)
     if found := differences(with_versions_here(parameters), parameters):
-        raise errors.ForeignWorker(f"process {os.getpid()} on {platform.node()}", found)
+        worker = f"process {os.getpid()} on {platform.node()}"
+        raise errors.ForeignFile(
+            f"{worker}: this worker does not match the study: {'; '.join(found)}"
+        )
     chunks = []
     with _ONE_AT_A_TIME:
         end = time.monotonic() + seconds

@@ -18,7 +18,7 @@ from typing import Any, Final, NamedTuple, Self
 
 from pydantic import ConfigDict
 
-from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
+from heavytop.errors import ForeignFile, StoppedEarly
 from heavytop.files import locked, make_folder, write_text
 from heavytop.results.base import read, typed
 from heavytop.scene.arguments import path_of
@@ -169,10 +169,8 @@ class Store(MemoryStore):
 
         Raises
         ------
-        ForeignStudy
-            The folder holds another study; every difference is named.
         ForeignFile
-            It holds something else.
+            The folder holds another study, of which every difference is named, or something else.
         InUse
             Another process is writing it.
         OSError
@@ -196,10 +194,10 @@ class Store(MemoryStore):
 
         Raises
         ------
-        ForeignStudy
+        ForeignFile
         """
         if found := differences(self.parameters, json.loads(canonical_json(parameters))):
-            raise ForeignStudy(self.path, found)
+            raise ForeignFile(f"{self.path}: holds another study: {'; '.join(found)}")
 
     def load(self, task: str) -> Record:
         """Return the record of a task, an empty one before it began."""

@@ -78,7 +78,7 @@ NUMBERS: Final = {
 KEPT: Final = 0.5  # of the digits that conditioning leaves
 BLOCK: Final = 1000  # steps of a fixed step between two looks,
 CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
-OWN_WARNINGS: Final = (errors.DoubtfulWarning, errors.UnboundedAngleWarning)
+OWN_WARNINGS: Final = (errors.DoubtfulWarning,)
 WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
 WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
 
@@ -131,7 +131,7 @@ def stress(
     ------
     BadScene
         There is no such case or method; an option is out of its bounds. Every fault is listed.
-    ForeignFile, InUse, StoppedEarly, ForeignWorker
+    ForeignFile, InUse, StoppedEarly
         As for `heavytop.drift`.
 
     Examples

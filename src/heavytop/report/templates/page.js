@@ -42,71 +42,14 @@ for (const box of document.querySelectorAll(".chart")) {
   });
   box.addEventListener("pointerup", () => { held = null; });
 }
-// The numbers behind a figure stand in the page once, as JSON: as a table when it is opened, and
-// as a file, JSON as they are, or CSV of the first of them, which is a list or columns.
-{
-  const MOST = 60; // rows of a table, evenly spaced; a file has all
-  const heads = JSON.parse(document.getElementById("headings").textContent);
-  const rows = (one) => { // as many as the longest list has values; what has none is one row
-    const entries = Object.entries(one).filter(([, x]) => x === null || typeof x !== "object" ||
-      Array.isArray(x));
-    const lists = entries.filter(([, x]) => Array.isArray(x)).map(([, x]) => x.length);
-    return Array.from({ length: lists.length ? Math.max(...lists) : 1 }, (_, k) =>
-      Object.fromEntries(entries.flatMap(([name, x]) => {
-        const value = Array.isArray(x) ? x[k] : x;
-        if (Array.isArray(value)) return value.map((y, j) => [`${name}_${j + 1}`, y]);
-        return value !== null && typeof value === "object" ? [] : [[name, value]];
-      })));
-  };
-  const table = (found) => {
-    const all = (Array.isArray(found) ? found : [found]).flatMap(rows);
-    return [[...new Set(all.flatMap((row) => Object.keys(row)))], all];
-  };
-  const quoted = (value) => {
-    if (value === null || value === undefined) return "";
-    if (typeof value !== "string") return String(value);
-    const text = /^[=+\-@\t]/.test(value) ? `'${value}` : value; // no program takes it for a formula
-    return /[",\n\r]/.test(text) || text !== value ? `"${text.replaceAll('"', '""')}"` : text;
-  };
-  const csv = ([names, all]) => [names.map(quoted).join(","),
-    ...all.map((row) => names.map((name) => quoted(row[name])).join(",")), ""].join("\r\n");
-  const cell = (value) => {
-    if (value === null || value === undefined || value === "") return "–";
-    return typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
-  };
-  const save = (name, text, type) => {
+// The numbers of a result stand in the page as JSON; a button saves them.
+for (const button of document.querySelectorAll("button[data-of]")) {
+  button.addEventListener("click", () => {
+    const text = document.getElementById(button.dataset.of).textContent;
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([text], { type }));
-    link.download = name;
+    link.href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
+    link.download = `${button.dataset.of}.json`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  };
-  for (const part of document.querySelectorAll("details.numbers")) {
-    const [place, keys] = [part.querySelector("table"), part.dataset.keys.split(" ")];
-    const read = () => JSON.parse(document.getElementById(part.dataset.of).textContent);
-    part.addEventListener("toggle", () => {
-      if (place.rows.length) return;
-      const [names, all] = table(read()[keys[0]]);
-      const some = all.filter((_, k) => k % Math.ceil(all.length / MOST) === 0);
-      const put = (row, kind, text) => {
-        row.append(Object.assign(document.createElement(kind), { textContent: text }));
-      };
-      const head = place.createTHead().insertRow(), body = place.createTBody();
-      for (const name of names) put(head, "th", heads[name] ?? name.replaceAll("_", " "));
-      for (const each of some) {
-        const row = body.insertRow();
-        for (const name of names) put(row, "td", cell(each[name]));
-      }
-      const left = all.length - some.length;
-      if (left) place.createCaption().textContent = `${left} more rows are in the files.`;
-    });
-    for (const button of part.querySelectorAll("button")) {
-      button.addEventListener("click", () => {
-        const all = read(), name = `${part.closest("figure").id}-data`;
-        const chosen = Object.fromEntries(keys.map((key) => [key, all[key]]));
-        if (button.dataset.as === "csv") save(`${name}.csv`, csv(table(all[keys[0]])), "text/csv");
-        else save(`${name}.json`, JSON.stringify(chosen), "application/json");
-      });
-    }
-  }
+  });
 }
