@@ -21,8 +21,8 @@ ROOT = Path(__file__).parents[1]
 ELSEWHERE = os.pathsep.join([str(ROOT / "tests" / "elsewhere"), str(ROOT / "src")])
 REFUSAL = f"integration needs heyoka: {CONDA}"
 INTEGRATED = {  # the public names behind which heyoka is
-    "Errors", "Folded", "Sensitivities", "Trajectory", "Transition", "certify", "drift", "extend",
-    "fold", "load_trajectory", "propagate", "propagate_many", "run_errors", "sensitivities",
+    "Errors", "Sensitivities", "Trajectory", "Transition", "certify", "drift", "extend",
+    "load_trajectory", "propagate", "propagate_many", "run_errors", "sensitivities",
     "state_transition", "stress", "work_precision",
 }  # fmt: skip
 

@@ -1,8 +1,8 @@
 """Around the focus–focus point of tops too slow to sleep, Δφ comes back a whole turn more.
 
 Steady precession against the bottom of the effective potential; kinds told from the place in the
-diagram against certified verdicts; the turn by following Δφ, by adding up its derivatives, and by
-integrated nutations; loops of other shapes; the threshold approached.
+diagram against certified verdicts; the turn by following Δφ and by adding up its derivatives;
+loops of other shapes; the threshold approached.
 Writes docs/images/energy-momentum.svg and critical-set.svg with the word `write`.
 """
 
@@ -97,18 +97,6 @@ for p_psi, sign in ((0.25, 1), (1, 1), (1.6, 1), (-1, 1), (1, -1), (0, 1)):
     claim(f"{words}: those of Δψ, off -+2 pi", abs(by_rates[1] - spin), 1e-12)
     claim(f"{words}: largest step, in quarter turns", circuit.largest_step / (math.pi / 2), 1)
     assert circuit.monodromy == ((1, 0, 0), (0, 1, 0), (-1, sign, 1))
-
-found, gained, off = diagram(UNIT), [], 0.0
-loop = found.around(found.maximal_loop / 2)
-for k in range(24):
-    place = loop((k + 0.5) / 24)
-    integrated = ht.fold(ht.Scene(found.top, found.start(place[1], place[0]), time=1))
-    told = found.advance(*place)
-    off = most(off, abs(float(integrated.precession / told.precession) - 1))
-    gained.append(float(integrated.precession))
-turned = np.unwrap([*gained, gained[0]])
-claim("24 integrated nutations: Δφ off the closed form, relative", off, 1e-14)
-claim("... followed around: off 2 pi", abs(turned[-1] - turned[0] - math.tau), 1e-12)
 
 # Loops: the winding of Δφ is that of the loop around the focus–focus point
 misses = tried = 0

@@ -116,24 +116,3 @@ def test_a_loop_that_runs_too_close_to_a_critical_point_is_refused(monkeypatch):
     for act in (lambda: diagram.circuit(across, points=8), narrow.circuit):
         with pytest.raises(ht.ImpossibleStart, match="farther from critical points"):
             act()
-
-
-# --- by integration ------------------------------------------------------------------------------
-
-
-def test_integrated_around_the_focus_focus_point():
-    """heyoka integrates a nutation at each place, and knows no roots and no elliptic integrals."""
-    diagram = energy_momentum(BOOK, "0.004")
-    loop, gained = diagram.around(diagram.maximal_loop / 2), []
-    for k in range(12):
-        p_phi, E_prime = loop((k + 0.5) / 12)
-        folded = ht.fold(ht.Scene(diagram.top, diagram.start(E_prime, p_phi), time=1))
-        found = [float(each) for each in (folded.period, folded.precession, folded.spin)]
-        form = diagram.advance(p_phi, E_prime)
-        told = [float(each) for each in (form.period, form.precession, form.spin)]
-        assert found == pytest.approx(told, rel=1e-13)
-        kappa = 0.004 * (1 / 6.6e-5 - 1 / 3.28e-4)
-        gained.append((found[1], found[2] - kappa * found[0]))
-    followed = np.unwrap([*gained, gained[0]], axis=0)
-    assert np.all(abs(np.diff(followed, axis=0)) < np.pi / 2)
-    np.testing.assert_allclose(followed[-1] - followed[0], [2 * np.pi, -2 * np.pi], atol=1e-12)

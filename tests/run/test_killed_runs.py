@@ -41,7 +41,6 @@ SAVED = "heavytop.run.trajectory:Trajectory save"
 DRAWN = "heavytop.plots.style save"
 TOLD = "heavytop.results.base write_document"
 PRECISE = "heavytop.run.propagation precise_events"
-FOLDED = "heavytop.run.periodic nutating"
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 
 LONG = "--set span.periods=4000 --set want.samples=9 --set want.digits=6 --no-figures"
@@ -50,7 +49,6 @@ SCENES = {
     "drawn": "sicm-kicked",
     "plain": "sicm-kicked --no-figures",
     "digits": "sicm-kicked --digits 25 --no-figures --formulation axis",
-    "folded": "sicm-kicked --set span.periods=1e9 --set want.events=[]",
 }
 
 
@@ -100,7 +98,6 @@ def whole(tmp_path_factory):
         ("plain", TOLD, 1, KILL),
         ("digits", PRECISE, 1, KILL),
         ("digits", PRECISE, 1, INT),
-        ("folded", FOLDED, 1, TERM),
     ],
 )
 def test_resume_finishes_what_is_there(tmp_path, whole, scene, place, count, number):

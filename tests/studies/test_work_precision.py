@@ -21,7 +21,7 @@ from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.work_precision import BEFORE, FOLDED, first_run, settings
+from heavytop.studies.work_precision import BEFORE, first_run, settings
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -108,23 +108,15 @@ def test_costs_are_what_the_run_took_and_tolerances_are_obeyed(found):
 
 @pytest.mark.parametrize("periods", [100, 10_000, 100_000])
 @pytest.mark.parametrize("digits", [6, 13, 15, 30])
-def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_is_folded(
-    periods, digits
-):
-    for found, reason in settings(f"auto={digits}", KICKED, periods):
+def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(periods, digits):
+    for found, refused in settings(f"auto={digits}", KICKED, periods):
         chosen = ht.plan(
             ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=(found.wants,),
                      events=(), samples=2, digits=digits)
         )  # fmt: skip
-        assert reason == (FOLDED if chosen.folded else "")
+        assert refused == ""
         assert (found.formulation, found.projected) == (chosen.formulation, chosen.projected)
         assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
-
-
-def test_what_is_folded_is_left_out_with_the_reason():
-    found = ht.work_precision(KICKED, methods=["auto=15"], periods=1e4, budget=60)
-    assert found.points == ()
-    assert [each.reason for each in found.skipped] == [FOLDED] * 2
 
 
 def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():

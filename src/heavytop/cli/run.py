@@ -82,7 +82,7 @@ def carry_out(asked: Request, folder: Path | None, *, force: bool = False) -> No
     chosen = planned(asked.scene, motion, asked.formulation)
     early: Early | None = None
     with nullcontext() if folder is None else _holding(folder, asked, force=force):
-        if chosen.folded or chosen.formulation == "none":
+        if chosen.formulation == "none":
             result = _known(asked.scene, chosen, folder)
         else:
             trajectory, early = _integrated(asked, motion, chosen, folder)
@@ -111,12 +111,11 @@ def _holding(folder: Path, asked: Request, *, force: bool) -> Iterator[None]:
 
 
 def _known(scene: Scene, chosen: Plan, folder: Path | None) -> RunResult:
-    """The result of a scene that is known at once, or from one nutation."""
+    """The result of a scene that is known at once."""
     from heavytop.report.files import DOCUMENT
-    from heavytop.results.run import folded_result, known_result
-    from heavytop.run.periodic import fold
+    from heavytop.results.run import known_result
 
-    result = folded_result(fold(scene), chosen) if chosen.folded else known_result(scene, chosen)
+    result = known_result(scene, chosen)
     if folder is not None:
         result = replace(result, files={"document": DOCUMENT})
         result.save(folder / DOCUMENT)

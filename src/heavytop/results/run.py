@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from heavytop.analytic.enclosure import EVENTS
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
-from heavytop.integration.bits import named
 from heavytop.machine import version
 from heavytop.numbers import decimals
 from heavytop.results.base import (
@@ -29,14 +28,12 @@ from heavytop.scene.quantities import RATES, Need, need_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.events import Event
-    from heavytop.run.periodic import Folded
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Decimals, Trajectory
     from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
-SPARE_DIGITS: Final = 10  # of the closed form at the end, beyond those of the number of periods
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
 MEASURED: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
@@ -163,66 +160,24 @@ def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -
     )
 
 
-def folded_result(folded: Folded, chosen: Plan) -> RunResult:
-    """Return the result of a folded motion: the end, held against the closed form there.
-
-    Parameters
-    ----------
-    folded : Folded
-    chosen : Plan
-        The scene's plan.
-
-    Returns
-    -------
-    RunResult
-        Beyond 15 digits its numbers at the end are decimal texts, one digit longer than what is
-        wanted. ``errors`` are theirs, of theta, of what phi and psi are beyond their whole turns,
-        of the axis, and of the rates.
-    """
-    final, cost, bound = _folded_final(folded), folded.cost, 10.0**-folded.scene.digits
-    errors = _folded_errors(folded, final)
-    sizes = {"rates": max(1.0, *(abs(float(final[name])) for name in RATES))}
-    bits = folded.cost.bits
-    if bits:  # those that it took in the end; where theta is constant, as planned
-        chosen = replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits))
-    return replace(
-        known_result(folded.scene, chosen),
-        final=final,
-        errors=NOTHING | errors | {"why_not": ""},
-        missed_digits={name: x for name, x in errors.items() if x > bound * sizes.get(name, 1.0)},
-        cost=RunCost(steps=cost.steps, compile_s=cost.compile_s, integrate_s=cost.integrate_s),
-    )
-
-
 # --- the end -------------------------------------------------------------------------------------
 
 
-def _final(
-    end: Any,
-    shown: Callable[[Any], Any],
-    turned: Callable[[str], tuple[int | None, Any]],
-    *,
-    attitude: bool,
-) -> dict[str, Any]:
-    """The motion at the end: numbers as `shown` has them, whole turns of an angle and the rest."""
+def _final_of(trajectory: Trajectory) -> dict[str, Any]:
+    """The motion at the end, with whole turns of an angle and the rest."""
+    if (many := trajectory.decimals) is None:
+        end, shown, numbers = trajectory(trajectory.orbit.end), finite, math
+    else:
+        end, shown, numbers = many.samples[-1], partial(_shown, many), many.ctx
     final = {name: shown(getattr(end, name)) for name in ("t", "theta")}
     for angle in ("phi", "psi"):
-        turns, rest = turned(angle)
+        turns, rest = split(getattr(end, angle), numbers)
         final |= {angle: shown(getattr(end, angle)), f"{angle}_turns": turns}
         final |= {f"{angle}_mod": shown(rest)}
-    final |= {name: shown(getattr(end, name)) for name in ("thetadot", "phidot", "psidot")}
+    final |= {name: shown(getattr(end, name)) for name in RATES}
     final |= {name: tuple(map(shown, getattr(end, name))) for name in ("axis", "omega")}
-    return final | {"quaternion": tuple(map(shown, end.quaternion)) if attitude else None}
-
-
-def _final_of(trajectory: Trajectory) -> dict[str, Any]:
     attitude = need_of(trajectory.scene.quantities) >= Need.PSI
-    if (many := trajectory.decimals) is None:
-        end, told, numbers = trajectory(trajectory.orbit.end), finite, math
-    else:
-        end, told, numbers = many.samples[-1], partial(_shown, many), many.ctx
-    turned = lambda angle: split(getattr(end, angle), numbers)  # noqa: E731
-    return _final(end, told, turned, attitude=attitude)
+    return final | {"quaternion": tuple(map(shown, end.quaternion)) if attitude else None}
 
 
 def split(angle: Any, math: Any) -> tuple[int | None, Any]:
@@ -231,50 +186,6 @@ def split(angle: Any, math: Any) -> tuple[int | None, Any]:
         return None, angle
     turns = int(math.floor(angle / (2 * math.pi)))
     return turns, angle - turns * 2 * math.pi
-
-
-def _folded_final(folded: Folded) -> dict[str, Any]:
-    end: Any = folded.end
-    many = folded.scene.digits > NUMBER_DIGITS
-    if many:
-        end = folded.decimals(folded.span)
-    digits = folded.scene.digits + 1  # the last one is rounded
-
-    def text(x: decimals.Number, whole: int = 0) -> str:
-        return str(folded.span.context.nstr(x, digits + len(str(abs(whole))) - 1))
-
-    def turned(angle: str) -> tuple[int, Any]:
-        return int(getattr(end, f"{angle}_turns")), getattr(end, f"{angle}_mod")
-
-    final = _final(end, text if many else finite, turned, attitude=True)
-    angles = {name: getattr(end, name) for name in ("phi", "psi")}
-    return final | {name: text(x, int(x)) for name, x in angles.items()} if many else final
-
-
-def _folded_errors(folded: Folded, final: dict[str, Any]) -> dict[str, float]:
-    """How far what the result says is off the closed form."""
-    digits = folded.scene.digits + SPARE_DIGITS + len(str(int(abs(folded.span))))
-    scene = folded.scene
-    truth: Any = Motion(scene.top, scene.start).at(folded.span, digits=digits)
-    ctx = folded.span.context
-    said = {name: ctx.mpf(final[name]) for name in ("theta", "phi_mod", "psi_mod")}
-    turned = {
-        name: abs(_principal(ctx, getattr(truth, name) - said[f"{name}_mod"]))
-        for name in ("phi", "psi")
-    }
-    axis = (ctx.mpf(a) - b for a, b in zip(final["axis"], truth.axis, strict=True))
-    rates = (abs(ctx.mpf(final[name]) - getattr(truth, name)) for name in RATES)
-    return {
-        "theta": float(abs(said["theta"] - truth.theta)),
-        **{name: float(error) for name, error in turned.items()},
-        "axis": float(ctx.sqrt(sum(x * x for x in axis))),
-        "rates": float(max(rates)),
-    }
-
-
-def _principal(ctx: decimals.Context, angle: decimals.Number) -> decimals.Number:
-    """An angle in (−π, π]: whole turns apart."""
-    return angle - 2 * ctx.pi * ctx.nint(angle / (2 * ctx.pi))
 
 
 # --- events and cost -----------------------------------------------------------------------------

@@ -3,8 +3,7 @@
 Step by step: nothing is integrated for what the start alone tells. Else the formulation follows
 from how much of the motion must be followed (`Need`) and from how near a pole the axis comes; then
 how it has phi and psi, and which events are watched for. Last, what it takes follows from the
-digits and `Forecast`: nothing more, projection onto the invariants, more bits than doubles have; or
-one nutation folded, where the span is very long.
+digits and `Forecast`: nothing more, projection onto the invariants, more bits than doubles have.
 """
 
 from __future__ import annotations
@@ -28,7 +27,6 @@ from heavytop.run.estimates import (
     SPARE,
     Estimate,
     Forecast,
-    needed_to_fold,
 )
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
@@ -40,7 +38,6 @@ MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
 BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in the axis form
-FOLD_AFTER_S: Final = 20.0  # of integration
 PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
 
@@ -75,8 +72,6 @@ class Plan(Shown):
         Relative error tolerance of a step; 0 where it is smaller than any double.
     projected : bool
         Whether the state is put back onto its invariants between blocks of steps.
-    folded : bool
-        Whether half a nutation is integrated, for any time.
     reasons, warnings : tuple of str
         Why it is so, and what may disappoint, each in words.
     estimate : Estimate or None
@@ -91,7 +86,6 @@ class Plan(Shown):
     precision: str = "double"
     tolerance: float = EPSILON
     projected: bool = False
-    folded: bool = False
     reasons: Words = ()
     warnings: Words = ()
     estimate: Estimate | None = None
@@ -279,7 +273,7 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
     return ("turning",), (never, "events found while integrating: turning")
 
 
-# --- precision, projection and folding ---------------------------------------------------------
+# --- precision and projection ------------------------------------------------------------------
 
 
 def meeting_digits(expected: Forecast, found: Plan) -> Plan:
@@ -293,14 +287,9 @@ def meeting_digits(expected: Forecast, found: Plan) -> Plan:
     >>> [meeting_digits(expected, Plan("axis")).projected for expected in ends]
     [False, True]
     """
-    name, digits, count = found.formulation, expected.scene.digits, expected.periods
+    name, digits = found.formulation, expected.scene.digits
     bits, allowed = expected.bits(name), 10.0**-digits
     plain = expected(name, bits=bits)
-    if expected.returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
-        why = f"folded: one period answers for all {count:.3g}, which would take "
-        whole = Plan("attitude", states=MEASURED["attitude"].states, folded=True)
-        bits = enough(needed_to_fold(digits, 2 * count))
-        return _at(whole, bits, Estimate(1.0, allowed / 10), False, why + duration(plain.seconds))
     if bits > DOUBLE or plain.error <= allowed:
         return _at(found, bits, plain, False)
     lost, pinned = f"{_off('would', plain)}, of 1e-{digits} allowed", expected(name, projected=True)
@@ -339,7 +328,7 @@ def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
     if bits > MOST_BITS:
         rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
         raise refusal(scene, "want.digits", str(scene.digits), rule)
-    if bits > DOUBLE and not found.folded:
+    if bits > DOUBLE:
         events = "events are looked for where the closed form has them"
         yield f"{found.precision}: for {scene.digits} digits at the end; {events}"
     if found.projected:
@@ -353,7 +342,7 @@ def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
 
 def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
     """Say what may disappoint: growing angles, rounding on a separatrix, a long integration."""
-    scene, motion, count = expected.scene, expected.motion, expected.periods
+    motion, count = expected.motion, expected.periods
     if found.formulation == "lagrange" and motion.nutates and count > LONG_FOR_LAGRANGE:
         yield (
             f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
@@ -362,9 +351,7 @@ def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
     yield from leaving(motion, expected.span, bits_of(found.precision))
     seconds = found.estimate.seconds if found.estimate else 0.0
     if seconds > LONG_S and motion.kind != "at-rest":  # which takes a step or two
-        how = "without events (want.events = [])" if scene.events else "by auto"
-        quicker = f"; {how} it would be folded and take a second" if expected.returns else ""
-        yield f"long: about {duration(seconds)} in all{quicker}"
+        yield f"long: about {duration(seconds)} in all"
 
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
-from heavytop.errors import BadScene, EndedEarly, Outcome
+from heavytop.errors import EndedEarly, Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Seen, compiled
 from heavytop.integration.high_precision import Unfinished
@@ -43,7 +43,6 @@ from heavytop.run.planning import (
     planned,
     refusal,
     span,
-    span_fault,
     start_values,
 )
 from heavytop.run.trajectory import Decimals, Statistics, Trajectory, times_between
@@ -137,9 +136,6 @@ def propagate(
         known = "heavytop.classify and heavytop.Motion have them"
         rule = f"class and period need no integration: {known}"
         raise refusal(scene, "want.quantities", ", ".join(scene.quantities), rule)
-    if chosen.folded:
-        rule = "the plan folds this span: use heavytop.fold, or name a formulation to integrate it"
-        raise BadScene((span_fault(scene, rule, chosen.reasons[-1]),))
     return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
 
 

@@ -134,7 +134,7 @@ def certify(
 def run_in_doubles(scene: Scene) -> Trajectory:
     """Run a scene as auto does, but in doubles where that takes more bits for a long span."""
     chosen = plan(scene)
-    if chosen.folded or chosen.precision == "double" or scene.digits > MOST_DIGITS:
+    if chosen.precision == "double" or scene.digits > MOST_DIGITS:
         return propagate(scene)
     return propagate(scene, formulation=chosen.formulation, projected=True)
 

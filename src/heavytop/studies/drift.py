@@ -275,8 +275,7 @@ def _auto(scene: Scene, periods: float) -> str:
     """The method that auto stands for in a run of this length."""
     chosen = plan(Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
                         samples=2, name=scene.name))  # fmt: skip
-    form = "axis" if chosen.folded else chosen.formulation
-    return f"taylor-{form}-projected" if chosen.projected or chosen.folded else f"taylor-{form}"
+    return f"taylor-{chosen.formulation}{'-projected' if chosen.projected else ''}"
 
 
 # --- starts and times ------------------------------------------------------------------------

@@ -38,9 +38,6 @@ NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
 FIRST_RUNS: Final = 0.6  # of the budget, then no first run is begun; the rest is for the rounds
 LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
-FOLDED: Final = (
-    "the plan is folded: it integrates one period, and there are no further steps to time"
-)
 AUTO_DIGITS: Final = (6, 9, 12)
 AUTO_MOST: Final = 30
 BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
@@ -157,7 +154,7 @@ def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Asked:
                    samples=2, digits=digits, name=scene.name)  # fmt: skip
     try:
         chosen = plan(wanted)
-        found, refused = _method_of(chosen), FOLDED if chosen.folded else ""
+        found, refused = _method_of(chosen), ""
     except BadScene as refusal:
         found = method("taylor-cubic" if wants == "theta" else "taylor-axis")
         refused = "; ".join(fault.rule for fault in refusal.faults)
@@ -283,7 +280,7 @@ def _checked(text: str) -> str:
 
 def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the settings that are run, and that of timing them again."""
-    texts = (each.text for each, folded in _asked(parameters) if not folded)
+    texts = (each.text for each, refused in _asked(parameters) if not refused)
     return [*dict.fromkeys(texts), ROUNDS]
 
 
@@ -305,7 +302,7 @@ def complete(
     began, parameters = clock(), store.parameters
     budget = keep_budget(store, budget, BUDGET_S)
     asked, finished = _asked(parameters), store.load(ROUNDS).done
-    tried = [each for each, folded in asked if not folded]
+    tried = [each for each, why in asked if not why]
 
     def show(fraction: float) -> None:
         done = 1.0 if finished else fraction
@@ -322,9 +319,9 @@ def complete(
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path) from None
     points, skipped = [], []
-    for each, folded in asked:
-        if folded or each.own in refused:
-            skipped.append(_skipped(each, folded or refused[each.own]))
+    for each, why in asked:
+        if why or each.own in refused:
+            skipped.append(_skipped(each, why or refused[each.own]))
         else:
             points.append(_point(each, timed[each.own], derived[each.formulation]))
     return WorkPrecision(
