@@ -53,7 +53,10 @@ VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 POINTS: Final = ("time", "states", "steps")  # the columns of checkpoints,
 MARKS: Final = ("time", "states")  # and of what was seen in more digits
-TEXTS: Final = ("event_kind", *(f"decimal_{x}_{y}" for x in ("t", "event") for y in MARKS))
+TEXTS: Final = (
+    "event_kind",
+    *(f"decimal_{x}_{y}" for x in ("t", "event", "between") for y in MARKS),
+)
 """Variables that are read back as texts."""
 
 Variables = dict[str, Any]
