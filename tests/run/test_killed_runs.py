@@ -48,6 +48,7 @@ SCENES = {
     "long": f"sicm-kicked {LONG}",
     "drawn": "sicm-kicked",
     "plain": "sicm-kicked --no-figures",
+    "exact": "sicm-kicked --set span.periods=1e12 --no-figures",
     "digits": "sicm-kicked --digits 25 --no-figures --formulation axis",
 }
 
@@ -96,6 +97,7 @@ def whole(tmp_path_factory):
         ("drawn", DRAWN, 4, KILL),
         ("drawn", DRAWN, 5, TERM),
         ("plain", TOLD, 1, KILL),
+        ("exact", TOLD, 1, KILL),
         ("digits", PRECISE, 1, KILL),
         ("digits", PRECISE, 1, INT),
     ],

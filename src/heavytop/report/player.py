@@ -11,13 +11,14 @@ import numpy as np
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.errors import NoClosedForm
-from heavytop.plots.figures import last_shown, tilts_shown
+from heavytop.plots.figures import last_shown, seen_of, tilts_shown
 from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH
 
 if TYPE_CHECKING:
     from heavytop.analytic.many_times import DoubleRecord
     from heavytop.integration.outputs import Sample
+    from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
 POINTS: Final = 401  # times of the numbers of a run
@@ -30,14 +31,16 @@ MOST_EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
 
 
-def run_data(trajectory: Trajectory) -> tuple[Trajectory, dict[str, Any]]:
+def run_data(trajectory: Trajectory | SceneMotion) -> tuple[Any, dict[str, Any]]:
     """The run as pictures show it, and the numbers in them: motion, potential and errors.
 
     Of a run in many digits, which take long to draw, pictures show the doubles if no eye could
-    tell them apart.
+    tell them apart. What was not integrated has no errors.
     """
     from heavytop.run.verify import deviations
 
+    if (exact := seen_of(trajectory)) is not trajectory:
+        return exact, {"motion": _motion(exact), "potential": _potential(exact)}
     doubles = replace(trajectory, decimals=None)
     ours, theirs = doubles.samples.axis, trajectory.samples.axis
     same = np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from heavytop.analytic.enclosure import EVENTS
-from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
 from heavytop.machine import version
 from heavytop.numbers import decimals
+from heavytop.numbers.decimals import context
 from heavytop.results.base import (
     Number,
     Part,
@@ -28,9 +28,8 @@ from heavytop.scene.quantities import RATES, Need, need_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.events import Event
-    from heavytop.run.planning import Plan
+    from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Decimals, Trajectory
-    from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
@@ -100,6 +99,8 @@ class RunResult(Result):
         The least and the greatest true number of the events that are miscounted.
     cost : RunCost
     outcome : Outcome
+    source : {"integrated", "closed form"}
+        What the end and the events are from.
     """
 
     schema: Literal["heavytop/run/1"] = "heavytop/run/1"
@@ -114,23 +115,38 @@ class RunResult(Result):
     missed_events: Mapping[Text, tuple[int, ...]] = field(default_factory=dict)
     cost: RunCost = RunCost()
     outcome: Outcome = Outcome.FINISHED
+    source: Text = "integrated"
 
 
-def known_result(scene: Scene, chosen: Plan) -> RunResult:
-    """Return the result of a scene of which nothing has to be integrated.
+def exact_result(run: SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
+    """Return the result of a scene of which nothing is integrated.
 
     Parameters
     ----------
-    scene : Scene
-        It wants its class and its period at most.
-    chosen : Plan
+    run : SceneMotion
+    files : mapping from str to str, optional
+        Names and paths of the files written.
+
+    Returns
+    -------
+    RunResult
+        Its end and its events, but of a scene that wants its class and its period at most.
     """
-    motion = Motion(scene.top, scene.start)
+    known = replace(_known(run), files=dict(files or {}))
+    if not run.moves:
+        return known
+    return replace(known, final=_exact_final(run), events=EventTable(**run.counts))
+
+
+def _known(run: Trajectory | SceneMotion) -> RunResult:
+    """What is known of a scene and its plan without integrating."""
+    scene, motion = run.scene, run.motion
     return RunResult(
         scene=SceneTables(**scene.document()),
         motion=MotionSummary.of(motion),
         constants=finite(dict(motion.constants.items())),
-        plan=PlanSummary.of(chosen),
+        plan=PlanSummary.of(run.plan),
+        source=run.source,
         versions={name: version(name) for name in LIBRARIES},
     )
 
@@ -148,7 +164,7 @@ def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -
 
     errors = run_errors(trajectory)
     return replace(
-        known_result(trajectory.scene, trajectory.plan),
+        _known(trajectory),
         final=_final_of(trajectory),
         events=_events(trajectory),
         errors=finite(asdict(errors)),
@@ -163,12 +179,13 @@ def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -
 # --- the end -------------------------------------------------------------------------------------
 
 
-def _final_of(trajectory: Trajectory) -> dict[str, Any]:
-    """The motion at the end, with whole turns of an angle and the rest."""
-    if (many := trajectory.decimals) is None:
-        end, shown, numbers = trajectory(trajectory.orbit.end), finite, math
-    else:
-        end, shown, numbers = many.samples[-1], partial(_shown, many), many.ctx
+def _final(
+    end: Any, shown: Callable[[Any], Any], numbers: Any, *, attitude: bool
+) -> dict[str, Any]:
+    """The motion at the end, each number as `shown` has it; whole turns of an angle and the rest.
+
+    `numbers` is what has their pi and their floor.
+    """
     final = {name: shown(getattr(end, name)) for name in ("t", "theta")}
     for angle in ("phi", "psi"):
         turns, rest = split(getattr(end, angle), numbers)
@@ -176,8 +193,24 @@ def _final_of(trajectory: Trajectory) -> dict[str, Any]:
         final |= {f"{angle}_mod": shown(rest)}
     final |= {name: shown(getattr(end, name)) for name in RATES}
     final |= {name: tuple(map(shown, getattr(end, name))) for name in ("axis", "omega")}
-    attitude = need_of(trajectory.scene.quantities) >= Need.PSI
     return final | {"quaternion": tuple(map(shown, end.quaternion)) if attitude else None}
+
+
+def _final_of(trajectory: Trajectory) -> dict[str, Any]:
+    attitude = need_of(trajectory.scene.quantities) >= Need.PSI
+    if (many := trajectory.decimals) is None:
+        end = trajectory(trajectory.orbit.end)
+        return _final(end, finite, math, attitude=attitude)
+    return _final(many.samples[-1], partial(_shown, many), many.ctx, attitude=attitude)
+
+
+def _exact_final(run: SceneMotion) -> dict[str, Any]:
+    ctx, digits = context(run.digits), run.scene.digits
+
+    def shown(x: decimals.Number) -> float | str:
+        return str(ctx.nstr(x, digits)) if digits > NUMBER_DIGITS else float(x)
+
+    return _final(run.end, shown, ctx, attitude=True)
 
 
 def split(angle: Any, math: Any) -> tuple[int | None, Any]:

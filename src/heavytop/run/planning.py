@@ -1,9 +1,10 @@
 """The least model that gives what a scene wants, and why.
 
-Step by step: nothing is integrated for what the start alone tells. Else the formulation follows
-from how much of the motion must be followed (`Need`) and from how near a pole the axis comes; then
-how it has phi and psi, and which events are watched for. Last, what it takes follows from the
-digits and `Forecast`: nothing more, projection onto the invariants, more bits than doubles have.
+Step by step: nothing is integrated for what the start alone tells, nor over a span whose steps
+would take hours. Else the formulation follows from how much of the motion must be followed (`Need`)
+and from how near a pole the axis comes; then how it has phi and psi, and which events are watched
+for. Last, what it takes follows from the digits and `Forecast`: nothing more, projection onto the
+invariants, more bits than doubles have.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named, why_not
 from heavytop.numbers import PI, Exact
-from heavytop.numbers.decimals import Context
+from heavytop.numbers.decimals import Context, Number
 from heavytop.run.estimates import (
     MEASURED,
     MOST_TURNS,
@@ -40,6 +41,8 @@ LONG_FOR_LAGRANGE: Final = 100  # nutation periods
 BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in the axis form
 PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
+MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
+MANY_PERIODS: Final = 1e6  # if it has more than so many
 
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
@@ -55,7 +58,7 @@ class Plan(Shown):
     Attributes
     ----------
     formulation : str
-        Name of the equations; ``none`` where nothing has to be integrated.
+        Name of the equations; ``none`` where nothing is integrated, and the closed form answers.
     variant : str or None
         How the formulation has phi and psi: the axis form ``phi`` alone, or with psi by ``sigma``
         or ``delta``; the subsystem, Routh's and the attitude form both as ``angles``. In the cubic
@@ -147,8 +150,7 @@ def planned(
         raise BadScene(tuple(wrong))
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:
-        why = "class and period follow from the closed form: nothing is integrated"
-        return Plan("none", reasons=(why,), estimate=Estimate(0.0, 0.0))
+        return _nothing("class and period follow from it")
     expected = Forecast(scene, motion, span(scene, motion))
     name, why = formulation, f"{formulation}: asked for by name"
     if auto:
@@ -158,11 +160,28 @@ def planned(
     found = _formulated(expected, name, why)
     if auto and not projected:
         found = meeting_digits(expected, found)
+        if expected.periods > MANY_PERIODS and (seconds := _seconds(expected, found)) > MOST_S:
+            return _nothing(f"the steps of {expected.periods:.3g} periods take {duration(seconds)}")
     else:
         bits = expected.bits(name)
         found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
     reasons = (*found.reasons, *_how_exactly(scene, found))
     return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
+
+
+def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
+    """The plan for a scene whose steps are taken however long they take.
+
+    Where auto would take none it is the least formulation, in doubles and projected.
+    """
+    chosen = plan(scene, formulation)
+    return plan(scene, projected=True) if chosen.formulation == "none" else chosen
+
+
+def _nothing(why: str) -> Plan:
+    """The plan of what the closed form has at once."""
+    reason = f"nothing is integrated, the closed form answers: {why}"
+    return Plan("none", reasons=(reason,), estimate=Estimate(0.0, 0.0))
 
 
 # --- what cannot be had ------------------------------------------------------------------------
@@ -349,9 +368,15 @@ def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
             "control follows them, and phase is lost as the cube of the time; use the axis form"
         )
     yield from leaving(motion, expected.span, bits_of(found.precision))
-    seconds = found.estimate.seconds if found.estimate else 0.0
-    if seconds > LONG_S and motion.kind != "at-rest":  # which takes a step or two
+    if (seconds := _seconds(expected, found)) > LONG_S:
         yield f"long: about {duration(seconds)} in all"
+
+
+def _seconds(expected: Forecast, found: Plan) -> float:
+    """The time that the steps of a plan take [s]."""
+    if found.estimate is None or expected.motion.kind == "at-rest":  # which takes a step or two
+        return 0.0
+    return found.estimate.seconds
 
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
@@ -418,12 +443,20 @@ def span(scene: Scene, motion: Motion) -> float:
     return float(scene.periods) * motion.period
 
 
+def exact_span(scene: Scene, motion: Motion, ctx: Context) -> Number:
+    """The end time of a scene to all digits [s], of one that has it as `span` does."""
+    if scene.time is not None:
+        return scene.time.mpf(ctx)
+    assert scene.periods is not None
+    return scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
+
+
 def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
     """What refuses a scene, by the rule that one of its keys breaks."""
     return BadScene((Fault(scene.name, None, key, value, rule),))
 
 
-def span_fault(scene: Scene, rule: str, hint: str = "") -> Fault:
+def span_fault(scene: Scene, rule: str) -> Fault:
     """What is wrong with the span of a scene, in the words in which it gives that."""
     key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
-    return Fault(scene.name, None, f"span.{key}", str(value), rule, hint)
+    return Fault(scene.name, None, f"span.{key}", str(value), rule)

@@ -38,6 +38,7 @@ from heavytop.run.planning import (
     EPSILON,
     Plan,
     closed_form_of,
+    exact_span,
     leaving,
     meeting_digits,
     planned,
@@ -94,7 +95,8 @@ def propagate(
     Raises
     ------
     BadScene
-        The scene wants what the formulation cannot give.
+        The scene wants what the formulation cannot give; or auto integrates nothing, because the
+        steps would take more than an hour: `heavytop.Motion` has the motion at any time.
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the partial trajectory.
     OSError
@@ -133,9 +135,8 @@ def propagate(
     motion = closed_form_of(scene)
     chosen = planned(scene, motion, formulation, projected)
     if chosen.formulation == "none":
-        known = "heavytop.classify and heavytop.Motion have them"
-        rule = f"class and period need no integration: {known}"
-        raise refusal(scene, "want.quantities", ", ".join(scene.quantities), rule)
+        known = "heavytop.Motion has the motion at any time, a formulation by name integrates it"
+        raise refusal(scene, "formulation", formulation, f"{chosen.reasons[0]}; {known}")
     return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
 
 
@@ -382,11 +383,7 @@ def _sample_times(
     scene: Scene, motion: Motion, ctx: Context, before: Decimals | None
 ) -> list[Number]:
     """Return the times of the samples: evenly from zero, or from the old end, to the exact end."""
-    if scene.time is not None:
-        end = scene.time.mpf(ctx)
-    else:
-        assert scene.periods is not None
-        end = scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
+    end = exact_span(scene, motion, ctx)
     old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
     count = scene.samples - len(old)
     return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]

@@ -29,6 +29,7 @@ from heavytop.run.planning import (
     EPSILON,
     Plan,
     closed_form_of,
+    plan_steps,
     planned,
     refusal,
     rounded_start,
@@ -274,7 +275,7 @@ def state_transition(
     motion = closed_form_of(scene)
     nothing = need_of(scene.quantities) is Need.NOTHING
     wanted = replace(scene, quantities=("theta",)) if nothing else scene
-    chosen = planned(wanted, motion, formulation)
+    chosen = plan_steps(wanted, formulation)
     times = np.linspace(0.0, span(scene, motion), scene.samples) if t is None else _times(motion, t)
     most_steps = _most_steps(motion, chosen)
     run = varied_run(scene, chosen)

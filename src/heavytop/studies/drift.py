@@ -24,7 +24,7 @@ from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Column, Problem
 from heavytop.results.drift import COLUMNS, STARTS, Drift, ErrorSeries, MemberDrift, MethodDrift
-from heavytop.run.planning import closed_form_of, plan
+from heavytop.run.planning import closed_form_of, plan_steps
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
@@ -273,8 +273,8 @@ def _checked(text: str) -> str:
 
 def _auto(scene: Scene, periods: float) -> str:
     """The method that auto stands for in a run of this length."""
-    chosen = plan(Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
-                        samples=2, name=scene.name))  # fmt: skip
+    chosen = plan_steps(Scene(scene.top, scene.start, periods=periods, quantities=("axis",),
+                              events=(), samples=2, name=scene.name))  # fmt: skip
     return f"taylor-{chosen.formulation}{'-projected' if chosen.projected else ''}"
 
 

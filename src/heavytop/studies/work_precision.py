@@ -21,7 +21,7 @@ from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import ERRORS, Point, SkippedSetting, WorkPrecision
-from heavytop.run.planning import EPSILON, Plan, plan
+from heavytop.run.planning import EPSILON, Plan, plan_steps
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import neighbour
@@ -153,7 +153,7 @@ def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Asked:
     wanted = Scene(scene.top, scene.start, periods=periods, quantities=(wants,), events=(),
                    samples=2, digits=digits, name=scene.name)  # fmt: skip
     try:
-        chosen = plan(wanted)
+        chosen = plan_steps(wanted)
         found, refused = _method_of(chosen), ""
     except BadScene as refusal:
         found = method("taylor-cubic" if wants == "theta" else "taylor-axis")
