@@ -21,10 +21,6 @@ def of_motion(m):
     return m.at(0.7).phi, m.at(T, 40), m.kind, m.period, m.roots, m.constants, m.margin
 
 
-def of_fold(f):
-    return f(0.7), f.decimals(T), f.period, f.precession, f.end
-
-
 def of_enclosure(e):
     return e.period, e.roots, e.theta_min, e.theta(T), e.theta_error(1, 0.1), e.spin
 
@@ -36,8 +32,6 @@ def of_run(t):
 
 MADE = {
     "motion": (lambda: ht.Motion(BOOK, KICKED), of_motion),
-    "fold": (lambda: ht.fold(scene()), of_fold),
-    "fold of 40 digits": (lambda: ht.fold(scene(), digits=40), of_fold),
     "enclosure": (lambda: ht.enclose(BOOK, KICKED, 20), of_enclosure),
     "enclosure of an axis": (lambda: enclose_axis((0.0, 0.6, 0.8), (1.0, 3.0, 4.0), 1.0),
                              lambda e: e.period),
@@ -45,7 +39,6 @@ MADE = {
     "run of 20 digits, attitude": (
         lambda: ht.propagate(scene(digits=20), formulation="attitude"), of_run),
     "numbers of a motion": (lambda: ht.Motion(BOOK, KICKED).at(T, 30), lambda record: record),
-    "numbers of a fold": (lambda: ht.fold(scene()).decimals(T), lambda sample: sample),
 }  # fmt: skip
 
 

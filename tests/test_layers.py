@@ -35,10 +35,6 @@ def test_import_contracts_are_kept():
             ("numpy", "heyoka", "sympy", "matplotlib"),
         ),
         ("import heavytop.run.propagation", ("matplotlib", "xarray")),
-        (
-            "import heavytop as ht; ht.fold(ht.load_scene('sicm-kicked'))",
-            ("scipy", "matplotlib", "xarray"),
-        ),
     ],
 )
 def test_nothing_heavy_is_imported_before_it_is_needed(statement, absent):

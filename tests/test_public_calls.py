@@ -12,7 +12,7 @@ TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 START = ht.State("0.1", phidot=-15, psidot=140)
 SCENE = ht.Scene(TOP, START, time="0.01", name="scene")
 MOTION = ht.Motion(TOP, START)
-RUN, FOLDED = ht.propagate(SCENE), ht.fold(SCENE)
+RUN = ht.propagate(SCENE)
 NUMBERS = {"A": 1, "C": 1, "gMR": 1, "theta": 1}
 PLANE = {"scene": SCENE, "x": "phidot=-2:2:3", "y": "psidot=-2:2:3", "jobs": 1}
 DRIFT = {"scene": SCENE, "methods": ("taylor-axis",), "periods": 2}
@@ -35,7 +35,6 @@ NEEDED = {
     "facts": {"motion": MOTION},
     "explore": {"scene": SCENE, "path": "no such folder/x.html"},
     "film": {"scene": SCENE, "path": "no such folder/x.gif"},
-    "fold": {"scene": SCENE},
     "load_atlas": {"folder": "nowhere"},
     "load_scene": {"name_or_path": "sicm-kicked"},
     "load_trajectory": {"path": "nowhere"},
@@ -102,15 +101,12 @@ TAKING = {
     ht.Scene: (NEEDED["Scene"], "samples quantities digits title time"),
     ht.classify_many: (NUMBERS | {"psidot": 1}, "theta tags"),
     ht.facts: ({"motion": TOP}, "start"),
-    ht.fold: ({"scene": SCENE}, "digits"),
     ht.propagate: ({"scene": SCENE}, "formulation projected step_limit progress"),
     ht.atlas: (PLANE, "x only folder progress"),
     ht.drift: (DRIFT, "methods ensemble seed folder progress"),
     ht.stress: (STRESS, "progress"),
     ht.resume: ({"folder": "no such folder"}, "jobs"),
     ht.enclose: (NEEDED["enclose"] | {"digits": 15}, "digits limit"),
-    FOLDED.__call__: ({}, "t"),
-    FOLDED.decimals: ({}, "t"),
     ht.enclose(TOP, START).theta: ({}, "t"),
     MOTION.at: ({"t": 1, "digits": 30}, "t digits"),
     MOTION.form: ({}, "digits"),

@@ -22,7 +22,7 @@ ELSEWHERE = os.pathsep.join([str(ROOT / "tests" / "elsewhere"), str(ROOT / "src"
 POSIX_ONLY = "runs and studies are kept in folders on POSIX systems only (Linux, macOS)"
 REFUSAL = f"integration needs heyoka: {CONDA}"
 INTEGRATED = {  # the public names behind which heyoka is
-    "Errors", "Folded", "Trajectory", "certify", "drift", "extend", "fold", "load_trajectory",
+    "Errors", "Trajectory", "certify", "drift", "extend", "load_trajectory",
     "propagate", "propagate_many", "run_errors", "stress", "work_precision",
 }  # fmt: skip
 

@@ -56,10 +56,6 @@ from .results.stress import Stress as Stress
 from .results.validation import Validation as Validation
 from .results.work_precision import WorkPrecision as WorkPrecision
 from .run.ensemble import propagate_many as propagate_many
-from .run.periodic import (
-    Folded as Folded,
-    fold as fold,
-)
 from .run.planning import (
     Plan as Plan,
     plan as plan,

@@ -14,7 +14,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.analytic.many_times import CHUNK, MOST_PERIODS, DoubleForm
+from heavytop.analytic import many_times
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.many_times import CHUNK, FARTHEST, DoubleForm
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis, FromScene
 from heavytop.errors import NoClosedForm, NotANumber
@@ -231,7 +233,7 @@ def test_a_million_tilts_a_second(name):
 
 def test_times_that_are_none():
     form = DoubleForm(rising_of("kicked"))
-    far = form.period * (MOST_PERIODS + 10)
+    far = form.period * FARTHEST * 1.01
     for call in (form, form.theta):
         for bad in (([np.nan],), ([0.0], [np.inf]), ("x",), (None,), (1.0, 1j), (10**400,)):
             with pytest.raises(NotANumber):
@@ -255,3 +257,21 @@ def test_an_axis_longer_by_an_ulp():
     assert sum(Fraction(x) ** 2 for x in e) != 1
     rising = Rising(FromAxis(e, l, 139.02439024390245, phi0=0.25))
     assert_holds(rising, [-1.0, 0.1, 3.0, 1000.0])
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_late_times_are_those_of_many_digits(name, monkeypatch):
+    """Beyond MOST_PERIODS in balls, before it in doubles; either is right about the border."""
+    form = DoubleForm(rising_of(name))
+    near = np.linspace(-1e6, 1e6, 7) * (form.period or 1)
+    early = form(near)
+    monkeypatch.setattr(many_times, "MOST_PERIODS", 1000)
+    late = form(near)
+    np.testing.assert_allclose(late.axis, early.axis, rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(form.theta(near), late.theta)
+    np.testing.assert_array_equal(late.n, early.n)
+    t = 1e15 * (form.period or 1)
+    exact, found = ClosedForm(form.rising, 60)(t), form([t])
+    assert found.theta[0] == pytest.approx(float(exact.theta), abs=1e-15)
+    off = found.phi_mod[0] - float(exact.phi % (2 * exact.phi.context.pi))
+    assert abs(np.sin(off / 2)) < 1e-14

@@ -2,16 +2,12 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from decimal import Decimal
 
 import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import NotANumber
 from heavytop.integration.integrator import Checkpoint
-
-from ..motions import BOOK
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 EVENTS = ("turning", "reversal", "cusp")
@@ -130,14 +126,6 @@ def test_a_start_exactly_on_an_event_counts_however_it_is_rounded(seed):
     events = ht.propagate(ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, **asked)).events
     assert tuple(map(events.count, EVENTS)) == (7, 0, 4)
     assert events.t[0] == 0
-
-
-@pytest.mark.slow
-def test_numbers_beyond_all_bits_are_refused_at_once():
-    with pytest.raises(ht.BadScene, match="more than 4096 bits"):
-        ht.fold(ht.Scene(BOOK, ht.State("1e-300", phidot=1), time="0.01"))
-    with pytest.raises(NotANumber, match="magnitude"):
-        ht.fold(ht.load_scene("sicm-kicked"))(Decimal("1e-99999999"))
 
 
 # --- what is asked of a run ----------------------------------------------------------------------

@@ -41,7 +41,6 @@ SAVED = "heavytop.run.trajectory:Trajectory save"
 DRAWN = "heavytop.plots.style save"
 TOLD = "heavytop.results.base write_document"
 PRECISE = "heavytop.run.propagation precise_events"
-FOLDED = "heavytop.run.periodic nutating"
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 
 LONG = "--set span.periods=4000 --set want.samples=9 --set want.digits=6 --no-figures"
@@ -49,8 +48,8 @@ SCENES = {
     "long": f"sicm-kicked {LONG}",
     "drawn": "sicm-kicked",
     "plain": "sicm-kicked --no-figures",
+    "exact": "sicm-kicked --set span.periods=1e12 --no-figures",
     "digits": "sicm-kicked --digits 25 --no-figures --formulation axis",
-    "folded": "sicm-kicked --set span.periods=1e9 --set want.events=[]",
 }
 
 
@@ -98,9 +97,9 @@ def whole(tmp_path_factory):
         ("drawn", DRAWN, 4, KILL),
         ("drawn", DRAWN, 5, TERM),
         ("plain", TOLD, 1, KILL),
+        ("exact", TOLD, 1, KILL),
         ("digits", PRECISE, 1, KILL),
         ("digits", PRECISE, 1, INT),
-        ("folded", FOLDED, 1, TERM),
     ],
 )
 def test_resume_finishes_what_is_there(tmp_path, whole, scene, place, count, number):

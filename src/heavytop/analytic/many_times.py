@@ -17,6 +17,7 @@ turning point, and for one of constant tilt, which has u₁ = u₂.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any, Final, NamedTuple
@@ -25,9 +26,17 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb
 
+from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.rising import FLOAT_DIGITS, Rising
-from heavytop.analytic.solution import Asymptotic, Nutating, Solution, SteadyPath, Sweeps
+from heavytop.analytic.solution import (
+    Asymptotic,
+    ExactRecord,
+    Nutating,
+    Solution,
+    SteadyPath,
+    Sweeps,
+)
 from heavytop.analytic.theta_series import Argument, Sweep, ThetaSeries
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.numbers.double_double import Array, Linear, modulo_circle, two_sum
@@ -35,7 +44,10 @@ from heavytop.numbers.double_double import Array, Linear, modulo_circle, two_sum
 __all__ = ["MOST_PERIODS", "NO_TIMES", "DoubleForm", "DoubleRecord"]
 
 MOST_PERIODS: Final = 2**31
-"""Periods up to which times are reduced without loss."""
+"""Periods up to which times are reduced without loss; beyond, each is computed in balls."""
+
+FARTHEST: Final = 2**62
+"""Periods that are counted."""
 
 NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
 """What is wrong with times that are no floats."""
@@ -118,6 +130,8 @@ class DoubleRecord:
 
 
 _NAMES: Final = tuple(field.name for field in fields(DoubleRecord))
+_EXACT: Final = {field.name for field in fields(ExactRecord)}
+_TURNING: Final = ("phi", "psi")
 
 
 class DoubleForm:
@@ -223,7 +237,7 @@ class DoubleForm:
         NotANumber
             For times that are not finite.
         NoClosedForm
-            Beyond 2³¹ periods.
+            Beyond 2⁶² periods.
         """
         theta: Array = self._columns(t, t_lo, record=False)["theta"]
         return theta
@@ -244,7 +258,11 @@ class DoubleForm:
         NotANumber
             For times that are not finite.
         NoClosedForm
-            Beyond 2³¹ periods, or where an angle is too large for a double.
+            Beyond 2⁶² periods, or where an angle is too large for a double.
+
+        Notes
+        -----
+        Beyond 2³¹ periods times are computed one by one, in balls of as many digits as it takes.
         """
         return DoubleRecord(**self._columns(t, t_lo, record=True))
 
@@ -253,9 +271,11 @@ class DoubleForm:
     ) -> dict[str, npt.NDArray[Any]]:
         """The fields of a record, or θ alone."""
         time, low, shape = _times(t, t_lo)
-        columns: dict[str, npt.NDArray[Any]] = {
-            name: np.empty(time.shape) for name in (_NAMES if record else ("theta",))
-        }
+        names = _NAMES if record else ("theta",)
+        if self.period and abs(time).max(initial=0.0) >= MOST_PERIODS * self.period:
+            late = self._late(time, low)
+            return {name: late[name].reshape(shape + late[name].shape[1:]) for name in names}
+        columns: dict[str, npt.NDArray[Any]] = {name: np.empty(time.shape) for name in names}
         if record:
             columns |= {"axis": np.empty((time.size, 3)), "n": np.empty(time.shape, np.int64)}
         with np.errstate(over="ignore", invalid="ignore"):
@@ -265,6 +285,21 @@ class DoubleForm:
                 for name, values in self._values(time[part], low[part], record).items():
                     columns[name][part] = values
         return {name: each.reshape(shape + each.shape[1:]) for name, each in columns.items()}
+
+    def _late(self, time: Array, low: Array) -> dict[str, npt.NDArray[Any]]:
+        """The fields at times too late to be reduced in doubles."""
+        late = float(abs(time).max())
+        if late > FARTHEST * float(self.period or 0.0):
+            raise NoClosedForm(f"more than {FARTHEST} periods in doubles: ask for digits instead")
+        form = ClosedForm(
+            self.rising, _DIGITS + math.ceil(math.log10(min(late * self.rising.rate, 1e300)))
+        )
+        ctx, each = form.ctx, zip(time.tolist(), low.tolist(), strict=True)
+        seen = [form(ctx.mpf(t) + ctx.mpf(rest)) for t, rest in each]
+        columns = {name: [getattr(x, name) for x in seen] for name in _NAMES if name in _EXACT}
+        columns |= {f"{x}_mod": [angle % (2 * ctx.pi) for angle in columns[x]] for x in _TURNING}
+        kinds = {"n": np.int64}
+        return {name: np.array(x, kinds.get(name, np.float64)) for name, x in columns.items()}
 
     def _values(self, t: Array, t_lo: Array, record: bool) -> dict[str, Any]:
         """The fields, or θ alone; what is the same at all times may be one number."""
@@ -334,10 +369,6 @@ class DoubleForm:
     def _reduced(self, t: Array, t_lo: Array) -> tuple[Array, Array, Array]:
         """The turning point nearest each time, by its number, and z since it."""
         steps: Any = np.rint(t * self._steps + self._phase) if self._steps else np.float64(0)
-        if (abs(steps) >= 2 * MOST_PERIODS).any():
-            raise NoClosedForm(
-                f"more than {MOST_PERIODS} periods in doubles: ask for digits instead"
-            )
         z, low = self._argument(steps, t, t_lo)
         # a turning point counts as passed at it: at an exact pass what follows has begun
         at_it = abs(z) <= _EDGE * (abs(self._rate * t) + abs(self._since))

@@ -239,7 +239,7 @@ class Motion(Played, MotionNumbers[float]):
         NotANumber, Impossible
             A time that is no finite number; digits that are no whole number from 1 to 10 000.
         NoClosedForm
-            Beyond 2³¹ periods in doubles, or where an angle is too large for one; with digits,
+            Beyond 2⁶² periods in doubles, or where an angle is too large for one; with digits,
             where 65 536 bits do not give them.
         """
         if digits is None:

@@ -24,6 +24,7 @@ from heavytop.spelling import harmless
 Array = NDArray[np.float64]
 
 LEAST_ROWS: Final = 5
+RUN: Final = "trajectory.nc"  # in the folder of a run
 MOST_FAULTS: Final = 20  # of a file, told at once
 LARGEST: Final = 1e15  # of any value: beyond it an angle in doubles tells no direction
 NO_NUMBERS: Final = np.array("text")  # stands for what is left unread
@@ -182,8 +183,9 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     """
     scene = None
     if isinstance(data, str | os.PathLike):
-        name = harmless(path_of("data", data))
-        table, scene = _file(Path(data))
+        place = path_of("data", data)
+        name = harmless(place)
+        table, scene = _file(place / RUN if place.is_dir() else place)
     elif hasattr(data, "keys"):
         name, keys = "data", [*data, *getattr(data, "coords", ())]
         table = {str(key): data[key] for key in dict.fromkeys(keys)}

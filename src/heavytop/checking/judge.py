@@ -52,7 +52,8 @@ def check(
     data : path or mapping from str to array_like
         A table with a header (CSV, TSV), ``.npz``, ``.mat``, netCDF or HDF5, or arrays by their
         names: ``t`` [s] and any of theta, phi, psi [rad]; axis; quaternion, scalar first, or
-        matrix, from body to space; thetadot, phidot, psidot, omega or omega_body [rad/s].
+        matrix, from body to space; thetadot, phidot, psidot, omega or omega_body [rad/s]. Of the
+        folder of a run it is ``trajectory.nc``.
     scene : Scene, Top, str or path, optional
         What the data are of. Of a top alone, or a scene file with a table ``[top]`` alone, the
         start is that of the first row, or fitted where the data have no rates. It may be left out
@@ -73,7 +74,7 @@ def check(
     Impossible
         No motion starts as the first row says, or none fits.
     NoClosedForm
-        The data reach beyond 2³¹ periods.
+        The data reach beyond 2⁶² periods.
     WrongType
         An argument is not what is taken.
 

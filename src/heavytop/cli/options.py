@@ -37,11 +37,18 @@ def names(option: str, text: str | None) -> tuple[str, ...] | None:
 
 
 def read(scene: str, changes: Sequence[str] | None, digits: int | None = None) -> Scene:
-    """The scene of a name, changed as the options ask."""
-    from heavytop.scene.scene import load_scene
+    """The scene of a name, or of the folder of a run, changed as the options ask."""
+    from heavytop.scene.scene import load_scene, read_scene, shipped_names
 
     wanted = [] if digits is None else [f"want.digits={digits}"]
-    return load_scene(scene, overrides=[*(changes or ()), *wanted])
+    changed, run = [*(changes or ()), *wanted], Path(scene) / "trajectory.nc"
+    if scene in shipped_names() or not run.exists():
+        return load_scene(scene, overrides=changed)
+    from heavytop.hdf5 import attribute, opened
+
+    with opened(run) as file:
+        text, name = attribute(file, "scene"), attribute(file, "name")
+    return read_scene(text, where=f"{name}.toml", overrides=changed)
 
 
 def _changes(changes: list[str] | None) -> list[str]:
@@ -70,7 +77,7 @@ def file(text: str, *endings: str) -> Any:
 
 # --- options ---------------------------------------------------------------------------------
 
-WHICH: Final = "A shipped scene (heavytop scenes lists them), or the path of a TOML file."
+WHICH: Final = "A shipped scene (heavytop scenes lists them), a TOML file, or the folder of a run."
 SET: Final = "Change a value of the scene; may be repeated: --set start.phidot=-14."
 DIGITS: Final = "Correct digits at the end of the span, such as 30; default: the scene's."
 EQUATIONS: Final = f"Equations to integrate: {', '.join(FormulationName)}; auto: the fewest."

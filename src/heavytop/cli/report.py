@@ -45,7 +45,7 @@ def validate(
     finish("validation", found, output)
 
 
-DATA: Final = "A table: .csv, .tsv, .npz, .mat, .nc or .h5."
+DATA: Final = "A table (.csv, .tsv, .npz, .mat, .nc or .h5), or the folder of a run."
 SUBJECT: Final = "Scene of the data, such as sicm-kicked, or a file with only a table [top]."
 COLUMNS: Final = "Your names of the columns, such as t=Zeit,theta=tilt."
 ENOUGH: Final = "Exit with code 5 if the data have fewer digits than D, such as 6."

@@ -54,14 +54,14 @@ def resume_run(folder: Path, *, figures: bool) -> None:
     """Go on with a run; of one that has ended, say so and print it."""
     from heavytop.report.files import DOCUMENT, REQUEST, TRAJECTORY, Request
     from heavytop.results.run import RunResult
-    from heavytop.run.trajectory_file import load_interrupted
+    from heavytop.run.trajectory_file import load_exact, load_interrupted
 
     begun = (folder / REQUEST).exists()
     if not begun and (folder / DOCUMENT).exists():
         found = RunResult.load(folder / DOCUMENT)
         if found.outcome is not errors.Outcome.INTERRUPTED:
-            if (folder / TRAJECTORY).exists():
-                load_interrupted(folder / TRAJECTORY)  # refuses what is damaged
+            if (folder / TRAJECTORY).exists():  # what is damaged is refused
+                (load_interrupted if found.plan.states else load_exact)(folder / TRAJECTORY)
             finished = found.outcome is errors.Outcome.FINISHED
             how = "is finished" if finished else f"ended early: {found.outcome.sentence}"
             show(found.document())
@@ -82,8 +82,8 @@ def carry_out(asked: Request, folder: Path | None, *, force: bool = False) -> No
     chosen = planned(asked.scene, motion, asked.formulation)
     early: Early | None = None
     with nullcontext() if folder is None else _holding(folder, asked, force=force):
-        if chosen.folded or chosen.formulation == "none":
-            result = _known(asked.scene, chosen, folder)
+        if chosen.formulation == "none":
+            result = _exact(asked, motion, chosen, folder)
         else:
             trajectory, early = _integrated(asked, motion, chosen, folder)
             result, early = _written(trajectory, early, folder, figures=asked.figures)
@@ -110,17 +110,16 @@ def _holding(folder: Path, asked: Request, *, force: bool) -> Iterator[None]:
             raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", folder) from None
 
 
-def _known(scene: Scene, chosen: Plan, folder: Path | None) -> RunResult:
-    """The result of a scene that is known at once, or from one nutation."""
-    from heavytop.report.files import DOCUMENT
-    from heavytop.results.run import folded_result, known_result
-    from heavytop.run.periodic import fold
+def _exact(asked: Request, motion: Motion, chosen: Plan, folder: Path | None) -> RunResult:
+    """The result of a scene that nothing is integrated of, written with its files."""
+    from heavytop.report.files import write_exact
+    from heavytop.results.run import exact_result
+    from heavytop.run.exact import SceneMotion
 
-    result = folded_result(fold(scene), chosen) if chosen.folded else known_result(scene, chosen)
-    if folder is not None:
-        result = replace(result, files={"document": DOCUMENT})
-        result.save(folder / DOCUMENT)
-    return result
+    found = SceneMotion(asked.scene, motion, chosen)
+    if folder is None:
+        return exact_result(found)
+    return _noted(write_exact(found, folder, figures=asked.figures), folder)
 
 
 def _integrated(
@@ -169,9 +168,14 @@ def _written(
     except OSError as fault:
         early = errors.StoppedEarly.unwritable(fault, folder, folder)
         return run_result(trajectory), early
+    return _noted(result, folder), early
+
+
+def _noted(result: RunResult, folder: Path) -> RunResult:
+    """A result, whose files are told."""
     for name in result.files.values():
         note(f"wrote {folder / name}")
-    return result, early
+    return result
 
 
 def _goes_on(early: Early | None) -> bool:

@@ -95,8 +95,6 @@ class PreciseIntegrator:
     start : sequence of str
         The states at the start of the run, as decimal texts, in whose unit of time steps are taken;
         in seconds without them.
-    quick : bool
-        Whether compiling is to be quick rather than the steps, which are the same bit for bit.
     """
 
     def __init__(
@@ -106,8 +104,6 @@ class PreciseIntegrator:
         parameters: Mapping[str, str],
         events: Sequence[str] = (),
         start: Sequence[str] = (),
-        *,
-        quick: bool = False,
     ) -> None:
         began = time.perf_counter()
         self._asked: tuple[Any, ...] = formulation, bits, dict(parameters), events, start
@@ -117,7 +113,7 @@ class PreciseIntegrator:
         self.turns: Turns | None = None  # tells phi and psi along the way
         self._pace = _pace(formulation, parameters, start)
         self._units = [self._pace ** power_of_rate(state.name) for state in formulation.states]
-        self._taylor = self._compiled(0 if quick else 3)
+        self._taylor = self._compiled()
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
@@ -204,14 +200,14 @@ class PreciseIntegrator:
         """
         return self._stride(mark, deque([(0, mark.t + self.wide(far), None)]), [None], far, longest)
 
-    def _compiled(self, opt_level: int) -> Any:
+    def _compiled(self) -> Any:
         system = System.of(self.formulation, self.bits)
         # without compact mode compiling takes minutes
         kind = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
         constants = in_units(self._pace, self._constants)
         pars = [constants[name] for name in system.loaded]
         start = [self.number("0")] * len(system.equations)
-        kind |= {"pars": pars, "opt_level": opt_level}
+        kind["pars"] = pars
         return apart(lambda: hy.taylor_adaptive(system.equations, start, **kind))
 
     def _stride(

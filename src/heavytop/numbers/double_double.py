@@ -1,4 +1,4 @@
-"""Sums of two doubles that carry twice the digits, and times and angles reduced without loss.
+"""Sums of two doubles that carry twice the digits, and angles reduced without loss.
 
 A sum or a product of two doubles and its rounding error are both doubles (Knuth; Dekker 1971,
 *Numer. Math.* 18, 224-242), so that sums of many lose next to nothing (Ogita, Rump & Oishi 2005,
@@ -105,38 +105,6 @@ def plus_turns(angle: Array, turns: Array) -> Array:
     """Return an angle and many turns more, rounded as if they were known exactly."""
     whole, rest = two_product(turns, _CIRCLE)
     return whole + (rest + turns * _CIRCLE_REST + angle)
-
-
-def less_multiples(t: Array, start: Array, n: Array, step: Array) -> tuple[Array, Array]:
-    """Return t - start - n step as a double-double; start and step are sums of three doubles.
-
-    Examples
-    --------
-    >>> third = np.array([1 / 3, 2.0**-54 / 3, 2.0**-108 / 3])
-    >>> less_multiples(np.array([3e9 + 1]), np.zeros(3), np.array([9e9]), third)
-    (array([1.]), array([0.]))
-    """
-    whole, *parts = (-part for part in _multiples(n, step))
-    return total(t, whole, *-start, *parts)
-
-
-def whole_multiples(n: Array, x: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return n x as a whole number and a rest of at most a few halves, x as before.
-
-    Examples
-    --------
-    >>> third = np.array([1 / 3, 2.0**-54 / 3, 2.0**-108 / 3])
-    >>> whole_multiples(np.array([1.0, 3e9 + 1]), third)
-    (array([         0, 1000000000]), array([0.33333333, 0.33333333]))
-    """
-    parts = np.array(_multiples(n, x))
-    whole = np.rint(parts)
-    return whole.astype(np.int64).sum(axis=0), (parts - whole).sum(axis=0)
-
-
-def _multiples(n: Array, x: Array) -> tuple[Array, ...]:
-    """Return numbers that add up to n x, the largest first."""
-    return *two_product(n, x[0]), *two_product(n, x[1]), n * x[2]
 
 
 class LongArray:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.plots.sphere import touched
+
+if TYPE_CHECKING:
+    from heavytop.run.exact import SceneMotion
 
 STEADY_S: Final = 2.0  # of a motion that has no period
 _NOTHING: Final = SimpleNamespace(
@@ -33,6 +36,11 @@ class ExactRun:
         end = periods * moving.period if moving.period else STEADY_S
         scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
         return cls(motion, scene, SimpleNamespace(end=end))
+
+    @classmethod
+    def of_scene(cls, run: SceneMotion) -> ExactRun:
+        """That of a scene which was not integrated."""
+        return cls(run.motion, run.scene, SimpleNamespace(end=run.span))
 
     def __call__(self, t: Any) -> Any:
         """The motion at some times [s]."""

@@ -32,6 +32,7 @@ from heavytop.scene.quantities import ANGLES
 
 if TYPE_CHECKING:
     from heavytop.integration.outputs import Sample
+    from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
 Looks = Mapping[str, Any]  # keywords of matplotlib
@@ -60,10 +61,18 @@ ERRORS: Final = {
 
 
 def _expect_run(trajectory: object) -> None:
-    """Refuse what is no trajectory, such as a motion."""
+    """Refuse what is no run, such as a motion."""
     from heavytop.run.trajectory import Trajectory  # which takes its time to import
 
-    expect("trajectory", trajectory, Trajectory, "propagate gives one")
+    if not isinstance(trajectory, ExactRun):
+        expect("trajectory", trajectory, Trajectory, "propagate gives one")
+
+
+def seen_of(run: Trajectory | SceneMotion) -> Any:
+    """Return a run as pictures show it: the exact motion, where nothing was integrated."""
+    from heavytop.run.exact import SceneMotion  # which takes its time to import
+
+    return ExactRun.of_scene(run) if isinstance(run, SceneMotion) else run
 
 
 def run_of(thing: Trajectory | Motion) -> Any:
@@ -499,7 +508,8 @@ def stands(trajectory: Trajectory | Motion) -> bool:
 def angles(trajectory: Trajectory) -> Figure:
     """The angles against time: theta, phi where it was followed, and psidot."""
     _expect_run(trajectory)
-    panels = [nutation, *([precession] if trajectory.phi is not None else []), spin_rate]
+    turning = [] if np.isnan(trajectory.samples.phi).all() else [precession]
+    panels = [nutation, *turning, spin_rate]
     return _page(trajectory, *panels, size=(8.0, 2.3 * len(panels)), nrows=len(panels), sharex=True)
 
 

@@ -31,12 +31,13 @@ from heavytop.hdf5 import write_sealed
 from heavytop.report.studies import RESULTS, Chart, kind_of
 from heavytop.results.base import Answer, Text, read, with_command
 from heavytop.results.classification import PlanSummary
-from heavytop.results.run import RunResult, run_result
+from heavytop.results.run import RunResult, exact_result, run_result
 from heavytop.scene.scene import Scene, read_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from heavytop.run.exact import SceneMotion
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
 
@@ -238,14 +239,35 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
     files = {"document": DOCUMENT, "trajectory": TRAJECTORY}
     _remove(folder, (DOCUMENT, *FIGURES))
     trajectory.save(folder / TRAJECTORY)
-    if figures:
-        from heavytop.plots import figures as drawn
-
-        for name, draw in drawn.FIGURES.items():
-            files |= _saved(folder, name, partial(draw, trajectory), name)
+    files |= _figures(trajectory, folder) if figures else {}
     result = run_result(trajectory, files=files)
     result.save(folder / DOCUMENT)
     return result
+
+
+def write_exact(run: SceneMotion, folder: Path, *, figures: bool = True) -> RunResult:
+    """Write what the closed form says of a scene, as `write_results` writes a run."""
+    files = {"document": DOCUMENT}
+    _remove(folder, (DOCUMENT, TRAJECTORY, *FIGURES))
+    if run.moves:
+        files["trajectory"] = TRAJECTORY
+        run.save(folder / TRAJECTORY)
+        files |= _figures(run, folder) if figures else {}
+    result = exact_result(run, files=files)
+    result.save(folder / DOCUMENT)
+    return result
+
+
+def _figures(run: Trajectory | SceneMotion, folder: Path) -> dict[str, str]:
+    """Draw the figures of a run; the names of their files, by what they are."""
+    from heavytop.plots.figures import FIGURES as drawn
+    from heavytop.plots.figures import seen_of
+
+    files: dict[str, str] = {}
+    for name, draw in drawn.items():
+        if name != "errors" or run.source == "integrated":
+            files |= _saved(folder, name, partial(draw, seen_of(run)), name)
+    return files
 
 
 # --- a study ---------------------------------------------------------------------------------

@@ -241,12 +241,14 @@ RUN_TITLES: Final = {
 def _run(result: LoadedResult) -> Drawn:
     """The pictures of a run, and its top, where its trajectory is there."""
     from heavytop.plots.figures import FIGURES
-    from heavytop.run.trajectory_file import load_trajectory
+    from heavytop.run.exact import SceneMotion
+    from heavytop.run.trajectory_file import load_exact, load_trajectory
 
     path, scene = result.path.with_name("trajectory.nc"), result.document["scene"]
     if "trajectory" not in result.document["files"] or not path.exists():
         return (), None
-    whole = load_trajectory(path)
+    exact = result.document.get("source") == SceneMotion.source
+    whole: Any = load_exact(path) if exact else load_trajectory(path)
     own = whole.scene.document()
     if any(own[key] != scene.get(key) for key in ("top", "start", "title", "span")):
         raise ForeignFile(
@@ -256,6 +258,7 @@ def _run(result: LoadedResult) -> Drawn:
     pictures = tuple(
         Picture(name, RUN_TITLES[name], _svg(draw(whole if name == "errors" else shown)))
         for name, draw in FIGURES.items()
+        if name != "errors" or not exact
     )
     try:
         return pictures, frames(shown)

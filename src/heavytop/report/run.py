@@ -111,7 +111,7 @@ def course_rows(motion: Known, values: Known) -> Iterator[Row]:
 
 
 def _plan(plan: Known) -> Iterator[Row]:
-    marks = [mark for mark in ("projected", "folded") if plan[mark]]
+    marks = ["projected"] if plan["projected"] else []
     tolerance = f"tolerance {short(plan['tolerance'])}"
     how = (plan["precision"], f"{plan['states']} states", tolerance) if plan["states"] else ()
     yield "plan", ", ".join((plan["formulation"], *how, *marks))

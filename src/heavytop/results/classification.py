@@ -97,7 +97,6 @@ class PlanSummary(Part):
     tolerance: Value
     states: int
     projected: bool
-    folded: bool
     events: tuple[Text, ...]
     reasons: tuple[Text, ...]
     warnings: tuple[Text, ...]
@@ -107,7 +106,7 @@ class PlanSummary(Part):
     @classmethod
     def of(cls, chosen: Plan) -> Self:
         """Return the summary of a plan."""
-        names = ("formulation", "precision", "tolerance", "states", "projected", "folded")
+        names = ("formulation", "precision", "tolerance", "states", "projected")
         expected = chosen.estimate
         return cls(
             **{name: finite(getattr(chosen, name)) for name in names},

@@ -9,11 +9,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from heavytop.analytic.enclosure import EVENTS
-from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
-from heavytop.integration.bits import named
 from heavytop.machine import version
 from heavytop.numbers import decimals
+from heavytop.numbers.decimals import context
 from heavytop.results.base import (
     Number,
     Part,
@@ -29,14 +28,11 @@ from heavytop.scene.quantities import RATES, Need, need_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.events import Event
-    from heavytop.run.periodic import Folded
-    from heavytop.run.planning import Plan
+    from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Decimals, Trajectory
-    from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
-SPARE_DIGITS: Final = 10  # of the closed form at the end, beyond those of the number of periods
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
 MEASURED: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
@@ -105,6 +101,8 @@ class RunResult(Result):
     outcome : Outcome
     warnings : tuple of str
         What no rigid body can be, and the scene is.
+    source : {"integrated", "closed form"}
+        What the end and the events are from.
     """
 
     schema: Literal["heavytop/run/1"] = "heavytop/run/1"
@@ -120,24 +118,39 @@ class RunResult(Result):
     cost: RunCost = RunCost()
     outcome: Outcome = Outcome.FINISHED
     warnings: tuple[Text, ...] = ()
+    source: Text = "integrated"
 
 
-def known_result(scene: Scene, chosen: Plan) -> RunResult:
-    """Return the result of a scene of which nothing has to be integrated.
+def exact_result(run: SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
+    """Return the result of a scene of which nothing is integrated.
 
     Parameters
     ----------
-    scene : Scene
-        It wants its class and its period at most.
-    chosen : Plan
+    run : SceneMotion
+    files : mapping from str to str, optional
+        Names and paths of the files written.
+
+    Returns
+    -------
+    RunResult
+        Its end and its events, but of a scene that wants its class and its period at most.
     """
-    motion = Motion(scene.top, scene.start)
+    known = replace(_known(run), files=dict(files or {}))
+    if not run.moves:
+        return known
+    return replace(known, final=_exact_final(run), events=EventTable(**run.counts))
+
+
+def _known(run: Trajectory | SceneMotion) -> RunResult:
+    """What is known of a scene and its plan without integrating."""
+    scene, motion = run.scene, run.motion
     return RunResult(
         scene=SceneTables(**scene.document()),
         motion=MotionSummary.of(motion),
         constants=finite(dict(motion.constants.items())),
-        plan=PlanSummary.of(chosen),
+        plan=PlanSummary.of(run.plan),
         warnings=warnings_of(scene),
+        source=run.source,
         versions={name: version(name) for name in LIBRARIES},
     )
 
@@ -155,7 +168,7 @@ def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -
 
     errors = run_errors(trajectory)
     return replace(
-        known_result(trajectory.scene, trajectory.plan),
+        _known(trajectory),
         final=_final_of(trajectory),
         events=_events(trajectory),
         errors=finite(asdict(errors)),
@@ -167,54 +180,22 @@ def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -
     )
 
 
-def folded_result(folded: Folded, chosen: Plan) -> RunResult:
-    """Return the result of a folded motion: the end, held against the closed form there.
-
-    Parameters
-    ----------
-    folded : Folded
-    chosen : Plan
-        The scene's plan.
-
-    Returns
-    -------
-    RunResult
-        Beyond 15 digits its numbers at the end are decimal texts, one digit longer than what is
-        wanted. ``errors`` are theirs, of theta, of what phi and psi are beyond their whole turns,
-        of the axis, and of the rates.
-    """
-    final, cost, bound = _folded_final(folded), folded.cost, 10.0**-folded.scene.digits
-    errors = _folded_errors(folded, final)
-    sizes = {"rates": max(1.0, *(abs(float(final[name])) for name in RATES))}
-    bits = folded.cost.bits
-    if bits:  # those that it took in the end; where theta is constant, as planned
-        chosen = replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits))
-    return replace(
-        known_result(folded.scene, chosen),
-        final=final,
-        errors=NOTHING | errors | {"why_not": ""},
-        missed_digits={name: x for name, x in errors.items() if x > bound * sizes.get(name, 1.0)},
-        cost=RunCost(steps=cost.steps, compile_s=cost.compile_s, integrate_s=cost.integrate_s),
-    )
-
-
 # --- the end -------------------------------------------------------------------------------------
 
 
 def _final(
-    end: Any,
-    shown: Callable[[Any], Any],
-    turned: Callable[[str], tuple[int | None, Any]],
-    *,
-    attitude: bool,
+    end: Any, shown: Callable[[Any], Any], numbers: Any, *, attitude: bool
 ) -> dict[str, Any]:
-    """The motion at the end: numbers as `shown` has them, whole turns of an angle and the rest."""
+    """The motion at the end, each number as `shown` has it; whole turns of an angle and the rest.
+
+    `numbers` is what has their pi and their floor.
+    """
     final = {name: shown(getattr(end, name)) for name in ("t", "theta")}
     for angle in ("phi", "psi"):
-        turns, rest = turned(angle)
+        turns, rest = split(getattr(end, angle), numbers)
         final |= {angle: shown(getattr(end, angle)), f"{angle}_turns": turns}
         final |= {f"{angle}_mod": shown(rest)}
-    final |= {name: shown(getattr(end, name)) for name in ("thetadot", "phidot", "psidot")}
+    final |= {name: shown(getattr(end, name)) for name in RATES}
     final |= {name: tuple(map(shown, getattr(end, name))) for name in ("axis", "omega")}
     return final | {"quaternion": tuple(map(shown, end.quaternion)) if attitude else None}
 
@@ -222,11 +203,18 @@ def _final(
 def _final_of(trajectory: Trajectory) -> dict[str, Any]:
     attitude = need_of(trajectory.scene.quantities) >= Need.PSI
     if (many := trajectory.decimals) is None:
-        end, told, numbers = trajectory(trajectory.orbit.end), finite, math
-    else:
-        end, told, numbers = many.samples[-1], partial(_shown, many), many.ctx
-    turned = lambda angle: split(getattr(end, angle), numbers)  # noqa: E731
-    return _final(end, told, turned, attitude=attitude)
+        end = trajectory(trajectory.orbit.end)
+        return _final(end, finite, math, attitude=attitude)
+    return _final(many.samples[-1], partial(_shown, many), many.ctx, attitude=attitude)
+
+
+def _exact_final(run: SceneMotion) -> dict[str, Any]:
+    ctx, digits = context(run.digits), run.scene.digits
+
+    def shown(x: decimals.Number) -> float | str:
+        return str(ctx.nstr(x, digits)) if digits > NUMBER_DIGITS else float(x)
+
+    return _final(run.end, shown, ctx, attitude=True)
 
 
 def split(angle: Any, math: Any) -> tuple[int | None, Any]:
@@ -235,50 +223,6 @@ def split(angle: Any, math: Any) -> tuple[int | None, Any]:
         return None, angle
     turns = int(math.floor(angle / (2 * math.pi)))
     return turns, angle - turns * 2 * math.pi
-
-
-def _folded_final(folded: Folded) -> dict[str, Any]:
-    end: Any = folded.end
-    many = folded.scene.digits > NUMBER_DIGITS
-    if many:
-        end = folded.decimals(folded.span)
-    digits = folded.scene.digits + 1  # the last one is rounded
-
-    def text(x: decimals.Number, whole: int = 0) -> str:
-        return str(folded.span.context.nstr(x, digits + len(str(abs(whole))) - 1))
-
-    def turned(angle: str) -> tuple[int, Any]:
-        return int(getattr(end, f"{angle}_turns")), getattr(end, f"{angle}_mod")
-
-    final = _final(end, text if many else finite, turned, attitude=True)
-    angles = {name: getattr(end, name) for name in ("phi", "psi")}
-    return final | {name: text(x, int(x)) for name, x in angles.items()} if many else final
-
-
-def _folded_errors(folded: Folded, final: dict[str, Any]) -> dict[str, float]:
-    """How far what the result says is off the closed form."""
-    digits = folded.scene.digits + SPARE_DIGITS + len(str(int(abs(folded.span))))
-    scene = folded.scene
-    truth: Any = Motion(scene.top, scene.start).at(folded.span, digits=digits)
-    ctx = folded.span.context
-    said = {name: ctx.mpf(final[name]) for name in ("theta", "phi_mod", "psi_mod")}
-    turned = {
-        name: abs(_principal(ctx, getattr(truth, name) - said[f"{name}_mod"]))
-        for name in ("phi", "psi")
-    }
-    axis = (ctx.mpf(a) - b for a, b in zip(final["axis"], truth.axis, strict=True))
-    rates = (abs(ctx.mpf(final[name]) - getattr(truth, name)) for name in RATES)
-    return {
-        "theta": float(abs(said["theta"] - truth.theta)),
-        **{name: float(error) for name, error in turned.items()},
-        "axis": float(ctx.sqrt(sum(x * x for x in axis))),
-        "rates": float(max(rates)),
-    }
-
-
-def _principal(ctx: decimals.Context, angle: decimals.Number) -> decimals.Number:
-    """An angle in (−π, π]: whole turns apart."""
-    return angle - 2 * ctx.pi * ctx.nint(angle / (2 * ctx.pi))
 
 
 # --- events and cost -----------------------------------------------------------------------------

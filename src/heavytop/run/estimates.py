@@ -65,9 +65,6 @@ MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a num
 # digits
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
 SPARE: Final = 2.0  # bits, beyond those that have a reason
-LEAST_FOLDED: Final = 16  # digits of a fold, so that doubles lose nothing
-FOLDED_REACH: Final = 2.0**44  # half-periods, unless the scene reaches farther
-SPARE_FOLDED: Final = 4.0  # bits
 MOST_TURNS: Final = 2.0**60  # of theta, phi or psi that are counted
 
 PLACES: Final = 64  # of a nutation, at which rates are looked at
@@ -99,7 +96,6 @@ class Forecast:
         self.scene, self.motion, self.span = scene, motion, span
         self.need = need_of(scene.quantities)
         self.periods = periods_of(motion, span)
-        self.returns = motion.regime != "asymptotic"
         self.nearest = min(motion.nearest)  # to a pole
         self.bits_grown = _bits_grown(motion, span)
         self.growth = 2.0 ** min(self.bits_grown, 1010.0)  # a number still
@@ -274,16 +270,6 @@ def _bits_grown(motion: Motion, span: float) -> float:
     if exact.growth is not None:
         return float(exact.growth) * abs(span) / math.log(2)
     return 0.0 if exact.modulus is None else -float(exact.ctx.log(exact.modulus[1], 2))
-
-
-def needed_to_fold(digits: int, halves: float = FOLDED_REACH) -> float:
-    """Bits that half a nutation needs, to tell decimal digits so many half-periods away.
-
-    >>> round(needed_to_fold(16), 1), round(needed_to_fold(20, 2e15), 1)
-    (101.2, 121.3)
-    """
-    reach = math.log2(max(halves, FOLDED_REACH))
-    return max(LEAST_FOLDED, digits) * math.log2(10) + reach + SPARE_FOLDED
 
 
 def most_steps(motion: Motion, span: float) -> int:

@@ -58,6 +58,7 @@ STORED = (*COLUMNS, "t_low", "axis", "states")
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
 EDGE: Final = 1e-9  # of a period, for each period: so near the end an event may be on either side
+AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
 
 Counts = Mapping[str, tuple[int, int]]
@@ -393,11 +394,32 @@ def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts
         return None
     at_start, edge = AT_START * _scale(form), EDGE * (abs(end) + _scale(form))
     found = list(_in_span(motion, form, end, at_start, -edge, edge))
+    names = (name for name in KINDS_OF if name in asked)
+    return {name: (_count(found, name, 0), _count(found, name, 1)) for name in names}
 
-    def count(name: str, which: int) -> int:
-        return sum(len(numbers[which]) for kind, _, numbers in found if kind in KINDS_OF[name])
 
-    return {name: (count(name, 0), count(name, 1)) for name in KINDS_OF if name in asked}
+def count_exactly(
+    motion: Motion, end: Number, asked: Collection[str], digits: int
+) -> dict[str, int]:
+    """How many turning points, reversals and cusps there are from 0 to a time, both included.
+
+    One that is not `AT_END` of a period from it is at it. None are counted where the kind is not
+    decided.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("sicm-dropped")
+    >>> motion = Motion(scene.top, scene.start)
+    >>> count_exactly(motion, 10**9 * motion.form(60).period, ("turning", "cusp"), 60)
+    {'turning': 2000000001, 'cusp': 1000000001}
+    """
+    if motion.kind is Kind.UNDECIDED:
+        return {}
+    form = motion.form(digits)
+    at_start, at_end = AT_START * _scale(form), AT_END * _scale(form)
+    found = list(_in_span(motion, form, end, at_start, at_end))
+    return {name: _count(found, name, 0) for name in KINDS_OF if name in asked}
 
 
 def schedule(
@@ -462,6 +484,11 @@ def _in_span(
 
     for kind, first in _first_of_each(motion, form):
         yield kind, first, [numbers(first, slack) for slack in slacks]
+
+
+def _count(found: Sequence[tuple[str, Number, list[range]]], name: str, which: int) -> int:
+    """How many events have a name, up to one of the ends that `_in_span` was given."""
+    return sum(len(numbers[which]) for kind, _, numbers in found if kind in KINDS_OF[name])
 
 
 def _first_of_each(motion: Motion, form: ClosedForm) -> list[tuple[str, Number]]:

@@ -1,10 +1,10 @@
 """The least model that gives what a scene wants, and why.
 
-Step by step: nothing is integrated for what the start alone tells. Else the formulation follows
-from how much of the motion must be followed (`Need`) and from how near a pole the axis comes; then
-how it has phi and psi, and which events are watched for. Last, what it takes follows from the
-digits and `Forecast`: nothing more, projection onto the invariants, more bits than doubles have; or
-one nutation folded, where the span is very long.
+Step by step: nothing is integrated for what the start alone tells, nor over a span whose steps
+would take hours. Else the formulation follows from how much of the motion must be followed (`Need`)
+and from how near a pole the axis comes; then how it has phi and psi, and which events are watched
+for. Last, what it takes follows from the digits and `Forecast`: nothing more, projection onto the
+invariants, more bits than doubles have.
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.numbers import PI, Exact
-from heavytop.numbers.decimals import Context
+from heavytop.numbers.decimals import Context, Number
 from heavytop.run.estimates import (
     MEASURED,
     MOST_TURNS,
     SPARE,
     Estimate,
     Forecast,
-    needed_to_fold,
 )
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
@@ -40,9 +39,10 @@ MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
 BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in the axis form
-FOLD_AFTER_S: Final = 20.0  # of integration
 PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
+MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
+MANY_PERIODS: Final = 1e6  # if it has more than so many
 
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
@@ -58,7 +58,7 @@ class Plan(Shown):
     Attributes
     ----------
     formulation : str
-        Name of the equations; ``none`` where nothing has to be integrated.
+        Name of the equations; ``none`` where nothing is integrated, and the closed form answers.
     variant : str or None
         How the formulation has phi and psi: the axis form ``phi`` alone, or with psi by ``sigma``
         or ``delta``; the subsystem, Routh's and the attitude form both as ``angles``. In the cubic
@@ -75,8 +75,6 @@ class Plan(Shown):
         Relative error tolerance of a step; 0 where it is smaller than any double.
     projected : bool
         Whether the state is put back onto its invariants between blocks of steps.
-    folded : bool
-        Whether half a nutation is integrated, for any time.
     reasons, warnings : tuple of str
         Why it is so, and what may disappoint, each in words.
     estimate : Estimate or None
@@ -91,7 +89,6 @@ class Plan(Shown):
     precision: str = "double"
     tolerance: float = EPSILON
     projected: bool = False
-    folded: bool = False
     reasons: Words = ()
     warnings: Words = ()
     estimate: Estimate | None = None
@@ -153,8 +150,7 @@ def planned(
         raise BadScene(tuple(wrong))
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:
-        why = "class and period follow from the closed form: nothing is integrated"
-        return Plan("none", reasons=(why,), estimate=Estimate(0.0, 0.0))
+        return _nothing("class and period follow from it")
     expected = Forecast(scene, motion, span(scene, motion))
     name, why = formulation, f"{formulation}: asked for by name"
     if auto:
@@ -164,11 +160,28 @@ def planned(
     found = _formulated(expected, name, why)
     if auto and not projected:
         found = meeting_digits(expected, found)
+        if expected.periods > MANY_PERIODS and (seconds := _seconds(expected, found)) > MOST_S:
+            return _nothing(f"the steps of {expected.periods:.3g} periods take {duration(seconds)}")
     else:
         bits = expected.bits(name)
         found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
     reasons = (*found.reasons, *_how_exactly(scene, found))
     return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
+
+
+def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
+    """The plan for a scene whose steps are taken however long they take.
+
+    Where auto would take none it is the least formulation, in doubles and projected.
+    """
+    chosen = plan(scene, formulation)
+    return plan(scene, projected=True) if chosen.formulation == "none" else chosen
+
+
+def _nothing(why: str) -> Plan:
+    """The plan of what the closed form has at once."""
+    reason = f"nothing is integrated, the closed form answers: {why}"
+    return Plan("none", reasons=(reason,), estimate=Estimate(0.0, 0.0))
 
 
 # --- what cannot be had ------------------------------------------------------------------------
@@ -286,7 +299,7 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
     return ("turning",), (never, "events found while integrating: turning")
 
 
-# --- precision, projection and folding ---------------------------------------------------------
+# --- precision and projection ------------------------------------------------------------------
 
 
 def meeting_digits(expected: Forecast, found: Plan) -> Plan:
@@ -300,14 +313,9 @@ def meeting_digits(expected: Forecast, found: Plan) -> Plan:
     >>> [meeting_digits(expected, Plan("axis")).projected for expected in ends]
     [False, True]
     """
-    name, digits, count = found.formulation, expected.scene.digits, expected.periods
+    name, digits = found.formulation, expected.scene.digits
     bits, allowed = expected.bits(name), 10.0**-digits
     plain = expected(name, bits=bits)
-    if expected.returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
-        why = f"folded: one period answers for all {count:.3g}, which would take "
-        whole = Plan("attitude", states=MEASURED["attitude"].states, folded=True)
-        bits = enough(needed_to_fold(digits, 2 * count))
-        return _at(whole, bits, Estimate(1.0, allowed / 10), False, why + duration(plain.seconds))
     if bits > DOUBLE or plain.error <= allowed:
         return _at(found, bits, plain, False)
     lost, pinned = f"{_off('would', plain)}, of 1e-{digits} allowed", expected(name, projected=True)
@@ -346,7 +354,7 @@ def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
     if bits > MOST_BITS:
         rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
         raise refusal(scene, "want.digits", str(scene.digits), rule)
-    if bits > DOUBLE and not found.folded:
+    if bits > DOUBLE:
         events = "events are looked for where the closed form has them"
         yield f"{found.precision}: for {scene.digits} digits at the end; {events}"
     if found.projected:
@@ -360,18 +368,22 @@ def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
 
 def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
     """Say what may disappoint: growing angles, rounding on a separatrix, a long integration."""
-    scene, motion, count = expected.scene, expected.motion, expected.periods
+    motion, count = expected.motion, expected.periods
     if found.formulation == "lagrange" and motion.nutates and count > LONG_FOR_LAGRANGE:
         yield (
             f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
             "control follows them, and phase is lost as the cube of the time; use the axis form"
         )
     yield from leaving(motion, expected.span, bits_of(found.precision))
-    seconds = found.estimate.seconds if found.estimate else 0.0
-    if seconds > LONG_S and motion.kind != "at-rest":  # which takes a step or two
-        how = "without events (want.events = [])" if scene.events else "by auto"
-        quicker = f"; {how} it would be folded and take a second" if expected.returns else ""
-        yield f"long: about {duration(seconds)} in all{quicker}"
+    if (seconds := _seconds(expected, found)) > LONG_S:
+        yield f"long: about {duration(seconds)} in all"
+
+
+def _seconds(expected: Forecast, found: Plan) -> float:
+    """The time that the steps of a plan take [s]."""
+    if found.estimate is None or expected.motion.kind == "at-rest":  # which takes a step or two
+        return 0.0
+    return found.estimate.seconds
 
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
@@ -438,12 +450,20 @@ def span(scene: Scene, motion: Motion) -> float:
     return float(scene.periods) * motion.period
 
 
+def exact_span(scene: Scene, motion: Motion, ctx: Context) -> Number:
+    """The end time of a scene to all digits [s], of one that has it as `span` does."""
+    if scene.time is not None:
+        return scene.time.mpf(ctx)
+    assert scene.periods is not None
+    return scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
+
+
 def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
     """What refuses a scene, by the rule that one of its keys breaks."""
     return BadScene((Fault(scene.name, None, key, value, rule),))
 
 
-def span_fault(scene: Scene, rule: str, hint: str = "") -> Fault:
+def span_fault(scene: Scene, rule: str) -> Fault:
     """What is wrong with the span of a scene, in the words in which it gives that."""
     key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
-    return Fault(scene.name, None, f"span.{key}", str(value), rule, hint)
+    return Fault(scene.name, None, f"span.{key}", str(value), rule)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
-from heavytop.errors import BadScene, EndedEarly, Outcome
+from heavytop.errors import EndedEarly, Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Seen, compiled
 from heavytop.integration.high_precision import Unfinished
@@ -38,12 +38,12 @@ from heavytop.run.planning import (
     EPSILON,
     Plan,
     closed_form_of,
+    exact_span,
     leaving,
     meeting_digits,
     planned,
     refusal,
     span,
-    span_fault,
     start_values,
 )
 from heavytop.run.trajectory import Decimals, Statistics, Trajectory, times_between
@@ -95,7 +95,8 @@ def propagate(
     Raises
     ------
     BadScene
-        The scene wants what the formulation cannot give.
+        The scene wants what the formulation cannot give; or auto integrates nothing, because the
+        steps would take more than an hour: `heavytop.Motion` has the motion at any time.
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the partial trajectory.
     OSError
@@ -133,12 +134,8 @@ def propagate(
     motion = closed_form_of(scene)
     chosen = planned(scene, motion, formulation, projected)
     if chosen.formulation == "none":
-        known = "heavytop.classify and heavytop.Motion have them"
-        rule = f"class and period need no integration: {known}"
-        raise refusal(scene, "want.quantities", ", ".join(scene.quantities), rule)
-    if chosen.folded:
-        rule = "the plan folds this span: use heavytop.fold, or name a formulation to integrate it"
-        raise BadScene((span_fault(scene, rule, chosen.reasons[-1]),))
+        known = "heavytop.Motion has the motion at any time, a formulation by name integrates it"
+        raise refusal(scene, "formulation", formulation, f"{chosen.reasons[0]}; {known}")
     return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
 
 
@@ -385,11 +382,7 @@ def _sample_times(
     scene: Scene, motion: Motion, ctx: Context, before: Decimals | None
 ) -> list[Number]:
     """Return the times of the samples: evenly from zero, or from the old end, to the exact end."""
-    if scene.time is not None:
-        end = scene.time.mpf(ctx)
-    else:
-        assert scene.periods is not None
-        end = scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
+    end = exact_span(scene, motion, ctx)
     old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
     count = scene.samples - len(old)
     return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]

@@ -11,7 +11,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -309,6 +309,7 @@ class Trajectory(Played):
     outcome: Outcome
     statistics: Statistics
     decimals: Decimals | None = None
+    source: ClassVar[str] = "integrated"
 
     def __repr__(self) -> str:
         name = self.scene.title or self.scene.name

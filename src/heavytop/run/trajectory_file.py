@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from heavytop import __version__
+from heavytop.analytic.motion import Motion
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened, write_sealed
 from heavytop.integration.compiled import Seen
@@ -26,12 +27,13 @@ from heavytop.integration.integrator import Checkpoint, Orbit
 from heavytop.integration.outputs import Sample
 from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
+from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import integrator_of
 from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, COLUMNS, RATES
-from heavytop.scene.scene import read_scene
+from heavytop.scene.scene import Scene, read_scene
 from heavytop.spelling import readable
 
 if TYPE_CHECKING:
@@ -92,12 +94,28 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     )
 
 
+def exact_dataset(run: SceneMotion) -> xarray.Dataset:
+    """Return the samples of a scene that was not integrated, under the names of `dataset`."""
+    import xarray
+
+    names = (*ANGLES, *RATES, "axis", "omega")
+    return xarray.Dataset(
+        _over("t", {name: getattr(run.samples, name) for name in names}),
+        coords=_over("t", {"t": run.samples.t}) | _over("space", {"space": list("xyz")}),
+        attrs=_origin(run),
+    )
+
+
 def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write a trajectory to a netCDF file, whole or not at all."""
+    write_dataset(dataset(trajectory).assign(_kept(trajectory)), path)
+
+
+def write_dataset(contents: xarray.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write samples to a netCDF file, whole or not at all."""
     target = Path(path)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target.parent}: no such folder")
-    contents = dataset(trajectory).assign(_kept(trajectory))
     letters = {name: {"dtype": "S1"} for name in contents if name in TEXTS}  # of a known size
     # HDF5 does not survive a full disk
     data = bytes(contents.to_netcdf(engine="h5netcdf", encoding=letters))
@@ -153,20 +171,27 @@ def _marks_of(decimals: Decimals, samples: tuple[Sample, ...]) -> Variables:
     return dict(zip(MARKS, (rows[:, 0], rows[:, 1:]), strict=True))
 
 
-def _attributes(trajectory: Trajectory) -> dict[str, Any]:
+def _origin(run: Trajectory | SceneMotion) -> dict[str, Any]:
+    """What samples are of, and what made them."""
     return {
         "schema": SCHEMA,
-        "name": trajectory.scene.name,
-        "title": trajectory.scene.title,
-        "source": trajectory.scene.source,
-        "scene": trajectory.scene.to_toml(),
-        "plan": json.dumps(asdict(trajectory.plan)),
+        "name": run.scene.name,
+        "title": run.scene.title,
+        "references": run.scene.source,
+        "source": run.source,
+        "scene": run.scene.to_toml(),
+        "plan": json.dumps(asdict(run.plan)),
+        "heavytop": __version__,
+        "versions": json.dumps(versions()),
+    }
+
+
+def _attributes(trajectory: Trajectory) -> dict[str, Any]:
+    return _origin(trajectory) | {
         "parameters": json.dumps(trajectory.orbit.parameters),
         "outcome": str(trajectory.outcome),
         "steps": trajectory.orbit.steps,
         "end": trajectory.orbit.end,
-        "heavytop": __version__,
-        "versions": json.dumps(versions()),
     }
 
 
@@ -214,6 +239,20 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
         return _trajectory(file)
 
 
+def load_exact(path: Path) -> SceneMotion:
+    """Read what `SceneMotion.save` wrote; its samples are computed anew.
+
+    Raises
+    ------
+    ForeignFile
+        The file is missing or damaged, or is of a run that was integrated.
+    """
+    with opened(path) as file:
+        if (source := attribute(file, "source")) != SceneMotion.source:
+            raise ForeignFile(f"source = {source!r:.60}: expected {SceneMotion.source}")
+        return SceneMotion(*_planned(file))
+
+
 def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
     """Read a trajectory to go on with it, which takes what it was begun with.
 
@@ -239,11 +278,11 @@ def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
 def _trajectory(file: Any) -> Trajectory:
     if (schema := attribute(file, "schema")) != SCHEMA:
         raise ForeignFile(f"schema = {schema!r:.60}: expected {SCHEMA}")
-    scene = read_scene(attribute(file, "scene"), where="scene in file")
-    if "name" in file.attrs:
-        scene = replace(scene, name=readable(attribute(file, "name")))
-    chosen = TypeAdapter(Plan).validate_json(attribute(file, "plan"))
-    outcome, motion = Outcome(attribute(file, "outcome")), closed_form_of(scene)
+    if attribute(file, "source") == SceneMotion.source:
+        told = "xarray reads the samples, heavytop.Motion has the motion at any time"
+        raise ForeignFile(f"of the closed form, nothing was integrated: {told}")
+    scene, motion, chosen = _planned(file)
+    outcome = Outcome(attribute(file, "outcome"))
     orbit, decimals = _orbit(file, chosen, outcome), None
     columns = {name: array(file, f"event_{name}") for name in STORED}
     kinds = tuple(map(str, array(file, "event_kind")))
@@ -266,6 +305,15 @@ def _trajectory(file: Any) -> Trajectory:
         statistics=Statistics(steps, 0, 0.0, 0.0, 0.0, whole=False),
         decimals=decimals,
     )
+
+
+def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
+    """The scene of a file, its motion and its plan."""
+    scene = read_scene(attribute(file, "scene"), where="scene in file")
+    if "name" in file.attrs:
+        scene = replace(scene, name=readable(attribute(file, "name")))
+    chosen = TypeAdapter(Plan).validate_json(attribute(file, "plan"))
+    return scene, closed_form_of(scene), chosen
 
 
 def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:

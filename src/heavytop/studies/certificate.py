@@ -132,9 +132,14 @@ def certify(
 
 
 def run_in_doubles(scene: Scene) -> Trajectory:
-    """Run a scene as auto does, but in doubles where that takes more bits for a long span."""
+    """Run a scene as auto does, but in doubles where that takes more bits for a long span.
+
+    However long the steps take, they are taken.
+    """
     chosen = plan(scene)
-    if chosen.folded or chosen.precision == "double" or scene.digits > MOST_DIGITS:
+    if chosen.formulation == "none":
+        return propagate(scene, projected=True)
+    if chosen.precision == "double" or scene.digits > MOST_DIGITS:
         return propagate(scene)
     return propagate(scene, formulation=chosen.formulation, projected=True)
 

@@ -17,7 +17,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.integration.bits import DOUBLE, bits_of, why_not
 from heavytop.names import nearest
-from heavytop.run.planning import EPSILON, plan
+from heavytop.run.planning import EPSILON, plan_steps
 from heavytop.scene.arguments import Refused, one_of, shown
 from heavytop.scene.scene import Scene
 
@@ -184,10 +184,11 @@ def planned(text: str, scene: Scene, periods: float) -> MethodSetting:
     BadScene
         There is no plan for so many digits.
     """
-    chosen = plan(Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
-                        samples=2, digits=auto_digits(text), name=scene.name))  # fmt: skip
-    found = method(f"taylor-{'axis' if chosen.folded else chosen.formulation}")
-    return replace(found, name=text, projected=chosen.projected or chosen.folded,
+    wanted = Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
+                   samples=2, digits=auto_digits(text), name=scene.name)  # fmt: skip
+    chosen = plan_steps(wanted)
+    found = method(f"taylor-{chosen.formulation}")
+    return replace(found, name=text, projected=chosen.projected,
                    bits=bits_of(chosen.precision), setting=chosen.tolerance)  # fmt: skip
 
 

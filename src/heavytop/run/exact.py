@@ -1,0 +1,95 @@
+"""What a run says of a scene that nothing is integrated of: the exact motion over its span."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from heavytop.analytic.many_times import DoubleRecord
+from heavytop.analytic.motion import Motion
+from heavytop.analytic.rising import MOST_DIGITS
+from heavytop.numbers.decimals import context
+from heavytop.run.planning import Plan, exact_span, span
+from heavytop.scene.quantities import Need, need_of
+from heavytop.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray
+
+SPARE_DIGITS: Final = 20  # beyond those of the scene, so that what happens at the end is told
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMotion:
+    """The exact motion of a scene, from its start to its end.
+
+    Attributes
+    ----------
+    scene : Scene
+    motion : Motion
+    plan : Plan
+        It integrates nothing.
+    """
+
+    scene: Scene
+    motion: Motion
+    plan: Plan
+    source: ClassVar[str] = "closed form"
+
+    @property
+    def moves(self) -> bool:
+        """Whether the scene wants more than its class and its period."""
+        return need_of(self.scene.quantities) is not Need.NOTHING
+
+    @property
+    def span(self) -> float:
+        """The end time of the scene, as a double [s]."""
+        return span(self.scene, self.motion)
+
+    @cached_property
+    def digits(self) -> int:
+        """Decimal digits that leave the scene's to what φ and ψ are beyond their whole turns."""
+        rate = self.motion.rising.rate
+        turned = (1 + abs(self.span) * rate) * (1 + rate)
+        return min(self.scene.digits + SPARE_DIGITS + math.ceil(math.log10(turned)), MOST_DIGITS)
+
+    @cached_property
+    def end(self) -> Any:
+        """The motion at the end, which is exact: an `ExactRecord`."""
+        end = exact_span(self.scene, self.motion, context(self.digits))
+        return self.motion.at(end, self.digits)
+
+    @cached_property
+    def samples(self) -> DoubleRecord:
+        """The motion at the sample times of the scene, which are doubles."""
+        return self.motion.at(np.linspace(0.0, self.span, self.scene.samples))
+
+    @property
+    def counts(self) -> dict[str, Any]:
+        """How many there are of each kind of event that the scene asks for."""
+        from heavytop.run.events import count_exactly
+
+        return count_exactly(self.motion, self.end.t, self.scene.events, self.digits)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the samples as an xarray Dataset that holds the scene itself."""
+        from heavytop.run.trajectory_file import exact_dataset
+
+        return exact_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the samples to a netCDF file, whole or not at all.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
+        from heavytop.run.trajectory_file import write_dataset
+
+        write_dataset(self.to_xarray(), path)

@@ -1,0 +1,208 @@
+"""Spans that would take hours of steps: the closed form answers, and a run says so."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray
+
+import heavytop as ht
+from heavytop.errors import BadScene, ForeignFile
+from heavytop.numbers.decimals import context
+from heavytop.run.events import EVENTS, count_exactly
+from heavytop.run.exact import SceneMotion
+from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps
+from heavytop.scene.scene import shipped_names
+from heavytop.studies import certificate, drift, work_precision
+
+from ..commands import heavytop_
+
+FAR = ("sicm-kicked", "--set", "span.periods=1e12")
+
+
+def kicked(periods, **wants):
+    return replace(ht.load_scene("sicm-kicked", [f"span.periods={periods}"]), **wants)
+
+
+@pytest.fixture(scope="module")
+def far(tmp_path_factory):
+    """The folder of a run of 1e12 periods, and its document."""
+    folder = tmp_path_factory.mktemp("far") / "run"
+    done = heavytop_("run", *FAR, "-o", folder, "--json")
+    assert done.exit_code == 0, done.stderr
+    return folder, json.loads(done.stdout)
+
+
+# --- the plan --------------------------------------------------------------------------------
+
+
+def test_nothing_is_integrated_beyond_an_hour_of_steps():
+    hour = MOST_S / ht.plan(kicked(1e8)).estimate.seconds * 1e8  # periods
+    below, beyond = ht.plan(kicked(0.99 * hour)), ht.plan(kicked(1.01 * hour))
+    assert (below.formulation, below.projected) == ("axis", True)
+    assert (beyond.formulation, beyond.states, beyond.estimate.seconds) == ("none", 0, 0.0)
+    assert beyond.reasons[-1].endswith("periods take 1.01 h")
+
+
+def test_a_million_periods_are_integrated_however_long_they_take():
+    digits = {"digits": 30, "events": ()}
+    assert ht.plan(kicked(0.999 * MANY_PERIODS, **digits)).estimate.seconds > MOST_S
+    assert ht.plan(kicked(1.001 * MANY_PERIODS, **digits)).formulation == "none"
+    assert ht.plan(ht.load_scene("sicm-kicked", ["want.digits=1000"])).formulation == "axis"
+    assert ht.plan(kicked(1e8)).formulation == "axis"
+
+
+def test_what_stands_still_takes_a_step_or_two_however_long_its_span_is():
+    rest = ht.Scene(ht.Top(1, 1, 1), ht.State(0), time=1e12)
+    assert ht.plan(rest).formulation != "none"
+
+
+def test_who_asks_for_steps_gets_them(monkeypatch):
+    """A form by name, a projected state, auto in studies, and certificates."""
+    scene = kicked(1e12)
+    assert ht.plan(scene, "attitude").formulation == "attitude"
+    for chosen in (ht.plan(scene, projected=True), plan_steps(scene)):
+        assert (chosen.formulation, chosen.precision, chosen.projected) == ("axis", "double", True)
+    assert drift._auto(scene, 1e12) == "taylor-axis-projected"
+    assert work_precision._planned(scene, "axis", 12, 1e12)[0].text == "taylor-axis-projected"
+    asked = []
+    monkeypatch.setattr(certificate, "propagate", lambda scene, **how: asked.append(how))
+    certificate.run_in_doubles(scene)
+    assert asked == [{"projected": True}]
+
+
+def test_propagate_says_what_has_the_motion():
+    with pytest.raises(BadScene, match=r"nothing is integrated.* 282 days; heavytop\.Motion"):
+        ht.propagate(kicked(1e12))
+
+
+# --- what a run says -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("digits", [12, 40])
+def test_the_end_is_that_of_the_closed_form_at_more_digits(digits):
+    done = heavytop_("run", *FAR, "--digits", digits, "--json")
+    found, scene, ctx = json.loads(done.stdout), kicked(1e12), context(120)
+    final, motion = found["final"], ht.Motion(scene.top, scene.start)
+    exact = motion.at(10**12 * motion.form(120).period, 110)
+    bound = 10.0 ** -(min(digits, 16) - 2)
+    for name in ("phi", "psi"):
+        whole = final[f"{name}_turns"] * 2 * ctx.pi + ctx.mpf(final[f"{name}_mod"])
+        assert abs(whole - getattr(exact, name)) < (1e-14 if digits < 16 else 10.0 ** (1 - digits))
+    for name in ("theta", "thetadot", "phidot", "psidot"):
+        assert abs(ctx.mpf(final[name]) - getattr(exact, name)) < 200 * bound
+    for name in ("axis", "omega", "quaternion"):
+        assert np.allclose([float(x) for x in final[name]], np.array(getattr(exact, name), float))
+    assert isinstance(final["theta"], str if digits > 15 else float)
+    assert found["missed_digits"] == found["missed_events"] == {}
+
+
+def test_a_run_says_that_nothing_was_integrated(far):
+    _, found = far
+    assert (found["source"], found["plan"]["formulation"]) == ("closed form", "none")
+    assert (found["outcome"], found["cost"]["steps"]) == ("finished", 0)
+    errors = found["errors"]
+    assert (errors.pop("why_not"), errors.pop("invariants")) == ("nothing was integrated", {})
+    assert set(errors.values()) == {None}
+    integrated = json.loads(heavytop_("run", "sicm-kicked", "--json").stdout)
+    assert integrated["source"] == "integrated"
+
+
+def test_events_are_counted_from_the_start_to_the_end_both_included(far):
+    """It starts at a turning point and ends at one, 1e12 periods later."""
+    events = far[1]["events"]
+    assert [events[name] for name in EVENTS] == [2 * 10**12 + 1, 2 * 10**12, 0]
+    assert events["table"] == []
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_counts_are_those_that_are_proved(name):
+    """At times that are no event's, by enclosures."""
+    scene = ht.load_scene(name)
+    motion, enclosed = ht.Motion(scene.top, scene.start), ht.enclose(scene.top, scene.start)
+    for end in ("1.2345678", "-3.3333", "1e9"):
+        time = context(80).mpf(end)
+        proved = {event: enclosed.count(event, end) for event in EVENTS}
+        assert count_exactly(motion, time, EVENTS, 70) == proved
+
+
+def test_what_is_not_decided_is_not_counted(monkeypatch):
+    scene = kicked(1e12)
+    motion = ht.Motion(scene.top, scene.start)
+    monkeypatch.setattr(ht.Motion, "kind", ht.Kind.UNDECIDED)
+    assert count_exactly(motion, context(60).mpf(10), EVENTS, 60) == {}
+
+
+# --- its folder ------------------------------------------------------------------------------
+
+
+def test_xarray_reads_samples_under_the_names_of_a_run(far, tmp_path):
+    scene = kicked(1e12)
+    ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "run.nc")
+    motion, names = ht.Motion(scene.top, scene.start), ("theta", "phi", "psi", "axis", "omega")
+    with (
+        xarray.open_dataset(far[0] / "trajectory.nc") as found,
+        xarray.open_dataset(tmp_path / "run.nc") as run,
+    ):
+        assert (found.attrs["source"], run.attrs["source"]) == ("closed form", "integrated")
+        assert found.attrs["references"] == run.attrs["references"] == scene.source
+        for name in names:
+            assert found[name].dims == run[name].dims
+            assert found[name].attrs == run[name].attrs
+        assert found.sizes["t"] == scene.samples
+        exact = motion.at(float(found.t[-7]), 60)
+        assert float(found.theta[-7]) == pytest.approx(float(exact.theta), abs=1e-15)
+        axis = np.array(exact.axis, float)
+        np.testing.assert_allclose(found.axis[-7], axis, atol=1e-15)
+
+
+def test_its_figures_show_the_motion_and_no_errors(far):
+    files = {path.name for path in far[0].iterdir()}
+    assert files == set(far[1]["files"].values())
+    assert {"overview.svg", "angles.png", "phase.svg"} <= files
+    assert not any(name.startswith("errors") for name in files)
+
+
+def test_film_report_check_and_resume_take_its_folder(far, tmp_path):
+    folder = far[0]
+    checked = heavytop_("check", folder, "--digits", 15)
+    assert checked.exit_code == 0, checked.stderr
+    film = heavytop_("film", folder, "-o", tmp_path / "x.gif", "--seconds", 1, "--size", "80x64")
+    assert film.exit_code == 0, film.stderr
+    page = heavytop_("report", folder, "-o", tmp_path / "page.html")
+    assert page.exit_code == 0, page.stderr
+    text = (tmp_path / "page.html").read_text("utf-8")
+    assert "plane of tilt and tilt rate" in text
+    assert "distance of the run from the closed form" not in text
+    resumed = heavytop_("resume", folder)
+    assert "this run is finished" in resumed.stderr
+    again = heavytop_("run", folder, "--json", "--set", "span.periods=2")
+    assert json.loads(again.stdout)["events"]["turning"] == 5
+
+
+def test_no_trajectory_is_read_from_it(far):
+    for refused in (lambda: ht.load_trajectory(far[0] / "trajectory.nc"),):
+        with pytest.raises(ForeignFile, match=r"nothing was integrated.* heavytop\.Motion"):
+            refused()
+    assert heavytop_("certify", far[0]).exit_code == 3
+
+
+def test_class_and_period_are_answered_alike(tmp_path):
+    """They want no end, and nothing that moves."""
+    wants = ("--set", 'want.quantities=["class"]')
+    done = heavytop_("run", "sicm-kicked", *wants, "-o", tmp_path / "x", "--json")
+    found = json.loads(done.stdout)
+    assert (found["source"], found["final"]) == ("closed form", None)
+    assert found["files"] == {"document": "run.json"}
+
+
+def test_an_axis_that_tends_to_the_vertical_turns_once():
+    scene = ht.load_scene("separatrix", ["span.time=1e10"])
+    chosen = ht.plan(scene)
+    assert chosen.formulation == "none"
+    run = SceneMotion(scene, ht.Motion(scene.top, scene.start), chosen)
+    assert run.counts["turning"] == 1
+    assert float(run.samples.theta[-1]) < 1e-300
+    assert math.isclose(float(run.end.t), 1e10)
