@@ -20,7 +20,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import cycle, product
 from pathlib import Path
@@ -147,16 +147,26 @@ def plain(value: Any) -> Any:
 
 def run(case: dict[str, str]) -> dict[str, Any]:
     """A run's document, and its trajectory read back."""
-    import heavytop as ht
-
     words = f"run {case['scene']} {case['options']} -o {case['scene']}.run --no-figures --json"
     answer = study({"words": words})
-    if (file := Path(f"{case['scene']}.run", "trajectory.nc")).exists():
-        found = ht.load_trajectory(file)
-        between = found(GOLDEN * float(found.t[-1]))
-        answer |= {"plan": columns(found.plan, PLAN), "samples": columns(found, RECORD)}
-        answer |= {"events": columns(found.events, EVENTS), "between": columns(between, RECORD)}
-    return answer
+    file = Path(f"{case['scene']}.run", "trajectory.nc")
+    return answer | ({"read back": tried(read_back, file)} if file.exists() else {})
+
+
+def read_back(file: Path) -> dict[str, Any]:
+    import heavytop as ht
+
+    found = ht.load_trajectory(file)
+    between = found(GOLDEN * float(found.t[-1]))
+    answer = {"plan": columns(found.plan, PLAN), "samples": columns(found, RECORD)}
+    return answer | {"events": columns(found.events, EVENTS), "between": columns(between, RECORD)}
+
+
+def tried(question: Callable[[Any], dict[str, Any]], asked: Any) -> dict[str, Any]:
+    try:
+        return question(asked)
+    except Exception as error:
+        return {"raised": type(error).__name__}
 
 
 def motion(case: dict[str, str]) -> dict[str, Any]:
@@ -204,10 +214,7 @@ def work(tree: Path) -> None:
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:
         kind, case = json.loads(line)
-        try:
-            answer = asked[kind](case)
-        except Exception as error:
-            answer = {"raised": type(error).__name__}
+        answer = tried(asked[kind], case)
         print(json.dumps(answer), file=answers, flush=True)
 
 
