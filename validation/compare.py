@@ -1,0 +1,350 @@
+"""The package beside its frozen version: every difference between their answers, a line each.
+
+    python validation/compare.py [--old COMMIT] [--scenes 200] [--only run,motion,study,exit]
+
+The old version is built from the history, once, in .cache/. A process of each version answers
+the same cases at the same time. Doubles travel as JSON, which keeps every bit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import os
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from itertools import cycle, product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from mpmath import nstr
+
+FROZEN = "c09d51c87203c5b02902c4b4729e93bc8469b7f4"
+EXPLAINED: dict[str, str] = {}  # pattern of a line of the list -> why it may stand there
+
+ROOT = Path(__file__).resolve().parents[1]
+SEED, GOLDEN = 17, 0.6180339887498949
+DROPPED = re.compile(  # by the clock, the machine, and the words of the command
+    r"(derive|compile|integrate|setup)_s|us_\w+|\w+_per_s|runs|(front|cheapest)(_theta)?"
+    r"|versions|files|command|schema"
+)
+# Errors are sums of roundings: as good within a factor, or where both are a few ulps.
+ERRORS = re.compile(
+    r"\b\w*error(s|_spread)?\b|\b(bound|observed|rounding|residual|condition)\b"
+    r"|methods\[.*\b(energy|p_phi|p_psi|phase_s|axis|invariants)\b|curves\.\w+"
+)
+FACTOR, FLOOR = 4, 2e-15
+LAST_DIGIT = Fraction(2, 10**50)
+
+# --- the cases -----------------------------------------------------------------------------------
+
+OPTIONS = (  # of random scenes, which take turns
+    *("", "--formulation axis", "--digits 25", "--formulation attitude"),
+    "--digits 6 --set 'want.quantities=[\"theta\"]'",
+)
+STUDIES = """
+plan sicm-kicked
+run sicm-kicked --digits 40
+run through-top --digits 30
+run sicm-kicked --formulation lagrange
+run sicm-kicked --formulation routh
+run sicm-kicked --formulation cubic --set 'want.quantities=["theta"]'
+run sicm-kicked --set span.time=200
+drift sicm-kicked --periods 300 --ensemble 2 --methods taylor-axis,taylor-axis-projected,gauss8=32
+drift through-top --periods 20 --methods auto,dop853-cyrk
+workprec sicm-kicked --periods 10 --methods taylor-axis,sofroniou-spaletta10 --budget 900
+stress --cases through-top,start-at-top,cusp --methods auto,dop853-cyrk,gauss8 --time-limit 90
+atlas sicm-kicked --x phidot=-20:20:40 --y psidot=10:300:40 --jobs 1
+atlas sleeping --x theta=0:1:20 --y psidot=1:300:20:log --jobs 1 --only kind
+certify sicm-kicked
+certify through-top --set span.time=1
+reference sicm-kicked --times 0:2:0.25 --digits 50 --quantities theta,phi,psi,rates,axis,attitude
+reference through-top --times 0:2:0.25 --digits 30
+reference sicm-kicked --times 0:2:0.01 --digits 9 -o data.csv
+check data.csv --scene sicm-kicked
+check data.csv --scene sicm-kicked --set start.phidot=-15.001
+derive
+scenes
+"""
+EXITS = {  # by first words, what follows them
+    "": "--version | --help | nosuch | run | run --nosuch | reference | atlas | report nosuch",
+    "run": "nosuch | . | bad.toml | empty.toml | unknown.toml | half.toml | top.toml | good.toml",
+    "run sicm-kicked": "--digits 0 | --digits 1.5 | --digits 20000 | --formulation nosuch"
+    " | --formulation cubic | -o good.toml | -o made --no-figures",
+    "run good.toml -o made --no-figures": "| --force",  # where another run is
+    "run sicm-kicked --set": "start.theta=4 | start.theta=nan | start.nosuch=1 | theta=1 | top.A=0"
+    " | top.A=-1 | top.C=-1 | top.C=0 | top.C=1e-3 | top.gMR=0 | top.gMR=inf | span.time=0"
+    " | span.time=1e400 | want.samples=1 | want.quantities=[] | start.omega3=1",
+    "run through-top --formulation": "lagrange | routh",
+    "resume": "made | nosuch | .",
+    "classify": "nosuch | good.toml | sicm-kicked --set top.C=-1",
+    "drift": "at-rest --periods 10 | good.toml --periods 5 --methods gauss8 --no-figures",
+    "drift sicm-kicked": "--periods 0 | --methods x | --methods gauss8=0 | --methods x.py:f | -j 0",
+    "workprec": "sicm-kicked --methods nosuch | sicm-kicked --budget -1 | at-rest",
+    "stress": "--cases nosuch | --methods nosuch | --time-limit 0 | --list",
+    "atlas sicm-kicked": "--x phidot=0:9:4 | --x nosuch=0:1:4 --y psidot=1:2:3"
+    " | --x phidot=0:1:0 --y psidot=1:2:3 | --x phidot=0:1:4:log --y psidot=1:2:3",
+    "certify": "nosuch | made | sicm-kicked --formulation routh",
+    "reference sicm-kicked": "| --times 0:1 | --times 0:1:0 | --times 0:1:0.5 --digits 0"
+    " | --times 0:1:0.5 --quantities x | --times 0:1:0.5 -o x.txt",
+    "reference sicm-kicked --times": "0:2:0.01 --digits 9 -o data.csv",
+    "check": "nosuch.csv | data.csv | text.csv --scene top.toml | data.xyz --scene top.toml",
+    "check data.csv --scene": "nosuch | top.toml | sicm-kicked | sicm-kicked --digits 12"
+    " | sicm-kicked --columns t=u",
+    "film": "nosuch -o x.gif | sicm-kicked -o x.nosuch | sicm-kicked -o x.gif --seconds 0",
+    "explore": "nosuch -o x.html | sicm-kicked -o x.html",
+}
+BEGUN = "format = 1\n[start]\ntheta = 1\n[span]\ntime = 1\n[top]\nA = 1\n"
+FILES = {
+    **{"bad.toml": "[top\nA = 1\n", "empty.toml": "", "half.toml": BEGUN},
+    **{"good.toml": f"{BEGUN}C = 1\ngMR = 1\n", "unknown.toml": f"{BEGUN}C = 1\ngMR = 1\nx = 3\n"},
+    "top.toml": "[top]\nA = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456\n",
+    **{"text.csv": "t,theta\n0,one\n1,two\n", "data.xyz": "t theta\n0 1\n"},
+}
+
+
+def cases(scenes: dict[str, str]) -> Iterator[tuple[str, str, dict[str, str]]]:
+    """Every case: its kind, its name and what is asked."""
+    for kind, (scene, options) in product(("run", "motion"), scenes.items()):
+        yield kind, scene, {"scene": scene, "options": options}
+    for words in STUDIES.strip().splitlines():
+        yield "study", words, {"words": f"{words} --json"}
+    for first, ends in EXITS.items():
+        for words in (f"{first} {end.strip()}".strip() for end in ends.split("|")):
+            yield "exit", words, {"words": words}
+
+
+# --- what a version is asked: public names and documents, and all of them here -------------------
+
+RECORD = ("t", "theta", "phi", "psi", "thetadot", "phidot", "psidot", "axis", "omega", "quaternion")
+EVENTS = ("kind", "t", "t_low", "theta", "phi", "phidot", "axis")
+PLAN = ("formulation", "precision", "tolerance", "projected")
+MOTION = ("tags", "certified", "margin", "period", "precession", "spin", "theta_min", "theta_max")
+
+
+def columns(thing: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: plain(getattr(thing, name)) for name in names if hasattr(thing, name)}
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it; a number of many digits as a text of 50."""
+    if isinstance(value, tuple):
+        return [plain(each) for each in value]
+    if hasattr(value, "_mpf_"):
+        return nstr(value, 50, strip_zeros=False)
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def run(case: dict[str, str]) -> dict[str, Any]:
+    """A run's document, and its trajectory read back."""
+    words = f"run {case['scene']} {case['options']} -o {case['scene']}.run --no-figures --json"
+    answer = study({"words": words})
+    file = Path(f"{case['scene']}.run", "trajectory.nc")
+    return answer | ({"read back": tried(read_back, file)} if file.exists() else {})
+
+
+def read_back(file: Path) -> dict[str, Any]:
+    import heavytop as ht
+
+    found = ht.load_trajectory(file)
+    between = found(GOLDEN * float(found.t[-1]))
+    answer = {"plan": columns(found.plan, PLAN), "samples": columns(found, RECORD)}
+    return answer | {"events": columns(found.events, EVENTS), "between": columns(between, RECORD)}
+
+
+def tried(question: Callable[[Any], dict[str, Any]], asked: Any) -> dict[str, Any]:
+    try:
+        return question(asked)
+    except Exception as error:
+        return {"raised": type(error).__name__}
+
+
+def motion(case: dict[str, str]) -> dict[str, Any]:
+    """The closed form at 50 digits and in arrays, and the proved kind."""
+    import heavytop as ht
+
+    scene = ht.load_scene(case["scene"])
+    found = ht.Motion(scene.top, scene.start)
+    unit = found.period or 1.0 if scene.time is None else float(scene.time)
+    exact = [found.at(t, digits=50) for t in (unit, GOLDEN * unit)]
+    answer = {"kind": str(found.kind), **columns(found, MOTION)}
+    answer["exact"] = [columns(each, (*RECORD, "energy")) for each in exact]
+    answer["arrays"] = columns(found.at([i / 16 * unit for i in range(17)]), RECORD)
+    return answer | {"classify": study({"words": f"classify {case['scene']} --json"})}
+
+
+def study(case: dict[str, str]) -> dict[str, Any]:
+    """The exit code of a command, and its document or text."""
+    sys.argv, out, code = ["heavytop", *shlex.split(case["words"])], io.StringIO(), 0
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
+        try:
+            runpy.run_module("heavytop", run_name="__main__")
+        except SystemExit as end:
+            code = int(end.code or 0)
+    if code == 130:  # a command ends well when it is stopped: that is no answer
+        raise KeyboardInterrupt
+    with contextlib.suppress(ValueError):
+        return {"exit": code, "document": json.loads(out.getvalue())}
+    return {"exit": code, "document": out.getvalue()}
+
+
+def work(tree: Path) -> None:
+    """Answer cases, JSON lines in and out, with the version in a tree."""
+    sys.path[0] = str(tree / "validation")
+    import fuzz
+
+    import heavytop
+
+    assert Path(heavytop.__file__).is_relative_to(tree), heavytop.__file__
+    asked = {
+        **{"run": run, "motion": motion, "study": study},
+        "exit": lambda case: {"exit": study(case)["exit"]},
+        "draw": lambda case: {f"{x.name}.toml": x.to_toml() for x in fuzz.scenes(SEED, case["n"])},
+    }
+    answers, sys.stdout = sys.stdout, sys.stderr
+    for line in sys.stdin:
+        kind, case = json.loads(line)
+        answer = tried(asked[kind], case)
+        print(json.dumps(answer), file=answers, flush=True)
+
+
+# --- both asked, and compared --------------------------------------------------------------------
+
+
+def frozen(commit: str) -> Path:
+    """The folder of an old version, made from the history when it is not there."""
+    tree = ROOT / ".cache" / f"frozen-{git(ROOT, 'rev-parse', commit)}"
+    if not tree.exists():
+        git(ROOT, "worktree", "add", "--force", "--detach", str(tree), commit)
+    git(tree, "diff", "--exit-code", "HEAD")  # nobody has changed it
+    return tree
+
+
+def git(folder: Path, *words: str) -> str:
+    return subprocess.check_output(["git", "-C", str(folder), *words], text=True).strip()
+
+
+def interpreter(tree: Path) -> str:
+    """This Python where the lock is the same, else one with the packages of the tree's lock."""
+    old, new = (each / "requirements/lock-py311.txt" for each in (tree, ROOT))
+    if old.read_bytes() == new.read_bytes():
+        return sys.executable
+    python = tree / ".venv/bin/python"
+    if not python.exists():
+        subprocess.check_call([sys.executable, "-m", "venv", str(tree / ".venv")])
+    pip = (str(python), "-m", "pip", "install", "--quiet", "--require-hashes", "-r", str(old))
+    subprocess.check_call(pip, stdout=sys.stderr)
+    return str(python)
+
+
+def begin(tree: Path, folder: Path) -> subprocess.Popen[str]:
+    """A process that answers with the version in a tree, in a folder of its own."""
+    folder.mkdir()
+    words = [interpreter(tree), str(Path(__file__).resolve()), "--work", str(tree)]
+    cache = os.environ.get("HEYOKA_CACHE_DIR", str(ROOT / ".cache/heyoka"))
+    env = os.environ | {"PYTHONPATH": str(tree / "src"), "HEYOKA_CACHE_DIR": cache}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    return subprocess.Popen(words, cwd=folder, env=env, text=True, **pipes)
+
+
+def ask(workers: list[subprocess.Popen[str]], kind: str, case: dict[str, Any]) -> list[Any]:
+    """What each answers, all at the same time."""
+    for worker in workers:
+        worker.stdin.write(json.dumps([kind, case]) + "\n")
+        worker.stdin.flush()
+    return [json.loads(worker.stdout.readline()) for worker in workers]
+
+
+def differences(old: Any, new: Any, key: str = "") -> Iterator[tuple[str, str, str]]:
+    """Every key where two answers differ, with both values; of a column of numbers the first."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for name in (each for each in {**old, **new} if not DROPPED.fullmatch(each)):
+            if name in old and name in new:
+                yield from differences(old[name], new[name], f"{key}.{name}")
+            else:
+                yield (
+                    f"{key}.{name}",
+                    *(short(x[name]) if name in x else "gone" for x in (old, new)),
+                )
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        pairs = enumerate(zip(old, new, strict=True))
+        found = [line for i, pair in pairs for line in differences(*pair, f"{key}[{i}]")]
+        if len(found) > 1 and not isinstance(old[0], dict):
+            found = [(*found[0][:2], f"{found[0][2]} ({len(found)} such)")]
+        yield from found
+    elif not same(old, new, key):
+        yield key, short(old), short(new)
+
+
+def same(old: Any, new: Any, key: str) -> bool:
+    if json.dumps(old) == json.dumps(new):  # so −0 is not 0, and nan is nan
+        return True
+    if key.startswith(".exact") and isinstance(old, str) and isinstance(new, str):
+        first, second = Fraction(old), Fraction(new)
+        return abs(first - second) <= LAST_DIGIT * max(1, abs(first))
+    if ERRORS.search(key) and isinstance(old, float) and isinstance(new, float):
+        low, high = sorted((abs(old), abs(new)))
+        return high <= max(FLOOR, FACTOR * low)
+    return False
+
+
+def short(value: Any) -> str:
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 100 else f"{text[:99]}…"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--old", default=FROZEN, help="a commit")
+    parser.add_argument("--scenes", type=int, default=200)
+    parser.add_argument("--only", default="run,motion,study,exit")
+    parser.add_argument("--work", type=Path, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    os.environ.pop("COLUMNS", None)  # the width of a terminal is in no answer
+    if given.work:
+        work(given.work)
+        return
+    tree, began = frozen(given.old), time.perf_counter()
+    asked, found, explained = Counter(), Counter(), Counter()
+    with TemporaryDirectory() as folder:
+        folders = [Path(folder, name) for name in ("old", "new")]
+        pair = [*map(begin, (tree, ROOT), folders)]
+        shipped = sorted(each.stem for each in (tree / "src/heavytop/scenes").glob("*.toml"))
+        (drawn,) = ask(pair[:1], "draw", {"n": given.scenes - len(shipped)})
+        for place, (name, text) in product(folders, (FILES | drawn).items()):
+            (place / name).write_text(text, "utf-8")
+        scenes = dict.fromkeys(shipped[: given.scenes], "") | dict(
+            zip(drawn, cycle(OPTIONS), strict=False)
+        )
+        for kind, name, case in cases(scenes):
+            if kind not in given.only.split(","):
+                continue
+            asked[kind] += 1
+            for key, old, new in differences(*ask(pair, kind, case)):
+                line = f"{kind} {name} {key.removeprefix('.')}: {old} -> {new}"
+                why = next((why for each, why in EXPLAINED.items() if re.search(each, line)), None)
+                if why is None:
+                    print(line, flush=True)
+                (found if why is None else explained)[why or kind] += 1
+        for worker in pair:
+            worker.communicate()
+    for kind, count in asked.items():
+        print(f"{kind}: {count} cases, {found[kind]} differences")
+    for why, count in explained.items():
+        print(f"explained, {count} times: {why}")
+    print(f"{found.total()} differences in {time.perf_counter() - began:.0f} s")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()
