@@ -1,7 +1,6 @@
 """A result file that is not what was written is refused before anything in it is believed."""
 
 import hashlib
-import os
 import runpy
 from contextlib import contextmanager
 from pathlib import Path
@@ -104,13 +103,6 @@ def test_a_map_in_one_huge_part_is_refused(tmp_path):
     seal(tmp_path / "atlas.nc")
     with pytest.raises(ht.ForeignFile, match="'kind': in parts that are too large"):
         stored_map(tmp_path / "atlas.nc", shape)
-
-
-@pytest.mark.parametrize("made", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
-def test_a_pipe_or_a_device_is_no_trajectory(tmp_path, made):
-    made(tmp_path / "a.nc")
-    with pytest.raises(ht.ForeignFile, match="not a regular file"):
-        ht.load_trajectory(tmp_path / "a.nc")
 
 
 FUZZ = Path(__file__).parents[1] / "validation" / "fuzz_damage.py"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 import platform
@@ -34,25 +33,6 @@ def as_json(document: Mapping[str, Any]) -> str:
     }
     """
     return json.dumps(document, indent=2, allow_nan=False)
-
-
-def regular(path: Path) -> IO[bytes]:
-    """Open a regular file to read its bytes; a pipe or a device might never answer.
-
-    Raises
-    ------
-    OSError
-    """
-    file = open(path, "rb", opener=_at_once)  # noqa: SIM115 (Path.open has no opener)
-    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-        file.close()
-        raise OSError(errno.EINVAL, "not a regular file", str(path))
-    return file
-
-
-def _at_once(path: str, flags: int) -> int:
-    """Open a file, without waiting for anybody who writes into it."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile
-from heavytop.files import regular, write_whole
+from heavytop.files import write_whole
 
 MOST_BYTES: Final = 8 * 2**30  # of a file
 MARK: Final = b"\nheavytop sha256 "
@@ -65,7 +65,7 @@ def expect_sealed(path: Path) -> None:
     ------
     ValueError, OSError
     """
-    with regular(path) as file:
+    with path.open("rb") as file:
         size = file.seek(0, os.SEEK_END) - SEAL_BYTES
         if size > MOST_BYTES:
             raise ValueError(f"more than {MOST_BYTES >> 30} GiB")

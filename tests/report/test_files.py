@@ -1,11 +1,6 @@
 """A folder holds the files of the run or the study that its document tells of, and no other's."""
 
 import json
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import h5netcdf
 import numpy as np
@@ -99,42 +94,3 @@ def lacking(path):
             for word in ("long_name", "units")
             if not variable.attrs.get(word)
         ]
-
-
-RESUME_ALL = """
-import json, sys
-from typer.testing import CliRunner
-from heavytop.cli.command import app
-for place in sys.argv[1:]:
-    done = CliRunner().invoke(app, ["resume", "--no-figures", place])
-    print(json.dumps([place, done.exit_code, done.stderr]), flush=True)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("words", "needed"),
-    [
-        (("drift", "sicm-kicked", *DRIFT), {"study.json", "tasks"}),
-        (("atlas", "sicm-kicked", *ATLAS[:4]), {"study.json", "tasks"}),
-        (("run", "sicm-kicked"), {"run.json", "trajectory.nc"}),
-    ],
-)
-def test_a_pipe_in_a_folder_stops_nothing(tmp_path, words, needed):
-    """Whatever file it stands for, `resume` ends, and names it where it is needed."""
-    whole = tmp_path / "whole"
-    printed(*words, "-q", "--no-figures", "-o", whole)
-    files = sorted(path.relative_to(whole) for path in whole.rglob("*") if path.is_file())
-    places = {str(tmp_path / f"{number}"): file for number, file in enumerate(files)}
-    for place, file in places.items():
-        shutil.copytree(whole, place)
-        (Path(place) / file).unlink()
-        os.mkfifo(Path(place) / file)
-    done = subprocess.run([sys.executable, "-c", RESUME_ALL, *places], capture_output=True,
-                          text=True, timeout=120, check=True)  # fmt: skip
-    told = [json.loads(line) for line in done.stdout.splitlines()]
-    assert [place for place, *_ in told] == list(places)
-    for place, code, said in told:
-        name, top = places[place].name, places[place].parts[0]
-        assert code == (3 if top in needed else 0), (name, said)
-        assert top not in needed or name in "".join(said.split())

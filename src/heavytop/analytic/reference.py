@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
 from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
-from heavytop.files import regular, write_document, write_text
+from heavytop.files import write_document, write_text
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.intervals import Interval
 from heavytop.scene.arguments import (
@@ -267,7 +267,7 @@ def read_times(text: str) -> str | list[str]:
     if ":" in text:
         return text
     try:
-        with regular(Path(text)) as file:
+        with Path(text).open("rb") as file:
             lines = file.read().decode("utf-8-sig").splitlines()
         header, *rows = csv.reader(filter(str.strip, lines), strict=True)
         return [row[header.index("t")] for row in rows]

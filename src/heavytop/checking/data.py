@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile
-from heavytop.files import regular
 from heavytop.hdf5 import dataset
 from heavytop.names import nearest
 from heavytop.scene.arguments import expect, path_of, wrong_type
@@ -313,7 +312,7 @@ def _file(path: Path) -> tuple[dict[str, Any], str | None]:
     try:
         match path.suffix.lower():
             case ".npz":
-                with regular(path) as file, np.load(file, allow_pickle=False) as arrays:
+                with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
                     return dict(arrays), None
             case ".mat":
                 return _matlab(path), None
@@ -330,7 +329,7 @@ def _file(path: Path) -> tuple[dict[str, Any], str | None]:
 
 def _text(path: Path) -> dict[str, Any]:
     """The columns of a table with a header, between commas, semicolons, tabs or blanks."""
-    with regular(path) as file:
+    with path.open("rb") as file:
         lines = file.read().decode("utf-8-sig").splitlines()
     there = [(k, line) for k, line in enumerate(lines, start=1) if line.strip()]
     head = there[0][1].lstrip("#% ") if there else ""
@@ -365,7 +364,7 @@ def _matlab(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat, whosmat
 
     try:
-        with regular(path) as file:
+        with path.open("rb") as file:
             kinds = {name: kind for name, _, kind in whosmat(file)}
             numbers = [name for name, kind in kinds.items() if kind.startswith(MATLAB_NUMBERS)]
             arrays = loadmat(file, variable_names=numbers)  # damaged structures can kill scipy
@@ -381,7 +380,7 @@ def _hdf5(path: Path) -> tuple[dict[str, Any], str | None]:
     """The arrays of a netCDF-4 or HDF5 file; the trajectory of a run of ours has its scene."""
     import h5py
 
-    with regular(path) as whole, h5py.File(whole, "r") as file:
+    with path.open("rb") as whole, h5py.File(whole, "r") as file:
         links = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
         there = [name for name in links if isinstance(file[name], h5py.Dataset)]
         arrays = {

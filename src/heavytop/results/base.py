@@ -21,7 +21,7 @@ from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
 from heavytop.display import Shown
 from heavytop.errors import ForeignFile
-from heavytop.files import regular, write_document
+from heavytop.files import write_document
 from heavytop.spelling import harmless
 
 
@@ -86,7 +86,7 @@ def with_command(document: Mapping[str, Any]) -> dict[str, Any]:
 def command_of(path: Path) -> str | None:
     """The command that a document names, if there is one that does."""
     try:
-        with regular(path) as file:
+        with path.open("rb") as file:
             found = json.loads(file.read())["command"]
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return None
@@ -244,7 +244,7 @@ def read(path: Path, kind: Any) -> Stored:
     from pydantic import TypeAdapter, ValidationError
 
     try:
-        with regular(path) as file:
+        with path.open("rb") as file:
             data = file.read()
         with typing(None):  # what a file does not say was not typed here
             found = TypeAdapter(kind).validate_json(data, strict=True)

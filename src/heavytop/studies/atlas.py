@@ -65,14 +65,6 @@ TILE: Final = {"kind": 2**20, "rows": 2**16}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
 COSTS: Final = ("kinds_per_s", "rows_per_s", "jobs")
 
-SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
-PART: Final = 5  # steps are at most such a part of a period: none passes over a turning point
-STEPS: Final = 10_000
-POLE: Final = 1e-12  # rad: nearer the axis cannot be told from the vertical
-REST: Final = 1e-12  # of φ̇, and of φ̇ sin²θ, at the other turning point: less is none
-LEVEL: Final = 1e-12  # rad: a nutation smaller than that is rounding
-DOUBT: Final = 20  # times what a run differs from itself, a period later, is no more than rounding
-
 
 class PixelColumn(NamedTuple):
     """What is known of every pixel: its type on the disk, unit and name, and what codes mean."""
