@@ -188,7 +188,7 @@ FINE = (
     Plant(
         "M R for M R², in a top of parts",
         "scene/top.py",
-        (("A=A + M * R**2", "A=A + M * R"),),
+        (("_set(A + M * R**2, C", "_set(A + M * R, C"),),
         ("book-exercise-2.11",),
     ),
     Plant(

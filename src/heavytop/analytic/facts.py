@@ -201,7 +201,9 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
         of=lambda known: tuple(x for x in known.values() if isinstance(x, arb)),
     )  # fmt: skip
     if side := top.gMR.sign():
-        known["sleeping_threshold"] = float(2 * sqrt(side * top.A * top.gMR) / top.C)
+        known["sleeping_threshold"] = (
+            float(2 * sqrt(side * top.A * top.gMR) / top.C) if top.C.sign() else math.inf
+        )
     plain: Known = {name: float(x) if isinstance(x, arb) else x for name, x in known.items()}
     return Facts(omega3=float(motion.start.omega3), **plain)
 

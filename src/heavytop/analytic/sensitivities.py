@@ -79,7 +79,7 @@ def _slopes(numbers: dict[str, Exact], x: str, step: Exact) -> list[float]:
     for by in (-step, step):
         try:
             form = _form(numbers | {x: numbers[x] + by})
-        except (ImpossibleTop, ImpossibleStart):  # such as C > 2A
+        except (ImpossibleTop, ImpossibleStart):  # such as C < 0
             form, width = _form(numbers), 1
         ends.append([getattr(form, quantity) for quantity in QUANTITIES])
     ctx = form.ctx
@@ -91,4 +91,4 @@ def _slopes(numbers: dict[str, Exact], x: str, step: Exact) -> list[float]:
 def _form(numbers: dict[str, Exact]) -> Any:
     """The closed form of the motion that some numbers make."""
     A, C, gMR, *start = numbers.items()
-    return Motion(Top(A[1], C[1], gMR[1]), State(**dict(start))).form(DIGITS)
+    return Motion(Top.of_numbers(A[1], C[1], gMR[1]), State(**dict(start))).form(DIGITS)

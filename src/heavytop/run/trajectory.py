@@ -292,6 +292,8 @@ class Trajectory(Played):
     decimals : Decimals or None
         The same in more than double precision, where the scene's digits take it; then all else
         that is here is it, rounded.
+    source : str
+        ``integrated``; a `SceneMotion` has ``closed form``.
 
     Examples
     --------

@@ -169,7 +169,7 @@ def auto_digits(text: str) -> int:
     _, equals, digits = text.partition("=")
     if not equals:
         return AUTO_DIGITS
-    if not digits.isdecimal() or not 1 <= int(digits) <= AUTO_MOST:
+    if not digits.isdecimal() or not 1 <= int(digits[:4]) <= AUTO_MOST:
         raise NoMethod(f"whole digits after auto=, from 1 to {AUTO_MOST}")
     return int(digits)
 

@@ -55,3 +55,10 @@ for delta in (1e-2, 1e-4, 1e-6):
 
 # %% cell-32
 assert abs(needed / rough - 1) < 1e-3
+
+# %% cell-34
+assert np.array_equal(loops, (abs(p_phi) < p_psi) & (energy * p_psi > gMR * p_phi))
+
+# %% cell-36
+assert abs(below[0] / p_psi - 1) < 1e-12
+assert abs((upright[1] - below[1]) / depth_below - 1) < 1e-12
