@@ -228,7 +228,7 @@ def true_counts(scene: ht.Scene, end: Any, slack: float) -> dict[str, int] | Non
         low += 1
     cusps = sum(not lower for _, lower in turning) if str(motion.kind) == "cusps" else 0
     reversals = 0
-    if str(motion.kind) in ("loops", "waves", "force-free"):
+    if "reversal" in scene.events and str(motion.kind) in ("loops", "waves", "force-free"):
         ways = [form(sign * t).phidot for t in (tiny, *(t for t, _ in turning if t > tiny), late)]
         reversals = sum((a > 0) != (b > 0) for a, b in pairwise(ways))
         reversals += scene.start.phidot.sign() == 0
