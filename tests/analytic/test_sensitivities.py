@@ -212,3 +212,8 @@ def test_what_does_not_nutate_is_refused():
     scene = ht.load_scene("separatrix")
     with pytest.raises(Impossible, match="start: one that nutates: separatrix has no period"):
         ht.sensitivities(scene.top, scene.start)
+
+
+def test_a_point_mass_has_none():
+    with pytest.raises(ht.errors.Impossible, match="a point mass has no spin"):
+        ht.sensitivities(ht.Top(1, 0, 1), ht.State(1, phidot="0.7"))

@@ -219,14 +219,15 @@ def less(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.usefixtures("less")
 def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
-    found = heavytop_("report", "separatrix", "--set", "span.time=1", "-o", tmp_path)
+    found = heavytop_("report", "separatrix", "--set", "span.time=1", "-o", tmp_path, "--json")
     assert found.exit_code == 0, found.output
-    written = json.loads((tmp_path / "report.json").read_text("utf-8"))
-    places = [each["id"].rpartition("-")[0] for each in written["results"]]
-    assert places == ["run", "stress", "atlas", "validate"]
+    written = json.loads(found.stdout)
+    names = [f"{study}.json" for study in ("run", "stress", "atlas", "validate")]
+    assert [Path(name).name for name in written["results"]] == names
+    assert [each["study"] for each in written["missing"]] == ["drift", "workprec"]
     assert "not on the page: drift" in found.stderr
     assert "not on the page: workprec" in found.stderr
-    assert {path.name for path in tmp_path.iterdir()} == {"report.html", "report.json"}
+    assert {path.name for path in tmp_path.iterdir()} == {"report.html"}
 
 
 @pytest.mark.parametrize(

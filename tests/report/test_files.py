@@ -36,7 +36,7 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     (folder / "mine.svg").write_text("mine")
     printed("run", "sicm-dropped", *SHORT, "-o", folder, "--no-figures", "--force")
     assert names(folder) == {"run.json", "trajectory.nc", "mine.svg"}
-    known_at_once = ("--set", "span.periods=1e9", "--set", "want.events=[]")
+    known_at_once = ("--set", "want.quantities=['class']")
     printed("run", "sicm-kicked", *known_at_once, "--force", "-o", folder)
     assert names(folder) == {"run.json", "mine.svg"}
 

@@ -38,7 +38,7 @@ def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
     WrongType
         `top` is no Top, or `start` no State.
     Impossible
-        Nothing nutates: there is no period.
+        Nothing nutates: there is no period; or C = 0, and there is no spin.
     NoClosedForm
         As for `Motion.form`.
 
@@ -59,6 +59,8 @@ def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
     (-0.007692825, -0.0759131)
     """
     motion = Motion(top, start)
+    if top.C.sign() == 0:
+        raise Impossible([("C", "more than 0: a point mass has no spin")])
     if motion.period is None:
         raise Impossible([("start", f"one that nutates: {motion.kind} has no period")])
     numbers = {x: getattr(top, x) for x in ("A", "C", "gMR")}

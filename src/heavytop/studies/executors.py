@@ -55,16 +55,27 @@ def starting() -> Iterator[None]:
     """Start processes inside this block.
 
     They do not import the caller's script again, which may have no ``if __name__ ==
-    "__main__"``; nor modules from the current folder. A worker of dask, which is a daemon, may
-    start them too, as they end with it.
+    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process. A worker
+    of dask, which is a daemon, may start them too, as they end with it.
     """
     mine = getattr(multiprocessing.current_process(), "_config", {})
     with (
+        _uninterrupted(),
         _changed(sys.modules, "__main__", ModuleType("__main__")),
         _changed(os.environ, "PYTHONSAFEPATH", "1"),
         _changed(mine, "daemon", False),
     ):
         yield
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Hear no Ctrl-C inside this block, nor ever in a process that is started there."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class Processes(ProcessPoolExecutor):
@@ -88,8 +99,7 @@ class Processes(ProcessPoolExecutor):
 
 
 def follow_parent() -> None:
-    """In a worker: leave Ctrl-C to the parent, end with it, and print where it disturbs nothing."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """In a worker: end with the parent, and print where it does not disturb results."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(OSError):  # stderr may be closed
         os.dup2(2, 1)

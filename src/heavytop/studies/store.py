@@ -18,7 +18,7 @@ from typing import Any, Final, NamedTuple, Self
 
 from pydantic import ConfigDict
 
-from heavytop.errors import ForeignFile, StoppedEarly
+from heavytop.errors import ForeignFile, Stop, StoppedEarly
 from heavytop.files import locked, make_folder, write_text
 from heavytop.results.base import read, typed
 from heavytop.scene.arguments import path_of
@@ -175,6 +175,8 @@ class Store(MemoryStore):
             Another process is writing it.
         OSError
             It cannot be made or written to.
+        StoppedEarly
+            Ctrl-C while it is open.
         """
         folder = Path(path)
         _refuse_others(folder)
@@ -187,7 +189,10 @@ class Store(MemoryStore):
                 write_text(folder / STUDY, json.dumps(asked, indent=2, allow_nan=False))
             store = cls(folder)
             store.expect(parameters)
-            yield store
+            try:
+                yield store
+            except KeyboardInterrupt:
+                raise StoppedEarly(Stop.INTERRUPTED, "interrupted", folder) from None
 
     def expect(self, parameters: Parameters) -> None:
         """Refuse parameters other than those of the folder.
