@@ -71,6 +71,9 @@ def starting() -> Iterator[None]:
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
     """Hear no Ctrl-C inside this block, nor ever in a process that is started there."""
+    if not hasattr(signal, "pthread_sigmask"):  # not POSIX
+        yield
+        return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
