@@ -191,7 +191,9 @@ def test_whatever_ends_it_says_how_to_go_on(verb, number, tmp_path):
     wait_for_records(folder, 1, process)
     process.send_signal(number)
     out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (130, ""), err
+    # what ends in an `exec` of Python 3.11 ends by SIGINT itself, which a shell calls 130 too
+    assert process.returncode in (130, -signal.SIGINT), err
+    assert out == ""
     if number != signal.SIGHUP:  # then nobody reads it
         assert f"heavytop resume {folder}" in err
     assert "Traceback" not in err
