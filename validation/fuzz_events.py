@@ -168,8 +168,8 @@ def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
                 off = ctx.norm([ctx.mpf(x) - y for x, y in zip(mine, true, strict=True)])
             else:
                 off = ctx.mpf(mine) - true
-            if passing and name in ("phi", "psi"):  # either way round
-                off -= 2 * ctx.pi * ctx.nint(off / (2 * ctx.pi))
+            if passing and name in ("phi", "psi"):  # either way round, before or after a pass
+                off -= ctx.pi * ctx.nint(off / ctx.pi)
             if not abs(off) <= bound * sizes[name]:
                 yield f"{name} off by {float(off):.1e} of {bound:.0e} at {float(sample.t):.6g} s"
                 return
