@@ -129,7 +129,7 @@ def test_an_executor_is_closed_after_a_study_that_fails(monkeypatch, tmp_path):
             closed.append(True)
 
     monkeypatch.setattr(executors, "_connected", connected)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(errors.StoppedEarly):
         done(tmp_path, executor=executors.executor_at(address))
     assert closed == [True]
 

@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.comparison import own
-from heavytop.errors import BadScene, ForeignFile, Impossible
+from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
 from heavytop.files import write_document
 
 from .. import integrators
@@ -72,7 +72,7 @@ def test_a_study_that_was_stopped_goes_on_bit_for_bit_where_its_code_is_named(
         if now.fraction > 0.5:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(StoppedEarly):
         ht.drift(scene, folder=place, progress=stop, **asked)
     own._ADMITTED.clear()  # another process
     with pytest.raises(Impossible, match="runs only if you name it"):
