@@ -30,7 +30,13 @@ from typing import Any
 from mpmath import nstr
 
 FROZEN = "c09d51c87203c5b02902c4b4729e93bc8469b7f4"
-EXPLAINED: dict[str, str] = {}  # pattern of a line of the list -> why it may stand there
+EXPLAINED: dict[str, str] = {  # pattern of a line of the list -> why it may stand there
+    r"margin_enclosure|\.margin: .* gone|integrated|differing": "intervals of margins are gone",
+    r"plan\.folded": "nothing is folded",
+    r"(warnings|source): gone ->": "impossible bodies are warned of; a run says what it is from",
+    r"^run (near-separatrix|planar-asymptotic|separatrix) ": "64 bits instead of long doubles",
+    r"^exit run .*top\.C=": "C = 0 and C > 2A are tops; what asks for psi at C = 0 is a bad scene",
+}
 
 ROOT = Path(__file__).resolve().parents[1]
 SEED, GOLDEN = 17, 0.6180339887498949
