@@ -35,6 +35,10 @@ EXPLAINED: dict[str, str] = {  # pattern of a line of the list -> why it may sta
     r"plan\.folded": "nothing is folded",
     r"(warnings|source): gone ->": "impossible bodies are warned of; a run says what it is from",
     r"^run (near-separatrix|planar-asymptotic|separatrix) ": "64 bits instead of long doubles",
+    r"^run (planar-17-150|(pole-start-17-(25|145))|close-pass-17-130)": "likewise",
+    r"^study workprec .*\.(wants|stands_for|digits|auto|ahead)": "auto is a method as any other",
+    r"^study derive .*latex": "sympy prints the formulas",
+    r"^study stress .*digits_lost": "conditions are those of the exact motion",
     r"^exit run .*top\.C=": "C = 0 and C > 2A are tops; what asks for psi at C = 0 is a bad scene",
 }
 
