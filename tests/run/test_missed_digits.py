@@ -87,3 +87,14 @@ def test_times_between_are_spread_whatever_the_samples():
     phases = np.sort(np.mod(t[:64] / 100, 1.0))
     assert np.max(np.diff(phases)) < 2 / 64
     assert np.all(t[64:80] <= -100 + 0.3)
+
+
+def test_one_late_event_among_many_is_said():
+    scene = ht.load_scene("sicm-kicked", ["span.periods=6000", "want.events=['turning']"])
+    run = ht.propagate(replace(scene, quantities=("theta",), digits=9), formulation="axis")
+    assert len(run.events) > 10_000
+    assert missed_digits(run) == {}
+    events = replace(run.events, t=run.events.t + 1e-6 * (np.arange(len(run.events)) == 4321))
+    assert missed_digits(replace(run, events=events)) == {
+        "event_time": pytest.approx(1e-6, rel=1e-2)
+    }

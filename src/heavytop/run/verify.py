@@ -43,7 +43,7 @@ Columns = Any  # what a run, a DoubleForm or `_columns` says at several times, b
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
 FEW: Final = 16  # samples and events that stand for all, where a closed form takes long
-MANY: Final = 10_000  # the same, in doubles
+MANY: Final = 1_000_000  # the same, in doubles
 LEAST: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
 
