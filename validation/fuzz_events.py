@@ -31,6 +31,7 @@ SPARE = 20  # digits of what is held against, beyond those of a run
 FEW = (2, 3, 4, 6, 9, 12)  # digits
 MOST_LATE = 500  # events whose times are looked at
 LOOKED_AT = 30  # samples, and times between
+ON_A_POLE = 1e-18  # of 1 ∓ u: nearer, rounding of the time decides the side of a pass
 COUNTED = 300  # periods up to which reversals are counted
 WAYS = ("doubles", "more", "extended", "few")
 
@@ -168,8 +169,9 @@ def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
                 off = ctx.norm([ctx.mpf(x) - y for x, y in zip(mine, true, strict=True)])
             else:
                 off = ctx.mpf(mine) - true
-            if passing and name in ("phi", "psi"):  # either way round, before or after a pass
-                off -= ctx.pi * ctx.nint(off / ctx.pi)
+            if passing and name in ("phi", "psi"):  # either way round; on a pole, of either side
+                turn = ctx.pi if 1 - abs(exact.u) < ON_A_POLE else 2 * ctx.pi
+                off -= turn * ctx.nint(off / turn)
             if not abs(off) <= bound * sizes[name]:
                 yield f"{name} off by {float(off):.1e} of {bound:.0e} at {float(sample.t):.6g} s"
                 return
