@@ -13,9 +13,9 @@ TOYS = Path(__file__).parent / "toys"
 
 def results(path):
     """Return what must be the same of each task, however often its work was interrupted."""
-    found = {}
-    for text in (path / "study.jsonl").read_text().splitlines()[1:]:
-        line = json.loads(text)
+    found, file = {}, path / "study.jsonl"
+    *lines, _ = file.read_text().split("\n") if file.exists() else [""]
+    for line in map(json.loads, lines[1:]):
         rows = found.get(line["task"], ([],))[0]
         rows += line["rows"]
         state = (line[name] for name in ("checkpoint", "done", "failed"))

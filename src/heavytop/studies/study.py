@@ -465,7 +465,7 @@ def run(
     running: dict[Future[Chunk], str] = {}
     lost = Counter[str]()
     connected = executor if isinstance(executor, Cluster) else nullcontext()
-    with _stop_signal() as stop, TIMED_WORKER, connected:
+    with stop_signal() as stop, TIMED_WORKER, connected:
         pool = executor or (_Here(stop) if jobs == 1 else Processes(jobs))
         try:
             while (waiting or running) and not stop.is_set():
@@ -688,9 +688,10 @@ def _words(fault: BaseException) -> str:
 
 
 @contextmanager
-def _stop_signal() -> Iterator[Event]:
+def stop_signal(*, at_once: bool = False) -> Iterator[Event]:
     """An event that Ctrl-C or SIGTERM sets; the second signal does what it did before.
 
+    With `at_once` it raises KeyboardInterrupt too, which a library may swallow: the event stays.
     Only the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
     """
     event = Event()
@@ -703,6 +704,8 @@ def _stop_signal() -> Iterator[Event]:
     def stop(number: int, frame: FrameType | None) -> None:
         event.set()
         restore()
+        if at_once:
+            raise KeyboardInterrupt
 
     if current_thread() is main_thread():
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -34,7 +34,15 @@ from heavytop.studies.methods import (
     planned,
 )
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, keep_budget, open_journal
+from heavytop.studies.study import (
+    Chunk,
+    Journal,
+    Parameters,
+    Progress,
+    keep_budget,
+    open_journal,
+    stop_signal,
+)
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
@@ -256,17 +264,20 @@ def complete(
     asked, finished = _asked(parameters), journal.load(ROUNDS).done
 
     def show(fraction: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
         done = 1.0 if finished else fraction
         if on_progress is not None:
             count = len(asked)
             on_progress(Progress(done, int(done * count), count, clock() - began, done))
 
-    show(0.0)
-    derived = _derived()
     try:
-        timed, refused = _first_runs(journal, asked, budget, began, show)
-        whole = not any(why.startswith(NO_TIME) for why in refused.values())
-        _rounds(journal, timed, began + budget, whole, show)
+        with stop_signal(at_once=True) as stop:
+            show(0.0)
+            derived = _derived()
+            timed, refused = _first_runs(journal, asked, budget, began, show)
+            whole = not any(why.startswith(NO_TIME) for why in refused.values())
+            _rounds(journal, timed, began + budget, whole, show)
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.path) from None
     points, skipped = [], []
