@@ -1,6 +1,5 @@
 """Methods of your own in every study: judged as all others; a stored study never starts one."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,11 +8,11 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
-from heavytop.files import write_document
 
 from .. import integrators
 from ..commands import heavytop_
 from ..integrators import rk4
+from .toy import change_parameters
 
 RK4 = Path(integrators.__file__).read_text()
 
@@ -91,9 +90,7 @@ def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
     mine.write_text(f"open({str(ran)!r}, 'w')\n{RK4}")
     place = tmp_path / "study"
     ht.drift(scene, methods=["taylor-axis"], periods=5, samples=2, folder=place)
-    stored = json.loads((place / "study.json").read_text())
-    stored["methods"] = [f"{mine}:rk4"]
-    write_document(place / "study.json", stored)
+    change_parameters(place, lambda known: known.update(methods=[f"{mine}:rk4"]))
     assert heavytop_("resume", place).exit_code == 3
     assert not ran.exists()
 
