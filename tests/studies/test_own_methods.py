@@ -48,7 +48,7 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
 @pytest.mark.parametrize("formulation", ["rotation", "quaternion"])
 def test_a_body_frame_method_is_judged_by_its_own_momenta(scene, formulation):
     """RK4 keeps omega3, whose rate is 0, exactly; what it loses is p_phi and the energy."""
-    mine = ht.Method(rk4, setting=40, formulation=formulation)
+    mine = ht.Method(rk4, setting=200, formulation=formulation)
     found = ht.drift(scene, methods=[mine], periods=20, samples=4)["own:rk4"]
     assert found.formulation == formulation
     assert max(map(abs, found.p_psi)) < 1e-15
