@@ -39,7 +39,7 @@ from heavytop.studies.study import (
     open_journal,
     run,
 )
-from heavytop.studies.workers import TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
 
 KIND: Final = "drift"
 OPTIONS: Final = {
@@ -187,14 +187,17 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     name = task.rpartition("/")[0].partition("=")[0]
     mine = own.passes([name])
     if not mine or name.startswith("own:"):
-        yield from _chunks(parameters, task, checkpoint)
+        chunks = _chunks(parameters, task, checkpoint)
+        next(chunks)
+        yield from chunks
         return
     try:
-        TIMED_WORKER.call(_begin, mine, parameters, task, checkpoint)
+        TIMED_WORKER.call(_begin, mine, parameters, task, checkpoint, timeout=SET_UP_S)
         while True:  # the runner stops at the last one
             yield TIMED_WORKER.call(_next_chunk, timeout=LIMIT_S)
     except TimedOut:
-        raise HeavyTopError(f"a step did not return within {LIMIT_S:g} s") from None
+        limit = min(LIMIT_S, SET_UP_S)
+        raise HeavyTopError(f"a step did not return within {limit:g} s") from None
     except Lost as death:
         raise HeavyTopError(f"its process was lost: {death}") from None
 
@@ -206,6 +209,7 @@ def _begin(mine: Sequence[tuple[str, str, str]], *asked: Any) -> None:
     """In a worker: load a method of one's own, and get ready for a run."""
     own.let_pass(mine)
     _AT_WORK[:] = [_chunks(*asked)]
+    next(_AT_WORK[0])
 
 
 def _next_chunk() -> Chunk:
@@ -214,7 +218,7 @@ def _next_chunk() -> Chunk:
 
 
 def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
-    """Yield chunks of a run, computed in this process."""
+    """Yield the chunks of a run in this process; first an empty one, once it is set up."""
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = neighbour(scene.start, parameters["seed"], int(number))
@@ -227,6 +231,7 @@ def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
             name: tuple(x) if isinstance(x, list) else x for name, x in checkpoint["state"].items()
         }
         state, sampled = StepperState(**words), checkpoint["sampled"]
+    yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
         rows: list[dict[str, Any]] = []
         seconds = 0.0
@@ -368,7 +373,7 @@ def _method(journal: Journal, text: str, lost: float) -> MethodDrift:
     chosen = method(text)
     known: dict[str, Any] = {
         "name": chosen.text,
-        "formulation": chosen.formulation,
+        "formulation": chosen.states,
         "language": chosen.language,
         "setting": {chosen.set_by: chosen.setting},
     }

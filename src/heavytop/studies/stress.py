@@ -50,6 +50,7 @@ from heavytop.studies.methods import (
     stress_method,
     stress_methods,
 )
+from heavytop.studies.steppers import top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
 from heavytop.studies.study import (
     Chunk,
@@ -61,7 +62,7 @@ from heavytop.studies.study import (
     reading,
     run,
 )
-from heavytop.studies.workers import TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
 
 KIND: Final = "stress"
 LISTED: Final = "heavytop/stress-cases/1"
@@ -246,10 +247,11 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     case, _, method = task.partition("/")
     asked, limit = (case, method, reference(case)), parameters["time_limit"]
     try:
-        TIMED_WORKER.call(get_ready, *asked, own.passes(parameters.get("own", {})))
+        passes = own.passes(parameters.get("own", {}))
+        TIMED_WORKER.call(get_ready, *asked, passes, timeout=SET_UP_S)
         found = TIMED_WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
     except TimedOut:
-        form = stress_method(method).formulation
+        form = stress_method(method).states
         found = Run(case=case, method=method, formulation=form, outcome=StressOutcome.TIME_LIMIT,
                     named=True, note=f"killed after {limit:g} s")  # fmt: skip
     except Lost as death:
@@ -265,8 +267,12 @@ def get_ready(
     with Path(os.devnull).open("w", encoding="utf-8") as nothing:
         os.dup2(nothing.fileno(), 2)
     chosen = stress_method(method)
+    _PREPARED.clear()
     if chosen.is_rival and not chosen.solver:
-        stepper_of(cases()[case], chosen, truth)
+        _PREPARED[f"{case}/{method}"] = stepper_of(cases()[case], chosen, truth)
+
+
+_PREPARED: Final[dict[str, tuple[Stepper, int]]] = {}  # in a worker: what the next run takes
 
 
 def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Run:
@@ -399,12 +405,15 @@ def stepper_of(case: Case, method: MethodSetting, truth: CaseReference) -> tuple
         steps = math.ceil(span / period * method.setting)
         setting, block = float(steps), min(steps, BLOCK)
     name = method.name.partition("=")[0]
-    return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
+    top = top_constants(case.scene.top)
+    found = make_stepper(name, start.state, parameters, setting, span, ahead, steps=block, top=top)
+    return found, steps
 
 
 def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
     """Let a compiled method go block by block until one holds the end."""
-    stepper, steps = stepper_of(case, method, truth)
+    prepared = _PREPARED.pop(f"{case.name}/{method.name}", None)
+    stepper, steps = prepared or stepper_of(case, method, truth)
     if steps > step_limit:
         return Attempt(StressOutcome.STEP_LIMIT, f"it would take {steps} steps", steps)
     end = stepper.output_time(truth.end)
@@ -417,6 +426,8 @@ def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit
                 return Attempt(StressOutcome.STEP_LIMIT, steps=after.steps)
             before, after = after, stepper.block(after)
         state = stepper.states_at(before, [end])[0]
+        if (form := getattr(stepper, "form", None)) is not None:
+            state = form.axis_states(state)
     except IntegrationFailed as failure:
         return Attempt(StressOutcome.STALLED, str(failure))
     result = Attempt(steps=steps or after.steps)

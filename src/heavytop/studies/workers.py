@@ -23,6 +23,7 @@ from typing import Any, Final, Self, TypeVar
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
+SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
 TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
 
 T = TypeVar("T")
