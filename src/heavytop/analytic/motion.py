@@ -232,11 +232,6 @@ class Motion(Played, MotionNumbers[float]):
         """Whether the kind is proved."""
         return self.verdict.certified
 
-    @property
-    def margin(self) -> float:
-        """How far the nearest other verdict is, relative."""
-        return self.verdict.margin
-
     @overload
     def at(self, t: npt.ArrayLike, digits: None = None) -> DoubleRecord: ...
     @overload

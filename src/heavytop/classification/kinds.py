@@ -3,7 +3,7 @@
 With everything multiplied out (A, C > 0), for a start θ, θ̇, φ̇, ω3 and p_ψ = C ω3, each number
 that decides is a sum of products of what is given, so that any arithmetic can take it: balls, exact
 numbers, arrays of doubles. The terms are kept apart, for a sum is small or large only beside them.
-`classify` reads the table with proved signs, `filter` with arrays of doubles.
+`classify` reads the table with proved signs, `filter` with arrays of doubles, `why` with numbers.
 
     P₋ = (p_φ − p_ψ)/A = (1 − cosθ) [A φ̇ (1 + cosθ) − p_ψ]/A          zero: may pass the top
     P₊ = (p_φ + p_ψ)/A = (1 + cosθ) [A φ̇ (1 − cosθ) + p_ψ]/A          zero: may pass the bottom
@@ -63,11 +63,8 @@ class Verdict(Shown):
         Tags that could be neither proved nor disproved.
     certified : bool
         Whether the kind is proved: by balls and identities on the exact numbers of top and start.
-    margin : float
-        How far the nearest other verdict is: the smallest relative size of a number that was found
-        not to be zero on the way (0 … 1).
     why : str
-        The condition that decided.
+        The condition that decided, with its numbers; where it is undecided, which sign is open.
     bound : str or None
         Where it is undecided: what the number in question, beside its terms, is proved not to
         exceed, as decimal text (it may be smaller than any double).
@@ -77,27 +74,8 @@ class Verdict(Shown):
     tags: tuple[str, ...]
     open_tags: tuple[str, ...]
     certified: bool
-    margin: float
     why: str
     bound: str | None = None
-
-
-WHY = {
-    Kind.AT_REST: "no part of the top moves, and no torque acts",
-    Kind.FORCE_FREE: "gMR = 0",
-    Kind.SLEEPING: "the axis stays on the vertical, where V is highest",
-    Kind.HANGING: "the axis stays on the vertical, where V is lowest",
-    Kind.PLANAR_PENDULUM: "p_phi = p_psi = 0",
-    Kind.SEPARATRIX: "the axis tends to the vertical, where V is highest, and never arrives",
-    Kind.THROUGH_TOP: "p_phi = p_psi and E' > gMR: theta = 0 is reached",
-    Kind.THROUGH_BOTTOM: "p_phi = -p_psi and E' > -gMR: theta = pi is reached",
-    Kind.UNIFORM_PRECESSION: "thetadot = 0 and A cos(theta) phidot^2 - p_psi phidot + gMR = 0: "
-    "theta is constant",
-    Kind.LOOPS: "|p_phi| < |p_psi| and E' > gMR p_phi/p_psi: phidot changes sign",
-    Kind.CUSPS: "|p_phi| < |p_psi| and E' = gMR p_phi/p_psi: phidot vanishes at a turning point",
-    Kind.WAVES: "phidot keeps its sign",
-    Kind.UNDECIDED: "a sign could be neither determined nor proved to be zero",
-}
 
 
 # --- numbers ------------------------------------------------------------------------------------
@@ -105,14 +83,14 @@ WHY = {
 
 @dataclass(eq=False)
 class Given:
-    """What the numbers are made of, in one arithmetic; `one_minus_cos` is 1 − cosθ."""
+    """What the numbers are made of, in one arithmetic; u = cosθ."""
 
     A: Term
     C: Term
     gMR: Term
-    cos: Term
-    one_minus_cos: Term
-    one_plus_cos: Term
+    u: Term
+    one_minus_u: Term
+    one_plus_u: Term
     thetadot: Term
     phidot: Term
     omega3: Term
@@ -125,12 +103,7 @@ class Given:
     @cached_property
     def sin2(self) -> Term:
         """sin²θ."""
-        return self.one_minus_cos * self.one_plus_cos
-
-    @cached_property
-    def sine(self) -> Term:
-        """sinθ."""
-        return self.sin2**0.5
+        return self.one_minus_u * self.one_plus_u
 
     @cached_property
     def kinetic(self) -> Term:
@@ -141,40 +114,26 @@ class Given:
     @cached_property
     def p_phi(self) -> Term:
         """Momentum about the vertical, A φ̇ sin²θ + p_ψ cosθ."""
-        return self.A * self.phidot * self.sin2 + self.p_psi * self.cos
-
-    @cached_property
-    def swing(self) -> Term:
-        """√(2A K), a momentum."""
-        return (self.A * self.kinetic) ** 0.5
-
-    @cached_property
-    def unspun(self) -> Term:
-        """√(2A K + A |gMR|), a momentum."""
-        return (self.A * (self.kinetic + abs(self.gMR))) ** 0.5
-
-    @cached_property
-    def momentum(self) -> Term:
-        """√(2A K + A |gMR| + p_ψ²), what momenta are small or large beside."""
-        return (self.unspun * self.unspun + self.p_psi * self.p_psi) ** 0.5
+        return self.A * self.phidot * self.sin2 + self.p_psi * self.u
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Number:
-    """A number that tells kinds apart: the sum of its terms, and what that is large beside.
+    """A number that tells kinds apart, zero with the sum of its terms.
 
-    `beside` takes what is given and the sum of the sizes of the terms, which it is by default. A
-    `factor` that is never negative is left out of the sum: where it is zero, the number is zero.
+    It is that sum divided by what only scales it, and shown so by `why`. A `factor` that is never
+    negative is left out of the sum: where it is zero, the number is zero.
     """
 
+    symbol: str
     terms: Callable[[Given], Sum]
-    beside: Callable[[Given, Term], Term] = lambda _, sizes: sizes
+    unit: str = ""
+    divisor: Callable[[Given], Term] = lambda _: 1
     factor: Callable[[Given], Term] | None = None
 
-    def size(self, x: Given) -> Term:
-        """How large it is beside that (0 … 1)."""
-        terms = self.terms(x)
-        return abs(sum_of(terms)) / self.beside(x, sum_of(tuple(map(abs, terms))))
+    def value(self, x: Given) -> Term:
+        """The number that the symbol stands for, in its unit."""
+        return sum_of(self.terms(x)) / self.divisor(x)
 
 
 def sum_of(terms: Sum) -> Term:
@@ -182,113 +141,163 @@ def sum_of(terms: Sum) -> Term:
     return reduce(add, terms)
 
 
-def _beside_momentum(x: Given, _: Term) -> Term:
-    return x.momentum
+def _two(_: Given) -> int:
+    return 2
 
 
-def _pass(terms: Callable[[Given], Sum], height: Callable[[Given], Term]) -> Number:
-    """P∓ beside its terms and a momentum; the height is that over the pole.
+THETA_RATE: Final = Number("θ̇", lambda x: (x.A * x.thetadot,))
+ACROSS: Final = Number("φ̇ sin θ", lambda x: (x.A * x.phidot * x.sin2,))
+SPIN: Final = Number("p_ψ", lambda x: (x.p_psi,))
+WEIGHT: Final = Number("gMR", lambda x: (x.A * x.gMR,))
+SINE: Final = Number("sin θ", lambda x: (x.sin2,))
+INVERTED: Final = Number("−gMR", lambda x: (-x.gMR,))
+FLATNESS: Final = Number("A − C", lambda x: (x.A, -x.C))
 
-    An axis that starts beside a pole and moves fast passes it closely whatever the terms are.
-    """
-    return Number(
-        terms, lambda x, sizes: sizes + x.unspun + x.swing * x.sine / height(x), factor=height
-    )
+HIGH: Final = Number("gMR cos θ", lambda x: (x.gMR * x.u,), "J")
+"""Positive on the pole where V is highest."""
 
-
-THETA_RATE: Final = Number(lambda x: (x.A * x.thetadot,), _beside_momentum)
-ACROSS: Final = Number(lambda x: (x.A * x.phidot * x.sin2,), lambda x, _: x.sine * x.momentum)
-SPIN: Final = Number(lambda x: (x.p_psi,), _beside_momentum)
-WEIGHT: Final = Number(
-    lambda x: (x.A * x.gMR,), lambda x, _: (x.A * abs(x.gMR)) ** 0.5 * x.momentum
-)
-SINE: Final = Number(lambda x: (x.sin2,), lambda x, _: x.sine)
-
-HIGH: Final = Number(lambda x: (x.gMR * x.one_plus_cos, -x.gMR * x.one_minus_cos))
-"""2 gMR cosθ: positive on the pole where V is highest."""
-
-INVERTED: Final = Number(lambda x: (-x.gMR,))
-FLATNESS: Final = Number(lambda x: (x.A, -x.C))
-
-PASS_TOP: Final = _pass(
-    lambda x: (x.A * x.phidot * x.one_plus_cos, -x.p_psi), lambda x: x.one_minus_cos
+PASS_TOP: Final = Number(
+    "p_φ − p_ψ", lambda x: (x.A * x.phidot * x.one_plus_u, -x.p_psi), factor=lambda x: x.one_minus_u
 )
 """A P₋: not zero where the axis can never pass θ = 0."""
 
-PASS_BOTTOM: Final = _pass(
-    lambda x: (x.A * x.phidot * x.one_minus_cos, x.p_psi), lambda x: x.one_plus_cos
+PASS_BOTTOM: Final = Number(
+    "p_φ + p_ψ", lambda x: (x.A * x.phidot * x.one_minus_u, x.p_psi), factor=lambda x: x.one_plus_u
 )
 """A P₊: not zero where the axis can never pass θ = π."""
 
-OVER_TOP: Final = Number(lambda x: (x.kinetic, -2 * x.gMR * x.one_minus_cos))
-"""2 (E' − gMR), the energy to spare at the top."""
+OVER_TOP: Final = Number("E′ − gMR", lambda x: (x.kinetic, -2 * x.gMR * x.one_minus_u), "J", _two)
+OVER_BOTTOM: Final = Number("E′ + gMR", lambda x: (x.kinetic, 2 * x.gMR * x.one_plus_u), "J", _two)
+"""The energy to spare at the top, and at the bottom."""
 
-OVER_BOTTOM: Final = Number(lambda x: (x.kinetic, 2 * x.gMR * x.one_plus_cos))
-"""2 (E' + gMR), the energy to spare at the bottom."""
-
-STEADY: Final = Number(lambda x: (x.A * x.cos * x.phidot * x.phidot, -x.p_psi * x.phidot, x.gMR))
+STEADY: Final = Number(
+    "A cos θ φ̇² − p_ψ φ̇ + gMR",
+    lambda x: (x.A * x.u * x.phidot * x.phidot, -x.p_psi * x.phidot, x.gMR),
+)
 """A θ̈/sinθ: zero, with θ̇ = 0, where θ is constant."""
 
 LOOPING: Final = Number(
+    "E′ − gMR p_φ/p_ψ",
     lambda x: (x.p_psi * x.kinetic, -2 * x.gMR * x.A * x.phidot * x.sin2),
-    lambda x, sizes: sizes + abs(x.p_psi) * (x.kinetic + 2 * abs(x.gMR) * x.sin2),
+    "J",
+    lambda x: 2 * x.p_psi,
 )
-"""2 (E' p_ψ − gMR p_φ): of the sign of p_ψ in loops, zero in cusps. Both terms vanish at rest."""
+"""The sum is of the sign of p_ψ in loops, zero in cusps. Both terms vanish at rest."""
 
-SLEEPING: Final = Number(lambda x: (x.p_psi * x.p_psi, -4 * x.A * x.gMR * x.cos))
-"""p_ψ² − 4A |gMR| of a sleeping top: not negative where that is stable."""
+SLEEPING: Final = Number(
+    "p_ψ² − 4A |gMR|", lambda x: (x.p_psi * x.p_psi, -4 * x.A * x.gMR * x.u), "kg² m⁴/s²"
+)
+"""Of a sleeping top: not negative where that is stable."""
 
-FASTER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, -x.cos * x.gMR))
-SLOWER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, x.cos * x.gMR))
-"""A φ̇² cosθ ∓ gMR, times cosθ: the two rates of steady precession have the product gMR/A cosθ;
-where cosθ = 0 there is one."""
+FASTER: Final = Number(
+    "(A φ̇² cos θ − gMR) cos θ",
+    lambda x: (x.u * x.A * x.u * x.phidot * x.phidot, -x.u * x.gMR),
+)
+SLOWER: Final = Number(
+    "(A φ̇² cos θ + gMR) cos θ",
+    lambda x: (x.u * x.A * x.u * x.phidot * x.phidot, x.u * x.gMR),
+)
+"""The two rates of steady precession have the product gMR/A cosθ; where cosθ = 0 there is one."""
+
+# --- shown only: of the sign of a product, or beside one that decided ----------------------------
+
+MOMENTA: Final = Number(
+    "|p_φ| − |p_ψ|",
+    lambda x: (sum_of(PASS_TOP.terms(x)) * sum_of(PASS_BOTTOM.terms(x)) * x.sin2,),  # p_φ² − p_ψ²
+    "kg m²/s",
+    lambda x: abs(x.p_phi) + abs(x.p_psi),
+)
+SPARE: Final = Number(
+    "E′ − |gMR|", lambda x: (x.kinetic, 2 * x.gMR * x.u, -2 * abs(x.gMR)), "J", _two
+)
+RATIO: Final = Number(
+    "|cos θ| (A φ̇² |cos θ| − |gMR|)",
+    lambda x: (x.A * (x.phidot * x.u) ** 2, -abs(x.gMR * x.u)),
+    "J",
+)
+RATE: Final = Number("φ̇", lambda x: (x.phidot,), "rad/s")
+OTHER_RATE: Final = Number(
+    "the other steady rate", lambda x: (x.gMR,), "rad/s", lambda x: x.A * x.u * x.phidot
+)
+SPIN_RATE: Final = Number("|ω₃|", lambda x: (abs(x.omega3),), "rad/s")
+LEAST_SPIN: Final = Number(
+    "least stable |ω₃|", lambda x: (2 * abs(x.A * x.gMR) ** 0.5,), "rad/s", lambda x: x.C
+)
 
 
 # --- the kinds, in their order, and the tags -----------------------------------------------------
 
 
 class Rule(NamedTuple):
-    """A kind fits where all `zeros` are zero and the product of `positive` is positive."""
+    """A kind fits where all `zeros` are zero and the product of `positive` is positive.
+
+    `shown` are the numbers that say so, with their signs.
+    """
 
     kind: Kind
     zeros: tuple[Number, ...] = ()
     positive: tuple[Number, ...] = ()
+    shown: tuple[tuple[Number, int], ...] = ()
 
 
 RULES: Final = (
     Rule(Kind.AT_REST, (WEIGHT, THETA_RATE, ACROSS, SPIN)),
     Rule(Kind.AT_REST, (SINE, THETA_RATE, ACROSS, SPIN)),
     Rule(Kind.FORCE_FREE, (WEIGHT,)),
-    Rule(Kind.SLEEPING, (THETA_RATE, SINE), (HIGH,)),
-    Rule(Kind.HANGING, (THETA_RATE, SINE)),
+    Rule(Kind.SLEEPING, (THETA_RATE, SINE), (HIGH,), ((HIGH, 1),)),
+    Rule(Kind.HANGING, (THETA_RATE, SINE), (), ((HIGH, -1),)),
     Rule(Kind.PLANAR_PENDULUM, (SPIN, ACROSS)),
     Rule(Kind.SEPARATRIX, (PASS_TOP, OVER_TOP)),
     Rule(Kind.SEPARATRIX, (PASS_BOTTOM, OVER_BOTTOM)),
-    Rule(Kind.THROUGH_TOP, (PASS_TOP,), (OVER_TOP,)),
-    Rule(Kind.THROUGH_BOTTOM, (PASS_BOTTOM,), (OVER_BOTTOM,)),
+    Rule(Kind.THROUGH_TOP, (PASS_TOP,), (OVER_TOP,), ((OVER_TOP, 1),)),
+    Rule(Kind.THROUGH_BOTTOM, (PASS_BOTTOM,), (OVER_BOTTOM,), ((OVER_BOTTOM, 1),)),
     Rule(Kind.UNIFORM_PRECESSION, (THETA_RATE, STEADY)),
-    Rule(Kind.WAVES, (), (PASS_TOP, PASS_BOTTOM)),
-    Rule(Kind.CUSPS, (LOOPING,)),
-    Rule(Kind.LOOPS, (), (LOOPING, PASS_BOTTOM)),  # P₊ is here of the sign of p_ψ
-    Rule(Kind.WAVES),
+    Rule(Kind.WAVES, (), (PASS_TOP, PASS_BOTTOM), ((MOMENTA, 1),)),
+    Rule(Kind.CUSPS, (LOOPING,), (), ((MOMENTA, -1),)),
+    # P₊ is here of the sign of p_ψ
+    Rule(Kind.LOOPS, (), (LOOPING, PASS_BOTTOM), ((MOMENTA, -1), (LOOPING, 1))),
+    Rule(Kind.WAVES, (), (), ((LOOPING, -1),)),
 )
 """The first that fits is taken. The separatrix leads to the pole where V is highest: at the other
 one the energy to spare is zero only at rest."""
 
+SO: Final = {
+    Kind.AT_REST: "nothing moves, and no torque acts",
+    Kind.FORCE_FREE: "no torque acts",
+    Kind.SLEEPING: "the axis stays on the vertical, where V is highest",
+    Kind.HANGING: "the axis stays on the vertical, where V is lowest",
+    Kind.PLANAR_PENDULUM: "the axis moves in a plane",
+    Kind.SEPARATRIX: "the axis tends to the vertical, where V is highest, and never arrives",
+    Kind.THROUGH_TOP: "the axis passes through the upward vertical",
+    Kind.THROUGH_BOTTOM: "the axis passes through the downward vertical",
+    Kind.UNIFORM_PRECESSION: "θ is constant",
+    Kind.LOOPS: "φ̇ changes its sign",
+    Kind.CUSPS: "φ̇ vanishes at a turning point",
+    Kind.WAVES: "φ̇ keeps its sign",
+}
+"""What follows where a rule fits."""
+
 
 class Detail(NamedTuple):
-    """What tells motions of one kind apart: where a product is zero, positive and negative."""
+    """What tells motions of one kind apart: where a product is zero, positive and negative.
+
+    `shown` has the sign of the product; `beside` are numbers to compare it with.
+    """
 
     names: tuple[str, str, str]
     product: tuple[Number, ...]
+    shown: Number
+    beside: tuple[Number, ...] = ()
 
 
-DETAILS: Final = {
-    Kind.SLEEPING: Detail(("marginal", "stable", "unstable"), (SLEEPING,)),
-    Kind.PLANAR_PENDULUM: Detail(  # at the lower pole there is always energy to spare
-        ("asymptotic", "rotating", "swinging"), (OVER_TOP, OVER_BOTTOM)
-    ),
-    Kind.UNIFORM_PRECESSION: Detail(("single", "fast", "slow"), (FASTER, SLOWER)),
+_NODS: Final = ("asymptotic", "rotating", "swinging")
+_RATES: Final = ("single", "fast", "slow")
+_SLEEP: Final = ("marginal", "stable", "unstable")
+
+DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
+    Kind.SLEEPING: Detail(_SLEEP, (SLEEPING,), SLEEPING, (SPIN_RATE, LEAST_SPIN)),
+    Kind.PLANAR_PENDULUM: Detail(_NODS, (OVER_TOP, OVER_BOTTOM), SPARE),
+    Kind.UNIFORM_PRECESSION: Detail(_RATES, (FASTER, SLOWER), RATIO, (RATE, OTHER_RATE)),
 }
 
 
@@ -306,7 +315,7 @@ _FREE, _PLANAR, _STEADY = Kind.FORCE_FREE, Kind.PLANAR_PENDULUM, Kind.UNIFORM_PR
 
 TAGS: Final = {
     "spherical-pendulum": Tag(_EVERY - {Kind.AT_REST, _PLANAR}, (SPIN,)),
-    "spherical-top": Tag(_EVERY),
+    "spherical-top": Tag(_EVERY, (FLATNESS,)),
     "spin-reversal": Tag(_EVERY - _STILL - {_PLANAR, _STEADY}),
     "closed-orbit": Tag(frozenset({_FREE, _PLANAR, _STEADY})),
     "near-separatrix": Tag(_EVERY - _STILL - {_FREE, Kind.SEPARATRIX, _STEADY}),
@@ -330,7 +339,7 @@ def spin_rate(x: Given) -> tuple[Term, Term, Term]:
 def speed_at(x: Given, u: Term) -> Term:
     """A² f(u) = A² u̇², negative where the axis never is."""
     drop = x.p_phi - x.p_psi * u
-    return (x.kinetic + 2 * x.gMR * (x.cos - u)) * (x.A - x.A * u * u) - drop * drop
+    return (x.kinetic + 2 * x.gMR * (x.u - u)) * (x.A - x.A * u * u) - drop * drop
 
 
 # --- near the separatrix: 1 − m from the cubic's invariants, without its roots -----------------
@@ -351,8 +360,8 @@ _NEAR: Final = _SQUARED**2 / (1 - _SQUARED) ** 3  # m′²m²/(1 − m′m)³ wh
 
 
 def _cubic(x: Given) -> tuple[Term, Term, Term, Term]:
-    """Coefficients of A² f(u), constant first; 2E' = 2K + 2 gMR cosθ."""
-    energy = x.A * (x.kinetic + 2 * x.gMR * x.cos)
+    """Coefficients of A² f(u), constant first; 2E' = 2K + 2 gMR u."""
+    energy = x.A * (x.kinetic + 2 * x.gMR * x.u)
     about_vertical, pull = x.p_phi, x.A * x.gMR
     return (
         energy - about_vertical * about_vertical,
@@ -387,5 +396,5 @@ def _upper_roots_nearer(x: Given) -> Sum:
     return 2 * a2 * a2 * a2, -9 * a3 * a2 * a1, 27 * a3 * a3 * a0
 
 
-AWAY_FROM_ONE: Final = Number(_away_from_one)
-UPPER_ROOTS_NEARER: Final = Number(_upper_roots_nearer)
+AWAY_FROM_ONE: Final = Number("1 − m − 1e-6", _away_from_one)
+UPPER_ROOTS_NEARER: Final = Number("2u₂ − u₁ − u₃", _upper_roots_nearer)

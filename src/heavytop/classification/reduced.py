@@ -236,19 +236,12 @@ def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -
 class FromScene(SceneSigns):
     """The exact numbers of a top and a start."""
 
-    def _heights(self, bits: int) -> tuple[arb, arb, arb]:
-        """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
-        if self.start.theta.fraction or (q := self._cos.fraction) is None:
-            return super()._heights(bits)
-        u = rational_ball(q)
-        return u, 1 - u, 1 + u
-
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of so many bits."""
         x = self.balls(bits)
         sine, b = x.sin2.nonnegative_part().sqrt(), x.p_psi / x.A
         return Reduced(
-            x.gMR / x.A, b, x.cos, x.one_minus_cos, x.one_plus_cos, -sine * x.thetadot,
+            x.gMR / x.A, b, x.u, x.one_minus_u, x.one_plus_u, -sine * x.thetadot,
             x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
         )  # fmt: skip
 

@@ -6,7 +6,7 @@ is found by balls of more bits or by proving that everything cancels.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from math import prod
 from typing import Any, Final, TypeAlias
@@ -24,14 +24,26 @@ Ball: TypeAlias = Any
 
 FEW_BITS: Final = 106
 MOST_BITS: Final = 4096  # as many as the exact numbers try
+RATES: Final = {"gMR": "gMR", "thetadot": "θ̇", "phidot": "φ̇", "omega3": "ω₃"}
 
 
 class UndecidedError(Exception):
-    """A sum that could be neither told from zero nor proved to be zero; its size is a ball."""
+    """A number that could be neither told from zero nor proved to be zero.
 
-    def __init__(self, size: Ball) -> None:
+    Parameters
+    ----------
+    symbol : str
+        What it is called.
+    size : ball
+        Its size, or of a sum that beside its terms.
+    name : str, optional
+        Of the size.
+    """
+
+    def __init__(self, symbol: str, size: Ball, name: str = "its size") -> None:
         self.bound = size.upper().str(2, radius=False)
-        super().__init__(f"zero, or smaller than {self.bound} of its terms")
+        bound = f"{name} is at most {self.bound}"
+        super().__init__(f"the sign of {symbol} is open: {bound}, and 0 is not proved")
 
 
 class SceneSigns:
@@ -64,22 +76,23 @@ class SceneSigns:
         if start.held == "psidot":
             omega3 += phidot * heights[0]
         found = Given(A, C, gMR, *heights, thetadot, phidot, omega3)
-        for name in ("gMR", "thetadot", "phidot", "omega3"):
+        for name in RATES:
             ball = getattr(found, name)
             if name not in self._rates:
-                told = ball_sign(ball)
-                self._rates[name] = getattr(self.exact, name).sign() if told is None else told
+                sign = ball_sign(ball)
+                self._rates[name] = getattr(self.exact, name).sign() if sign is None else sign
             if self._rates[name] == 0:
                 setattr(found, name, arb(0))
         return found
 
     def _heights(self, bits: int) -> tuple[Ball, Ball, Ball]:
-        """cosθ, 1 − cosθ and 1 + cosθ: exact on a pole, or from the half angle."""
-        if self.pole:
-            u = arb(self.pole)
-            return u, 1 - u, 1 + u
-        s, c = (ball_of(self.start.theta, bits) / 2).sin_cos()
-        return c * c - s * s, 2 * s * s, 2 * c * c
+        """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
+        theta = self.start.theta
+        if theta.fraction or (q := self._cos.fraction) is None:
+            s, c = (ball_of(theta, bits) / 2).sin_cos()
+            return c * c - s * s, 2 * s * s, 2 * c * c
+        u = rational_ball(q)
+        return u, 1 - u, 1 + u
 
     @cached_property
     def exact(self) -> Given:
@@ -103,64 +116,66 @@ class SceneSigns:
         ball = theta.ball(FEW_BITS)
         if ball > 0 and ball < arb.pi():
             return 0
-        told = theta.sign(), (PI - theta).sign()
-        return 1 if told[0] == 0 else -1 if told[1] == 0 else None if None in told else 0
+        signs = theta.sign(), (PI - theta).sign()
+        return 1 if signs[0] == 0 else -1 if signs[1] == 0 else None if None in signs else 0
 
-    def expect_told(self) -> None:
+    def expect_given(self) -> None:
         """Raise `UndecidedError` where something that is given cannot be told from zero."""
         _ = self.few
-        for name, told in self._rates.items():
-            if told is None:
-                raise unproved(getattr(self.exact, name))
+        for name, sign in self._rates.items():
+            if sign is None:
+                raise unproved(RATES[name], getattr(self.exact, name))
         if self.pole is None:
             theta = self.start.theta
-            raise unproved(theta if theta.sign() is None else PI - theta)
+            raise unproved(*(("θ", theta) if theta.sign() is None else ("π − θ", PI - theta)))
 
     def sign(self, number: Number) -> Sign:
-        """The sign of a number."""
-        if (known := self._found.get(number)) is not None:
-            return known
-        if number.factor and number.factor(self.few).is_zero():
-            told: Sign | None = 0
-        else:
-            told = ball_sign(sum_of(number.terms(self.few)))
-        if told is None:
-            told = sum_of(number.terms(self.exact)).sign()
-        if told is None:
-            with working(MOST_BITS):
-                raise UndecidedError(number.size(self.balls(MOST_BITS)))
-        self._found[number] = told
-        return told
+        """The sign of the sum of a number's terms."""
+        if number not in self._found:
+            self._found[number] = self._sign(number)
+        return self._found[number]
 
-    def nonzero(self, numbers: Iterable[Number]) -> tuple[Number, ...]:
-        """Those of some numbers that are not zero; raises where there is none and one may be."""
-        found, unknown = [], None
-        for number in numbers:
-            try:
-                if self.sign(number):
-                    found.append(number)
-            except UndecidedError as error:
-                unknown = error
-        if unknown and not found:
-            raise unknown
-        return tuple(found)
+    def _sign(self, number: Number) -> Sign:
+        if number.factor and number.factor(self.few).is_zero():
+            return 0
+        sign = ball_sign(sum_of(number.terms(self.few)))
+        if sign is None:
+            sign = sum_of(number.terms(self.exact)).sign()
+        if sign is None:
+            with working(MOST_BITS):
+                terms = number.terms(self.balls(MOST_BITS))
+                size = abs(sum_of(terms)) / sum_of(tuple(map(abs, terms)))
+                raise UndecidedError(number.symbol, size, "|sum|/Σ|terms|")
+        return sign
+
+    def vanish(self, numbers: Iterable[Number]) -> bool:
+        """Whether all of some numbers are zero; raises where one may be and no other is not."""
+        return not any(self._signs(numbers, decided=any))
 
     def product(self, numbers: Iterable[Number]) -> int:
         """The sign of a product; raises where a factor may be zero and none is."""
+        return prod(self._signs(numbers, decided=lambda signs: 0 in signs))
+
+    def _signs(
+        self, numbers: Iterable[Number], decided: Callable[[list[Sign]], bool]
+    ) -> list[Sign]:
+        """The signs of some numbers; raises where one is unknown, unless the others decide."""
         signs, unknown = [], None
         for number in numbers:
             try:
                 signs.append(self.sign(number))
             except UndecidedError as error:
                 unknown = error
-        if unknown and 0 not in signs:
+            if decided(signs):
+                break
+        if unknown and not decided(signs):
             raise unknown
-        return prod(signs)
+        return signs
 
 
-def unproved(value: Exact) -> UndecidedError:
+def unproved(symbol: str, value: Exact) -> UndecidedError:
     """The error of a number that may be zero."""
-    return UndecidedError(abs(value.ball(MOST_BITS)))
+    return UndecidedError(symbol, abs(value.ball(MOST_BITS)))
 
 
 def ball_sign(ball: Ball) -> Sign | None:
