@@ -7,7 +7,7 @@ import mpmath
 import pytest
 
 from heavytop.analytic.cubic import Roots
-from heavytop.classification.reduced import FromScene, Regime
+from heavytop.classification.reduced import Regime, reduced_from_scene
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 from heavytop.numbers.intervals import Interval, working
@@ -22,7 +22,7 @@ BITS = 256
 
 
 def motion(top, theta, phidot, psidot, thetadot=0):
-    return FromScene(top, State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot))
+    return reduced_from_scene(top, State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot))
 
 
 def roots_of(source, bits=BITS):

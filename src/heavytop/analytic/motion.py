@@ -15,7 +15,7 @@ from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, R
 from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
-from heavytop.classification.reduced import FEW_BITS, FromScene, Reduced
+from heavytop.classification.reduced import FEW_BITS, Reduced, reduced_from_scene
 from heavytop.classification.signs import ball_of
 from heavytop.display import Played
 from heavytop.numbers.intervals import working
@@ -86,7 +86,7 @@ class Motion(Played, MotionNumbers[float]):
     @cached_property
     def rising(self) -> Rising:  # type: ignore[override]
         """The closed form at any precision; what cannot be told from zero counts as zero."""
-        return Rising(FromScene(self.top, self.start), proved=False)
+        return Rising(reduced_from_scene(self.top, self.start), proved=False)
 
     @property
     def regime(self) -> str:

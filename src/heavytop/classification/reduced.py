@@ -3,13 +3,6 @@
 In units A = 1, with g = gMR/A, a = p_φ/A, b = p_ψ/A, h = E'/A and u = cos θ,
 
     u̇² = f(u) = 2 (h − g u)(1 − u²) − (a − b u)²,   f(u₀ + d) = f₀ + f₁ d + f₂ d² + f₃ d³.
-
-A ball can show that a number is not 0, and never that it is. A source proves which of
-
-    g, u̇₀, P₋, P₊, f₁ (`pull`), h − g (`over_top`), h + g (`over_bottom`)
-
-are exactly 0: for a scene by the algebra of exact numbers, for the binary numbers of the axis form
-by rational arithmetic. With that the regime is known: steady, asymptotic or nutating.
 """
 
 from __future__ import annotations
@@ -35,6 +28,8 @@ from heavytop.numbers import Exact, Number, normal_form, sqrt
 from heavytop.numbers.exact import rational_value
 from heavytop.numbers.intervals import Interval, above, rational_ball, working
 from heavytop.scene.arguments import wrong_type
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 Real: TypeAlias = Any
 
@@ -175,7 +170,7 @@ class Regime:
 
     @classmethod
     def of(
-        cls, source: MotionSource, proved: bool = True, reduced: Reduced | None = None
+        cls, source: ReducedMotion, proved: bool = True, reduced: Reduced | None = None
     ) -> Regime:
         """What is exactly so of one motion.
 
@@ -188,20 +183,43 @@ class Regime:
             Some number could be neither told from 0 nor proved to be 0.
         """
         start = reduced or source.reduced(FEW_BITS)
-        mirrored = _negative(source, start)
+        if (side := ball_sign(start.g)) is None:
+            with working(MOST_BITS):
+                side = ball_sign(source.reduced(MOST_BITS).g)
+        mirrored = side == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
-        with working(FEW_BITS):
-            zero = partial(_vanishes, source, start, proved)
-            resting, weightless = zero("udot0"), zero("g")
-            steady = resting and zero("pull")
-            misses_top, misses_bottom = not zero(top), not zero(bottom)
-            level = not (steady or misses_top) and zero(surplus)
+        zero = partial(vanishes, source, proved=proved, reduced=start)
+        resting, weightless = zero("udot0"), zero("g")
+        steady = resting and zero("pull")
+        misses_top, misses_bottom = not zero(top), not zero(bottom)
+        level = not (steady or misses_top) and zero(surplus)
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
+@dataclass(frozen=True)
+class ReducedMotion:
+    """A motion in balls of any precision, with the proofs of what is exactly 0.
+
+    A ball can show that a number is not 0, and never that it is.
+
+    Parameters
+    ----------
+    reduced : callable
+        The motion in balls of so many bits, which must be the working precision.
+    angles : callable
+        φ₀ and ψ₀ [rad] in balls; on a pole those on the side towards which the axis moves.
+    is_zero : callable
+        Whether the number of a name is exactly 0; None where that is neither proved nor disproved.
+    """
+
+    reduced: Callable[[int], Reduced]
+    angles: Callable[[int], tuple[arb, arb]]
+    is_zero: Callable[[str], bool | None]
+
+
 def vanishes(
-    source: MotionSource, name: str, proved: bool = True, reduced: Reduced | None = None
+    source: ReducedMotion, name: str, proved: bool = True, reduced: Reduced | None = None
 ) -> bool:
     """Whether a number of the reduced motion is exactly 0; what cannot be told is an error, or 0.
 
@@ -211,68 +229,53 @@ def vanishes(
         It could be neither told from 0 nor proved to be 0, and has to be `proved`.
     """
     with working(FEW_BITS):
-        return _vanishes(source, reduced or source.reduced(FEW_BITS), proved, name)
+        side = ball_sign(getattr(reduced or source.reduced(FEW_BITS), name))
+    if side is not None:
+        return side == 0
+    zero = source.is_zero(name)
+    if zero is not None or not proved:
+        return zero is not False
+    with working(MOST_BITS):
+        near = getattr(source.reduced(MOST_BITS), name)
+        bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
+    size = f"less than {above(bound)} with {MOST_BITS} bits"
+    raise Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
 
 
-def _negative(source: MotionSource, reduced: Reduced) -> bool:
-    """Whether V is highest below: g < 0, as far as that can be told."""
-    if (sign := ball_sign(reduced.g)) is None:
-        with working(MOST_BITS):
-            sign = ball_sign(source.reduced(MOST_BITS).g)
-    return sign == -1
+# --- of a scene ----------------------------------------------------------------------------------
 
 
-def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -> bool:
-    if (told := ball_sign(getattr(reduced, name))) is not None:
-        return told == 0
+def reduced_from_scene(top: Top, start: State) -> ReducedMotion:
+    """The motion of the exact numbers of a top and a start."""
+    signs = SceneSigns(top, start)
+    return ReducedMotion(
+        partial(_scene_numbers, signs), partial(_scene_angles, signs), partial(_scene_zero, signs)
+    )
+
+
+def _scene_numbers(signs: SceneSigns, bits: int) -> Reduced:
+    x = signs.balls(bits)
+    sine, b = x.sin2.nonnegative_part().sqrt(), x.p_psi / x.A
+    return Reduced(
+        x.gMR / x.A, b, x.u, x.one_minus_u, x.one_plus_u, -sine * x.thetadot,
+        x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
+    )  # fmt: skip
+
+
+def _scene_angles(signs: SceneSigns, bits: int) -> tuple[arb, arb]:
+    start, pole = signs.start, signs.pole or 0
+    angles = start.phi.ball(bits), start.psi.ball(bits)
+    return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
+
+
+def _scene_zero(signs: SceneSigns, name: str) -> bool | None:
+    # f₁ is asked for where u̇₀ = 0: on a pole it vanishes with θ̇₀
+    factors = (kinds.THETA_RATE,) if name == "pull" and signs.pole else _FACTORS[name]
     try:
-        return source.vanishes(name)
-    except Unseparated:
-        if proved:
-            raise
-        return True
-
-
-class FromScene(SceneSigns):
-    """The exact numbers of a top and a start."""
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls of so many bits."""
-        x = self.balls(bits)
-        sine, b = x.sin2.nonnegative_part().sqrt(), x.p_psi / x.A
-        return Reduced(
-            x.gMR / x.A, b, x.u, x.one_minus_u, x.one_plus_u, -sine * x.thetadot,
-            x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
-        )  # fmt: skip
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
-        start, pole = self.start, self.pole or 0
-        angles = start.phi.ball(bits), start.psi.ball(bits)
-        return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0.
-
-        Raises
-        ------
-        Unseparated
-            That could be neither proved nor disproved.
-        """
-        # f₁ is asked for where u̇₀ = 0: on a pole it vanishes with θ̇₀
-        factors = (kinds.THETA_RATE,) if name == "pull" and self.pole else _FACTORS[name]
-        try:
-            with working(FEW_BITS):
-                return self.product(factors) == 0
-        except UndecidedError:
-            raise self._unproved(name) from None
-
-    def _unproved(self, name: str) -> Unseparated:
-        with working(MOST_BITS):
-            near = getattr(self.reduced(MOST_BITS), name)
-            bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
-        size = f"less than {above(bound)} with {MOST_BITS} bits"
-        return Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
+        with working(FEW_BITS):
+            return signs.product(factors) == 0
+    except UndecidedError:
+        return None
 
 
 _FACTORS: Final = {
@@ -289,8 +292,14 @@ _FACTORS: Final = {
 """The numbers of `kinds` whose product a constant of the reduced motion is, but for its sign."""
 
 
-class FromAxis:
-    """The numbers of a motion in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
+# --- of an axis and its angular momentum ---------------------------------------------------------
+
+
+def reduced_from_axis(
+    e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
+    phi0: Number | None = None, psi0: Number = 0,
+) -> ReducedMotion:  # fmt: skip
+    """The motion of numbers in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
 
     |e| = ρ need not be 1: e/ρ is the axis of a top whose g is ρ times larger.
 
@@ -312,62 +321,62 @@ class FromAxis:
     Impossible
         e is zero, or one of the numbers is not rational.
     """
-
-    def __init__(
-        self, e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
-        phi0: Number | None = None, psi0: Number = 0,
-    ) -> None:  # fmt: skip
-        self.phi0 = None if phi0 is None else _rational("phi0", phi0)
-        self.psi0 = _rational("psi0", psi0)
-        self.e, self.l = _vector("e", e), _vector("l", l)
-        self.g, self.kappa = _rational("g", g), _rational("kappa", kappa)
-        (x, y, z), (lx, ly, lz) = self.e, self.l
-        self.rho2 = x * x + y * y + z * z
-        if self.rho2 == 0:
-            raise Impossible([("e", "not the zero vector")])
-        self.dot = lx * x + ly * y + lz * z  # b ρ
-        self.cross = lx * y - ly * x  # u̇₀ ρ
-        self.sin2 = (x * x + y * y) / self.rho2
-        self.drift0 = lz - self.dot * z / self.rho2
-        self.kinetic0 = (lx * lx + ly * ly + lz * lz - self.dot * self.dot / self.rho2) / 2
-
-    def _reduced(self, number: Callable[[fmpq], Real], rho: Real) -> Reduced:
-        """The motion in an arithmetic, in which ρ is the root of `rho2`."""
-        g, dot, z, cross, drift, kinetic, kappa = map(
-            number,
-            (self.g, self.dot, self.e[2], self.cross, self.drift0, self.kinetic0, self.kappa),
-        )
-        u = z / rho
-        return Reduced(g * rho, dot / rho, u, 1 - u, 1 + u, cross / rho, drift, kinetic, kappa)
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls of the working precision."""
-        found = self._reduced(arb, arb(self.rho2).sqrt())
-        far = 1 + abs(found.u0)
-        near = arb(self.sin2) / far
-        above, below = (near, far) if self.e[2] > 0 else (far, near)
-        return replace(found, one_minus_u0=above, one_plus_u0=below)
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
-        (x, y, z), (lx, ly, _), psi = self.e, self.l, arb(self.psi0)
-        on_pole, pole = x == y == 0, 1 if z > 0 else -1
-        sine, cosine = (pole * ly, pole * lx) if on_pole else (x, -y)  # from ė = l × e
-        if self.phi0 is None:
-            return arb.atan2(arb(sine), arb(cosine)), psi
-        phi = arb(self.phi0)
-        back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
-        return _beyond(pole, phi, psi) if back else (phi, psi)
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-        exact = self._reduced(_exact, sqrt(_exact(self.rho2)))
-        return bool(getattr(exact, name).sign() == 0)
+    (x, y, z), (lx, ly, lz) = _vector("e", e), _vector("l", l)
+    rho2 = x * x + y * y + z * z
+    if rho2 == 0:
+        raise Impossible([("e", "not the zero vector")])
+    dot, sin2 = lx * x + ly * y + lz * z, (x * x + y * y) / rho2
+    kinetic = (lx * lx + ly * ly + lz * lz - dot * dot / rho2) / 2
+    numbers = Reduced(
+        _rational("g", g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic,
+        _rational("kappa", kappa),
+    )  # fmt: skip
+    phi = None if phi0 is None else _rational("phi0", phi0)
+    return ReducedMotion(
+        partial(_axis_numbers, numbers, rho2),
+        partial(_axis_angles, (x, y, z), (lx, ly), phi, _rational("psi0", psi0)),
+        partial(_axis_zero, numbers, rho2),
+    )
 
 
-@dataclass(frozen=True)
-class FromConstants:
-    """The motion with given constants through a tilt, all of them rational numbers.
+def _divided(numbers: Reduced, rho: Real) -> Reduced:
+    """The motion of e/ρ, from that of e as if |e| were 1."""
+    q, u = numbers, numbers.u0 / rho
+    g, b, udot = q.g * rho, q.b / rho, q.udot0 / rho
+    return Reduced(g, b, u, 1 - u, 1 + u, udot, q.drift0, q.kinetic0, q.kappa)
+
+
+def _axis_numbers(numbers: Reduced, rho2: fmpq, _: int) -> Reduced:
+    found = _divided(numbers.mapped(arb), arb(rho2).sqrt())
+    far = 1 + abs(found.u0)
+    near = arb(numbers.one_minus_u0) / far  # sin²θ, which is exact
+    above, below = (near, far) if numbers.u0 > 0 else (far, near)
+    return replace(found, one_minus_u0=above, one_plus_u0=below)
+
+
+def _axis_zero(numbers: Reduced, rho2: fmpq, name: str) -> bool | None:
+    side = getattr(_divided(numbers.mapped(_exact), sqrt(_exact(rho2))), name).sign()
+    return None if side is None else side == 0
+
+
+def _axis_angles(
+    e: tuple[fmpq, ...], l: tuple[fmpq, ...], phi0: fmpq | None, psi0: fmpq, _: int,  # noqa: E741
+) -> tuple[arb, arb]:  # fmt: skip
+    (x, y, z), (lx, ly), psi = e, l, arb(psi0)
+    on_pole, pole = x == y == 0, 1 if z > 0 else -1
+    sine, cosine = (pole * ly, pole * lx) if on_pole else (x, -y)  # from ė = l × e
+    if phi0 is None:
+        return arb.atan2(arb(sine), arb(cosine)), psi
+    phi = arb(phi0)
+    back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
+    return _beyond(pole, phi, psi) if back else (phi, psi)
+
+
+# --- of constants, and through poles -------------------------------------------------------------
+
+
+def reduced_from_constants(exact: Reduced, udot2: Fraction, falls: bool = False) -> ReducedMotion:
+    """The motion with given constants through a tilt, from which its angles are counted.
 
     Parameters
     ----------
@@ -378,66 +387,46 @@ class FromConstants:
     falls : bool
         Whether the axis falls there instead.
     """
-
-    exact: Reduced
-    udot2: Fraction
-    falls: bool = False
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls of the working precision."""
-        speed = rational_ball(max(self.udot2, Fraction(0))).sqrt()
-        return replace(self.exact.mapped(rational_ball), udot0=-speed if self.falls else speed)
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad], from which the angles are counted."""
-        return arb(0), arb(0)
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-        return self.udot2 <= 0 if name == "udot0" else not getattr(self.exact, name)
+    udot2 = max(udot2, Fraction(0))
+    zero = partial(_constant_zero, replace(exact, udot0=udot2))
+    return ReducedMotion(partial(_constant_numbers, exact, udot2, falls), _no_angles, zero)
 
 
-@dataclass(frozen=True)
-class Through:
-    """A motion moved by a rounding error, so that it passes exactly through given poles.
+def _constant_numbers(exact: Reduced, udot2: Fraction, falls: bool, _: int) -> Reduced:
+    speed = rational_ball(udot2).sqrt()
+    return replace(exact.mapped(rational_ball), udot0=-speed if falls else speed)
 
-    Parameters
-    ----------
-    source : MotionSource
-        The motion that passes beside them.
-    top, bottom : bool
-        Through which poles it passes.
+
+def _constant_zero(exact: Reduced, name: str) -> bool:
+    return not getattr(exact, name)
+
+
+def _no_angles(_: int) -> tuple[arb, arb]:
+    return arb(0), arb(0)
+
+
+def through_poles(source: ReducedMotion, top: bool, bottom: bool) -> ReducedMotion:
+    """The motion moved by a rounding error, so that it passes exactly through given poles.
+
+    p_φ is moved to ±p_ψ, and the energy with it.
     """
-
-    source: MotionSource
-    top: bool
-    bottom: bool
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls, p_φ moved to ±p_ψ and the energy with it."""
-        found = self.source.reduced(bits)
-        b = arb(0) if self.top and self.bottom else found.b
-        drift = b * found.one_minus_u0 if self.top else -b * found.one_plus_u0
-        kinetic = found.kinetic0
-        if not found.sin2.is_zero():
-            kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
-        return replace(found, b=b, drift0=drift, kinetic0=kinetic)
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad]."""
-        return self.source.angles(bits)
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-        if (name == "P_minus" and self.top) or (name == "P_plus" and self.bottom):
-            return True
-        return self.source.vanishes(name)
+    moved = partial(_passing_numbers, source, top, bottom)
+    return replace(source, reduced=moved, is_zero=partial(_passing_zero, source, top, bottom))
 
 
-MotionSource: TypeAlias = FromScene | FromAxis | FromConstants | Through
-"""What enclosures are computed from: `reduced` gives the motion in balls of so many bits, which
-must be the working precision, `angles` φ₀ and ψ₀ [rad], on a pole those on the side towards which
-the axis moves, and `vanishes` whether the number of a name is exactly 0."""
+def _passing_numbers(source: ReducedMotion, top: bool, bottom: bool, bits: int) -> Reduced:
+    found = source.reduced(bits)
+    b = arb(0) if top and bottom else found.b
+    drift = b * found.one_minus_u0 if top else -b * found.one_plus_u0
+    kinetic = found.kinetic0
+    if not found.sin2.is_zero():
+        kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
+    return replace(found, b=b, drift0=drift, kinetic0=kinetic)
+
+
+def _passing_zero(source: ReducedMotion, top: bool, bottom: bool, name: str) -> bool | None:
+    passed = (name == "P_minus" and top) or (name == "P_plus" and bottom)
+    return passed or source.is_zero(name)
 
 
 def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:

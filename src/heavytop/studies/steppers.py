@@ -20,7 +20,7 @@ import numpy as np
 
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.rising import Rising
-from heavytop.classification.reduced import MotionSource
+from heavytop.classification.reduced import ReducedMotion
 from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
@@ -309,7 +309,7 @@ class ReferenceSolution:
     formulation: Formulation
     parameters: Mapping[str, Any]
     start: tuple[float, ...]
-    own: Callable[[int, Sequence[Any], Mapping[str, Any]], MotionSource]
+    own: Callable[[int, Sequence[Any], Mapping[str, Any]], ReducedMotion]
     digits: int = DIGITS
 
     @property
