@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from heavytop.classification.classify import classify
+from heavytop.classification.kinds import DETAILS, RULES
 from heavytop.scene.scene import load_scene, shipped_names
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -42,7 +43,9 @@ def table(top, start):
     values = A, C, g, s, u, thetadot, phidot, omega3, p_phi, p_psi, E = given(top, start)
     momentum, energy = "kg m²/s", "J"
     known = {
-        "gMR": (g, energy), "θ̇": (thetadot, ""), "sin θ": (s, ""), "φ̇ sin θ": (phidot * s, ""),
+        "gMR": (g, energy), "θ̇": (thetadot, ""),
+        "θ̇² + φ̇² sin² θ": (thetadot**2 + phidot**2 * s**2, ""), "sin θ": (s, ""),
+        "φ̇ sin θ": (phidot * s, ""),
         "p_ψ": (p_psi, momentum), "gMR cos θ": (g * u, energy),
         "p_φ − p_ψ": (p_phi - p_psi, momentum), "p_φ + p_ψ": (p_phi + p_psi, momentum),
         "|p_φ| − |p_ψ|": (abs(p_phi) - abs(p_psi), momentum),
@@ -93,7 +96,9 @@ def test_the_numbers_of_every_kind_are_those_of_their_definitions():
         "at-rest", "force-free", "sleeping", "hanging", "planar-pendulum", "separatrix",
         "through-top", "through-bottom", "uniform-precession", "loops", "cusps", "waves",
     }  # fmt: skip
-    assert len(set.union(*(met for _, met in found))) == 20
+    asked = {number for rule in RULES for number in (*rule.zeros, *(x for x, _ in rule.shown))}
+    asked |= {number for detail in DETAILS.values() for number in (detail.shown, *detail.beside)}
+    assert set.union(*(met for _, met in found)) == {number.symbol for number in asked}
     assert all(met for _, met in found)
 
 
@@ -124,8 +129,8 @@ def test_numbers_beyond_doubles_are_written_with_their_exponents():
 @pytest.mark.parametrize(
     ("start", "symbol"),
     [
-        (State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1), "θ"),
-        (State(1, phidot="sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1), "φ̇"),
+        (State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1), "sin θ"),
+        (State(1, phidot="sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1), "E′ − gMR p_φ/p_ψ"),
     ],
 )
 def test_what_is_undecided_names_the_open_sign_and_its_bound(start, symbol):

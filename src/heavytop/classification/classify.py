@@ -6,15 +6,9 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import DETAILS, RULES, TAGS, Given, Kind, Rule, Verdict
-from heavytop.classification.signs import (
-    FEW_BITS,
-    Ball,
-    SceneSigns,
-    UndecidedError,
-    ball_sign,
-    unproved,
-)
+from heavytop.classification.kinds import DETAILS, RULES, TAGS, Kind, Rule, Verdict
+from heavytop.classification.reduced import MOST_BITS, Real, Reduced, ball_sign
+from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
 from heavytop.classification.why import reason
 from heavytop.numbers import sqrt
 from heavytop.numbers.exact import Exact, Sign
@@ -70,7 +64,7 @@ def classify(top: Top, start: State) -> Verdict:
     expect("top", top, Top)
     expect("start", start, State)
     signs = SceneSigns(top, start)
-    with working(FEW_BITS):
+    with working(SIGN_BITS):
         try:
             rule = _rule(signs)
         except UndecidedError as unknown:
@@ -83,7 +77,6 @@ def classify(top: Top, start: State) -> Verdict:
 
 def _rule(signs: SceneSigns) -> Rule:
     """The first rule that fits."""
-    signs.expect_given()
     return next(
         rule
         for rule in RULES
@@ -123,6 +116,10 @@ def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ..
     return tuple(holding), tuple(unknown)
 
 
+def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
+    return signs.top.A == signs.top.C or (signs.top.A - signs.top.C).sign() == 0
+
+
 def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
     """Whether the axis is known to run along a closed curve: a circle, or to and fro."""
     if kind is Kind.PLANAR_PENDULUM:
@@ -132,8 +129,7 @@ def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
     over = kinds.OVER_BOTTOM if signs.sign(kinds.INVERTED) > 0 else kinds.OVER_TOP
-    spare = kinds.sum_of(over.terms(signs.few))
-    if kinds.FAR * abs(spare) > abs(signs.few.gMR):
+    if 2 * kinds.FAR * abs(over.value(signs.few)) > abs(signs.few.g):
         return False
     if kind is Kind.PLANAR_PENDULUM and signs.sign(over) == 0:
         return False
@@ -143,17 +139,17 @@ def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
 def _reverses(signs: SceneSigns, _: Kind) -> bool:
     """Whether f is positive at a zero of ψ̇; a turning point with ψ̇ = 0 is the zero itself."""
     one = signs.product((kinds.PASS_TOP, kinds.PASS_BOTTOM)) > 0
-    if not one and (2 * signs.top.A - signs.top.C).sign() != -1:
+    if not one and signs.sign(kinds.FLATTER) <= 0:
         return False
-    if one and not signs.sign(kinds.THETA_RATE) and _sign(signs.start.psidot) == 0:
+    if one and signs.vanish((kinds.THETA_RATE, kinds.SPIN_STOPS)):
         return False
     try:
         return _rises_at_a_zero(signs.few, lambda x: x.sqrt(), one)
     except UndecidedError:
-        return _rises_at_a_zero(signs.exact, sqrt, one)
+        return _rises_at_a_zero(signs.source.exact, sqrt, one)
 
 
-def _rises_at_a_zero(x: Given, root: Callable[[Any], Any], one: bool) -> bool:
+def _rises_at_a_zero(x: Reduced, root: Callable[[Any], Any], one: bool) -> bool:
     """Whether f is positive at a zero of q between the poles, in the form that does not cancel."""
     free, linear, square = kinds.spin_rate(x)
     inside = linear * linear - 4 * free * square
@@ -164,17 +160,16 @@ def _rises_at_a_zero(x: Given, root: Callable[[Any], Any], one: bool) -> bool:
     return any(_sign(kinds.speed_at(x, u)) > 0 for u in zeros)
 
 
-def _sign(value: Ball | Exact) -> Sign:
+def _sign(value: Real) -> Sign:
     """The sign of a ball or of an exact number, or `UndecidedError`."""
-    if isinstance(value, Exact):
-        if (sign := value.sign()) is None:
-            raise unproved("ψ̇", value)
-    elif (sign := ball_sign(value)) is None:
-        raise UndecidedError("ψ̇", abs(value))
-    return sign
+    side = value.sign() if isinstance(value, Exact) else ball_sign(value)
+    if side is None:
+        raise UndecidedError("ψ̇", value.ball(MOST_BITS) if isinstance(value, Exact) else value)
+    return side
 
 
 _FURTHER: Final[dict[str, Callable[[SceneSigns, Kind], bool]]] = {
+    "spherical-top": _spherical_top,
     "spin-reversal": _reverses,
     "closed-orbit": _closed_orbit,
     "near-separatrix": _near_separatrix,

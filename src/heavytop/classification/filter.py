@@ -12,7 +12,6 @@ open here: separatrix, through-bottom, uniform precession, and the kinds between
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from functools import reduce
 from math import pi
 from typing import Any, Final, NamedTuple
@@ -21,7 +20,8 @@ import numpy as np
 
 from heavytop.classification import kinds
 from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts
-from heavytop.classification.kinds import Given, Kind, Number, Rule, Tag, sum_of
+from heavytop.classification.kinds import Kind, Number, Rule, Tag
+from heavytop.classification.reduced import Reduced
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
@@ -75,7 +75,11 @@ class Sized:
         return self._with(other, np.add, max(self.roundings, other.roundings) + 1)
 
     def __sub__(self, other: Sized) -> Sized:
-        return self + -other
+        roundings = max(self.roundings, other.roundings) + 1
+        return Sized(self.value - other.value, roundings, self.magnitude + other.magnitude)
+
+    def __rsub__(self, integer: int) -> Sized:
+        return Sized(np.full(1, float(integer))) - self
 
     def __mul__(self, other: Sized) -> Sized:
         if self is other and not self.roundings:  # a square of given numbers
@@ -95,20 +99,31 @@ class Sized:
     def __abs__(self) -> Sized:
         return Sized(np.abs(self.value), self.roundings, self.magnitude)
 
+    def __truediv__(self, divisor: Sized | int) -> Sized:
+        """By given numbers, which are positive, or by a power of 2."""
+        by, roundings = (divisor, 0) if isinstance(divisor, int) else (divisor.value, 1)
+        if self.magnitude is self.value:
+            return Sized(quotient := self.value / by, self.roundings + roundings, quotient)
+        return Sized(self.value / by, self.roundings + roundings, self.magnitude / by)
+
     def __rmul__(self, factor: int) -> Sized:
         """An integer, which may be rounded too, times the numbers."""
         known = float(factor)
         return Sized(known * self.value, self.roundings + 2, abs(known) * self.magnitude)
 
 
-def given(starts: Starts) -> Given:
-    """What the criteria are made of."""
-    heights = cosines(starts.theta)
+def reduced(starts: Starts) -> Reduced:
+    """The constants of the motions; as u̇₀ something that has its zeros and its sign."""
+    u, below, above = cosines(starts.theta)
     A, C = (Sized.of(moment, positive=True) for moment in (starts.A, starts.C))
     rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
     gMR, thetadot, phidot, spin = map(Sized.of, rates)
-    omega3 = spin if starts.held == "omega3" else spin + phidot * heights[0]
-    return Given(A, C, gMR, *heights, thetadot, phidot, omega3)
+    omega3 = spin if starts.held == "omega3" else spin + phidot * u
+    sin2, b = below * above, C * omega3 / A
+    across = phidot * sin2
+    kinetic = (thetadot * thetadot + phidot * phidot * sin2) / 2
+    udot = -(thetadot * sin2)
+    return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
 
 def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
@@ -164,20 +179,14 @@ class ArraySigns:
     """The numbers that tell kinds apart, for arrays of tops and starts; 0 where all terms are."""
 
     def __init__(self, starts: Starts) -> None:
-        self.starts, self.given = starts, given(starts)
+        self.starts, self.reduced = starts, reduced(starts)
         self._found: dict[Number, Sign] = {}
 
     def sign(self, number: Number) -> Sign:
         """What is told of one number."""
         if number not in self._found:
-            total = sum_of(number.terms(self.given))
-            exact = total.roundings <= 1  # a difference that is rounded to 0 is 0
-            zero = np.equal(total.value if exact else total.magnitude, 0)
-            certain = total.least > 0
-            if number.factor:
-                gone = np.equal(number.factor(self.given).value, 0)
-                zero, certain = zero | gone, certain & ~gone
-            self._found[number] = Sign(total, certain, zero)
+            total = number.value(self.reduced)
+            self._found[number] = Sign(total, total.least > 0, np.equal(total.magnitude, 0))
         return self._found[number]
 
     def vanish(self, numbers: tuple[Number, ...]) -> Answer:
@@ -211,8 +220,8 @@ class ArraySigns:
     @property
     def in_range(self) -> Mask:
         """Where all that is given is in range."""
-        given = (getattr(self.given, field.name) for field in fields(self.given))
-        found: Mask = ~np.isnan(sum(each.magnitude for each in given))
+        x = self.reduced  # what is given is in these, and nan stays
+        found: Mask = ~np.isnan(x.g.value + x.b.value + x.kinetic0.value)
         return found
 
 
@@ -287,6 +296,11 @@ def _put_tags(signs: ArraySigns, found: Filtered) -> None:
             array |= mask * np.uint8(1 << bit)
 
 
+def _spherical_top(signs: ArraySigns, _: Filtered) -> Answer:
+    equal = np.equal(signs.starts.A, signs.starts.C)
+    return Answer(equal, ~equal)
+
+
 def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
     """A pendulum swings or rotates where its kind is certain."""
     resting = signs.vanish(kinds.TAGS["start-at-rest"].zeros).yes
@@ -296,16 +310,14 @@ def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
 
 def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
     """It is told only that it is not near: how near it is, is beyond doubles."""
-    given = signs.given
-    up, weight = given.gMR.value > 0, np.abs(given.gMR.value)
+    up, weight = signs.reduced.g.value > 0, np.abs(signs.reduced.g.value)
     over, passed = (
         [signs.sign(number).sum.least for number in numbers]
         for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), _POLES)
     )
-    height = np.where(up, given.one_minus_u.value, given.one_plus_u.value)
-    missed = height * np.where(up, *passed)
-    passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * given.A.value * weight)
-    return Answer(~_TRUE, (kinds.FAR * np.where(up, *over) > weight) | passes)
+    missed = np.where(up, *passed)
+    passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * weight)
+    return Answer(~_TRUE, (2 * kinds.FAR * np.where(up, *over) > weight) | passes)
 
 
 _POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
@@ -316,7 +328,7 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
 
     A zero at a turning point is none of these. Where C > 2A there may be two: this is left open.
     """
-    starts, x = signs.starts, signs.given
+    starts, x = signs.starts, signs.reduced
     one, none = signs.positive(_POLES)
     flat = starts.C <= 2 * starts.A
     free, linear, square = kinds.spin_rate(x)
@@ -337,7 +349,7 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
         known = known & (each.least > 0)
     known = known & (np.maximum(np.abs(ends[0]), np.abs(ends[1])) < 1)
     rises = (speed_below.value > 0) & (speed_above.value > 0)
-    here, off = x.u.value, x.u.error
+    here, off = x.u0.value, x.u0.error
     higher = (ends[1] < here - off) & (speed_above.value < 0)
     lower = (ends[0] > here + off) & (speed_below.value < 0)
     turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")
@@ -346,6 +358,7 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
 
 
 _FURTHER: Final[dict[str, Callable[[ArraySigns, Filtered], Answer]]] = {
+    "spherical-top": _spherical_top,
     "spin-reversal": _reverses,
     "closed-orbit": _closed_orbit,
     "near-separatrix": _near_separatrix,

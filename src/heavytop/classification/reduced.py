@@ -11,21 +11,14 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Final, TypeAlias
 
 from flint import arb, fmpq
 
-from heavytop.classification import kinds
-from heavytop.classification.signs import (
-    MOST_BITS,
-    SceneSigns,
-    UndecidedError,
-    ball_sign,
-)
 from heavytop.errors import Impossible, Unseparated
-from heavytop.numbers import Exact, Number, normal_form, sqrt
-from heavytop.numbers.exact import rational_value
+from heavytop.numbers import ONE, PI, Exact, Number, cos, normal_form, sqrt
+from heavytop.numbers.exact import Sign, rational_value
 from heavytop.numbers.intervals import Interval, above, rational_ball, working
 from heavytop.scene.arguments import wrong_type
 from heavytop.scene.state import State
@@ -34,6 +27,7 @@ from heavytop.scene.top import Top
 Real: TypeAlias = Any
 
 FEW_BITS: Final = 192  # which decide nearly always, and serve for 40 digits
+MOST_BITS: Final = 4096  # as many as the exact numbers try
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,10 +177,7 @@ class Regime:
             Some number could be neither told from 0 nor proved to be 0.
         """
         start = reduced or source.reduced(FEW_BITS)
-        if (side := ball_sign(start.g)) is None:
-            with working(MOST_BITS):
-                side = ball_sign(source.reduced(MOST_BITS).g)
-        mirrored = side == -1
+        mirrored = (ball_sign(start.g) or source.exact.g.sign()) == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
         zero = partial(vanishes, source, proved=proved, reduced=start)
@@ -199,23 +190,25 @@ class Regime:
 
 @dataclass(frozen=True)
 class ReducedMotion:
-    """A motion in balls of any precision, with the proofs of what is exactly 0.
+    """A motion in balls of any precision, and in exact numbers.
 
-    A ball can show that a number is not 0, and never that it is.
+    A ball can show that a number is not 0, and never that it is: exact numbers prove that.
 
     Parameters
     ----------
     reduced : callable
-        The motion in balls of so many bits, which must be the working precision.
+        The motion in balls of so many bits, which must be the working precision; of None, exact.
     angles : callable
         φ₀ and ψ₀ [rad] in balls; on a pole those on the side towards which the axis moves.
-    is_zero : callable
-        Whether the number of a name is exactly 0; None where that is neither proved nor disproved.
     """
 
-    reduced: Callable[[int], Reduced]
+    reduced: Callable[[int | None], Reduced]
     angles: Callable[[int], tuple[arb, arb]]
-    is_zero: Callable[[str], bool | None]
+
+    @cached_property
+    def exact(self) -> Reduced:
+        """The motion in exact numbers."""
+        return self.reduced(None)
 
 
 def vanishes(
@@ -230,11 +223,10 @@ def vanishes(
     """
     with working(FEW_BITS):
         side = ball_sign(getattr(reduced or source.reduced(FEW_BITS), name))
-    if side is not None:
-        return side == 0
-    zero = source.is_zero(name)
-    if zero is not None or not proved:
-        return zero is not False
+    if side is None:
+        side = getattr(source.exact, name).sign()
+    if side is not None or not proved:
+        return not side
     with working(MOST_BITS):
         near = getattr(source.reduced(MOST_BITS), name)
         bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
@@ -242,54 +234,106 @@ def vanishes(
     raise Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
 
 
+def ball_sign(ball: arb) -> Sign | None:
+    """The sign that every number of a ball has, or None; a ball that is the number 0 has 0."""
+    if ball > 0:
+        return 1
+    if ball < 0:
+        return -1
+    return 0 if ball.is_zero() else None
+
+
+def ball_of(value: Exact, bits: int) -> arb:
+    """A ball of an exact number, at the working precision of so many bits."""
+    q = value.fraction
+    return value.ball(bits) if q is None else rational_ball(q)
+
+
 # --- of a scene ----------------------------------------------------------------------------------
 
 
 def reduced_from_scene(top: Top, start: State) -> ReducedMotion:
     """The motion of the exact numbers of a top and a start."""
-    signs = SceneSigns(top, start)
-    return ReducedMotion(
-        partial(_scene_numbers, signs), partial(_scene_angles, signs), partial(_scene_zero, signs)
-    )
+    scene = _Scene(top, start)
+    return ReducedMotion(scene.reduced, scene.angles)
 
 
-def _scene_numbers(signs: SceneSigns, bits: int) -> Reduced:
-    x = signs.balls(bits)
-    sine, b = x.sin2.nonnegative_part().sqrt(), x.p_psi / x.A
-    return Reduced(
-        x.gMR / x.A, b, x.u, x.one_minus_u, x.one_plus_u, -sine * x.thetadot,
-        x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
-    )  # fmt: skip
+class _Scene:
+    """The numbers of a top and a start; balls are exact where what is given is proved to be 0."""
+
+    def __init__(self, top: Top, start: State) -> None:
+        self.top, self.start = top, start
+        self._zeros: dict[str, bool] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.top, self.start)  # what was computed is not copied
+
+    def reduced(self, bits: int | None) -> Reduced:
+        """The motion in balls of so many bits, or in exact numbers."""
+        top, start = self.top, self.start
+        given: tuple[Real, ...] = (
+            top.A, top.C, top.gMR, start.thetadot, start.phidot, start.spin
+        )  # fmt: skip
+        if bits is not None:
+            given = tuple(ball_of(value, bits) for value in given)
+        A, C, gMR, thetadot, phidot, spin = given
+        u, below, above = self._heights(bits)
+        omega3 = spin + phidot * u if start.held == "psidot" else spin
+        if bits is not None:
+            gMR, thetadot = self._settled("gMR", gMR), self._settled("thetadot", thetadot)
+            phidot, omega3 = self._settled("phidot", phidot), self._settled("omega3", omega3)
+        sin2, b = below * above, C / A * omega3
+        across = phidot * sin2
+        kinetic = (thetadot * thetadot + phidot * across) / 2
+        udot = thetadot if thetadot == 0 else -_root(sin2) * thetadot
+        return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
+
+    def _settled(self, name: str, ball: arb) -> arb:
+        """The ball of a number, 0 itself where it is proved to be 0."""
+        if name not in self._zeros:
+            side = ball_sign(ball)
+            exact = getattr(self.top if name == "gMR" else self.start, name)
+            self._zeros[name] = (exact.sign() if side is None else side) == 0
+        return arb(0) if self._zeros[name] else ball
+
+    def _heights(self, bits: int | None) -> tuple[Real, Real, Real]:
+        """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
+        theta = self.start.theta
+        if bits is None:
+            return self._cos, ONE - self._cos, ONE + self._cos
+        if theta.fraction or (q := self._cos.fraction) is None:
+            s, c = (ball_of(theta, bits) / 2).sin_cos()
+            return c * c - s * s, 2 * s * s, 2 * c * c
+        u = rational_ball(q)
+        return u, 1 - u, 1 + u
+
+    @cached_property
+    def _cos(self) -> Exact:
+        """cosθ; ±1 on a pole, however θ is written."""
+        return {1: ONE, -1: -ONE}[self._pole] if self._pole else cos(self.start.theta)
+
+    @cached_property
+    def _pole(self) -> Sign | None:
+        """1 where the axis starts pointing up, −1 where down, 0 where neither; None if unknown."""
+        theta = self.start.theta
+        if theta.fraction is not None:  # π is irrational
+            return 1 if theta.fraction == 0 else 0
+        ball = theta.ball(FEW_BITS)
+        if ball > 0 and ball < arb.pi():
+            return 0
+        signs = theta.sign(), (PI - theta).sign()
+        return 1 if signs[0] == 0 else -1 if signs[1] == 0 else None if None in signs else 0
+
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]."""
+        start, pole = self.start, self._pole or 0
+        angles = start.phi.ball(bits), start.psi.ball(bits)
+        return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
 
-def _scene_angles(signs: SceneSigns, bits: int) -> tuple[arb, arb]:
-    start, pole = signs.start, signs.pole or 0
-    angles = start.phi.ball(bits), start.psi.ball(bits)
-    return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
-
-
-def _scene_zero(signs: SceneSigns, name: str) -> bool | None:
-    # f₁ is asked for where u̇₀ = 0: on a pole it vanishes with θ̇₀
-    factors = (kinds.THETA_RATE,) if name == "pull" and signs.pole else _FACTORS[name]
-    try:
-        with working(FEW_BITS):
-            return signs.product(factors) == 0
-    except UndecidedError:
-        return None
-
-
-_FACTORS: Final = {
-    "g": (kinds.WEIGHT,),
-    "udot0": (kinds.SINE, kinds.THETA_RATE),
-    "drift0": (kinds.ACROSS,),
-    "P_minus": (kinds.PASS_TOP,),
-    "P_plus": (kinds.PASS_BOTTOM,),
-    "pull": (kinds.SINE, kinds.STEADY),
-    "over_top": (kinds.OVER_TOP,),
-    "over_bottom": (kinds.OVER_BOTTOM,),
-    "looping": (kinds.LOOPING,),
-}
-"""The numbers of `kinds` whose product a constant of the reduced motion is, but for its sign."""
+def _root(square: Real) -> Real:
+    """The root of a number that is not negative."""
+    return sqrt(square) if isinstance(square, Exact) else square.nonnegative_part().sqrt()
 
 
 # --- of an axis and its angular momentum ---------------------------------------------------------
@@ -335,28 +379,22 @@ def reduced_from_axis(
     return ReducedMotion(
         partial(_axis_numbers, numbers, rho2),
         partial(_axis_angles, (x, y, z), (lx, ly), phi, _rational("psi0", psi0)),
-        partial(_axis_zero, numbers, rho2),
     )
 
 
-def _divided(numbers: Reduced, rho: Real) -> Reduced:
-    """The motion of e/ρ, from that of e as if |e| were 1."""
-    q, u = numbers, numbers.u0 / rho
-    g, b, udot = q.g * rho, q.b / rho, q.udot0 / rho
-    return Reduced(g, b, u, 1 - u, 1 + u, udot, q.drift0, q.kinetic0, q.kappa)
-
-
-def _axis_numbers(numbers: Reduced, rho2: fmpq, _: int) -> Reduced:
-    found = _divided(numbers.mapped(arb), arb(rho2).sqrt())
-    far = 1 + abs(found.u0)
-    near = arb(numbers.one_minus_u0) / far  # sin²θ, which is exact
+def _axis_numbers(numbers: Reduced, rho2: fmpq, bits: int | None) -> Reduced:
+    """The motion of e/ρ, from that of e as if |e| were 1; of its heights that has sin²θ."""
+    number = _exact if bits is None else arb
+    q, rho = numbers.mapped(number), _root(number(rho2))
+    u = q.u0 / rho
+    size = -u if numbers.u0 < 0 else u
+    far = 1 + size
+    near = 1 - size if bits is None else q.one_minus_u0 / far  # no digit cancels
     above, below = (near, far) if numbers.u0 > 0 else (far, near)
-    return replace(found, one_minus_u0=above, one_plus_u0=below)
-
-
-def _axis_zero(numbers: Reduced, rho2: fmpq, name: str) -> bool | None:
-    side = getattr(_divided(numbers.mapped(_exact), sqrt(_exact(rho2))), name).sign()
-    return None if side is None else side == 0
+    return replace(
+        q, g=q.g * rho, b=q.b / rho, u0=u, one_minus_u0=above, one_plus_u0=below,
+        udot0=q.udot0 / rho,
+    )  # fmt: skip
 
 
 def _axis_angles(
@@ -387,18 +425,14 @@ def reduced_from_constants(exact: Reduced, udot2: Fraction, falls: bool = False)
     falls : bool
         Whether the axis falls there instead.
     """
-    udot2 = max(udot2, Fraction(0))
-    zero = partial(_constant_zero, replace(exact, udot0=udot2))
-    return ReducedMotion(partial(_constant_numbers, exact, udot2, falls), _no_angles, zero)
+    square = replace(exact, udot0=max(udot2, Fraction(0)))
+    return ReducedMotion(partial(_constant_numbers, square, falls), _no_angles)
 
 
-def _constant_numbers(exact: Reduced, udot2: Fraction, falls: bool, _: int) -> Reduced:
-    speed = rational_ball(udot2).sqrt()
-    return replace(exact.mapped(rational_ball), udot0=-speed if falls else speed)
-
-
-def _constant_zero(exact: Reduced, name: str) -> bool:
-    return not getattr(exact, name)
+def _constant_numbers(exact: Reduced, falls: bool, bits: int | None) -> Reduced:
+    found = exact.mapped(_exact if bits is None else rational_ball)
+    speed = _root(found.udot0)
+    return replace(found, udot0=-speed if falls else speed)
 
 
 def _no_angles(_: int) -> tuple[arb, arb]:
@@ -410,23 +444,17 @@ def through_poles(source: ReducedMotion, top: bool, bottom: bool) -> ReducedMoti
 
     p_φ is moved to ±p_ψ, and the energy with it.
     """
-    moved = partial(_passing_numbers, source, top, bottom)
-    return replace(source, reduced=moved, is_zero=partial(_passing_zero, source, top, bottom))
+    return ReducedMotion(partial(_passing, source, top, bottom), source.angles)
 
 
-def _passing_numbers(source: ReducedMotion, top: bool, bottom: bool, bits: int) -> Reduced:
+def _passing(source: ReducedMotion, top: bool, bottom: bool, bits: int | None) -> Reduced:
     found = source.reduced(bits)
-    b = arb(0) if top and bottom else found.b
+    b = found.b * 0 if top and bottom else found.b
     drift = b * found.one_minus_u0 if top else -b * found.one_plus_u0
     kinetic = found.kinetic0
-    if not found.sin2.is_zero():
+    if source.exact.sin2.sign() != 0:
         kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
     return replace(found, b=b, drift0=drift, kinetic0=kinetic)
-
-
-def _passing_zero(source: ReducedMotion, top: bool, bottom: bool, name: str) -> bool | None:
-    passed = (name == "P_minus" and top) or (name == "P_plus" and bottom)
-    return passed or source.is_zero(name)
 
 
 def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
@@ -434,7 +462,9 @@ def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     return phi + arb.pi(), psi - pole * arb.pi()
 
 
-def _exact(q: fmpq) -> Exact:
+def _exact(q: fmpq | Fraction) -> Exact:
+    if isinstance(q, Fraction):
+        return Exact(normal_form.rational(q))
     return Exact(normal_form.rational(Fraction(int(q.p), int(q.q))))  # of any size
 
 

@@ -6,11 +6,14 @@ from collections.abc import Iterator
 from math import isfinite
 from typing import Final
 
+from flint import arb
+
 from heavytop.classification.kinds import DETAILS, SO, Number, Rule
-from heavytop.classification.signs import FEW_BITS, MOST_BITS, Ball, SceneSigns
+from heavytop.classification.reduced import MOST_BITS
+from heavytop.classification.signs import SIGN_BITS, SceneSigns
 from heavytop.numbers.intervals import working
 
-_BITS: Final = (FEW_BITS, 256, 1024, MOST_BITS)
+_BITS: Final = (SIGN_BITS, 256, 1024, MOST_BITS)
 _GOOD_BITS: Final = 20  # of a number of 4 digits
 _RELATIONS: Final = {1: "> 0", -1: "< 0", 0: "= 0 (proved)"}
 
@@ -52,13 +55,13 @@ def _value(signs: SceneSigns, number: Number) -> str | None:
     """A number to 4 digits, with its unit; None where it is infinite, or as small as no scene's."""
     for bits in _BITS:
         with working(bits):
-            ball = number.value(signs.few if bits == FEW_BITS else signs.balls(bits))
+            ball = signs.shown(number, bits)
             if ball.is_finite() and ball.rel_accuracy_bits() >= _GOOD_BITS:
                 return f"= {_digits(ball)} {number.unit}"
     return None
 
 
-def _digits(ball: Ball) -> str:
+def _digits(ball: arb) -> str:
     size = float(abs(ball.mid()))
     text = f"{size:.4g}" if size > 0 and isfinite(size) else abs(ball).str(4, radius=False)
     return f"{'−' * bool(ball < 0)}{text}"

@@ -27,6 +27,7 @@ const heavytop = (() => {
   // Of each number its terms, and what their sum is small beside (by default their sizes).
   const passed = (x, sizes, height) => sizes + x.unspun + (x.swing * x.sine) / height;
   const NUMBERS = {
+    KINETIC: { terms: (x) => [x.swing], beside: (x) => x.momentum },
     THETA_RATE: { terms: (x) => [x.A * x.thetadot], beside: (x) => x.momentum },
     ACROSS: { terms: (x) => [x.A * x.phidot * x.sin2], beside: (x) => x.sine * x.momentum },
     SPIN: { terms: (x) => [x.pPsi], beside: (x) => x.momentum },
