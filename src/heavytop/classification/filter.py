@@ -40,8 +40,9 @@ class Sized:
 
     |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, and to n₁ + n₂ + 1 in a
     product. One more is for what m itself was rounded, n u, for products of errors, and for the
-    comparison. So `looping`, the longest criterion, has 82: sin²θ 49 (`cosines`), 2K 53,
-    p_ψ = C (ψ̇ + φ̇ cosθ) 27; and f at a given height 110.
+    comparison. So `pull`, the longest criterion of a kind, has 83: sin²θ 49
+    (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28; of a detail 152, and f at a given
+    height 112.
     """
 
     __slots__ = ("magnitude", "roundings", "value")
