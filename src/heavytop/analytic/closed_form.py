@@ -11,8 +11,7 @@ from flint import arb
 
 from heavytop.analytic.rising import MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord, Solution
-from heavytop.classification.reduced import Reduced, reduced_from_scene
-from heavytop.classification.signs import ball_of
+from heavytop.classification.reduced import Reduced, ball_of, reduced_from_scene
 from heavytop.numbers.decimals import Context, Number, binary, context
 from heavytop.numbers.intervals import working
 from heavytop.scene.state import State

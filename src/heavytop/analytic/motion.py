@@ -15,8 +15,7 @@ from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, R
 from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
-from heavytop.classification.reduced import FEW_BITS, Reduced, reduced_from_scene
-from heavytop.classification.signs import ball_of
+from heavytop.classification.reduced import FEW_BITS, Reduced, ball_of, reduced_from_scene
 from heavytop.display import Played
 from heavytop.numbers.intervals import working
 from heavytop.scene.arguments import expect, text_of, whole
