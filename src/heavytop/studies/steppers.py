@@ -20,7 +20,7 @@ import numpy as np
 
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.rising import Rising
-from heavytop.classification.reduced import MotionSource
+from heavytop.classification.reduced import ReducedMotion
 from heavytop.comparison.own_steps import OBSERVED, BodyForm
 from heavytop.comparison.steppers import (
     IntegrationFailed,
@@ -329,7 +329,7 @@ class ReferenceSolution:
     formulation: Formulation
     parameters: Mapping[str, Any]
     start: tuple[float, ...]
-    own: Callable[[int, Sequence[Any], Mapping[str, Any]], MotionSource]
+    own: Callable[[int, Sequence[Any], Mapping[str, Any]], ReducedMotion]
     digits: int = DIGITS
     body: BodyForm | None = None
     first_row: tuple[float, ...] = ()
