@@ -19,8 +19,8 @@ from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis
 from heavytop.errors import Impossible, NotANumber, Unseparated, WrongType
-from heavytop.numbers import sqrt
-from heavytop.numbers.intervals import Interval
+from heavytop.exact import sqrt
+from heavytop.exact.balls import Interval
 
 from ..motions import BOOK, CONE, KICKED, SCENES, shipped
 

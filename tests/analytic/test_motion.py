@@ -10,7 +10,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene, ImpossibleStart, NoClosedForm
-from heavytop.numbers.decimals import context
+from heavytop.exact.decimals import context
 
 from ..motions import BOOK, INVERTED, KICKED, SCENES, product, shipped
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import classify
-from heavytop.numbers import Exact, sqrt
+from heavytop.exact import Exact, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

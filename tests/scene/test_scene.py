@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import PI, Exact, cos, sqrt
+from heavytop.exact import PI, Exact, cos, sqrt
 from heavytop.scene.scene import Scene, load_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import PI, Exact
+from heavytop.exact import PI, Exact
 
 
 @st.composite

@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import PI, Exact
-from heavytop.numbers.intervals import Interval, working
+from heavytop.exact import PI, Exact
+from heavytop.exact.balls import Interval, working
 
 middles = st.one_of(
     st.fractions(max_denominator=10**30),

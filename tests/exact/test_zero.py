@@ -4,11 +4,11 @@ import math
 from fractions import Fraction
 
 import pytest
+from heavytop.exact.normal_form import proved_zero
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heavytop.numbers import PI, Exact, cos, sin, sqrt
-from heavytop.numbers.normal_form import proved_zero
+from heavytop.exact import PI, Exact, cos, sin, sqrt
 
 HALF, FOURTH = Fraction(1, 2), sqrt(sqrt(2))
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext, libmp
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import PI, Exact, cos, sin, sqrt
+from heavytop.exact import PI, Exact, cos, sin, sqrt
 
 rationals = st.fractions() | st.fractions(-1000, 1000, max_denominator=1000)
 doubles = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290) | st.just(0.0)
@@ -175,7 +175,7 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
 @pytest.mark.processes
 def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
     code = (
-        "import sys; from heavytop.numbers import Exact, PI, cos, sqrt;"
+        "import sys; from heavytop.exact import Exact, PI, cos, sqrt;"
         "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); (PI - x).sign(); sqrt(x).sign();"
         "str(PI - x); cos(PI).sign();"
         "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
