@@ -76,8 +76,8 @@ def ball_of(x: Exact, known: dict[Exact, arb] | None = None) -> arb:
         elif x.op == "^":
             known[x] = _power(ball_of(x.args[0], known), x.args[1])
         elif x.op in ("+", "*"):
-            a, b = (ball_of(each, known) for each in x.args)
-            known[x] = a + b if x.op == "+" else a * b
+            parts = [ball_of(each, known) for each in x.args]
+            known[x] = sum(parts, arb(0)) if x.op == "+" else math.prod(parts, start=arb(1))
         else:
             known[x] = getattr(ball_of(x.args[0], known), x.op)() if x.args else arb.pi()
     return known[x]

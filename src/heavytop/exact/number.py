@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Context, Decimal
 from fractions import Fraction
+from functools import reduce
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
 from heavytop.errors import NotANumber
@@ -28,6 +29,7 @@ Number: TypeAlias = "int | float | str | Fraction | Decimal | Exact"
 MAX_DECIMAL_EXPONENT: Final = 400
 _LARGEST: Final = 10**300
 _EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
+_SMALL_PRIMES: Final = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47)
 _MAX_MULTIPLE: Final = 16  # of an arc whose cosine is algebraic
 _COSINES: Final = {Fraction(k, 12): n for k, n in ((0, 4), (2, 3), (3, 2), (4, 1), (6, 0))}
 """n by q where cos πq = √n / 2."""
@@ -103,19 +105,26 @@ class Exact:
         return self.args[0] if self.op == "rational" else None
 
     def __add__(self, other: Number) -> Exact:
-        b = _operand(other)
-        (p, x), (q, y) = split(self), split(b)
-        if not p or not q:
-            return self if p else b
-        return _scaled(x, p + q) if x == y else Exact("+", (self, b))
+        total: dict[Exact, Fraction] = {}
+        for term in (*_parts("+", self), *_parts("+", _operand(other))):
+            q, rest = split(term)
+            total[rest] = total[rest] + q if rest in total else q
+        terms = tuple(_scaled(rest, q) for rest, q in total.items() if q)
+        return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else NOTHING
 
     def __mul__(self, other: Number) -> Exact:
-        (p, x), (q, y) = split(self), split(_operand(other))
-        if ONE in (x, y):
-            return _scaled(y if x == ONE else x, p * q)
-        if x == y:
-            return rational(p * q) * x**2
-        return _scaled(Exact("*", (x, y)), p * q)
+        q, factors = _ONE, dict[Exact, Exact]()
+        for factor in (*_parts("*", self), *_parts("*", _operand(other))):
+            if factor.op == "rational":
+                q *= factor.args[0]
+                continue
+            base, exponent = _base_of(factor)
+            known = factors.get(base)
+            factors[base] = factor if known is None else base ** (exponent + _base_of(known)[1])
+        found = [part for factor in factors.values() for part in _parts("*", factor)]
+        q *= math.prod(part.args[0] for part in found if part.op == "rational")
+        rest = tuple(part for part in found if part.op != "rational")
+        return _scaled(Exact("*", rest) if len(rest) > 1 else rest[0] if rest else ONE, q)
 
     def __pow__(self, exponent: int | Fraction) -> Exact:
         if isinstance(exponent, bool) or not isinstance(exponent, (int, Fraction)):
@@ -145,7 +154,7 @@ class Exact:
             return True
         if isinstance(other, Exact):
             alike = self.op == other.op and hash(self) == hash(other)
-            return alike and self.args == other.args
+            return alike and {*self.args} == {*other.args}
         if isinstance(other, (int, float, Fraction)):
             return self.fraction == other
         return NotImplemented
@@ -153,7 +162,7 @@ class Exact:
     def __hash__(self) -> int:
         if self._hash is None:
             q = self.fraction
-            found = hash((self.op, self.args) if q is None else q)
+            found = hash((self.op, frozenset(self.args)) if q is None else q)
             object.__setattr__(self, "_hash", found)
         return self._hash  # type: ignore[return-value]
 
@@ -341,8 +350,8 @@ def _circle_point(x: Exact) -> tuple[Exact, Exact]:
     times, angle = split(x)
     arc = angle.op in ("acos", "atan")
     if x.op == "+" or (arc and 1 < times <= _MAX_MULTIPLE):
-        parts = x.args if x.op == "+" else (angle, x - angle)
-        (c, s), (cosine, sine) = map(_circle_point, parts)
+        first = x.args[0] if x.op == "+" else angle
+        (c, s), (cosine, sine) = map(_circle_point, (first, x - first))
         return cosine * c - sine * s, sine * c + cosine * s
     if times < 0:
         cosine, sine = _circle_point(-x)
@@ -380,24 +389,35 @@ ONE: Final = rational(_ONE)
 PI: Final = Exact("pi", ())
 
 
+def _parts(op: str, x: Exact) -> tuple[Exact, ...]:
+    """The terms of a sum or the factors of a product; of another number itself."""
+    return x.args if x.op == op else (x,)
+
+
+def _base_of(factor: Exact) -> tuple[Exact, Fraction]:
+    return factor.args if factor.op == "^" else (factor, _ONE)
+
+
 def split(x: Exact) -> tuple[Fraction, Exact]:
     """Write x as a rational times what has no rational factor; a rational is times 1."""
     if x.op == "rational":
         return x.args[0], ONE
     if x.op == "*" and x.args[0].op == "rational":
-        return x.args[0].args[0], x.args[1]
+        return x.args[0].args[0], x.args[1] if len(x.args) == 2 else Exact("*", x.args[1:])
     return _ONE, x
 
 
 def _scaled(x: Exact, q: Fraction) -> Exact:
-    """Return q x, of an x that has no rational factor."""
-    if x == ONE or q == 0:
-        return rational(q)
-    return x if q == 1 else Exact("*", (rational(q), x))
+    """Return q x, of an x that has no rational factor; a sum term by term."""
+    if x == ONE or q == 0 or q == 1:
+        return x if q == 1 else rational(q)
+    if x.op == "+":
+        return reduce(Exact.__add__, (term * q for term in x.args))
+    return Exact("*", (rational(q), *_parts("*", x)))
 
 
 def _power(x: Exact, exponent: Fraction) -> Exact:
-    """Return x to the exponent; rational factors are taken out of it."""
+    """Return x to the exponent; rational factors and powers of π are taken out of a root."""
     integer = exponent.denominator == 1
     if exponent < 0 or not integer:
         sign = x.sign()
@@ -408,22 +428,37 @@ def _power(x: Exact, exponent: Fraction) -> Exact:
             raise NotANumber(f"division by {what}")
         if sign == 0:
             return NOTHING
-    q, rest = split(x)
-    if q != 1 and rest != ONE and (integer or q > 0):
-        return _power(rational(q), exponent) * _power(rest, exponent)
     if exponent in (0, 1):
         return x if exponent else ONE
+    if x.op == "rational":
+        power, exponent = divmod(exponent, 1)
+        return rational(x.args[0] ** power) * _root(x.args[0], exponent)
     if x.op == "^" and (integer or x.args[0] == PI or x.args[1].denominator > 1):
         return _power(x.args[0], x.args[1] * exponent)
-    if x.op == "rational":
-        whole, exponent = divmod(exponent, 1)
-        if whole:
-            return rational(q**whole) * _power(x, exponent)
-        k = exponent.denominator
-        root = Fraction(_whole_root(q.numerator, k), _whole_root(q.denominator, k))
-        if root**k == q:
-            return rational(root**exponent.numerator)
+    for factor in _parts("*", x):
+        if factor != x and (integer or _positive(factor)):
+            return _power(factor, exponent) * _power(x / factor, exponent)
     return Exact("^", (x, exponent))
+
+
+def _positive(factor: Exact) -> bool:
+    """Whether a factor is a power of π, or a positive rational."""
+    return factor.args[0] > 0 if factor.op == "rational" else _base_of(factor)[0] == PI
+
+
+def _root(q: Fraction, exponent: Fraction) -> Exact:
+    """Return q > 0 to an exponent in [0, 1), the radicand an integer without small powers."""
+    k = exponent.denominator
+    radicand, outer = q.numerator * q.denominator ** (k - 1), Fraction(1, q.denominator)
+    if (root := _whole_root(radicand, k)) ** k == radicand:
+        radicand, outer = 1, outer * root
+    for prime in _SMALL_PRIMES:
+        while radicand % prime**k == 0:
+            radicand, outer = radicand // prime**k, outer * prime
+    factor = rational(outer**exponent.numerator)
+    return (
+        factor if radicand == 1 else factor * Exact("^", (rational(Fraction(radicand)), exponent))
+    )
 
 
 def _whole_root(n: int, k: int) -> int:
@@ -488,16 +523,16 @@ def written(x: Exact) -> str:
         return _decimal(x.args[0])
     if x.op == "+":
         return " + ".join(map(written, x.args)).replace(" + -", " - ")
+    if x.op == "*":
+        factors = (f"({written(each)})" if each.op == "+" else written(each) for each in x.args)
+        text = "*".join(factors)
+        return f"-{text[3:]}" if text.startswith("-1*") else text
     if x.op == "^":
         base, exponent = x.args
-        return (
-            f"sqrt({written(base)})"
-            if exponent == Fraction(1, 2)
-            else f"({written(base)})^({exponent})"
-        )
-    if x.op == "*":
-        left, right = (f"({written(each)})" if each.op == "+" else written(each) for each in x.args)
-        return f"-{right}" if left == "-1" else f"{left}*{right}"
+        if exponent == Fraction(1, 2):
+            return f"sqrt({written(base)})"
+        text = f"({written(base)})" if base.op in ("rational", "+", "*") else written(base)
+        return f"{text}^{exponent}" if exponent.denominator == 1 else f"{text}^({exponent})"
     return f"{x.op}({written(x.args[0])})" if x.args else x.op
 
 

@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
-from heavytop.exact.number import FUNCTIONS, ONE, PI, Exact, in_range, out_of_range, split
+from heavytop.exact.number import FUNCTIONS, ONE, PI, Exact, in_range, out_of_range
 from heavytop.spelling import harmless
 
 MAX_TEXT: Final = 4000
@@ -133,11 +133,12 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 
 def _limited(x: Exact) -> Exact:
     """The number itself, if it is within the limits, as what it is made of is."""
-    q, rest = split(x)
-    exponent = rest.args[1] if rest.op == "^" else Fraction(1)
-    if _height(q) > _MAX_HEIGHT or _height(exponent) > _MAX_BUILT_POWER:
+    parts = x.args if x.op in ("+", "*") else (x,)
+    if any(part.op == "rational" and _height(part.args[0]) > _MAX_HEIGHT for part in parts) or any(
+        part.op == "^" and _height(part.args[1]) > _MAX_BUILT_POWER for part in parts
+    ):
         raise NotANumber("a number is too large to be held exactly")
-    if x.op == "rational":
+    if (q := x.fraction) is not None:
         return in_range(q)
     size = x.ball(_BITS).abs_upper()
     if size < 1e-300 or size > 1e300:

@@ -19,6 +19,7 @@ from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx, fmpz_poly
 from heavytop.exact.balls import ball_of, working
 from heavytop.exact.number import NOTHING, Exact, Sign, rational, split
 
+Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
 
 _BITS: Final = (64, 256)  # which nearly always tell a sign
@@ -82,20 +83,19 @@ class _Bound:
     def __init__(self) -> None:
         self.roots: dict[Exact, int] = {}
         self.order = 1
-        self._known: dict[Exact, tuple[float, float]] = {}
+        self._known: dict[Exact, Sizes] = {}
 
-    def sizes(self, x: Exact) -> tuple[float, float]:
+    def sizes(self, x: Exact) -> Sizes:
         """The sizes of numerator and denominator; infinite where x is not algebraic."""
         if x not in self._known:
             self._known[x] = self._sizes(x)
         return self._known[x]
 
-    def _sizes(self, x: Exact) -> tuple[float, float]:
+    def _sizes(self, x: Exact) -> Sizes:
         if x.op == "rational":
             return _log2(abs(x.args[0].numerator)), _log2(x.args[0].denominator)
         if x.op in ("+", "*"):
-            (a, b), (c, d) = map(self.sizes, x.args)
-            return (a + c if x.op == "*" else max(a + d, b + c) + 1), b + d
+            return reduce(_add if x.op == "+" else _multiply, map(self.sizes, x.args))
         if x.op == "^":
             return self._power(*x.args)
         if (times := _half_turns(x)) is None:
@@ -103,13 +103,21 @@ class _Bound:
         self.order = math.lcm(self.order, (times / 2).denominator)
         return 1, 1  # 2 cos is an integer, of size 2 like its conjugates
 
-    def _power(self, base: Exact, exponent: Fraction) -> tuple[float, float]:
+    def _power(self, base: Exact, exponent: Fraction) -> Sizes:
         (above, below), k, n = self.sizes(base), exponent.denominator, abs(exponent.numerator)
         if k > 1:
             self.roots[base] = math.lcm(self.roots.get(base, 1), k)
             mean = (max(above, below) + (k - 1) * min(above, below)) / k
             above, below = (mean, below) if above >= below else (above, mean)
         return (n * above, n * below) if exponent > 0 else (n * below, n * above)
+
+
+def _add(x: Sizes, y: Sizes) -> Sizes:
+    return max(x[0] + y[1], x[1] + y[0]) + 1, x[1] + y[1]
+
+
+def _multiply(x: Sizes, y: Sizes) -> Sizes:
+    return x[0] + y[0], x[1] + y[1]
 
 
 def _log2(n: int) -> float:
@@ -172,7 +180,7 @@ class _Field:
         if x.op == "^":
             return self._power(*x.args)
         if x.op in ("+", "*"):
-            return (self._sum if x.op == "+" else self._product)(*map(self._value, x.args))
+            return reduce(self._sum if x.op == "+" else self._product, map(self._value, x.args))
         if _is_constant(x):
             return self._constant(x), self._one
         if x.op in ("cos", "sin"):
