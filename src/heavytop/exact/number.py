@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Context, Decimal
 from fractions import Fraction
-from functools import reduce
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
 from heavytop.errors import NotANumber
@@ -90,6 +90,8 @@ class Exact:
         """
         if isinstance(x, Exact):
             return x
+        if (isinstance(x, float) or type(x) is int) and (x == 0 or 1e-300 < abs(x) < 1e300):
+            return rational(Fraction(x))  # at once, as most are
         if isinstance(x, str):
             from heavytop.exact import parse  # which makes its numbers with what stands here
 
@@ -105,16 +107,20 @@ class Exact:
         return self.args[0] if self.op == "rational" else None
 
     def __add__(self, other: Number) -> Exact:
-        total: dict[Exact, Fraction] = {}
-        for term in (*_parts("+", self), *_parts("+", _operand(other))):
+        b, total = _operand(other), dict[Exact, Fraction]()
+        if self.op == b.op == "rational":
+            return rational(self.args[0] + b.args[0])
+        for term in (*_parts("+", self), *_parts("+", b)):
             q, rest = split(term)
             total[rest] = total[rest] + q if rest in total else q
         terms = tuple(_scaled(rest, q) for rest, q in total.items() if q)
         return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else NOTHING
 
     def __mul__(self, other: Number) -> Exact:
-        q, factors = _ONE, dict[Exact, Exact]()
-        for factor in (*_parts("*", self), *_parts("*", _operand(other))):
+        b, q, factors = _operand(other), _ONE, dict[Exact, Exact]()
+        if self.op == b.op == "rational":
+            return rational(self.args[0] * b.args[0])
+        for factor in (*_parts("*", self), *_parts("*", b)):
             if factor.op == "rational":
                 q *= factor.args[0]
                 continue
@@ -365,6 +371,7 @@ def _circle_point(x: Exact) -> tuple[Exact, Exact]:
     return (Exact("cos", (x,)), Exact("sin", (x,))) if times else (ONE, NOTHING)
 
 
+@lru_cache(64)
 def _cos_pi(q: Fraction) -> Exact:
     """Return cos πq, the angle brought to the first quadrant."""
     q = abs((q + 1) % 2 - 1)
@@ -412,7 +419,7 @@ def _scaled(x: Exact, q: Fraction) -> Exact:
     if x == ONE or q == 0 or q == 1:
         return x if q == 1 else rational(q)
     if x.op == "+":
-        return reduce(Exact.__add__, (term * q for term in x.args))
+        return Exact("+", tuple(term * rational(q) for term in x.args))
     return Exact("*", (rational(q), *_parts("*", x)))
 
 
@@ -480,7 +487,9 @@ FUNCTIONS: Final = {each.__name__: each for each in (sqrt, cos, sin, tan, acos, 
 
 def _operand(x: Any) -> Exact:
     """An operand of the arithmetic; texts are refused here, they must be read on purpose."""
-    if not isinstance(x, (Exact, numbers.Real, Decimal)):
+    if isinstance(x, Exact):
+        return x
+    if not isinstance(x, (numbers.Real, Decimal)):
         raise TypeError(
             f"an exact number is combined with numbers, not with {article(type(x).__name__)}"
         )

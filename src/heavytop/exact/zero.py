@@ -24,7 +24,7 @@ Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
 
 _BITS: Final = (64, 256)  # which nearly always tell a sign
 _MORE_BITS: Final = (1024, 4096)  # for what is not proved to be zero
-_MAX_BITS: Final = 1 << 18  # of a separation bound
+_MAX_BITS: Final = 1 << 17  # of a separation bound
 _MAX_ORDER: Final = 360  # of the root of unity whose real part is a coefficient
 _MAX_TIMES: Final = 256  # of an angle; where more is needed, angles count as unrelated
 _MAX_GENERATORS: Final = 48
@@ -154,7 +154,7 @@ class _Field:
         self._one = ring.constant(1)
         self._relations: list[fmpq_mpoly] = []  # each with a power of one generator in front
         self._constants: dict[int, Exact] = {}  # generators that are algebraic numbers
-        self._circles: dict[Exact, Quotient] = {}
+        self._circles: dict[tuple[Exact, Fraction], Quotient] = {}
         self._roots: list[tuple[fmpq_mpoly, int, fmpq_mpoly]] = []
         self._known: dict[Exact, Quotient] = {}
         self._units = _units(node.args[0] for node in _nodes(x) if node.op in ("cos", "sin"))
@@ -215,7 +215,7 @@ class _Field:
         n = times / unit
         if n.denominator > 1 or n > _MAX_TIMES:
             n, unit = Fraction(1), times
-        if (key := angle * unit) not in self._circles:
+        if (key := (angle, unit)) not in self._circles:
             cosine = self._generator()
             self._circles[key] = cosine, self._adjoined(1 - cosine**2, 2)
         cosine, sine = self._circles[key]
