@@ -540,7 +540,7 @@ def written(x: Exact) -> str:
         base, exponent = x.args
         if exponent == Fraction(1, 2):
             return f"sqrt({written(base)})"
-        text = f"({written(base)})" if base.op in ("rational", "+", "*") else written(base)
+        text = f"({written(base)})" if base.op in ("+", "*") else written(base)
         return f"{text}^{exponent}" if exponent.denominator == 1 else f"{text}^({exponent})"
     return f"{x.op}({written(x.args[0])})" if x.args else x.op
 

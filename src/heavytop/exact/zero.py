@@ -167,7 +167,7 @@ class _Field:
             powers = [value ** int(exponents[i]) for i, value in self._constants.items()]
             term = reduce(Exact.__mul__, powers, rational(Fraction(int(c.p), int(c.q))))
             found[free] = found.get(free, NOTHING) + term
-        return all(coefficient.sign() == 0 for coefficient in found.values())
+        return all(separation(c) <= _MAX_BITS and c.sign() == 0 for c in found.values())
 
     def _value(self, x: Exact) -> Quotient:
         if x not in self._known:
