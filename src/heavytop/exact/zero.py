@@ -17,7 +17,7 @@ from typing import Final, TypeAlias
 from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx, fmpz_poly
 
 from heavytop.exact.balls import ball_of, working
-from heavytop.exact.number import NOTHING, Exact, Sign, rational, split
+from heavytop.exact.number import NOTHING, Exact, Sign, cos, rational, sin, split
 
 Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
@@ -25,6 +25,7 @@ Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
 _BITS: Final = (64, 256)  # which nearly always tell a sign
 _MORE_BITS: Final = (1024, 4096)  # for what is not proved to be zero
 _MAX_BITS: Final = 1 << 17  # of a separation bound
+_MAX_COEFFICIENT_BITS: Final = 1 << 15  # of that of a coefficient, of which there may be many
 _MAX_ORDER: Final = 360  # of the root of unity whose real part is a coefficient
 _MAX_TIMES: Final = 256  # of an angle; where more is needed, angles count as unrelated
 _MAX_GENERATORS: Final = 48
@@ -145,7 +146,7 @@ class _Field:
     """Quotients of polynomials in generators, reduced by what holds among them.
 
     Generators are π, arcs, cosines c and sines s of angles, roots y of polynomials P, and algebraic
-    numbers, of which nothing is assumed. The relations are s² = 1 − c² and yᵏ = P.
+    numbers, of which little is assumed. The relations are s² = 1 − c² and yᵏ = P.
     """
 
     def __init__(self, x: Exact) -> None:
@@ -167,7 +168,7 @@ class _Field:
             powers = [value ** int(exponents[i]) for i, value in self._constants.items()]
             term = reduce(Exact.__mul__, powers, rational(Fraction(int(c.p), int(c.q))))
             found[free] = found.get(free, NOTHING) + term
-        return all(separation(c) <= _MAX_BITS and c.sign() == 0 for c in found.values())
+        return all(separation(c) <= _MAX_COEFFICIENT_BITS and c.sign() == 0 for c in found.values())
 
     def _value(self, x: Exact) -> Quotient:
         if x not in self._known:
@@ -181,8 +182,6 @@ class _Field:
             return self._power(*x.args)
         if x.op in ("+", "*"):
             return reduce(self._sum if x.op == "+" else self._product, map(self._value, x.args))
-        if _is_constant(x):
-            return self._constant(x), self._one
         if x.op in ("cos", "sin"):
             return self._wave(x.op, *split(x.args[0])), self._one
         return self._generator(), self._one
@@ -216,8 +215,11 @@ class _Field:
         if n.denominator > 1 or n > _MAX_TIMES:
             n, unit = Fraction(1), times
         if (key := (angle, unit)) not in self._circles:
-            cosine = self._generator()
+            constant = _is_constant(cos(angle * unit))
+            cosine = self._constant(cos(angle * unit)) if constant else self._generator()
             self._circles[key] = cosine, self._adjoined(1 - cosine**2, 2)
+            if constant:
+                self._constants[len(self._unused)] = sin(angle * unit)
         cosine, sine = self._circles[key]
         if name == "cos":
             return self._reduced(_at(fmpz_poly.chebyshev_t(int(n)), cosine))
@@ -226,20 +228,25 @@ class _Field:
     # --- arithmetic -----------------------------------------------------------------------------
 
     def _power(self, base: Exact, exponent: Fraction) -> Quotient:
-        """A power; the root of N/D is y/D, where yᵏ = N Dᵏ⁻¹ but for a rational factor."""
         n, k = abs(exponent.numerator), exponent.denominator
-        if k > 1 and _is_constant(base):
-            above, below = self._constant(Exact("^", (base, Fraction(1, k)))), self._one
-        else:
-            above, below = self._value(base)
-            if k > 1:
-                radicand = self._product_of([above] + [below] * (k - 1))
-                content = _measure(Fraction(int(c.p), int(c.q)) for c in radicand.coeffs())
-                radicand *= fmpq(content.denominator, content.numerator)
-                root = self._adjoined(radicand, k), below
-                above, below = self._product(root, self._value(rational(content) ** Fraction(1, k)))
+        if exponent == Fraction(1, k) and k > 1:
+            return self._root(base, k)
+        above, below = self._value(base if k == 1 else Exact("^", (base, Fraction(1, k))))
         above, below = self._product_of([above] * n), self._product_of([below] * n)
         return (above, below) if exponent > 0 else (below, above)
+
+    def _root(self, base: Exact, k: int) -> Quotient:
+        """The root of N/D as y/D, where yᵏ = N Dᵏ⁻¹ but for a rational factor."""
+        if _is_constant(base):
+            root = self._constant(Exact("^", (base, Fraction(1, k))))
+            if base.op == "rational":
+                self._relations.append(root**k - int(base.args[0]))
+            return root, self._one
+        above, below = self._value(base)
+        radicand = self._product_of([above] + [below] * (k - 1))
+        content = _measure(Fraction(int(c.p), int(c.q)) for c in radicand.coeffs())
+        root = self._adjoined(radicand * fmpq(content.denominator, content.numerator), k)
+        return self._product((root, below), self._value(rational(content) ** Fraction(1, k)))
 
     def _sum(self, a: Quotient, b: Quotient) -> Quotient:
         shared = a[1].gcd(b[1])
