@@ -439,7 +439,8 @@ def _power(x: Exact, exponent: Fraction) -> Exact:
         return x if exponent else ONE
     if x.op == "rational":
         power, exponent = divmod(exponent, 1)
-        return rational(x.args[0] ** power) * _root(x.args[0], exponent)
+        factor = rational(x.args[0] ** power)
+        return factor * _root(x.args[0], exponent) if exponent else factor
     if x.op == "^" and (integer or x.args[0] == PI or x.args[1].denominator > 1):
         return _power(x.args[0], x.args[1] * exponent)
     for factor in _parts("*", x):
@@ -454,7 +455,7 @@ def _positive(factor: Exact) -> bool:
 
 
 def _root(q: Fraction, exponent: Fraction) -> Exact:
-    """Return q > 0 to an exponent in [0, 1), the radicand an integer without small powers."""
+    """Return q > 0 to an exponent between 0 and 1, the radicand an integer without small powers."""
     k = exponent.denominator
     radicand, outer = q.numerator * q.denominator ** (k - 1), Fraction(1, q.denominator)
     if (root := _whole_root(radicand, k)) ** k == radicand:
