@@ -195,11 +195,11 @@ def drawn(random: random.Random, depth: int) -> Exact:
             return a * b + random.randint(-2, 2)
 
 
-def check_signs(seed: int, count: int) -> dict[int | None, int]:
+def check_signs(seed: int, count: int, depths: range) -> dict[int | None, int]:
     """Signs of random numbers against balls of 4096 bits, and how many there are of each."""
     source, found = random.Random(seed), dict.fromkeys((-1, 0, 1, None), 0)
     for _ in range(count):
-        x = drawn(source, source.randint(1, 3))
+        x = drawn(source, source.choice(depths))
         ball, sign = x.ball(4096), x.sign()
         found[sign] += 1
         if ball > 0 or ball < 0:
@@ -211,12 +211,12 @@ def check_signs(seed: int, count: int) -> dict[int | None, int]:
 
 
 def test_signs_are_those_of_4096_bits() -> None:
-    found = check_signs(seed=20261127, count=400)
-    assert min(found[-1], found[0], found[1]) > 40
+    found = check_signs(seed=20261127, count=300, depths=range(1, 4))
+    assert min(found[-1], found[0], found[1]) > 30
     assert found[None] <= 60, found
 
 
 @pytest.mark.slow
 def test_signs_of_many_are_those_of_4096_bits() -> None:
-    found = check_signs(seed=1, count=100_000)
-    assert found[None] <= 15_000, found
+    found = check_signs(seed=1, count=40_000, depths=range(2))
+    assert found[None] <= 4_000, found
