@@ -104,6 +104,7 @@ def test_signs(x: Exact, sign: int | None) -> None:
         cos(1) - cos(2),
         sin(1) + sin(-2),
         sqrt(1 + cos(1)) - sqrt(2 + 2 * cos(1)),
+        sqrt(1 + cos(1)) - sqrt(2 + cos(1)),
         (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + TINY) * cos(1),
         acos("0.3") - acos("0.4"),
     ],
