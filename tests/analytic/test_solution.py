@@ -28,8 +28,8 @@ from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import _nearest
 from heavytop.classification.reduced import reduced_from_scene, through_poles
 from heavytop.errors import NoClosedForm
-from heavytop.numbers import Exact, cos
-from heavytop.numbers.intervals import working
+from heavytop.exact import Exact, cos
+from heavytop.exact.balls import working
 
 from ..motions import motion, product
 

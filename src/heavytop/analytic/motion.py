@@ -17,7 +17,7 @@ from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FEW_BITS, Reduced, ball_of, reduced_from_scene
 from heavytop.display import Played
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

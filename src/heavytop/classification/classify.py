@@ -10,9 +10,9 @@ from heavytop.classification.kinds import DETAILS, RULES, TAGS, Kind, Rule, Verd
 from heavytop.classification.reduced import MOST_BITS, Real, Reduced, ball_sign
 from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
 from heavytop.classification.why import reason
-from heavytop.numbers import sqrt
-from heavytop.numbers.exact import Exact, Sign
-from heavytop.numbers.intervals import working
+from heavytop.exact import sqrt
+from heavytop.exact.balls import working
+from heavytop.exact.number import Exact, Sign
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

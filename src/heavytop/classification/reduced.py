@@ -17,9 +17,9 @@ from typing import Any, Final, TypeAlias
 from flint import arb, fmpq
 
 from heavytop.errors import Impossible, Unseparated
-from heavytop.numbers import ONE, PI, Exact, Number, cos, normal_form, sqrt
-from heavytop.numbers.exact import Sign, rational_value
-from heavytop.numbers.intervals import Interval, above, rational_ball, working
+from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
+from heavytop.exact.balls import Interval, above, rational_ball, working
+from heavytop.exact.number import Sign, rational, rational_value
 from heavytop.scene.arguments import wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -463,9 +463,7 @@ def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
 
 
 def _exact(q: fmpq | Fraction) -> Exact:
-    if isinstance(q, Fraction):
-        return Exact(normal_form.rational(q))
-    return Exact(normal_form.rational(Fraction(int(q.p), int(q.q))))  # of any size
+    return rational(q if isinstance(q, Fraction) else Fraction(int(q.p), int(q.q)))  # of any size
 
 
 def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:

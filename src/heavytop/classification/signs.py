@@ -21,8 +21,8 @@ from heavytop.classification.reduced import (
     ball_sign,
     reduced_from_scene,
 )
-from heavytop.numbers.exact import Sign
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
+from heavytop.exact.number import Sign
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -11,7 +11,7 @@ from flint import arb
 from heavytop.classification.kinds import DETAILS, SO, Number, Rule
 from heavytop.classification.reduced import MOST_BITS
 from heavytop.classification.signs import SIGN_BITS, SceneSigns
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
 
 _BITS: Final = (SIGN_BITS, 256, 1024, MOST_BITS)
 _GOOD_BITS: Final = 20  # of a number of 4 digits

@@ -23,7 +23,7 @@ from heavytop.errors import Impossible, MissingPackage
 if TYPE_CHECKING:
     from heavytop.comparison.steppers import TopConstants
     from heavytop.equations.formulation import Formulation
-    from heavytop.numbers.double_double import Array
+    from heavytop.exact.pairs import Array
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
 

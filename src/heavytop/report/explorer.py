@@ -16,8 +16,8 @@ from heavytop.classification import kinds
 from heavytop.classification.kinds import Kind, Number
 from heavytop.classification.why import general_reason
 from heavytop.errors import BadScene, Fault, NotANumber
+from heavytop.exact import Exact
 from heavytop.files import write_text
-from heavytop.numbers import Exact
 from heavytop.plots.sphere import PUSH, STILL
 from heavytop.plots.style import EVENTS, KINDS, PATH
 from heavytop.report.page import rendered

@@ -12,7 +12,7 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from heavytop.numbers.parse import UNITS
+from heavytop.exact.parse import UNITS
 
 Known: TypeAlias = Mapping[str, Any]
 Row: TypeAlias = tuple[str, ...]

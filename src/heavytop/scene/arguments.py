@@ -17,9 +17,10 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
+from heavytop.exact import Exact, Number
+from heavytop.exact.number import written
+from heavytop.exact.parse import ANGLES, RATES
 from heavytop.names import LONGEST, article, listed, nearest
-from heavytop.numbers import Exact, Number
-from heavytop.numbers.parse import ANGLES, RATES
 from heavytop.spelling import cut, harmless
 
 T = TypeVar("T")
@@ -69,7 +70,7 @@ def _a(kind: type) -> str:
 
 def short(x: Exact) -> str:
     """Return a number for a message, exactly where that is short, so that it can be copied."""
-    exact = str(Exact(x.terms))
+    exact = written(x)
     return exact if x.fraction is not None and len(exact) <= 24 else f"{float(x):.17g}"
 
 

@@ -13,8 +13,8 @@ from typing import Any, Final, NoReturn
 
 from heavytop.display import Shown
 from heavytop.errors import BadScene, Fault
+from heavytop.exact import Exact, Number
 from heavytop.names import closest, nearest
-from heavytop.numbers import Exact, Number
 from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE, TABLES
 from heavytop.scene.state import State
@@ -137,13 +137,7 @@ class Scene(Shown):
         }
 
     def to_toml(self) -> str:
-        """The text of a scene file that `read_scene` reads back to an equal scene.
-
-        Raises
-        ------
-        NotANumber
-            The scene was built in Python with cosines or sines, which no scene file can say.
-        """
+        """The text of a scene file that `read_scene` reads back to an equal scene."""
         return scene_file.written(self.tables())
 
     def document(self) -> dict[str, Any]:

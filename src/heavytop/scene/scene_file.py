@@ -14,9 +14,9 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, Final
 
-from heavytop.errors import Fault, Impossible, NotANumber
+from heavytop.errors import Fault, Impossible
+from heavytop.exact import Exact
 from heavytop.names import nearest
-from heavytop.numbers import Exact
 from heavytop.scene import arguments
 from heavytop.scene.arguments import NumberText, Range, Reader, Refused, Wrong, faults
 from heavytop.scene.quantities import QUANTITIES, RATES
@@ -258,8 +258,6 @@ def _toml(value: object) -> str:
     text = str(value)
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(_toml, value))}]"
-    if isinstance(value, Exact) and ("cos(" in text or "sin(" in text):
-        raise NotANumber(f"a scene file holds no cosines or sines, so it cannot say {text}")
     plain = isinstance(value, Exact) and _BARE.fullmatch(text) and len(text) <= _LONGEST_BARE
     if plain or isinstance(value, int | float):
         return text

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal, TypeAlias, get_args
 
 from heavytop.display import Shown
 from heavytop.errors import ImpossibleStart
-from heavytop.numbers import PI, Exact, Number, cos, sin, sqrt
+from heavytop.exact import PI, Exact, Number, cos, sin, sqrt
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Wrong, as_call, exact_numbers, one_of, set_fields, short
 from heavytop.scene.top import Top

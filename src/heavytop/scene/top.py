@@ -15,7 +15,7 @@ from typing import Any, TypedDict, Unpack
 
 from heavytop.display import Shown
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
-from heavytop.numbers import PI, Exact, Number
+from heavytop.exact import PI, Exact, Number
 from heavytop.scene.arguments import Wrong, as_call, exact_numbers, not_positive, set_fields, short
 
 ALUMINIUM = Exact.of(2700)

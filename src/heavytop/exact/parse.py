@@ -14,27 +14,28 @@ from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
-from heavytop.numbers.exact import ONE, PI, Exact, in_range, out_of_range, sqrt
-from heavytop.numbers.normal_form import terms
+from heavytop.exact.number import FUNCTIONS, ONE, PI, Exact, in_range, out_of_range
 from heavytop.spelling import harmless
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
 MAX_TOKENS: Final = 500
 _MAX_HEIGHT: Final = 2**16384  # of any rational,
-_MAX_POWER: Final = 64  # of an exponent as it is written, and
-_MAX_BUILT_POWER: Final = 4096  # of one that results
+_MAX_POWER: Final = 64  # of an exponent and its denominator as they are written, and
+_MAX_BUILT_POWER: Final = 4096  # of what results
 _BITS: Final = 128  # to which an irrational number is known when its size is checked
 
 ANGLES: Final = ("deg", "rad")
 RATES: Final = ("rpm", "deg/s", "rad/s")
 UNITS: Final = dict(zip(ANGLES + RATES, (PI / 180, ONE, PI / 30, PI / 180, ONE), strict=True))
 
-RULE: Final = "a number may use digits, pi, sqrt( ), + - * / ** (or ^) and parentheses"
+RULE: Final = (
+    f"a number may use digits, pi, {', '.join(FUNCTIONS)}, + - * / ** (or ^) and parentheses"
+)
 
 _UNIT: Final = re.compile(r"(?<![^\W\d_])(?:deg/s|rad/s|rpm|deg|rad)$")
 _TOKEN: Final = re.compile(
-    r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|(?:sqrt\s*)?\(|\*\*|\w+|\S"
+    r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|(?:a?cos|a?sin|a?tan|sqrt)\s*\(|\(|\*\*|\w+|\S"
 )
 _DIGITS: Final = frozenset(".0123456789")
 _PLAIN: Final = str.maketrans({"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi "})
@@ -93,7 +94,7 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
         inner = _expression(tokens, depth=depth + 1)
         if (end := tokens.pop()) != ")":
             raise _Unexpected(end)
-        value = inner if token == "(" else _limited(sqrt(inner))
+        value = _limited(FUNCTIONS[token[:-1].rstrip()](inner)) if token[:-1] else inner
     elif token == "pi":
         value = PI
     elif token[:1] in _DIGITS:
@@ -109,8 +110,10 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
 def _power(base: Exact, exponent: Exact) -> Exact:
     """Return base to the exponent, which has to be small."""
     e = exponent.fraction
-    if e is None or e.denominator > 2 or abs(e) > _MAX_POWER:
-        raise NotANumber(f"an exponent is whole, or half of it, and at most {_MAX_POWER}")
+    if e is None or _height(e) > _MAX_POWER:
+        raise NotANumber(
+            f"an exponent is a whole number or a fraction p/q, both at most {_MAX_POWER}"
+        )
     return base**e
 
 
@@ -129,10 +132,12 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 
 
 def _limited(x: Exact) -> Exact:
-    """The number itself, if it is within the limits."""
-    for monomial, c in terms(x.terms):
-        if _height(c) > _MAX_HEIGHT or any(abs(n) > _MAX_BUILT_POWER for _, n in monomial):
-            raise NotANumber("a number is too large to be held exactly")
+    """The number itself, if it is within the limits, as what it is made of is."""
+    parts = x.args if x.op in ("+", "*") else (x,)
+    if any(part.op == "rational" and _height(part.args[0]) > _MAX_HEIGHT for part in parts) or any(
+        part.op == "^" and _height(part.args[1]) > _MAX_BUILT_POWER for part in parts
+    ):
+        raise NotANumber("a number is too large to be held exactly")
     if (q := x.fraction) is not None:
         return in_range(q)
     size = x.ball(_BITS).abs_upper()
