@@ -129,8 +129,8 @@ def test_numbers_beyond_doubles_are_written_with_their_exponents():
 @pytest.mark.parametrize(
     ("start", "symbol"),
     [
-        (State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1), "sin θ"),
-        (State(1, phidot="sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1), "E′ − gMR p_φ/p_ψ"),
+        (State("sqrt(cos(2)^2)+cos(2)", psidot=1), "sin θ"),
+        (State(1, phidot="sqrt(cos(2)^2)+cos(2)", psidot=1), "E′ − gMR p_φ/p_ψ"),
     ],
 )
 def test_what_is_undecided_names_the_open_sign_and_its_bound(start, symbol):
