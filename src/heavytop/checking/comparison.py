@@ -26,6 +26,7 @@ ROUNDS: Final = 30
 FOLDED: Final = 1e-9  # rad beyond [0, π] that nobody minds
 FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
 STILL: Final = 1e-3  # rad: motions that are smaller say little
+MOVES: Final = 0.05  # rad that a motion moves at least, to say anything
 OCTAVE_ROWS: Final = 8  # that are looked at of each octave
 SLOWEST: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
 START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
@@ -272,6 +273,8 @@ def decades(c: Comparison, windows: Octaves) -> dict[str, float]:
     axis, attitude = c.reference.moved
     moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
     squares = (errors / (errors + moved + STILL)) ** 2
+    if moved.max() < MOVES:  # as if time were frozen: everything fits that
+        squares[:] = 1.0
     means = np.log10(np.add.reduceat(squares, windows.starts, axis=1) / windows.counts).mean(axis=1)
     names = (name.removesuffix("_body") for name in c.errors)
     return dict(zip(names, (means / 2).tolist(), strict=True))

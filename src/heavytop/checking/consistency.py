@@ -10,7 +10,7 @@ from heavytop.checking.comparison import FOLDED, fold, norm
 from heavytop.checking.reading import Data
 
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
-JUMP: Final = 0.8  # of a turn, from which on a step of an angle is a wrap
+JUMP: Final = 0.5  # of a turn, from which on a step of an angle is a wrap
 
 
 def prepare(data: Data) -> Data:

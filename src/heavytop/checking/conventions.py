@@ -204,6 +204,7 @@ WORLDS: Final = {  # the data's x, y, z in those of the package
     "x-up": "z x y",
     "x-down": "-z y x",
 }
+UPSIDE: Final = ", the body's axis too"
 MIRROR: Final = np.diag([1.0, -1.0, 1.0])
 
 
@@ -266,12 +267,13 @@ def _worlds(names: tuple[str, ...], mirrored: bool) -> Callable[[Comparison], Un
                 there = _turned(c, space, body)
                 if not _upright(there):
                     continue
-                yield f"{_letters(space.T)}", there
+                down = UPSIDE if carried and name in ("y-down", "x-down") else ""
+                yield f"{_letters(space.T)}{down}", there
                 quarter = round(_azimuth(there) / QUARTER) * QUARTER
                 if quarter:
                     about = np.rint(_about(quarter))
                     other = _turned(there, about, about.T if carried else np.eye(3))
-                    yield f"{_letters((about @ space).T)} ", other
+                    yield f"{_letters((about @ space).T)}{down} ", other
             if not mirrored and c.matrix is not None:
                 there = _turned(c, np.eye(3), up)
                 if _upright(there):
@@ -426,7 +428,7 @@ _WORLD: Final = "the data's x, y, z are the package's {}"
 TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _time_origin),
     Convention("milliseconds", "the times are in milliseconds{:.0}", _scaled_time(1e-3)),
-    Convention("time-scale", "time runs backwards: {}", _scaled_time(-1), cost=1.3, rare=True),
+    Convention("time-scale", "time runs backwards: {}", _scaled_time(-1), cost=1.5, rare=True),
     Convention("time-scale", "the times have to be multiplied by {}", _scaled_time(2, 0.5)),
     Convention("time-scale", "the times need the factor {}", _scaled_time(*_SCALES), rare=True),
     Convention("gravity-sign", "gravity has the other sign: gMR and −gMR are exchanged{}",
@@ -447,9 +449,11 @@ TABLE: Final = (
     Convention("elevation", "the tilt is an elevation above the horizontal{}", _elevation),
     Convention("from-below", "the tilt is counted from below{}", _from_below),
     Convention("y-up", f"y is up: {_WORLD}", _worlds(("y-up",), False)),
-    Convention("z-down", f"z is down: {_WORLD}", _worlds(("z-down",), False), cost=1.3),
+    Convention("z-down", f"z is down: {_WORLD}", _worlds(("z-down",), False), cost=1.5),
     Convention("axes-permuted", _WORLD, _worlds(_PERMUTED, False)),
     Convention("mirrored", f"the world is mirrored: {_WORLD}", _worlds(("",), True)),
+    Convention("y-up+mirrored", f"y is up, and the world is mirrored: {_WORLD}",
+               _worlds(("y-up",), True), cost=2.0),
     Convention("axis-with-spin", "the axis is drawn with the spin angle: it turns {}",
                _axis_with_spin),
     Convention("azimuth-origin", "φ is counted from another axis, turned by {}°", _azimuth_origin),
@@ -458,3 +462,10 @@ TABLE: Final = (
                _inertia, True, rare=True),
 )  # fmt: skip
 LAST: Final = len(TABLE) - 1  # the row of a fit, which takes longer
+TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
+DOWN_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
+
+
+def cost(row: int, words: str) -> float:
+    """How many names a variant counts for: above 1 where others are likelier to do the same."""
+    return TABLE[row].cost + TURN_COST * words.endswith(" ") + DOWN_COST * (UPSIDE in words)

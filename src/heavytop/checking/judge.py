@@ -122,7 +122,7 @@ def check(
         columns=given.columns,
         conventions=named,
         alternatives=tuple(
-            tuple(Finding(step.name, step.sentence, None) for step in each.steps)
+            tuple(Finding(x, step.sentence, None) for step in each.steps for x in step.names)
             for each in verdict.alike
         ),
         method=method.describe_method(judged, curves, agent) | {"no_phase": no_phase},
@@ -134,15 +134,15 @@ def check(
 
 def _agent(verdict: Verdict, comparison: Comparison) -> tuple[tuple[Finding, ...], Comparison, str]:
     """The conventions that are sure, the data without them, and the motor or friction in words."""
-    steps = [step for step in verdict.best.steps if step.name in verdict.sure]
+    steps = [step for step in verdict.best.steps if verdict.sure.issuperset(step.names)]
     described = [step for step in steps if not TABLE[step.row].physics]
-    turned = [step for step in steps if step in described or step.name == "spin-sign"]
+    turned = [step for step in steps if step in described or "spin-sign" in step.names]
     for some in (described, turned):  # what else acts explains what other physics seemed to
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
-            named = [Finding(s.name, s.sentence, verdict.gain(s)) for s in some]
+            named = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
             return (*named, Finding(*agent, None)), judged, agent[1]
-    found = [Finding(step.name, step.sentence, verdict.gain(step)) for step in steps]
+    found = [Finding(x, s.sentence, verdict.gain(s)) for s in steps for x in s.names]
     found.sort(key=lambda x: -(x.gain or 0))
     return tuple(found), undo(comparison, steps), ""
 

@@ -81,7 +81,9 @@ class Count(NamedTuple):
 
 def nutates(c: Comparison) -> bool:
     """Whether the exact tilt swings above rounding."""
-    return float(np.ptp(c.exact.theta)) > STEADY
+    if (roots := c.motion.roots) is None:
+        return float(np.ptp(c.exact.theta)) > STEADY
+    return bool(np.ptp(np.arccos(np.clip(roots[:2], -1, 1))) > STEADY)
 
 
 def measure_phase(c: Comparison) -> tuple[Array, Array, Phase | None, float | None, str]:
@@ -221,7 +223,7 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
 
 def _exponent(c: Comparison, last: float) -> float:
     """The power of the step, in units of the nutation, that the error a unit of time is."""
-    if not nutates(c) or not c.motion.period:
+    if not last or not nutates(c) or not c.motion.period:
         return np.inf
     frequency = 2 * np.pi / c.motion.period
     step, span = frequency * np.median(np.diff(c.since)), frequency * (c.since[-1] - c.since[0])

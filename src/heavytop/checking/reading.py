@@ -139,19 +139,18 @@ def choose_columns(
     """The meaning of every column that is understood; no two have the same."""
     found: dict[str, Meaning] = {}
     for key, column in chosen.items():
-        named, unit = column.strip(), None
-        if named not in names:
-            named, _, text = named.partition("[")
-            named, unit = named.strip(), parse_unit(text.rstrip("] "), key)
-            spelled = [name for name in names if name.partition("[")[0].strip() == named]
-            named = named if named in names or not spelled else spelled[0]
+        named = column.strip()
+        plain, _, text = named.partition("[")
+        spelled = [x for x in names if x.partition("[")[0].strip() == plain.strip()]
+        named = named if named in names or not spelled else spelled[0]
+        unit = parse_unit((text or named.partition("[")[2]).rstrip("] "), key)
         if not (meaning := next(iter(meanings(key)), None)):
             faults.add("1", "no quantity has this name (theta, phi, psi, axis_x, qw, …)", key)
         elif named not in names:
             faults.add("1", f"no such column {nearest(named, names)}".rstrip(), named)
         else:
             own = next(iter(meanings(named)), meaning).unit
-            found[named] = meaning._replace(unit=unit or own or meaning.unit)
+            found[named] = meaning._replace(unit=unit if "[" in column + named else own)
     taken = {(meaning.quantity, meaning.component) for meaning in found.values()}
     possible = {name: meanings(name) for name in names if name not in found}
     for quantity in ("t", *SHAPES, *POSITIONS[:4], "thetadot", "phidot", "psidot", "elevationdot"):

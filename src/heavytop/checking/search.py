@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from heavytop.checking.comparison import Comparison, Octaves, decades, octaves
-from heavytop.checking.conventions import LAST, TABLE
+from heavytop.checking.conventions import LAST, TABLE, cost
 from heavytop.errors import HeavyTopError
 
 CLEAR: Final = 0.5  # decades, mean of all octaves, by which one explanation beats another clearly
@@ -19,6 +19,7 @@ LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
 GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
 FITTING: Final = -5.0  # decades: nothing is looked for
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
+NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
 MOST_NAMES: Final = 5
 DENSE_ROWS: Final = 200  # the first, where the start is that of the data
 MOST_ROWS: Final = 1000
@@ -33,9 +34,9 @@ class Step(NamedTuple):
     cost: float
 
     @property
-    def name(self) -> str:
-        """Such as ``y-up``."""
-        return TABLE[self.row].name
+    def names(self) -> tuple[str, ...]:
+        """Such as ``y-up``; two of what is undone at once."""
+        return tuple(TABLE[self.row].name.split("+"))
 
     @property
     def sentence(self) -> str:
@@ -52,7 +53,7 @@ class Explanation(NamedTuple):
     @property
     def names(self) -> frozenset[str]:
         """The names of its conventions."""
-        return frozenset(step.name for step in self.steps)
+        return frozenset(name for step in self.steps for name in step.names)
 
     @property
     def cost(self) -> float:
@@ -75,7 +76,7 @@ class Verdict(NamedTuple):
 
     def gain(self, step: Step) -> float | None:
         """How many times smaller the misfit of everything is with a convention undone."""
-        rest, best = self.best.names - {step.name}, self.best.misfit
+        rest, best = self.best.names - {*step.names}, self.best.misfit
         without = [x for x in self.found if x.names == rest]
         if not without:
             return None
@@ -106,12 +107,12 @@ def explain(comparison: Comparison) -> Verdict:
     found, best = [base], base
     every = [k for k in range(len(TABLE)) if k != LAST]
     often = [k for k in every if not TABLE[k].rare]
-    for level in range(1, MOST_NAMES + 1):
+    for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
         if _fitting(best) or (level > 2 and len(best.steps) < level - 1):
             break
         if level == 1:
             found += _tried(some, [(k,) for k in every], windows)
-        elif level == 2 and comparison.origin != "fitted":
+        elif level == 2:
             found += _tried(some, combinations(often, 2), windows)
         for each in sorted(found, key=_total)[: EXTENDED * (level > 1)]:
             found += _extended(some, each, every, windows)
@@ -154,7 +155,7 @@ def judge(found: Sequence[Explanation]) -> Verdict:
         if not any(
             other.names == each.names
             or (other.names < each.names and not _better(each, other))
-            or (other.cost < each.cost and _as_good(other, each))
+            or (other.cost < each.cost - NEARLY and _as_good(other, each))
             for other in kept
         ):
             kept.append(each)
@@ -202,7 +203,7 @@ def _tried(
         states: list[tuple[tuple[Step, ...], Comparison]] = [((), some)]
         for row in rows:
             states = [
-                ((*steps, Step(row, k, words, TABLE[row].cost + 0.3 * words.endswith(" "))), after)
+                ((*steps, Step(row, k, words, cost(row, words))), after)
                 for steps, before in states
                 for k, (words, after) in enumerate(_variants(row, before))
                 if k == (fixed or {}).get(row, k)
