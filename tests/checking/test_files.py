@@ -65,7 +65,9 @@ def table(path, header, columns, between=",", comma=".", encoding="utf-8"):
     with path.open("w", encoding=encoding, newline="") as file:
         rows = csv.writer(file, delimiter=between)
         rows.writerow(header)
-        rows.writerows([f"{x:.14g}".replace(".", comma) for x in row] for row in zip(*columns))
+        rows.writerows(
+            [f"{x:.14g}".replace(".", comma) for x in row] for row in zip(*columns, strict=True)
+        )
     return path
 
 
@@ -167,7 +169,7 @@ OWN = {
     german: ({"degrees"}, 11),
     french: ({"degrees", "rpm", "milliseconds"}, 11),
     precession_called_psi: ({"degrees", "exchanged-angles"}, 11),
-    game_engine: ({"inverse-rotation"}, 12),
+    game_engine: ({"inverse-rotation"}, 0),
     rates_in_rpm: ({"rpm"}, 11),
     undeclared_milliseconds: ({"milliseconds"}, 12),
     depression: ({"degrees", "elevation", "from-below", "azimuth-origin"}, 11),

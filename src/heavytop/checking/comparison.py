@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -40,10 +40,27 @@ class Reference:
 
     def __init__(self, motion: Motion, t: Array) -> None:
         self.record = motion.at(t)
-        self.sine = np.sin(self.record.theta)
-        self.rotation = matrices(self.record.quaternion)
-        self.omega_body = np.einsum("nji,nj->ni", self.rotation, self.record.omega)
-        self.fastest = float(norm(self.omega_body).max()) or 1.0
+
+    @cached_property
+    def sine(self) -> Array:
+        """Of the tilt."""
+        return np.sin(self.record.theta)
+
+    @cached_property
+    def rotation(self) -> Array:
+        """The attitude as matrices."""
+        return matrices(self.record.quaternion)
+
+    @cached_property
+    def omega_body(self) -> Array:
+        """The angular velocity in the body."""
+        found: Array = np.einsum("nji,nj->ni", self.rotation, self.record.omega)
+        return found
+
+    @cached_property
+    def fastest(self) -> float:
+        """The largest angular velocity."""
+        return float(norm(self.record.omega).max()) or 1.0
 
     def angle(self, name: str) -> Array:
         """An Euler angle, φ and ψ modulo 2π."""
@@ -55,6 +72,15 @@ class Reference:
         """How far the axis, and the attitude, are from those of the first time."""
         axis = self.record.axis
         return norm(axis - axis[0]), norm(self.rotation - self.rotation[0]) / np.sqrt(2)
+
+
+VECTORS: Final[Mapping[str, Callable[[Reference, Top], Array]]] = {
+    "axis": lambda at, top: at.record.axis,
+    "vertical": lambda at, top: at.rotation[:, 2],
+    "omega": lambda at, top: at.record.omega,
+    "omega_body": lambda at, top: at.omega_body,
+    "momentum_body": lambda at, top: at.omega_body * moments(top),
+}
 
 
 @lru_cache(maxsize=64)
@@ -205,7 +231,7 @@ class Comparison:
         """How far off the data are at each time, by what they give [rad, or of the largest]."""
         folded = replace(self, data=fold(self.data))
         exact, values, reference = self.exact, folded.data.values, self.reference
-        fastest, found = reference.fastest, dict[str, Array]()
+        found = dict[str, Array]()
         if self.matrix is not None:
             found["attitude"] = norm(self.matrix - reference.rotation) / np.sqrt(2)
         for name in ANGLES:
@@ -215,18 +241,12 @@ class Comparison:
         for name in RATES:
             if (mine := folded.rate(name)) is not None:
                 other = getattr(exact, name)
-                scale = max(float(abs(other).max()), SLOWEST * fastest)
+                scale = max(float(abs(other).max()), SLOWEST * reference.fastest)
                 found[name] = abs(mine - other) / scale
-        momentum = reference.omega_body * moments(self.top)
-        for name, other, scale in (
-            ("axis", exact.axis, 1.0),
-            ("vertical", reference.rotation[:, 2], 1.0),
-            ("omega", exact.omega, fastest),
-            ("omega_body", reference.omega_body, fastest),
-            ("momentum_body", momentum, float(norm(momentum).max()) or 1.0),
-        ):
-            if name in values:
-                found[name] = norm(values[name] - other) / scale
+        for name in [name for name in VECTORS if name in values]:
+            other = VECTORS[name](reference, self.top)
+            scale = 1.0 if name in ("axis", "vertical") else float(norm(other).max()) or 1.0
+            found[name] = norm(values[name] - other) / scale
         return found
 
     def off(self) -> Array:
