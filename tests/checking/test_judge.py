@@ -34,6 +34,7 @@ def test_the_closed_form_itself_has_all_its_digits(name):
     assert all(size.max < 1e-12 for size in found.errors.values())
     assert found.phase is None or abs(found.phase.last) < 1e-14
     assert found.growth["phase"] is found.slip is None
+    assert found.conventions == found.alternatives == ()
     assert all(x.data is None or x.exact <= x.data <= x.exact_most for x in found.events.values())
 
 
@@ -58,10 +59,18 @@ def test_the_growth_of_a_phase_error_is_measured(power, size):
     assert abs(found.growth["phase"] - power) < 0.05
 
 
-def test_the_phase_of_a_steady_top_is_that_of_its_precession():
+def test_a_steady_top_has_no_phase_and_no_turns():
     start = State.steady(TOP, "0.5", 200)
     data = {"t": TIMES, "axis": exact(TIMES + 1e-4, TOP, start).axis}
-    assert near(check(data, Scene(TOP, start, time=3)).phase.last, 1e-4)
+    found = check(data, Scene(TOP, start, time=3))
+    assert (found.phase, found.events["turning"].data) == (None, 0)
+    assert found.method["no_phase"] == "no nutation: no phase"
+
+
+def test_rows_once_a_period_have_no_phase_and_no_counts():
+    t = PERIOD * np.arange(3000)
+    found = check({"t": t, "theta": exact(t * (1 + 1e-6)).theta}, SCENE)
+    assert (found.phase, found.events["turning"].data) == (None, None)
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-2])

@@ -72,18 +72,31 @@ def test_the_document_and_its_chart(mine):
     assert list(below.lines[0].get_ydata()) == document["curves"]["phase"]
 
 
-def test_where_no_known_mistake_fits_it_says_what_to_try(mine, tmp_path):
-    """Of a run from another start; good data have no such line."""
-    hint = "no known mistake fits: halve the step or the tolerance; if the error stays, compare"
-    assert hint not in heavytop_(*mine).stdout
-    found = heavytop_(*mine, "--set", "start.phidot=-14.9")
+def test_of_another_start_no_convention_is_named(mine, tmp_path):
+    found = heavytop_(*mine, "--set", "start.phidot=-14.9", "--json")
     assert found.exit_code == 0, found.output
-    assert "phidot = -14.9" in found.stdout
-    assert hint in found.stdout
+    document = json.loads(found.stdout)
+    assert document["conventions"] == document["alternatives"] == []
+    assert document["scene"]["start"]["phidot"] == -14.9
     (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
     alone = heavytop_(*mine[:3], tmp_path / "top.toml", *mine[4:], "--set", "top.gMR=0.0456")
     assert alone.exit_code == 0, alone.output
     assert "fitted: theta = 0.1, " in alone.stdout
+
+
+def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked(tmp_path):
+    t = np.linspace(0, 2, 201)
+    x, y, z = Motion(KICKED.top, KICKED.start).at(t).axis.T
+    path = tmp_path / "mine.csv"
+    rows = np.stack([t, x, z, -y], axis=1)
+    np.savetxt(path, rows, delimiter=",", header="t,x,y,z", comments="", fmt="%.17g")
+    words = ("check", path, "--scene", "sicm-kicked", "--digits", 12, "--json")
+    found, undone = heavytop_(*words), heavytop_(*words, "--as", "y-up")
+    document = json.loads(found.stdout)
+    assert (found.exit_code, undone.exit_code) == (5, 0)
+    assert [each["name"] for each in document["conventions"]] == ["y-up"]
+    assert document["digits_as_given"] < 1 < 12 < document["digits"]
+    assert heavytop_(*words, "--as", "up").exit_code == 3
 
 
 def test_a_change_needs_a_scene(mine):

@@ -3,6 +3,7 @@
 import contextlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,12 +18,13 @@ from .pages_agree import BLOCK, NUMBER, agree
 
 DOCS = Path(__file__).parents[2] / "docs"
 SESSION = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
+FILES = Path(__file__).parents[1] / "checking" / "data"
 ANY = "###"
 LEFT_OUT = "…"
 PAGES = {  # how many commands there are, and the exit codes of those that end otherwise than by 0
     "first-ten-minutes.md": (13, [3, 2, 3]),
     "bring-your-integrator.md": (3, [3]),
-    "check-a-trajectory.md": (1, [5]),
+    "check-a-trajectory.md": (4, [5]),
     "reference-values.md": (1, []),
 }
 
@@ -99,6 +101,7 @@ def test_a_page_shows_what_happens(page, tmp_path, monkeypatch):
     if page == "check-a-trajectory.md":  # which writes the file that is checked
         with contextlib.redirect_stdout(None):
             exec(compile(block[1], page, "exec"), {})
+        shutil.copytree(FILES, tmp_path, dirs_exist_ok=True)
     codes = [0]
     for command, shown in steps(text):
         code, printed = typed(command, codes[-1])

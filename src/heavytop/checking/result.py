@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
-from heavytop.checking.data import ANGLES, RATES, Array, plain
-from heavytop.checking.problem import Origin
-from heavytop.checking.slips import SOUGHT, Slip
+from heavytop.checking.comparison import ANGLES, RATES, Origin
+from heavytop.checking.method import Count, Phase
+from heavytop.checking.reading import Array
 from heavytop.display import Plotted
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -17,24 +17,13 @@ from heavytop.spelling import harmless
 SCHEMA: Final = "heavytop/check/1"
 CHARTED: Final = 1000  # rows in the document
 MOST_NAMED: Final = 6  # columns that are ignored, in a line
-UNKNOWN: Final = (
-    "no known mistake fits: halve the step or the tolerance; if the error stays, compare A, C, gMR "
-    "and the start"
-)
 MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 START: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
-UNITS: Final = {
-    "axis": "a length",
-    "energy": "of max(|E'|, gMR)",
-    "p_phi": "relative",
-    "p_psi": "relative",
-}
-EVENTS: Final = {  # what they are called, and what has to be told for them
-    "turning": ("turning points", ("theta",)),
-    "reversal": ("reversals", ("phi",)),
-    "cusp": ("cusps", ("theta", "phi")),
-}
+UNITS: Final = {"axis": "a length", "energy": "of max(|E'|, gMR)"} | dict.fromkeys(
+    ("p_phi", "p_psi"), "relative"
+)
+EVENTS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
 
 
 class Size(NamedTuple):
@@ -42,10 +31,8 @@ class Size(NamedTuple):
 
     Attributes
     ----------
-    max : float
-        Its largest magnitude [rad, or relative].
-    rms : float
-        Its root mean square.
+    max, rms : float
+        Its largest magnitude, its root mean square [rad, or relative].
     t_max : float
         When it is largest [s].
     """
@@ -55,41 +42,40 @@ class Size(NamedTuple):
     t_max: float
 
 
-class Phase(NamedTuple):
-    """How far ahead the data run.
+class Finding(NamedTuple):
+    """A convention that the data are written in, or what they lack.
 
     Attributes
     ----------
-    last : float
-        Of the nutation, or of the precession where the tilt is steady, near the end [s].
-    rms : float
-        The root mean square, of windows of whole periods [s].
-    max : float
-        The one of largest magnitude [s].
-    t : float
-        When the last is [s]: the middle of the last period, or of some.
+    name : str
+        Such as ``degrees`` or ``y-up``.
+    sentence : str
+        The same for a person, with its numbers.
+    gain : float or None
+        How many times smaller the misfit is when it is undone; None where a header declares it.
     """
 
-    last: float
-    rms: float
-    max: float
-    t: float
+    name: str
+    sentence: str
+    gain: float | None
 
 
-class Count(NamedTuple):
-    """How many events of a kind there are.
+class Slip(NamedTuple):
+    """The first of the conventions.
 
     Attributes
     ----------
-    data : int or None
-        In the data; None where their rows are too far apart to count.
-    exact, exact_most : int
-        In the exact motion, proved; two numbers where one may lie at an end of the data.
+    name, sentence : str
+        As of `Finding`.
+    error_before, error_after : float or None
+        The RMS error of the data as they are, None where they fit no motion, and what is left
+        when all conventions are undone.
     """
 
-    data: int | None
-    exact: int
-    exact_most: int
+    name: str
+    sentence: str
+    error_before: float | None
+    error_after: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,10 +93,12 @@ class Check(Plotted):
     origin : {"scene", "first row", "fitted"}
         Where that start is from.
     errors : mapping from str to Size
-        By quantity, as far as the data tell it: axis, theta, phi (precession), psi (spin) [rad];
-        energy E' of max(|E'|, gMR), p_phi and p_psi of the larger momentum.
-    digits : float
-        Decimal digits of the axis, or of the first angle that is told, where they are fewest.
+        By quantity, as far as the data give it and conventions are undone: axis, theta, phi
+        (precession), psi (spin) [rad]; energy E' of max(|E'|, gMR), p_phi and p_psi of the larger
+        momentum.
+    digits, digits_as_given : float
+        Decimal digits of everything that is compared, where they are fewest: with the conventions
+        undone, and as the data are.
     phase : Phase or None
         How far the data run ahead; None where they do not tell it.
     growth : mapping from str to (float or None)
@@ -122,8 +110,16 @@ class Check(Plotted):
         digit [rad].
     columns : mapping from str to str
         Of every column the quantity that was taken from it; empty where none was.
+    conventions : tuple of Finding
+        Those that are sure, the one of the largest gain first; then those that headers declare.
+    alternatives : tuple of tuples of Finding
+        Where several explain the data alike: each of them.
+    method : mapping
+        Order, what is conserved, the floor of the precision, and a sentence.
+    assumed : tuple of str
+        What was done to the data, and found in them.
     slip : Slip or None
-        The usual slip that explains the error.
+        The first of the conventions.
     curves : mapping from str to array
         The errors at the times ``t`` [s], in their units, and ``phase`` [s] at ``phase_t`` [s].
     """
@@ -134,16 +130,21 @@ class Check(Plotted):
     origin: Origin
     errors: Mapping[str, Size]
     digits: float
+    digits_as_given: float
     phase: Phase | None
     growth: Mapping[str, float | None]
     events: Mapping[str, Count]
     condition: float
     columns: Mapping[str, str]
+    conventions: tuple[Finding, ...]
+    alternatives: tuple[tuple[Finding, ...], ...]
+    method: Mapping[str, Any]
+    assumed: tuple[str, ...]
     slip: Slip | None
     curves: Mapping[str, Array] = field(repr=False)
 
     def __str__(self) -> str:
-        return "\n".join(f"{name:14}  {text}" for name, text in told(self.document()))
+        return "\n".join(f"{name:14}  {text}" for name, text in lines(self.document()))
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/check/1``; of long curves some rows."""
@@ -166,71 +167,102 @@ class Check(Plotted):
                 "columns": {name: quantity or None for name, quantity in self.columns.items()},
                 "read_as": [*dict.fromkeys(x for x in self.columns.values() if x not in ("", "t"))],
             },
+            "assumed": [*self.assumed],
             "errors": errors | {"phase_s": None if self.phase is None else self.phase._asdict()},
             "growth": dict(self.growth),
-            "events": {name: count._asdict() for name, count in self.events.items()},
+            "events": {
+                name: self.events[name]._asdict() if name in self.events else None
+                for name in EVENTS
+            },
             "condition": self.condition,
             "digits": self.digits,
+            "digits_as_given": self.digits_as_given,
+            "conventions": [each._asdict() for each in self.conventions],
+            "alternatives": [
+                {"names": [x.name for x in each], "sentence": "; ".join(x.sentence for x in each)}
+                for each in self.alternatives
+            ],
+            "method": dict(self.method),
             "slip": None if self.slip is None else self.slip._asdict(),
             "curves": {n: [None if x != x else x for x in curve] for n, curve in some.items()},
         }
 
 
-def told(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def lines(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Labels and texts: what a document ``heavytop/check/1`` says to a person.
 
     Parameters
     ----------
     document : mapping
     """
-    known = {name: size for name, size in document["errors"].items() if size is not None}
-    phase, of = known.pop("phase_s", None), document["data"]
-    start = (f"{k} = {value:.10g}" for k, value in document["scene"]["start"].items() if value)
+    of, method = document["data"], document["method"]
+    yield "verdict", _verdict(document)
     yield "data", "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**of)
     yield "columns", _columns(of["columns"])
+    start = (f"{k} = {value:.10g}" for k, value in document["scene"]["start"].items() if value)
     yield "start", f"{ORIGINS[document['origin']]}: {', '.join(start)}"
-    yield "digits", f"{document['digits']:.1f}"
-    for name, size in known.items():
-        unit = UNITS.get(name, "rad")
-        yield name, "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e} ({unit})".format(unit=unit, **size)
-    if phase is not None:
+    for text in document["assumed"]:
+        yield "assumed", harmless(text)
+    for each in document["conventions"]:
+        gain = "" if each["gain"] is None else f" (undoing it: misfit {each['gain']:.1e} smaller)"
+        yield "convention", f"{each['name']}: {each['sentence']}{gain}"
+    for each in document["alternatives"]:
+        yield "could be", f"{' and '.join(each['names']) or 'none'}: {each['sentence']}"
+    given = document["digits_as_given"]
+    yield (
+        "digits",
+        f"{document['digits']:.1f}" + f" ({given:.1f} as given)" * bool(document["conventions"]),
+    )
+    sizes = {name: document["errors"].get(name) for name in MEASURED}
+    for name, size in sizes.items():
+        if size is not None:
+            unit = UNITS.get(name, "rad")
+            yield (
+                name,
+                "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e} ({unit})".format(unit=unit, **size),
+            )
+    if (phase := document["errors"]["phase_s"]) is not None:
         way, power = "behind" if phase["last"] < 0 else "ahead", document["growth"]["phase"]
         grows = "" if power is None else f", grows as t^{power:.1f}"
         yield "phase", f"{abs(phase['last']):.2e} s {way} at t = {phase['t']:g} s{grows}"
-    for name, count in document["events"].items():
-        plural, needed = EVENTS[name]
-        lacking = " and ".join(x for x in needed if x not in known)
-        found = f"{lacking} is not in the data" if lacking else "too few rows to count"
-        found = found if count["data"] is None else str(count["data"])
-        exact, most = count["exact"], count["exact_most"]
-        exact = f"{exact} to {most}" if most > exact else f"{exact}"
-        yield plural, f"{found}; exact {exact}"
+    elif method["no_phase"]:
+        yield "phase", method["no_phase"]
+    for name, plural in EVENTS.items():
+        if (count := document["events"].get(name)) is not None:
+            lacks = name != "turning" and document["errors"]["phi"] is None
+            yield plural, "no φ in the data" if lacks else _count(count)
+    kept = [f"{x} {method[x]}" for x in ("energy", "p_phi", "p_psi") if method.get(x)]
+    yield "method", "; ".join([method["sentence"], *kept])
     change = "effect of a change in the last binary digit of the problem"
     yield "conditioning", f"{document['condition']:.1e} rad: {change}"
-    if (slip := document["slip"]) is not None:
-        before, after = slip["error_before"], slip["error_after"]
-        smaller = "inf" if before is None else f"{before / after:.1e}"
-        mended = f"undoing it makes the error {smaller} times smaller ({slip['digits']:.1f} digits)"
-        yield "slip", f"{slip['name']}: {slip['sentence']}; {mended}"
-    elif _misfit(known) > max(SOUGHT, document["condition"]):
-        yield "slip", UNKNOWN
 
 
-def _misfit(errors: Mapping[str, Any]) -> float:
-    """The RMS error by which a slip is looked for: that of the axis, or of the first angle told."""
-    return next((float(errors[name]["rms"]) for name in ("axis", *ANGLES) if name in errors), 0.0)
+def _verdict(document: Mapping[str, Any]) -> str:
+    """Two sentences: what the data are written in, and how good they are then."""
+    names = [each["name"] for each in document["conventions"]]
+    others = [" and ".join(each["names"]) or "none" for each in document["alternatives"]]
+    first = f"Conventions: {', '.join(names)}." if names else "No convention has to be undone."
+    if others:
+        first = f"{first if names else ''} It could be {' or '.join(others)}.".strip()
+    end: str = document["method"]["sentence"]
+    return f"{first} The data have {document['digits']:.1f} digits then: {end}."
+
+
+def _count(count: Mapping[str, Any]) -> str:
+    """How many events there are in the data, beside the proved number."""
+    found = "too few rows to count" if count["data"] is None else str(count["data"])
+    exact, most = count["exact"], count["exact_most"]
+    return f"{found}; exact {exact}" + (f" to {most}" if most > exact else "")
 
 
 def _columns(columns: Mapping[str, str | None]) -> str:
     """The columns that were used, and the others, or the first of very many."""
     ignored = [name for name, quantity in columns.items() if not quantity]
-    known = ", ".join(
-        harmless(name if plain(name).startswith(plain(quantity)) else f"{name} ({quantity})")
-        for name, quantity in columns.items()
-        if quantity
+    used = ", ".join(
+        harmless(f"{name} ({q})" if q != name else name) for name, q in columns.items() if q
     )
     if not ignored:
-        return known
+        return used
     more = len(ignored) - MOST_NAMED
     others = ", ".join(map(harmless, ignored[:MOST_NAMED]))
-    return f"{known}; ignored: {others}" + (f" and {more} more" if more > 0 else "")
+    return f"{used}; ignored: {others}" + (f" and {more} more" if more > 0 else "")

@@ -47,7 +47,8 @@ def validate(
 
 DATA: Final = "A table (.csv, .tsv, .npz, .mat, .nc or .h5), or the folder of a run."
 SUBJECT: Final = "Scene of the data, such as sicm-kicked, or a file with only a table [top]."
-COLUMNS: Final = "Your names of the columns, such as t=Zeit,theta=tilt."
+COLUMNS: Final = "Your names of the columns, such as t=Zeit,theta=tilt [deg]."
+UNDONE: Final = "Conventions under which the data are judged, such as y-up,degrees."
 ENOUGH: Final = "Exit with code 5 if the data have fewer digits than D, such as 6."
 FILES: Final = {"check.json", "check.svg", "check.png"}
 CHARTS: Final = (".svg", ".png", ".pdf")
@@ -62,11 +63,12 @@ def check(
     data: Annotated[Path, Argument(metavar="DATA", help=DATA)],
     scene: Annotated[str | None, OF] = None,
     columns: Annotated[str | None, option("NAME=COLUMN,…", COLUMNS)] = None,
+    undone: Annotated[str | None, option("NAMES", UNDONE, "--as")] = None,
     digits: Annotated[float | None, option("D", ENOUGH)] = None,
     file: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
     changes: options.Changes = None,
 ) -> None:
-    """Compare your trajectory with the exact motion; name mistakes."""
+    """Compare your trajectory with the exact motion; name conventions and mistakes."""
     from heavytop.checking.judge import check as judge
     from heavytop.checking.judge import subject
 
@@ -83,11 +85,12 @@ def check(
     if changes and scene is None:
         raise BadParameter("needs a --scene to change", param_hint="--set")
     of = scene if scene is None else subject(scene, changes or ())
-    found = judge(data, of, {name: column for name, _, column in pairs})
+    taken = options.names("--as", undone) or ()
+    found = judge(data, of, {name: column for name, _, column in pairs}, taken)
     document = found.document()
     ends = []
-    if digits is not None and found.digits < digits:
-        said = f"{digits:g} digits were requested; the data have {found.digits:.1f}"
+    if digits is not None and found.digits_as_given < digits:
+        said = f"{digits:g} digits were requested; the data have {found.digits_as_given:.1f}"
         ends.append((Exit.OUT_OF_BOUND, said))
     answer(document, lambda: print(found, flush=True))  # in the alphabet of the terminal
     if file is not None:

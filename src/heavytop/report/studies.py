@@ -368,10 +368,10 @@ def _map(document: Known) -> Iterator[Row]:
 
 
 def check_parts(document: Known) -> Iterator[Line]:
-    """The errors of the trajectory, its events, and the slip that explains them."""
-    from heavytop.checking.result import told  # which brings numpy along
+    """The errors of the trajectory, its events, and the conventions that explain them."""
+    from heavytop.checking.result import lines  # which brings numpy along
 
-    return told(document)
+    return lines(document)
 
 
 # --- claims --------------------------------------------------------------------------------------

@@ -49,11 +49,16 @@ class CheckResult(Result, Plotted):
     scene: Mapping[Text, Text | Values]
     origin: Text
     data: CheckedData
+    assumed: tuple[Text, ...] = ()
     errors: Mapping[Text, Values | None]
     growth: Values
-    events: Mapping[Text, Values]
+    events: Mapping[Text, Values | None]
     condition: Number
     digits: Number
+    digits_as_given: Number
+    conventions: tuple[Values, ...]
+    alternatives: tuple[Mapping[Text, Text | tuple[Text, ...]], ...]
+    method: Values
     slip: Values | None
     curves: Mapping[Text, Column]
 

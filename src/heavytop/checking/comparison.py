@@ -1,0 +1,438 @@
+"""A trajectory beside the exact motion: what is compared, and where the motion starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import Any, Final, Literal, NamedTuple
+
+import numpy as np
+
+from heavytop.analytic.motion import Motion
+from heavytop.checking.reading import Array, Data
+from heavytop.errors import HeavyTopError, Impossible
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+ANGLES: Final = ("theta", "phi", "psi")
+RATES: Final = ("thetadot", "phidot", "psidot")
+FIRST_FITTED: Final = 12  # rows that a fit begins with
+FITTED: Final = 1000  # rows that it ends with
+FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
+STEP: Final = 1e-7  # of a difference quotient
+ROUNDS: Final = 30
+FOLDED: Final = 1e-9  # rad beyond [0, π] that nobody minds
+FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
+STILL: Final = 1e-3  # rad: motions that are smaller say little
+MOVES: Final = 0.05  # rad that a motion moves at least, to say anything
+OCTAVE_ROWS: Final = 8  # that are looked at of each octave
+SLOWEST: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
+START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
+LACKING: Final = "none follows from {} alone: give a scene with a start, or theta and phi"
+
+Origin = Literal["scene", "first row", "fitted"]
+
+
+class Reference:
+    """The exact motion at some times, with what data are compared with."""
+
+    def __init__(self, motion: Motion, t: Array) -> None:
+        self.record = motion.at(t)
+
+    @cached_property
+    def sine(self) -> Array:
+        """Of the tilt."""
+        return np.sin(self.record.theta)
+
+    @cached_property
+    def rotation(self) -> Array:
+        """The attitude as matrices."""
+        return matrices(self.record.quaternion)
+
+    @cached_property
+    def omega_body(self) -> Array:
+        """The angular velocity in the body."""
+        found: Array = np.einsum("nji,nj->ni", self.rotation, self.record.omega)
+        return found
+
+    @cached_property
+    def fastest(self) -> float:
+        """The largest angular velocity."""
+        return float(norm(self.record.omega).max()) or 1.0
+
+    def angle(self, name: str) -> Array:
+        """An Euler angle, φ and ψ modulo 2π."""
+        found: Array = getattr(self.record, name if name == "theta" else f"{name}_mod")
+        return found
+
+    @cached_property
+    def moved(self) -> tuple[Array, Array]:
+        """How far the axis, and the attitude, are from those of the first time."""
+        axis = self.record.axis
+        return norm(axis - axis[0]), norm(self.rotation - self.rotation[0]) / np.sqrt(2)
+
+
+VECTORS: Final[Mapping[str, Callable[[Reference, Top], Array]]] = {
+    "axis": lambda at, top: at.record.axis,
+    "vertical": lambda at, top: at.rotation[:, 2],
+    "omega": lambda at, top: at.record.omega,
+    "omega_body": lambda at, top: at.omega_body,
+    "momentum_body": lambda at, top: at.omega_body * moments(top),
+}
+
+
+@lru_cache(maxsize=64)
+def _motion(top: Top, start: State) -> Motion:
+    return Motion(top, start)
+
+
+@lru_cache(maxsize=64)
+def _reference(top: Top, start: State, times: bytes) -> Reference:
+    return Reference(_motion(top, start), np.frombuffer(times))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Data, and the motion that they are held against; without a start it is that of the data."""
+
+    data: Data
+    top: Top
+    given: State | None
+
+    @property
+    def origin(self) -> Origin:
+        """Where the start is from."""
+        if self.given is not None:
+            return "scene"
+        return "fitted" if self.spin is None or self.axis is None else "first row"
+
+    @cached_property
+    def start(self) -> State:
+        """The start: the given one, that of the first row, or the one that fits best."""
+        if self.given is not None:
+            return self.given
+        return first_row(self) if self.origin == "first row" else _fitted(self)
+
+    @property
+    def motion(self) -> Motion:
+        """The exact motion."""
+        return _motion(self.top, self.start)
+
+    @property
+    def since(self) -> Array:
+        """Times since the start [s]."""
+        return self.data.t - (0.0 if self.given is not None else self.data.t[0])
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The exact motion at the times of the data."""
+        if self.data.t.size > FITTED:
+            return Reference(self.motion, self.since)
+        return _reference(self.top, self.start, self.since.tobytes())
+
+    @property
+    def exact(self) -> Any:
+        """The record of that."""
+        return self.reference.record
+
+    def updated(self, **values: Array | None) -> Comparison:
+        """The same of data with other values; None takes one away."""
+        other = replace(self, data=self.data.updated(**values))
+        if self.given is not None:  # the same motion at the same times
+            other.__dict__["reference"] = self.reference
+        return other
+
+    def rows(self, which: Any) -> Comparison:
+        """The same of some rows, with the start of all."""
+        data = self.data.rows(which)
+        if self.given is None:
+            data = replace(data, t=data.t - self.data.t[0])
+        return replace(self, data=data, given=self.start)
+
+    @cached_property
+    def matrix(self) -> Any:
+        """The attitude as matrices (n, 3, 3) from body to space, or None."""
+        q = self.data.values.get("quaternion")
+        return self.data.values.get("matrix") if q is None else matrices(q)
+
+    @cached_property
+    def axis(self) -> Any:
+        """The symmetry axis (n, 3) in space, or None."""
+        if self.matrix is not None:
+            return self.matrix[:, :, 2]
+        if "axis" in self.data.values:
+            return self.data.values["axis"]
+        theta, phi = self.angle("theta"), self.data.values.get("phi")
+        return None if theta is None or phi is None else axes(theta, phi)
+
+    def angle(self, name: str) -> Any:
+        """An Euler angle [rad], or None; continuous only where it is given."""
+        values = self.data.values
+        if name in values:
+            return values[name]
+        if name == "theta" and "elevation" in values:
+            return np.pi / 2 - values["elevation"]
+        across = self.matrix[:, 2] if self.matrix is not None else values.get("vertical")
+        if name == "psi":
+            return None if across is None else np.arctan2(across[:, 0], across[:, 1])
+        e = self.matrix[:, :, 2] if self.matrix is not None else values.get("axis")
+        if name == "phi":
+            return None if e is None else np.arctan2(e[:, 0], -e[:, 1])
+        e = across if e is None else e
+        return None if e is None else np.arctan2(np.hypot(e[:, 0], e[:, 1]), e[:, 2])
+
+    def rate(self, name: str) -> Any:
+        """The rate of an Euler angle [rad/s], or None."""
+        if name == "thetadot" and "elevationdot" in self.data.values:
+            return -self.data.values["elevationdot"]
+        return self.data.values.get(name)
+
+    @cached_property
+    def omega_body(self) -> Any:
+        """The angular velocity (n, 3) in the body [rad/s], or None."""
+        values = self.data.values
+        if "omega" in values and self.attitude is not None:
+            return np.einsum("nji,nj->ni", self.attitude, values["omega"])
+        if "momentum_body" in values and "omega_body" not in values and self.top.C != 0:
+            return values["momentum_body"] / moments(self.top)
+        return values.get("omega_body")
+
+    @cached_property
+    def attitude(self) -> Any:
+        """The attitude as matrices, also from angles, or None."""
+        angles = [self.angle(name) for name in ANGLES]
+        if self.matrix is not None or any(x is None for x in angles):
+            return self.matrix
+        return rotations(*angles)
+
+    @cached_property
+    def spin(self) -> tuple[Array, Array, Array, Array] | None:
+        """Return cosθ, |ė|², ω₃ and ω_z: what energy and momenta are made of, or None."""
+        theta, rates = self.angle("theta"), [self.rate(name) for name in RATES]
+        if theta is not None and not any(x is None for x in rates):
+            thetadot, phidot, psidot = rates
+            across, omega3 = phidot * np.sin(theta), psidot + phidot * np.cos(theta)
+            upright = across * np.sin(theta) + omega3 * np.cos(theta)
+            return np.cos(theta), thetadot**2 + across**2, omega3, upright
+        if "omega" in self.data.values and self.axis is not None:
+            omega, e = self.data.values["omega"], self.axis
+            omega3, across = (omega * e).sum(axis=1), np.cross(omega, e)
+            return e[:, 2], (across**2).sum(axis=1), omega3, omega[:, 2]
+        w, g = self.omega_body, self.data.values.get("vertical")
+        g = self.attitude[:, 2] if g is None and self.attitude is not None else g
+        if w is None or g is None:
+            return None
+        return g[:, 2], w[:, 0] ** 2 + w[:, 1] ** 2, w[:, 2], (w * g).sum(axis=1)
+
+    @cached_property
+    def errors(self) -> dict[str, Array]:
+        """How far off the data are at each time, by what they give [rad, or of the largest]."""
+        folded = replace(self, data=fold(self.data))
+        exact, values, reference = self.exact, folded.data.values, self.reference
+        found = dict[str, Array]()
+        if self.matrix is not None:
+            found["attitude"] = norm(self.matrix - reference.rotation) / np.sqrt(2)
+        for name in ANGLES:
+            if name in values or (name == "theta" and "elevation" in values):
+                weight = 1.0 if name == "theta" else reference.sine
+                found[name] = weight * abs(wrapped(folded.angle(name) - reference.angle(name)))
+        for name in RATES:
+            if (mine := folded.rate(name)) is not None:
+                other = getattr(exact, name)
+                scale = max(float(abs(other).max()), SLOWEST * reference.fastest)
+                found[name] = abs(mine - other) / scale
+        for name in [name for name in VECTORS if name in values]:
+            other = VECTORS[name](reference, self.top)
+            scale = 1.0 if name in ("axis", "vertical") else float(norm(other).max()) or 1.0
+            found[name] = norm(values[name] - other) / scale
+        return found
+
+    def off(self) -> Array:
+        """How far the axis is off, a row at each time."""
+        off: Array = self.axis - self.exact.axis
+        return off
+
+    @cached_property
+    def misfit(self) -> float:
+        """The RMS of that; infinite where there is no such motion."""
+        try:
+            return float(np.sqrt((self.off() ** 2).sum(axis=1).mean()))
+        except HeavyTopError:
+            return np.inf
+
+
+class Octaves(NamedTuple):
+    """Rows of every octave of their numbers, so that early ones weigh most."""
+
+    rows: Any
+    starts: Any
+    counts: Any
+
+
+def octaves(size: int) -> Octaves:
+    """Some rows of every octave: the first, the second, two more, four more, …"""
+    edges = [0, *(2**k for k in range(int(np.log2(size)) + 1)), size]
+    each = [
+        np.unique(np.linspace(a, b - 1, min(b - a, OCTAVE_ROWS)).astype(int))
+        for a, b in pairwise(edges)
+        if b > a
+    ]
+    counts = np.array([rows.size for rows in each])
+    return Octaves(np.concatenate(each), np.cumsum(counts) - counts, counts)
+
+
+def decades(c: Comparison, windows: Octaves) -> dict[str, float]:
+    """How far off each quantity is, of how far the motion has moved: its decades, mean of octaves.
+
+    An error that an integrator makes grows from nothing with the motion, one of a convention is
+    there from the first row on, or as large as the motion.
+    """
+    errors = np.array([*c.errors.values()]) + FLOOR
+    axis, attitude = c.reference.moved
+    moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
+    squares = (errors / (errors + moved + STILL)) ** 2
+    if moved.max() < MOVES:  # as if time were frozen: everything fits that
+        squares[:] = 1.0
+    means = np.log10(np.add.reduceat(squares, windows.starts, axis=1) / windows.counts).mean(axis=1)
+    names = (name.removesuffix("_body") for name in c.errors)
+    return dict(zip(names, (means / 2).tolist(), strict=True))
+
+
+# --- geometry ------------------------------------------------------------------------------------
+
+
+def wrapped(angle: Array) -> Array:
+    """An angle in [−π, π]."""
+    return angle - 2 * np.pi * np.rint(angle / (2 * np.pi))
+
+
+def norm(vectors: Array) -> Array:
+    """The length of each row, of a vector or of a matrix."""
+    flat = vectors.reshape(len(vectors), -1)
+    found: Array = np.sqrt(np.einsum("ni,ni->n", flat, flat))
+    return found
+
+
+def moments(top: Top) -> Array:
+    """The principal moments about the pivot."""
+    return np.array([float(top.A), float(top.A), float(top.C)])
+
+
+def axes(theta: Array, phi: Array) -> Array:
+    """The symmetry axis of a tilt and an azimuth."""
+    sine = np.sin(theta)
+    return np.stack([sine * np.sin(phi), -sine * np.cos(phi), np.cos(theta)], axis=-1)
+
+
+def matrices(quaternion: Array) -> Array:
+    """The rotation of quaternions, scalar first, of any length."""
+    w, x, y, z = (quaternion / norm(quaternion)[:, None]).T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def rotations(theta: Array, phi: Array, psi: Array) -> Array:
+    """Rz(φ) Rx(θ) Rz(ψ)."""
+    plus, minus, c, s = (phi + psi) / 2, (phi - psi) / 2, np.cos(theta / 2), np.sin(theta / 2)
+    parts = c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)
+    return matrices(np.stack(parts, axis=-1))
+
+
+def fold(data: Data) -> Data:
+    """The data with θ in [0, π]: beyond, φ and ψ turn by π and θ̇ changes its sign."""
+    theta = data.values.get("theta")
+    if theta is None or ((theta > -FOLDED) & (theta < np.pi + FOLDED)).all():
+        return data
+    reduced = np.mod(theta, 2 * np.pi)
+    out = reduced > np.pi
+    turned = {n: data.values[n] + np.pi * out for n in ("phi", "psi") if n in data.values}
+    turned |= {n: data.values[n] * (1 - 2 * out) for n in ("thetadot",) if n in data.values}
+    return data.updated(theta=np.where(out, 2 * np.pi - reduced, reduced), **turned)
+
+
+# --- the start -----------------------------------------------------------------------------------
+
+
+def first_row(c: Comparison) -> State:
+    """The start that the first row gives."""
+    first = replace(c, data=c.data.rows(slice(0, 1)))
+    angles = {name: first.angle(name) for name in ANGLES}
+    state = {name: float(angle[0]) for name, angle in angles.items() if angle is not None}
+    if all(c.rate(name) is not None for name in RATES):
+        return State(**state, **{name: float(c.rate(name)[0]) for name in RATES})
+    omega = first.data.values.get("omega")
+    if omega is None:
+        omega = np.einsum("nij,nj->ni", first.attitude, first.omega_body)
+    axis, omega = first.axis[0], omega[0]
+    if not (sine := np.hypot(*axis[:2])):
+        raise Impossible([("start", "a first row whose axis is not vertical")])
+    speed = np.cross(omega, axis)
+    phidot = float(axis[0] * speed[1] - axis[1] * speed[0]) / sine**2
+    thetadot = -float(speed[2]) / sine
+    return State(**state, thetadot=thetadot, phidot=phidot, omega3=float(omega @ axis))
+
+
+def _fitted(c: Comparison) -> State:
+    """The start of the motion that comes nearest to the data, from more and more of them."""
+    if c.axis is None:
+        raise Impossible([("start", LACKING.format(", ".join(c.data.values)))])
+    guess = first_row(c.updated(omega=_omega(c), axis=c.axis))
+    some = c.data.rows(np.s_[:: -(-c.data.t.size // FITTED)])
+    some = replace(some, t=some.t - some.t[0])
+
+    def state(p: Array) -> State:
+        return State(**dict(zip(START, p, strict=True)), psi=guess.psi)
+
+    def tried(p: Array, rows: int) -> Comparison:
+        return Comparison(some.rows(slice(0, rows)), c.top, state(p))
+
+    best = fit(tried, np.array([float(getattr(guess, name)) for name in START]), some.t.size)
+    if not tried(best, some.t.size).misfit < FITS:
+        rule = "no start fits these data: give a scene with a start, or add rates"
+        raise Impossible([("start", rule)])
+    return state(best)
+
+
+def _omega(c: Comparison) -> Array:
+    """The angular velocity by differences of the first rows.
+
+    A e × ë + C ω₃ ė = −gMR e × ẑ gives ω₃.
+    """
+    A, C, gMR = (float(getattr(c.top, name)) for name in ("A", "C", "gMR"))
+    t, axis = c.data.t[:FIRST_FITTED], c.axis[:FIRST_FITTED]
+    speed = np.gradient(axis, t, axis=0, edge_order=2)
+    faster = np.gradient(speed, t, axis=0, edge_order=2)
+    torque = A * np.cross(axis, faster) + gMR * np.cross(axis, [0.0, 0.0, 1.0])
+    inner = slice(2, -2)
+    omega3 = -(speed * torque)[inner].sum() / (C * (speed * speed)[inner].sum() or 1.0)
+    omega: Array = np.cross(axis, speed) + omega3 * axis
+    return omega
+
+
+def fit(tried: Callable[[Array, int], Comparison], p: Array, rows: int) -> Array:
+    """Parameters that fit best by Gauss and Newton, over twice as many rows each time."""
+    many = FIRST_FITTED
+    while True:
+        many = min(many, rows)
+        for _ in range(ROUNDS):
+            here = tried(p, many)
+            if not np.isfinite(here.misfit):
+                return p
+            off, size = here.off().ravel(), np.maximum(abs(p), 1e-3)
+            moved = p + STEP * np.diag(size)
+            slopes = np.array([tried(q, many).off().ravel() - off for q in moved]) / STEP
+            step = size * np.linalg.lstsq(slopes.T, -off, rcond=None)[0]
+            shorter = (p + step / 4**k for k in range(8))
+            better = next((q for q in shorter if tried(q, many).misfit < here.misfit), None)
+            if better is None:
+                break
+            p = better
+        if many == rows or not tried(p, many).misfit < FITS:
+            return p
+        many *= 2

@@ -1,0 +1,333 @@
+"""How the errors of data grow: phase, order, what is conserved, events, the motion's condition."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from heavytop.analytic.enclosure import EVENTS, enclose
+from heavytop.analytic.motion import Motion
+from heavytop.checking.comparison import ANGLES, Comparison, wrapped
+from heavytop.checking.reading import Array
+from heavytop.errors import HeavyTopError
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+ULP: Final = Fraction(1, 2**53)
+LOOKS: Final = 8  # times at which the motion's own condition is looked at,
+LOOK_DIGITS: Final = 40  # in so many digits
+WINDOWS: Final = 100  # of time, at most, in each of which there is one phase
+WINDOW_ROWS: Final = 5  # at least
+ROUNDED: Final = 1e-15  # an error of such size does not tell how it grows
+LEAST_PHASE: Final = 1e-14  # of the time: what rounding leaves
+CERTAIN: Final = 3.0  # standard errors from which on a phase is told from 0
+FEWEST: Final = 5  # phases whose growth is fitted,
+REACH: Final = 4.0  # over times that are in such a ratio,
+SURE: Final = 0.2  # and whose exponent has at most this standard error
+STEADY: Final = 1e-9  # rad: a swing of the tilt that is smaller is no nutation
+ONE_PHASE: Final = 0.98  # how alike the phases of rows are that show one phase only
+FEW_ROWS: Final = 6  # a period, below which events are not counted
+FAINT: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
+NOISE: Final = 1e-12  # rad, likewise
+AT_REST: Final = 0.01  # of the greatest rate: the axis stands still at a cusp
+HELD: Final = 0.02  # of what it would vary by: ψ̇ is constant
+DECAY: Final = 0.01  # of the spin, from which on friction is named
+STRAIGHT: Final = 0.03  # of a decay, by which it may be no exponential
+FIRST_ORDER: Final = 1.6  # an exponent of the step below it
+LARGEST_STEP: Final = 0.5  # of a radian of nutation, beyond which an error has no order
+EXACT: Final = 1e-12  # an error below it is rounding
+COARSE: Final = 1e-3  # an error above it is no precision of numbers
+REMEDY: Final = "halve the step or the tolerance; if the error stays, compare A, C, gMR and start"
+
+
+class Phase(NamedTuple):
+    """How far ahead the data run.
+
+    Attributes
+    ----------
+    last, rms, max : float
+        Near the end, the root mean square, the one of largest magnitude [s].
+    t : float
+        When the last is [s].
+    """
+
+    last: float
+    rms: float
+    max: float
+    t: float
+
+
+class Count(NamedTuple):
+    """How many events of a kind there are.
+
+    Attributes
+    ----------
+    data : int or None
+        In the data; None where their rows are too far apart to count.
+    exact, exact_most : int
+        In the exact motion, proved; two numbers where one may lie at an end of the data.
+    """
+
+    data: int | None
+    exact: int
+    exact_most: int
+
+
+# --- phase and growth ----------------------------------------------------------------------------
+
+
+def nutates(c: Comparison) -> bool:
+    """Whether the exact tilt swings above rounding."""
+    if (roots := c.motion.roots) is None:
+        return float(np.ptp(c.exact.theta)) > STEADY
+    return bool(np.ptp(np.arccos(np.clip(roots[:2], -1, 1))) > STEADY)
+
+
+def measure_phase(c: Comparison) -> tuple[Array, Array, Phase | None, float | None, str]:
+    """How far the data run ahead [s]: times, shifts, a summary, their power, or why there is none.
+
+    In windows of whole periods the shift is that with which the exact tilt fits best, found by
+    Newton's steps from that of the window before.
+    """
+    nothing = np.empty(0), np.empty(0), None, None
+    theta, period = c.angle("theta"), c.motion.period
+    if theta is None:
+        return *nothing, "the data have no tilt"
+    if not nutates(c) or not period:
+        return *nothing, "no nutation: no phase"
+    turns = np.exp(2j * np.pi * c.since / period)
+    if abs(turns.mean()) > ONE_PHASE:
+        return *nothing, "not told by these rows, which show one phase of the period"
+    shift, found = 0.0, []
+    for rows in _windows(c.since, period):
+        before = shift
+        for _ in range(20):
+            there = c.motion.at(c.since[rows] + shift)
+            off, slope = wrapped(theta[rows] - there.theta), there.thetadot
+            weight = (slope * slope).sum() or np.inf
+            step = float((off * slope).sum() / weight)
+            shift += step
+            if abs(step) <= 1e-6 * abs(shift) or abs(shift - before) > period / 4:
+                break
+        if abs(shift - before) > period / 20 or abs(shift) > abs(c.since[-1] - c.since[0]):
+            return *nothing, "not told by these rows: they fit no shift in time"
+        spread = np.sqrt(((off - step * slope) ** 2).mean() / weight)
+        found.append((float(c.data.t[rows].mean()), shift, spread))
+    t, shifts, spreads = np.array(found).T
+    after = abs(t - c.data.t[0])
+    growth = _growth(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
+    rms, largest = float(np.sqrt((shifts**2).mean())), float(shifts[abs(shifts).argmax()])
+    return t, shifts, Phase(float(shifts[-1]), rms, largest, float(t[-1])), growth, ""
+
+
+def measure_growth(c: Comparison, curve: Array | None) -> float | None:
+    """The power of time by which an error grows, of its RMS in windows of whole periods."""
+    if curve is None:
+        return None
+    rows = _windows(c.since, c.motion.period)
+    after = np.array([abs(c.since[each].mean()) for each in rows])
+    size = np.array([np.sqrt(np.nanmean(curve[each] ** 2)) for each in rows])
+    return _growth(after, size, np.full(size.shape, ROUNDED))
+
+
+def _windows(t: Array, period: float | None) -> list[slice]:
+    """The rows of windows that are whole periods long, or parts alike; the last has the rest."""
+    span = float(t[-1] - t[0])
+    unit = period or span / WINDOWS
+    count = max(1, min(WINDOWS, int(span / unit), t.size // WINDOW_ROWS))
+    width = unit * max(1, int(span / unit / count))
+    edges = np.searchsorted(t, t[0] + width * np.arange(1, count))
+    bounds = np.unique([0, *edges, t.size])
+    return [slice(a, b) for a, b in pairwise(bounds)]
+
+
+def _growth(t: Array, size: Array, spread: Array) -> float | None:
+    clear = (size > CERTAIN * spread) & (t > 0)
+    if clear.sum() < FEWEST or t[clear].max() < REACH * t[clear].min():
+        return None
+    line, errors = np.polyfit(np.log(t[clear]), np.log(size[clear]), 1, cov=True)
+    return float(line[0]) if np.sqrt(errors[0, 0]) < SURE else None
+
+
+# --- what acts on the body, and the method -------------------------------------------------------
+
+
+def spins(c: Comparison) -> tuple[Any, Any]:
+    """ψ̇ and ω₃ of the data, by their rates, else by differences; None where they have neither."""
+    theta, t = c.angle("theta"), c.data.t
+    psidot, phidot, omega3 = c.rate("psidot"), c.rate("phidot"), None
+    if c.omega_body is not None:
+        omega3 = c.omega_body[:, 2]
+    elif "omega" in c.data.values and c.axis is not None:
+        omega3 = np.einsum("ni,ni->n", c.data.values["omega"], c.axis)
+    angles = [c.angle(name) for name in ANGLES]
+    if psidot is None and angles[2] is not None and "vertical" not in c.data.values:
+        psidot = np.gradient(np.unwrap(angles[2]), t, edge_order=2)
+    if omega3 is None and psidot is not None and (phidot is not None or angles[1] is not None):
+        phidot = np.gradient(np.unwrap(angles[1]), t, edge_order=2) if phidot is None else phidot
+        omega3 = psidot + phidot * np.cos(theta)
+    return psidot, omega3
+
+
+def find_agent(c: Comparison) -> tuple[str, str] | None:
+    """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
+    psidot, omega3 = spins(c)
+    t, exact = c.data.t, c.exact
+    if psidot is not None:
+        varies = float(np.ptp(exact.psidot))
+        if varies > 1e-3 * abs(exact.psidot).max() and np.ptp(psidot) < HELD * varies:
+            words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
+            return "motor", f"{words}: a motor holds the spin"
+    if omega3 is not None and (omega3 * omega3[0] > 0).all():
+        part = (t - t[0]) / (t[-1] - t[0])
+        logs = np.log(omega3 / omega3[0])
+        slope, first = np.polyfit(part, logs, 1)
+        off = float(np.sqrt(((logs - slope * part - first) ** 2).mean()))
+        starts = abs(omega3[0] / float(exact.omega3[0]) - 1) < HELD
+        if starts and slope < -DECAY and off < STRAIGHT * -slope:
+            rate = -slope / (t[-1] - t[0])
+            words = f"p_ψ falls as e^(−{rate:.4g} t) (fit), {-100 * np.expm1(slope):.3g} % in all"
+            return "friction", f"{words}: friction, which this model has not"
+    return None
+
+
+def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict[str, Any]:
+    """The order of the method, what it conserves, and the floor of the precision of the data."""
+    kept: dict[str, Any] = {
+        name: _trend(curves[name]) for name in ("energy", "p_phi", "p_psi") if name in curves
+    }
+    error = curves.get("axis", curves.get("theta", next(iter(curves.values()))))
+    error = error[np.isfinite(error)]
+    size, first = (float(np.sqrt((x**2).mean())) for x in (error, error[: 3 + error.size // 20]))
+    last = float(abs(error[-1 - error.size // 10 :]).max())
+    floor = -float(np.log10(size)) if ROUNDED < size < COARSE and first > size / 2 else None
+    order, sentence = None, REMEDY
+    if size < EXACT:
+        sentence = "the error is that of rounding"
+    elif agent:
+        sentence = agent
+    elif floor is not None:
+        sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
+    elif first > size / 2:
+        sentence = f"they are off by {first:.2g} from the first rows on: the start is another one"
+    elif _exponent(c, last) < FIRST_ORDER:
+        order = 1
+        sentence = f"first order: halve the step, and the error at the end, {last:.2g}, halves"
+    if sentence == REMEDY and "kept" in kept.get("p_psi", "") and "by" in kept.get("energy", ""):
+        sentence = f"E {kept['energy']} while p_ψ is kept: the step; {REMEDY}"
+    return {"order": order, "floor_digits": floor, **kept, "sentence": sentence}
+
+
+def _exponent(c: Comparison, last: float) -> float:
+    """The power of the step, in units of the nutation, that the error a unit of time is."""
+    if not last or not nutates(c) or not c.motion.period:
+        return np.inf
+    frequency = 2 * np.pi / c.motion.period
+    step, span = frequency * np.median(np.diff(c.since)), frequency * (c.since[-1] - c.since[0])
+    return float(np.log(last / max(1.0, span)) / np.log(step)) if step < LARGEST_STEP else np.inf
+
+
+def _trend(curve: Array) -> str:
+    """Whether an error is kept near 0, or falls or rises beyond its own swing."""
+    part = np.linspace(0, 1, curve.size)
+    slope, first = np.polyfit(part, curve, 1)
+    off = float(np.sqrt(((curve - slope * part - first) ** 2).mean()))
+    if abs(slope) < max(CERTAIN * off, 1e-12):
+        return "kept" if abs(curve).max() < 1e-9 else f"kept within {abs(curve).max():.2g}"
+    return f"{'rises' if slope > 0 else 'falls'} by {abs(slope):.2g}"
+
+
+# --- events --------------------------------------------------------------------------------------
+
+
+def count_events(c: Comparison) -> dict[str, Count]:
+    """Events of the data, counted as those of the exact motion at the same times are.
+
+    Where that count is not the proved one, the rows are too far apart for it.
+    """
+    theta, phi = c.angle("theta"), c.angle("phi")
+    mine = _counted(c, theta, phi)
+    same = _counted(c, c.exact.theta, c.exact.phi_mod)
+    if not nutates(c):
+        return {"turning": Count(mine["turning"], 0, 0)}
+    period = c.motion.period
+    dense = not period or (np.diff(c.data.t) < period / FEW_ROWS).all()
+    found = {}
+    try:
+        motion = enclose(c.top, c.start)
+        for event in EVENTS:
+            least, most = _proved(motion, event, c.since)
+            counted = dense and least <= (same[event] or 0) <= most
+            found[event] = Count(mine[event] if counted else None, least, most)
+    except HeavyTopError:
+        return {}
+    return found
+
+
+def _proved(motion: Any, event: str, t: Array) -> tuple[int, int]:
+    """The least and the most events from the first time to the last, give or take a row."""
+    (a, b), (c, d) = t[:2], t[-2:]
+    before = 2 * a - b if a < 0 else max(0.0, 2 * a - b)
+    until = {x: int(np.sign(x)) * motion.count(event, x) for x in (before, b, c, 2 * d - c)}
+    return max(0, until[c] - until[b]), until[2 * d - c] - until[before]
+
+
+def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
+    """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
+    t, exact = c.since, c.exact
+    found: dict[str, int | None] = dict.fromkeys(EVENTS)
+    if theta is not None:
+        swing = max(FAINT * float(np.ptp(exact.theta)) + NOISE, STEADY * (not nutates(c)))
+        tops = _turns(theta, swing)
+        found["turning"] = len(tops)
+    if phi is not None:
+        phi = np.unwrap(phi)
+        part = (t - t[0]) / (t[-1] - t[0])
+        swing = np.ptp(exact.phi - np.polyval(np.polyfit(part, exact.phi, 1), part))
+        found["reversal"] = len(_turns(phi, FAINT * swing + NOISE))
+    if phi is not None and theta is not None:
+        rate = abs(np.gradient(phi, t)[tops])
+        found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
+    return found
+
+
+def _turns(x: Array, least: float) -> list[int]:
+    """The rows where x turns, but for turns smaller than `least`."""
+    found, at, way = [], 0, 0.0
+    for k, value in enumerate(x.tolist()):
+        gone = value - x[at]
+        if gone * way > 0 or (gone == 0 and not way):
+            at = k
+        elif abs(gone) > least:
+            if way:
+                found.append(at)
+            at, way = k, gone
+    return found
+
+
+# --- the motion's own condition ------------------------------------------------------------------
+
+
+def measure_condition(c: Comparison) -> float:
+    """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
+    body, state = ("A", "C", "gMR"), ("theta", "thetadot", "phidot", c.start.held)
+    numbers = {name: getattr(c.top, name) for name in body}
+    numbers |= {name: getattr(c.start, name) for name in state}
+    looks = np.linspace(0, c.since.size - 1, LOOKS).astype(int)
+    times = [float(c.since[k]) for k in looks]
+
+    def axes(**changed: Any) -> Any:
+        x = numbers | changed
+        motion = Motion(Top.of_numbers(*(x[n] for n in body)), State(**{n: x[n] for n in state}))
+        records: Any = motion.at(times, LOOK_DIGITS)
+        return np.array([record.axis for record in records])
+
+    there, moved = axes(), np.zeros(LOOKS)
+    for name, value in numbers.items():
+        if value.sign():  # A grows and the others shrink, so that C ≤ 2A and θ ≤ π stay
+            change = (axes(**{name: value * (1 + (ULP if name == "A" else -ULP))}) - there) * 2**53
+            moved += (change.astype(float) ** 2).sum(axis=1)
+    return float(ULP) * float(np.sqrt(moved.max()))

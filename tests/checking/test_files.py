@@ -1,0 +1,205 @@
+"""Files as public demos, textbooks' programs and game engines write them: each is understood."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+import xarray
+
+from heavytop.checking.judge import check
+
+from .made import SCENE, exact, matrix
+
+T = np.linspace(0, 1.5, 151)
+RECORD = exact(T)
+R = matrix(RECORD)
+BODY = np.einsum("nji,nj->ni", R, RECORD.omega)
+DATA = Path(__file__).parent / "data"
+DEGREES = np.degrees(np.array([RECORD.theta, RECORD.phi, RECORD.psi]))
+
+# Of each stored file: what is sure, and the least digits then.
+STORED = {
+    "exchanged-angles-millimetres": ({"exchanged-angles", "axis-with-spin"}, 3),
+    "body-rates-scalar-last": ({"quaternion-xyzw", "omega-body", "degrees"}, 7),
+    "steady-in-doubles-y-up": ({"y-up"}, 10),
+    "degrees-first-order": ({"degrees"}, 0),
+    "elevation-in-degrees-motor": ({"degrees", "elevation", "motor"}, 1),
+    "momentum-and-vertical-in-body": ({"spin-origin"}, 1),
+    "square-root-of-f": (set(), 0),
+    "friction": ({"friction"}, 0),
+    "omega-is-tilt-rate": (set(), 6),
+    "engine-y-up-first-order": ({"y-up", "omega-body"}, 1),
+    "engine-spin-sign": ({"spin-sign"}, 14),
+    "engine-omega-sign": ({"omega-sign"}, 14),
+    "engine-mirrored-world": ({"mirrored"}, 9),
+    "engine-inverse-and-azimuth": ({"inverse-rotation", "azimuth-origin"}, 9),
+    "degrees-and-milliseconds-in-header": ({"degrees", "milliseconds"}, 14),
+}
+SAID = {
+    "square-root-of-f": "θ leaves [0, π] in row 3",
+    "exchanged-angles-millimetres": "scaled to length 1: it has 50",
+    "steady-in-doubles-y-up": "no nutation: no phase",
+    "degrees-first-order": "while p_ψ is kept: the step",
+    "engine-y-up-first-order": "first order: halve the step",
+    "friction": "p_ψ falls as e^(−10 t)",
+    "omega-is-tilt-rate": "ignored: omega",
+    "body-rates-scalar-last": "unwrapped: psi",
+}
+
+
+def names(found):
+    return {each.name for each in found.conventions}
+
+
+@pytest.mark.parametrize("name", STORED)
+def test_a_stored_file_is_answered(name):
+    found = check(DATA / f"{name}.csv", DATA / f"{name}.toml")
+    sure, digits = STORED[name]
+    assert (names(found), found.digits >= digits) == (sure, True)
+    assert SAID.get(name, "") in str(found)
+
+
+def table(path, header, columns, between=",", comma=".", encoding="utf-8"):
+    with path.open("w", encoding=encoding, newline="") as file:
+        rows = csv.writer(file, delimiter=between)
+        rows.writerow(header)
+        rows.writerows(
+            [f"{x:.14g}".replace(".", comma) for x in row] for row in zip(*columns, strict=True)
+        )
+    return path
+
+
+def german(path):
+    header = ["Zeit (s)", "Neigung in °", "Präzession in Grad", "Eigendrehung (°)"]
+    return table(path / "a.csv", header, [T, *DEGREES], ";", ",", "utf-16")
+
+
+def french(path):
+    header = ["Temps [ms]", "nutation [deg]", "précession [deg]", "rotation propre [tr/min]"]
+    columns = [1000 * T, *DEGREES[:2], RECORD.psidot * 30 / np.pi]
+    return table(path / "a.txt", header, columns, "\t", ",", "utf-8-sig")
+
+
+def precession_called_psi(path):
+    return table(path / "a.csv", ["time", "theta", "psi", "phi"], [T, *DEGREES])
+
+
+def game_engine(path):
+    """Left-handed, y up, x, y, z, w, from space to body: the axes y and z change places."""
+    P = np.array([[1, 0, 0], [0, 0, 1], [0, 1, 0]])
+    turned = exact(T).quaternion
+    w, v = turned[:, 0], -turned[:, 1:] @ P.T  # a reflection turns the sense of every rotation
+    return table(path / "a.csv", ["t", "qx", "qy", "qz", "qw"], [T, *-v.T, w])
+
+
+def rates_in_rpm(path):
+    rates = np.array([RECORD.thetadot, RECORD.phidot, RECORD.psidot]) * 30 / np.pi
+    header = ["t", "theta", "phi", "psi", "theta_dot", "phi_dot", "psi_dot"]
+    return table(path / "a.csv", header, [T, *np.radians(DEGREES), *rates])
+
+
+def undeclared_milliseconds(path):
+    return table(path / "a.csv", ["time", "x", "y", "z"], [1000 * T, *RECORD.axis.T], " ")
+
+
+def depression(path):
+    """The angle below the horizontal, and the azimuth from another axis."""
+    header = ["t", "azimuth (deg)", "elevation (deg)"]
+    return table(path / "a.csv", header, [T, DEGREES[1] + 40, DEGREES[0] - 90])
+
+
+def matlab(path):
+    out = {"t": T, "q": RECORD.quaternion, "omega": RECORD.omega, "name": "of somebody"}
+    scipy.io.savemat(path / "a.mat", {"out": out})
+    return path / "a.mat"
+
+
+def netcdf(path):
+    """Packed degrees, with rows that are masked, and times that are dates."""
+    theta = DEGREES[0].copy()
+    theta[50] = np.nan
+    times = np.datetime64("2020-01-01", "ns") + (1e9 * T).round().astype("timedelta64[ns]")
+    dataset = xarray.Dataset(
+        {"tilt": ("time", theta, {"units": "degrees"}),
+         "azimuth": ("time", DEGREES[1], {"units": "degree"})},
+        coords={"time": times},
+    )  # fmt: skip
+    packed = {"dtype": "int32", "scale_factor": 1e-7, "add_offset": 20.0, "_FillValue": -(2**31)}
+    dataset.to_netcdf(path / "a.nc", engine="h5netcdf", encoding={"tilt": packed})
+    return path / "a.nc"
+
+
+def sign_flips(path):
+    q = RECORD.quaternion * np.where(np.arange(T.size) % 7 < 3, -1, 1)[:, None]
+    return table(path / "a.csv", ["t", "q0", "q1", "q2", "q3"], [T, *q.T])
+
+
+def centre_of_mass(path):
+    header = ["t/ms", "x_com [mm]", "y_com [mm]", "z_com [mm]"]
+    return table(path / "a.csv", header, [1000 * T, *80 * RECORD.axis.T])
+
+
+def backwards_from_below(path):
+    header = ["t", "theta", "phi", "note"]
+    below = np.pi - RECORD.theta
+    return table(path / "a.csv", header, [T[::-1], below[::-1], RECORD.phi[::-1], T])
+
+
+def wrapped_at_360(path):
+    return table(path / "a.csv", ["t", "nut_deg", "prec_deg", "spin_deg"], [T, *DEGREES % 360])
+
+
+def one_row_twice(path):
+    rows = np.r_[0, 0:151]
+    return table(path / "a.csv", ["t", "theta", "phi"], [T[rows], *np.radians(DEGREES)[:2, rows]])
+
+
+def off_zero(path):
+    return table(path / "a.csv", ["t", "theta", "phi"], [T + 5, RECORD.theta, RECORD.phi])
+
+
+def local_rates(path):
+    header = ["t", *(f"R{i}{j}" for i in "012" for j in "012"), *(f"w{c} (deg/s)" for c in "xyz")]
+    return table(path / "a.csv", header, [T, *R.reshape(-1, 9).T, *np.degrees(BODY).T])
+
+
+OWN = {
+    german: ({"degrees"}, 11),
+    french: ({"degrees", "rpm", "milliseconds"}, 11),
+    precession_called_psi: ({"degrees", "exchanged-angles"}, 11),
+    game_engine: ({"inverse-rotation"}, 0),
+    rates_in_rpm: ({"rpm"}, 11),
+    undeclared_milliseconds: ({"milliseconds"}, 12),
+    depression: ({"degrees", "elevation", "from-below", "azimuth-origin"}, 11),
+    matlab: (set(), 13),
+    netcdf: ({"degrees"}, 6),
+    sign_flips: (set(), 12),
+    centre_of_mass: ({"milliseconds"}, 12),
+    backwards_from_below: ({"from-below"}, 12),
+    wrapped_at_360: ({"degrees"}, 11),
+    one_row_twice: (set(), 12),
+    off_zero: ({"time-origin"}, 11),
+    local_rates: ({"degrees", "omega-body"}, 11),
+}
+
+
+@pytest.mark.parametrize("make", OWN)
+def test_a_file_of_such_a_kind_is_answered(make, tmp_path):
+    found = check(make(tmp_path), SCENE)
+    sure, digits = OWN[make]
+    assert names(found) == sure, str(found)
+    assert found.digits >= digits
+
+
+def test_a_mirror_and_a_turn_that_do_the_same_are_both_given(tmp_path):
+    others = [{x.name for x in each} for each in check(game_engine(tmp_path), SCENE).alternatives]
+    assert {"y-up", "mirrored", "inverse-rotation"} in others
+
+
+def test_columns_of_any_name_have_units(tmp_path):
+    path = table(tmp_path / "a.csv", ["a", "b [deg]", "c"], [T, *DEGREES[:2]])
+    columns = {"t": "a", "theta": "b [deg]", "phi": "c [deg]"}
+    found = check(path, SCENE, columns)
+    assert found.digits > 11
