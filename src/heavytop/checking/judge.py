@@ -10,9 +10,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
-from heavytop.analytic.many_times import DoubleRecord
+from heavytop.analytic.events import EVENTS
 from heavytop.analytic.motion import Motion
+from heavytop.analytic.record import Record
 from heavytop.checking.data import ANGLES, Array, Data, read
 from heavytop.checking.problem import Comparison, wrapped
 from heavytop.checking.result import Check, Count, Phase, Size
@@ -197,7 +197,7 @@ def _phase(
     precession is fitted.
     """
     data, motion, since = problem.data, problem.motion, problem.since
-    name = "phi" if motion.regime == "steady" or "theta" not in curves else "theta"
+    name = "phi" if motion.regime.steady or "theta" not in curves else "theta"
     nothing = np.empty(0), np.empty(0), None, None
     if name not in curves:
         return nothing
@@ -265,9 +265,9 @@ def _events(problem: Comparison) -> dict[str, Count]:
     same = _counted(since, exact.theta, exact.phi_mod, exact)
     found = {}
     try:
-        motion = enclose(problem.top, problem.start)
+        problem.motion.require_proof()
         for event in EVENTS:
-            least, most = _proved(motion, event, since)
+            least, most = _proved(problem.motion, event, since)
             told = mine[event] if least <= (same[event] or 0) <= most else None
             found[event] = Count(told, least, most)
     except Unseparated:
@@ -275,15 +275,14 @@ def _events(problem: Comparison) -> dict[str, Count]:
     return found
 
 
-def _proved(motion: Enclosure, event: str, t: Array) -> tuple[int, int]:
+def _proved(motion: Motion, event: str, t: Array) -> tuple[int, int]:
     """The least and the most events from the first time to the last, give or take a row."""
-    (a, b), (c, d) = t[:2], t[-2:]
+    (a, b), (c, d), times = t[:2].tolist(), t[-2:].tolist(), motion.events(event)
     before = 2 * a - b if a < 0 else max(0.0, 2 * a - b)
-    until = {x: int(np.sign(x)) * motion.count(event, x) for x in (before, b, c, 2 * d - c)}
-    return max(0, until[c] - until[b]), until[2 * d - c] - until[before]
+    return times.count(b, c), times.count(before, 2 * d - c)
 
 
-def _counted(t: Array, theta: Any, phi: Any, exact: DoubleRecord) -> dict[str, int | None]:
+def _counted(t: Array, theta: Any, phi: Any, exact: Record) -> dict[str, int | None]:
     """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
     found: dict[str, int | None] = dict.fromkeys(EVENTS)
     if theta is not None:

@@ -9,8 +9,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.motion import Motion
+from heavytop.analytic.record import Record
 from heavytop.checking.data import ANGLES, RATES, Array, Data
 from heavytop.errors import HeavyTopError, Impossible
 from heavytop.scene.state import State
@@ -63,9 +63,10 @@ class Comparison:
         return self.data.t - (0.0 if self.given is not None else self.data.t[0])
 
     @cached_property
-    def exact(self) -> DoubleRecord:
+    def exact(self) -> Record:
         """The exact motion at the times of the data."""
-        return self.motion.at(self.since)
+        found: Record = self.motion.at(self.since)
+        return found
 
     def off(self) -> Array:
         """How far the data are off, a row at each time: the axis, else a told angle [rad]."""

@@ -45,9 +45,10 @@ FACTS: Final = (
     ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
     ("sleep stable", "from |ω₃| = {sleeping_threshold} rad/s on"),
     ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
-    ("", "fast-top estimate: mean φ̇ {fast_top_precession_rate} rad/s{fast_top_precession_error}"),
-    ("", "fast-top estimate: period {fast_top_nutation_period} s{fast_top_period_error}"),
-    ("", "fast-top estimate: range of cos θ {fast_top_amplitude}{fast_top_amplitude_error}"),
+    ("", "fast-top estimate: mean φ̇ {fast_precession}"),
+    ("", "fast-top estimate: once round in {fast_round}"),
+    ("", "fast-top estimate: period {fast_period}"),
+    ("", "fast-top estimate: range of cos θ {fast_amplitude}"),
 )
 """Of a classification: labels and words, with the names of facts."""
 
@@ -222,12 +223,11 @@ def between(low: str, high: str) -> str:
 
 def _facts(facts: Known) -> Iterator[Row]:
     """The facts that are known, each in the words of `FACTS`."""
-    shown = {name: number(x) for name, x in facts.items() if x is not None}
-    for name, x in facts.items():
-        if name.startswith("fast_top") and name.endswith("error"):
-            shown[name] = "" if x is None else f", off by {100 * x:+.3g} %"
-        elif name.startswith("fast_top") and x is not None:
-            shown[name] = short(x)
+    shown = {x: number(fact) for x, fact in facts.items() if fact is not None and x != "estimates"}
+    for name, known in facts["estimates"].items():
+        unit = {"precession": " rad/s", "amplitude": ""}.get(name, " s")
+        off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
+        shown[f"fast_{name}"] = f"{short(known['estimate'])}{unit}{off}"
     if facts["steady_branch"] is None:
         shown.pop("small_nutation_frequency", None)
     if rate := facts["growth_rate"]:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
-from heavytop.analytic.enclosure import Enclosure, enclose
 from heavytop.analytic.facts import facts
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Unseparated
@@ -158,9 +157,9 @@ def classified(scene: Scene) -> Classification:
             open_tags=tuple(verdict.open_tags),
             bound=finite(verdict.bound),
         ),
-        constants=finite(dict(motion.constants.items())),
+        constants=finite(motion.constants._asdict()),
         facts=finite(facts(motion).document()),
-        enclosure=_enclosure(scene),
+        enclosure={name: _bounds(motion, name) for name in ENCLOSED},
         warnings=warnings_of(scene),
     )
 
@@ -196,17 +195,9 @@ def planned(scene: Scene, formulation: str = "auto") -> Planned:
     return Planned(scene=SceneTables(**scene.document()), plan=PlanSummary.of(chosen))
 
 
-def _enclosure(scene: Scene) -> dict[str, Any]:
+def _bounds(motion: Motion, name: str) -> list[Any] | None:
     try:
-        enclosure = enclose(scene.top, scene.start, digits=DIGITS)
-    except Unseparated:
-        return dict.fromkeys(ENCLOSED)
-    return {name: _bounds(enclosure, name) for name in ENCLOSED}
-
-
-def _bounds(enclosure: Enclosure, name: str) -> list[Any] | None:
-    try:
-        found = getattr(enclosure, name)
+        found = motion.interval(name, digits=DIGITS)
     except Unseparated:
         return None
     if isinstance(found, tuple):
