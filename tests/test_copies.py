@@ -4,9 +4,9 @@ import copy
 import pickle
 
 import pytest
+from heavytop.analytic.enclosure import enclose_axis
 
 import heavytop as ht
-from heavytop.analytic.enclosure import enclose_axis
 
 from .motions import BOOK, KICKED
 

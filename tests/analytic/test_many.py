@@ -13,10 +13,8 @@ import heavytop as ht
 from heavytop.analytic import many
 from heavytop.analytic.many import CHUNK, Motions, complete, motions_many
 from heavytop.analytic.motion import Motion
-from heavytop.classification.arrays import InputArrays
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
-from ..by_hand import ByHand
 from ..motions import SCENES
 from ..starts import nasty, regular, top_and_state
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from flint import arb
-
 from heavytop.analytic.closed_form import ClosedForm
+
 from heavytop.certificate.balls import TooCoarse, larger, up
 from heavytop.certificate.flow import SMALL, Flow
 from heavytop.equations.registry import FORMULATIONS

@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-
 from heavytop.analytic.enclosure import enclose
+
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.errors import BadScene, Impossible

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from heavytop.analytic.closed_form import ClosedForm
 
 import heavytop as ht
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.certificate.balls import TooCoarse
 from heavytop.certificate.flow import Flow
 from heavytop.equations.registry import FORMULATIONS

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from heavytop.analytic.many_times import DoubleForm
 
 import heavytop as ht
-from heavytop.analytic.many_times import DoubleForm
 from heavytop.studies.methods import method, taylor_methods
 from heavytop.studies.steppers import set_up
 

@@ -24,7 +24,11 @@ def rounded(x: arb) -> arb:
     return x
 
 
-modulo_circle = rounded
+def modulo_circle(x: arb) -> arb:
+    """An angle less whole turns, in [0, 2π] but for its radius."""
+    circle = 2 * arb.pi()
+    return x - circle * (x.mid() / circle).mid().floor()
+
 
 
 def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., arb]:

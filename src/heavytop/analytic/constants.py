@@ -81,7 +81,7 @@ class Constants:
         self.x0 = (over.udot0 / (2 * self.w * self.delta * cosine * cosine * cosine)).asinh()
 
     def _nutate(self, over: Reduced) -> None:
-        self.roots = roots = Roots.of(over, self.regime)
+        self.cubic = roots = Roots.of(over, self.regime)
         self.w, self.m, self.delta, self.u3 = roots.w, roots.m, roots.delta, roots.u3
         self.lower, self.upper, self.modulus = roots.lower, roots.upper, (roots.m, roots.mc)
         self.K = arb.pi() / (2 * arb(1).agm(roots.mc.sqrt()))
@@ -122,7 +122,7 @@ class Constants:
         if P.is_zero():
             half_turn = arb.pi() / 2 if nearest.is_zero() else arb(0)
             return PoleAngle(jumps=nearest.is_zero(), step=half_turn, turn=2 * half_turn)
-        turn = P / (self.w * at_u1) * third_kind(self.roots.mc, at_u2 / at_u1)
+        turn = P / (self.w * at_u1) * third_kind(self.cubic.mc, at_u2 / at_u1)
         v, sign = first_kind(*pole, self.m), sign_of(P, "p_phi and that of a pass through a pole")
         step = self.theta.step(v, sign)
         return PoleAngle(
@@ -163,7 +163,7 @@ class Constants:
         return plus, minus
 
     @property
-    def cosines(self) -> tuple[arb, ...]:
+    def roots(self) -> tuple[arb, ...]:
         """The roots u₁ ≤ u₂ ≤ u₃ of the cubic as cos θ; the infinite one is missing if g = 0."""
         ends = (end[:: self.side] for end in (self.lower, self.upper))
         found = [(1 - high).intersection(low - 1) for high, low in ends]
@@ -224,4 +224,4 @@ class Constants:
 
     def _since_lower(self, down: arb, up: arb) -> arb:
         """x/2K, in [0, ½], of the tilt u₁ + down = u₂ − up on the way up."""
-        return first_kind(down, up, self.roots.mc) / (2 * self.K)
+        return first_kind(down, up, self.cubic.mc) / (2 * self.K)

@@ -55,7 +55,7 @@ class ClosedForm(Refined):
     theta_max = Quantity(doc="The greatest θ [rad]; π, never reached, where it tends there.")
     amplitude = Quantity(doc="How far it nods, θ_max − θ_min [rad]; None where nothing nutates.")
     nearest = Quantity(doc="How near the axis comes to θ = 0 and to θ = π [rad].")
-    cosines = Quantity(doc="The roots of the cubic as cos θ, increasing, but for an infinite one.")
+    roots = Quantity(doc="The roots of the cubic as cos θ, increasing, but for an infinite one.")
     precession = Quantity(doc="Δφ in one period [rad], +π for each exact pass of a pole; or None.")
     spin = Quantity(doc="Δψ in one period [rad], −π for a pass of the top, +π of the bottom.")
     relative_spin = Quantity(doc="Δψ − κT in one period [rad]; None where nothing nutates.")
@@ -229,8 +229,8 @@ class ClosedForm(Refined):
     def require_proof(self) -> None:
         """Raise what was taken for zero without a proof."""
         _ = self.regime  # which may doubt
-        if self.doubt:
-            raise self.doubt
+        if "doubt" in self._computed:
+            raise self._computed["doubt"]
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,9 @@ EARLY_BITS: Final = 16  # of them are left for times that are not late
 LATE_BITS: Final = 64  # bits for late times come by so many, so that times share their constants
 LOG10_2: Final = math.log10(2)
 
-RELATIVE: Final = ("a fact", "nearest", "modulus", "amplitude", "one_minus_u", "one_plus_u")
+RELATIVE: Final = (
+    "a fact", "nearest", "modulus", "amplitude", "theta", "one_minus_u", "one_plus_u"
+)  # fmt: skip
 """Whose digits count from the first one that is not 0; others' from max(1, |x|)."""
 RATES: Final = ("thetadot", "phidot", "psidot")
 """Whose digits in a motion slower than 1 rad/s count from its fastest rate."""
@@ -47,7 +49,6 @@ class Refined:
     """
 
     limit = LIMIT
-    doubt: Unseparated | None = None  # what counts as zero, and is not proved to be
 
     def __init__(self, source: MotionSource, limit: int = LIMIT) -> None:
         self.source, self.limit = source, limit
@@ -61,7 +62,7 @@ class Refined:
         try:
             return Regime.of(self.source, True, self._start)
         except Unseparated as doubt:
-            self.doubt = doubt
+            self._computed["doubt"] = doubt
             return Regime.of(self.source, False, self._start)
 
     def vanishes(self, name: str) -> bool:
@@ -69,7 +70,7 @@ class Refined:
         try:
             return vanishes(self.source, name, True, self._start)
         except Unseparated as doubt:
-            self.doubt = doubt
+            self._computed["doubt"] = doubt
             return True
 
     def refine(
@@ -128,11 +129,16 @@ class Refined:
         """Whether a ball has the digits of a quantity."""
         if not x.is_finite():
             return False
-        if what in RELATIVE and not (what[-1] == "u" and x.contains(0)):  # which may be on a pole
+        if what in RELATIVE and not (x.contains(0) and what != "nearest" and self._on_pole):
             return bool(x.rad() <= abs(x.mid()) * arb(10) ** -digits)
         slow = self.rate if what in RATES and 0 < self.rate < 1 else 1.0
         # 2⁻ⁿ max(1, |x|) is an upper bound of the radius for this number n
         return bool((x / slow).rel_one_accuracy_bits() * LOG10_2 >= digits)
+
+    @cached_property
+    def _on_pole(self) -> bool:
+        """Whether the axis is, or passes, exactly on the vertical."""
+        return bool(self.refine("nearest", lambda c: any(x.is_zero() for x in c.nearest)))
 
     @cached_property
     def rate(self) -> float:
@@ -154,7 +160,7 @@ class Refined:
 
     @cached_property
     def _computed(self) -> dict[Any, Any]:
-        """Constants and closed forms by their bits, and floats by their names."""
+        """Constants and closed forms by their bits, floats by their names, and a doubt."""
         return {}
 
     def _constants(self, bits: int) -> Constants:
