@@ -49,7 +49,9 @@ def test_it_solves_the_rigid_body_equations(name, t):
     at, found = begun.at(t, 40), Bounds(begun, 40)
     e, l, v, kappa = solved(MOTIONS[name], t)  # noqa: E741
     got = attitude(*map(here, (at.phi, at.theta, at.psi)))
-    w, x, y, z = (WORK.mpf(b.middle.numerator) / b.middle.denominator for b in found("quaternion", t))
+    w, x, y, z = (
+        WORK.mpf(b.middle.numerator) / b.middle.denominator for b in found("quaternion", t)
+    )
     third = 2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z
     first = w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)
     for vectors in ((*got[0], *got[1]), (*at.axis, *got[1]), (*third, *first)):

@@ -44,8 +44,8 @@ def compare(bounds, form, times=TIMES):
         pairs += [(bounds("u", t), at.u)]
         pairs += zip(bounds("axis", t), at.axis, strict=True)
         pairs += zip(bounds("quaternion", t), at.quaternion, strict=True)
-        for name in ("theta", "phi", "psi", "thetadot", "phidot", "psidot"):
-            counted.append((bounds(name, t), getattr(at, name)))
+        names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+        counted += [(bounds(name, t), getattr(at, name)) for name in names]
     assert all(ball.digits >= bounds.digits for ball, _ in counted + pairs)
     assert all(holds(*pair, form.digits - 5) for pair in counted + pairs)
 
@@ -62,7 +62,8 @@ def test_every_shipped_scene(name, digits):
 
 
 NUMBERS = ("period", "precession", "spin", "relative_spin", "theta_min", "theta_max", "nearest",
-           "tilts", "mean_rates", "lower_turning", "modulus", "growth", "amplitude", "roots")  # fmt: skip
+           "tilts", "mean_rates", "lower_turning", "modulus", "growth", "amplitude",
+           "roots")  # fmt: skip
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -7,9 +7,9 @@ from decimal import Decimal
 from fractions import Fraction
 
 import pytest
-from heavytop.analytic.motion import Motion
 from typer.testing import CliRunner
 
+from heavytop.analytic.motion import Motion
 from heavytop.analytic.reference import COLUMNS, read_times, reference
 from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile, Impossible

@@ -3,8 +3,8 @@
 from fractions import Fraction
 
 import pytest
-from heavytop.analytic.closed_form import midpoint
 
+from heavytop.analytic.record import midpoint
 from heavytop.classification.reduced import (
     FromAxis,
     FromConstants,

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from heavytop.analytic.closed_form import ClosedForm
 
 import heavytop as ht
 from heavytop.certificate.balls import TooCoarse
@@ -22,6 +21,7 @@ from heavytop.run.own_motion import own_motion
 from heavytop.studies.certificate import _turns, certify
 
 from ..certificates import flow_of, run_of
+from ..views import Digits
 
 RNG = np.random.default_rng(1)
 ANGLES = ("theta", "phi", "psi")
@@ -29,7 +29,7 @@ ANGLES = ("theta", "phi", "psi")
 
 def errors_at(trajectory, times):
     """What a run says, less the exact motion of its own numbers, at 30 digits."""
-    exact = ClosedForm(own_motion(trajectory), 30)
+    exact = Digits(own_motion(trajectory), 30)
     found = {"axis": 0.0, "theta": 0.0, "phi": 0.0, "psi": 0.0}
     seen = trajectory(np.array(times))
     for k, t in enumerate(times):
