@@ -1,8 +1,9 @@
 """The closed form solves the Lagrange equations: proved by algebra.
 
 `symbols` runs the code of `analytic/constants`, `form` and `roots` on expressions, one family of
-motions after another, beside a turning point of u₁ and beside one of u₂. θ, φ and ψ are put into what `equations/lagrangian` derives, and what is left
-is the polynomial 0, whatever the constants of the motion and the time are. No residual is small.
+motions after another, beside a turning point of u₁ and beside one of u₂. θ, φ and ψ are put into
+what `equations/lagrangian` derives, and what is left is the polynomial 0, whatever the constants of
+the motion and the time are. No residual is small.
 """
 
 import inspect

@@ -30,7 +30,6 @@ def modulo_circle(x: arb) -> arb:
     return x - circle * (x.mid() / circle).mid().floor()
 
 
-
 def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., arb]:
     """The sum start + n step + rate t, and what else is given."""
     return lambda n, t, *more: start + n * step + rate * t + sum(more, arb(0))
