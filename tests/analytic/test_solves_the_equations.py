@@ -427,13 +427,15 @@ def test_the_polynomials_are_the_terms_of_the_theta_functions():
         )
         return sum(terms, sp.Poly(0, x))
 
+    def whole(*coefficients):
+        return sp.Poly(coefficients, x, domain=sp.QQ)
+
     for n in range(last + 1):
-        signs = [(-1) ** (n + i) for i in range(2 * n + 1)]
-        assert sums("S", n, n) == sp.Poly([1] * (2 * n + 1), x)
-        assert sums("C", n, n) == sp.Poly(signs, x)
-        assert 2 * sums("", n, n) == sp.Poly(x ** (2 * n) + 1, x)
+        assert sums("S", n, n) == whole(*[1] * (2 * n + 1))
+        assert sums("C", n, n) == whole(*[(-1) ** i for i in range(2 * n + 1)])
+        assert 2 * sums("", n, n) == (whole(1, *[0] * (2 * n - 1), 1) if n else whole(2))
         if n:  # (x²ⁿ − 1)/(x² − 1) of sin 2ny/sin 2y, and sin 2y is 2 SC
-            assert sums("SC", n, n - 1) == 2 * sp.Poly([(i + 1) % 2 for i in range(2 * n - 1)], x)
+            assert sums("SC", n, n - 1) == 2 * whole(*[(i + 1) % 2 for i in range(2 * n - 1)])
 
 
 # --- planted errors ------------------------------------------------------------------------------
@@ -443,7 +445,7 @@ PLANTED = {
     "thetadot without dn": ("planar rotation", "r.form.w * r.dn * r.top", "r.form.w * r.top"),
     "m in uddot": ("planar rotation", "- form.m * (s * s", "+ form.m * (s * s"),
     "another K": ("planar rotation", "arb(1).agm(roots.mc.sqrt())", "arb(1).agm(roots.m.sqrt())"),
-    "half the period": ("planar rotation", "2 * self.K / roots.w", "self.K / roots.w"),
+    "half the period": ("weightless", "2 * self.K / roots.w", "self.K / roots.w"),
     "the phase from the wrong end": (
         "planar rotation",
         "_since_lower(roots.down, roots.up)",
@@ -499,5 +501,5 @@ def test_a_planted_error_is_found(error, monkeypatch):
 def test_roots_in_another_order_are_found_too(order, monkeypatch):
     family = Nutating()
     family.distances = tuple(family.distances[i] for i in order)
-    with pytest.raises(AssertionError):
+    with pytest.raises((AssertionError, ValueError)):  # some root is no number of the family
         check(monkeypatch, family)

@@ -57,9 +57,14 @@ def argument(z: arb, hyperbolic: bool) -> tuple[arb, arb, arb]:
     return S, C, -S * S if hyperbolic else S * S
 
 
-def beside(upper: bool, at: tuple[arb, ...], value: Callable[..., list[arb]]) -> list[arb]:
-    """The values beside u₁ or beside u₂."""
-    return value(upper, *at)
+def sides(upper: bool, z: arb, hyperbolic: bool) -> list[Any]:
+    """What is beside u₁ and what is beside u₂: where it is, which side, and the arguments."""
+    return [(None, upper, argument(z, hyperbolic))]
+
+
+def join(upper: bool, parts: list[Any]) -> Any:
+    """The values of all sides together."""
+    return parts[0][1]
 
 
 def sign(x: arb, at_zero: int) -> arb:

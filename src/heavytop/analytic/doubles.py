@@ -76,7 +76,7 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
             return (time if name == "t" else np.full(time.size, float(motion.energy(17)))).reshape(
                 shape
             )
-        found = motion.refine("the closed form", lambda c: values(c, name))
+        found: Any = motion.refine("the closed form", lambda c: values(c, name))
         if not np.isfinite(found).all():
             raise NoClosedForm(f"{name} is too large for doubles: ask for digits instead")
         return found.reshape(shape + found.shape[1:])
@@ -161,15 +161,20 @@ def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
     return S, C, np.maximum(-S * S, -BIG)
 
 
-def beside(upper: Any, at: tuple[Any, ...], value: Callable[..., list[Any]]) -> list[Any]:
-    """The values of times beside u₁ and of those beside u₂."""
+def sides(upper: Any, z: Any, hyperbolic: bool) -> list[Any]:
+    """The times beside u₁ and those beside u₂: where they are, which side, and the arguments."""
     if upper.all() or not upper.any():
-        return value(bool(upper.any()), *at)
-    joined: list[Any] = []
-    for side in (False, True):
-        where = np.flatnonzero(upper == side)
-        values = value(side, *(x[where] for x in at))
-        joined = joined or [np.empty(upper.shape) for _ in values]
+        return [(None, bool(upper.any()), argument(z, hyperbolic))]
+    places = ((np.flatnonzero(upper == side), side) for side in (False, True))
+    return [(at, side, argument((z[0][at], z[1][at]), hyperbolic)) for at, side in places]
+
+
+def join(upper: Any, parts: list[Any]) -> Any:
+    """The values of all sides together."""
+    if len(parts) == 1:
+        return parts[0][1]
+    joined = [np.empty(upper.shape) for _ in parts[0][1]]
+    for where, values in parts:
         for whole, part in zip(joined, values, strict=True):
             whole[where] = part
     return joined

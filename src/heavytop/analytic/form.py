@@ -140,11 +140,11 @@ def _functions(r: Point, *which: int) -> list[Any]:
         one = r.N.number(arb(1)) + 0 * r.turning
         return [0 * one if k == 1 else one for k in which]
 
-    def quotients(upper: bool, *at: Any) -> list[Any]:
+    parts = []
+    for where, upper, at in r.sides:
         under = r.form.function(upper, 0)(*at)
-        return [r.form.function(upper, k)(*at) / under for k in which]
-
-    return list(r.N.beside(r.upper, r.argument, quotients))
+        parts.append((where, [r.form.function(upper, k)(*at) / under for k in which]))
+    return list(r.N.join(r.upper, parts))
 
 
 def _swept(r: Point) -> list[Any]:
@@ -152,11 +152,11 @@ def _swept(r: Point) -> list[Any]:
     if r.form.c.w.is_zero():
         return [0 * r.turning] * 2
 
-    def sweeps(upper: bool, *at: Any) -> list[Any]:
+    parts = []
+    for where, upper, at in r.sides:
         both = [r.form.sweep(upper, k) for k in (0, 1)]
-        return [0 * at[0] if sweep is None else sweep(*at) for sweep in both]
-
-    return list(r.N.beside(r.upper, r.argument, sweeps))
+        parts.append((where, [0 * at[0] if sweep is None else sweep(*at) for sweep in both]))
+    return list(r.N.join(r.upper, parts))
 
 
 def _leg(r: Point, pole: int, x: Any, at_zero: int) -> tuple[Any, Any]:
@@ -215,7 +215,7 @@ def _omega(r: Point) -> Any:
 
 FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "upper": lambda r: (r.turning + r.form.c.first) % 2 == 1,
-    "argument": lambda r: r.N.argument(r.z, r.form.c.theta.hyperbolic),
+    "sides": lambda r: r.N.sides(r.upper, r.z, r.form.c.theta.hyperbolic),
     "functions": lambda r: _functions(r, 1, 2),
     "sn": lambda r: r.functions[0],
     "cn": lambda r: r.functions[1],
