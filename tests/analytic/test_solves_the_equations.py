@@ -425,7 +425,7 @@ def test_the_polynomials_are_the_terms_of_the_theta_functions():
             c * v**i * sp.Poly(x ** (power - i), x) * sp.Rational(1, 4**i)
             for i, c in enumerate(row)
         )
-        return sum(terms, sp.Poly(0, x))
+        return sum(terms, sp.Poly(0, x, domain=sp.QQ)).set_domain(sp.QQ)
 
     def whole(*coefficients):
         return sp.Poly(coefficients, x, domain=sp.QQ)

@@ -170,7 +170,7 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     >>> known = facts(dropped)
     >>> round(known.phidot_max, 11), round(known.psidot_min, 9)
     (9.87012987013, 130.291539463)
-    >>> round(known.fast_top_ratio, 2), round(known.fast_top_amplitude_error, 2)
+    >>> round(known.fast_top_ratio, 2), round(known.estimates["amplitude"]["error"], 2)
     (1.43, -0.69)
 
     Notes

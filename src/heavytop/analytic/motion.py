@@ -115,7 +115,13 @@ class ClosedForm(Refined):
         return bool(self.refine("the sign of P+ P-", sign) < 0)
 
     def energy(self, digits: int) -> Number:
-        """E [J]; nan where the moments are not known."""
+        """E [J]; nan where the moments are not known.
+
+        Parameters
+        ----------
+        digits : int
+            Decimal digits.
+        """
         return context(digits).nan
 
     def events(self, kind: str) -> EventTimes:
@@ -259,8 +265,8 @@ class Motion(Played, ClosedForm):
     ('loops', 0.5428955182)
     >>> round(float(motion.at(2.0).theta), 12)
     0.42694370531
-    >>> print(motion.at(2, digits=20).theta, *motion.interval("period").bounds(12))
-    0.426943705309656902446117193123 0.542895518188 0.542895518189
+    >>> print(f"{motion.at(2, digits=20).theta:.20f}", *motion.interval("period").bounds(12))
+    0.42694370530965690245 0.542895518188 0.542895518189
 
     Notes
     -----
@@ -323,7 +329,13 @@ class Motion(Played, ClosedForm):
         return self.integrals(60)
 
     def integrals(self, digits: int) -> Integrals:
-        """E, E', p_φ, p_ψ to so many digits."""
+        """E, E', p_φ, p_ψ to so many digits.
+
+        Parameters
+        ----------
+        digits : int
+            Decimal digits.
+        """
         ctx = context(digits)
         bits = ctx.prec + 64
         with working(bits):
@@ -332,7 +344,13 @@ class Motion(Played, ClosedForm):
             return Integrals(*(midpoint(ctx, A * ball) for ball in balls))
 
     def energy(self, digits: int) -> Number:
-        """E [J]."""
+        """E [J].
+
+        Parameters
+        ----------
+        digits : int
+            Decimal digits.
+        """
         return self.integrals(digits).E
 
 
