@@ -80,7 +80,6 @@ def calls():
     motion, times = ht.Motion(top, start), np.linspace(0.0, 2.0, 99)
     at = motion.at(times)
     many = ht.motions_many(A=1, C=0.5, gMR=1, theta=0.3, phidot=times, psidot=4.0)
-    enclosed = ht.enclose(top, start)
     told = {name: getattr(at, name) for name in ("theta", "phi", "psi")}
     judged = ht.check({"t": times} | told, scene)
     plane = ht.atlas(scene, "phidot=-20:20:11", "psidot=-150:150:11", jobs=1)
@@ -91,7 +90,7 @@ def calls():
         "motion": {name: x.tobytes().hex() for name, x in told.items()},
         "digits": str(motion.at("0.7", digits=40).psi),
         "many": many.period.tobytes().hex(),
-        "enclosed": f"{enclosed.period} {enclosed.phi('0.7')}",
+        "enclosed": f"{motion.interval('period')} {motion.interval('phi', '0.7')}",
         "facts": str(ht.facts(motion)),
         "verdict": str(ht.classify(top, start)),
         "check": judged.digits,

@@ -6,11 +6,14 @@ import pickle
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.enclosure import enclose_axis
+from heavytop.analytic.motion import ClosedForm
+from heavytop.classification.reduced import reduced_from_axis
 
 from .motions import BOOK, KICKED
 
 T = "0.7"
+
+AXIS = (0.0, 0.6, 0.8), (1.0, 3.0, 4.0), 1.0
 
 
 def scene(**more):
@@ -18,11 +21,11 @@ def scene(**more):
 
 
 def of_motion(m):
-    return m.at(0.7).phi, m.at(T, 40), m.kind, m.period, m.roots, m.constants
+    return m.at(0.7).phi, m.at(T, 40).phi, m.kind, m.period, m.roots, m.constants, m.margin
 
 
 def of_enclosure(e):
-    return e.period, e.roots, e.theta_min, e.theta(T), e.theta_error(1, 0.1), e.spin
+    return e.interval("period"), e.interval("roots"), e.interval("theta", T, 20), e.spin
 
 
 def of_run(t):
@@ -32,13 +35,13 @@ def of_run(t):
 
 MADE = {
     "motion": (lambda: ht.Motion(BOOK, KICKED), of_motion),
-    "enclosure": (lambda: ht.enclose(BOOK, KICKED, 20), of_enclosure),
-    "enclosure of an axis": (lambda: enclose_axis((0.0, 0.6, 0.8), (1.0, 3.0, 4.0), 1.0),
-                             lambda e: e.period),
+    "enclosure": (lambda: ht.Motion(BOOK, KICKED), of_enclosure),
+    "motion of an axis": (lambda: ClosedForm(reduced_from_axis(*AXIS)), of_enclosure),
     "run": (lambda: ht.propagate(scene()), of_run),
     "run of 20 digits, attitude": (
         lambda: ht.propagate(scene(digits=20), formulation="attitude"), of_run),
-    "numbers of a motion": (lambda: ht.Motion(BOOK, KICKED).at(T, 30), lambda record: record),
+    "numbers of a motion": (lambda: ht.Motion(BOOK, KICKED).at(T, 30),
+                            lambda at: (at.t, at.axis, at.energy)),
 }  # fmt: skip
 
 

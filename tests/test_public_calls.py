@@ -30,7 +30,6 @@ NEEDED = {
     "check": {"data": {"t": range(5), "theta": [0.1] * 5}, "scene": SCENE},
     "certify": {"run": SCENE},
     "drift": {"scene": SCENE},
-    "enclose": {"top": TOP, "start": START},
     "extend": {"trajectory": RUN, "time_span": 3},
     "facts": {"motion": MOTION},
     "explore": {"scene": SCENE, "path": "no such folder/x.html"},
@@ -106,10 +105,8 @@ TAKING = {
     ht.drift: (DRIFT, "methods ensemble seed folder progress"),
     ht.stress: (STRESS, "progress"),
     ht.resume: ({"folder": "no such folder"}, "jobs"),
-    ht.enclose: (NEEDED["enclose"] | {"digits": 15}, "digits limit"),
-    ht.enclose(TOP, START).theta: ({}, "t"),
     MOTION.at: ({"t": 1, "digits": 30}, "t digits"),
-    MOTION.form: ({}, "digits"),
+    MOTION.interval: ({"name": "theta", "t": 1, "digits": 15}, "t digits"),
     RUN.__call__: ({}, "t"),
 }
 CALLS = [
@@ -171,7 +168,7 @@ TOLD = [  # what is called, with what, and what is told
     (ht.Top, (1, [], 1), {}, "C: a number is not a list"),
     (ht.Top, ("3,28e-4", 1, 1), {}, "is written with a point"),
     (ht.State, (), {"theta": 30.0}, 'radians; 30 degrees are "30 deg"'),
-    (ht.enclose, (TOP, START, "x"), {}, 'from 2 to 10000, not "x"'),
+    (MOTION.interval, ("period",), {"digits": "x"}, 'from 2 to 10000, not "x"'),
     (ht.facts, (TOP,), {}, "start: a State"),
     (ht.facts, (MOTION, START), {}, "start: only with a top"),
 ]

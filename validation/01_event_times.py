@@ -4,14 +4,14 @@ import numpy as np
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.run.verify import closed_form
+from heavytop.run.verify import own_motion
 
 PERIODS = 100
 
 for name in ("sicm-kicked", "sicm-dropped", "sicm-forward", "lie-group-benchmark"):
     scene = ht.load_scene(name, overrides=[f"span.periods={PERIODS}"])
     run = ht.propagate(scene)
-    truth = closed_form(run)
+    truth = own_motion(run)
     turning = run.events.is_turning
     t = run.events.t[turning]
     expected = np.arange(2 * PERIODS + 1) * truth.period / 2  # released at a turning point

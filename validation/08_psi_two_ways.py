@@ -12,7 +12,7 @@ import numpy as np
 from claim import claim, finish, most
 
 import heavytop as ht
-from heavytop.run.verify import closed_form
+from heavytop.run.verify import own_motion
 
 FORMS = ("axis", "attitude")
 REPEATS = 15
@@ -53,7 +53,7 @@ def attitude_error(run, exact):
 def errors_of(scene, formulation):
     """Return steps a period and the errors of phi, psi and the attitude at 200 samples."""
     run = ht.propagate(long(scene, 200), formulation=formulation)
-    exact = closed_form(run)(run.t)
+    exact = own_motion(run).at(run.t)
     away = np.sin(exact.theta) > 1e-3  # near a pole neither angle has its digits alone
     phi, psi = (np.max(np.abs(getattr(run, x) - getattr(exact, x))[away]) for x in ("phi", "psi"))
     return run.statistics.steps / PERIODS, float(phi), float(psi), attitude_error(run, exact)

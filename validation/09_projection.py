@@ -12,7 +12,7 @@ from claim import claim, finish
 
 import heavytop as ht
 from heavytop.equations.lambdify import lambdified
-from heavytop.run.verify import closed_form, phase_error
+from heavytop.run.verify import own_motion, phase_error
 
 MARKS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 MOST = int(sys.argv[1]) if len(sys.argv) > 1 else MARKS[-1]  # fewer periods, for a quick look
@@ -29,7 +29,7 @@ def run(formulation, projected, start=0, periods=None):
 
 
 def phases(trajectory):
-    period = closed_form(trajectory).period
+    period = own_motion(trajectory).period
     return [phase_error(trajectory, (n + 2 / 3) * period) for n in marks]
 
 

@@ -9,6 +9,7 @@ import sys
 from time import perf_counter
 
 from claim import claim, finish, most
+from digits import Digits
 
 import heavytop as ht
 
@@ -24,7 +25,7 @@ def propagated(digits, *overrides):
 
 def off(run, digits):
     """Largest error of theta, phi and psi at the samples, relative to max(1, |x|), in digits."""
-    truth = ht.Motion(run.scene.top, run.scene.start).form(digits + 20)
+    truth = Digits(ht.Motion(run.scene.top, run.scene.start), digits + 20)
     ctx, worst = truth.ctx, 0
     for sample in run.decimals.samples[1:]:
         exact = truth(ctx.mpf(sample.t))

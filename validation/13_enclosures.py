@@ -11,7 +11,6 @@ from fractions import Fraction
 from claim import claim, finish, interleaved
 
 import heavytop as ht
-from heavytop.analytic.enclosure import enclose
 from heavytop.exact.balls import Interval
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
@@ -23,21 +22,21 @@ scene = ht.load_scene("sicm-kicked")
 
 def costs(digits):
     """Programs that enclose, each 20 times, to so many digits."""
-    warm = enclose(scene.top, scene.start, digits)
-    warm.theta(1), warm.theta_error(1, 0.4)
+    warm = ht.Motion(scene.top, scene.start)
 
-    def fresh(name):
-        return lambda: [getattr(enclose(scene.top, scene.start, digits), name) for _ in range(20)]
+    def fresh(name, t=None):
+        motions = (ht.Motion(scene.top, scene.start) for _ in range(20))
+        return [motion.interval(name, t, digits) for motion in motions]
+
+    def again(t):
+        return lambda: [warm.interval("theta", t, digits) for _ in range(20)]
 
     return {
-        "period": fresh("period"),
-        "precession": fresh("precession"),
-        "first θ(t)": lambda: [
-            enclose(scene.top, scene.start, digits).theta(1.7) for _ in range(20)
-        ],
-        "another θ(t)": lambda: [warm.theta(1.7) for _ in range(20)],
-        "θ(10¹² s)": lambda: [warm.theta(1e12) for _ in range(20)],
-        "theta_error": lambda: [warm.theta_error(1.7, 0.4) for _ in range(20)],
+        "period": lambda: fresh("period"),
+        "precession": lambda: fresh("precession"),
+        "first θ(t)": lambda: fresh("theta", 1.7),
+        "another θ(t)": again(1.7),
+        "θ(10¹² s)": again(1e12),
     }
 
 
@@ -48,7 +47,7 @@ for digits in (15, 50, 100, 1000):
 
 steady = ht.load_scene("steady-betsch").top
 off = ht.State(theta="pi/3", phidot=10, thetadot="1e-40", psidot="135.6")
-best = interleaved({"off": lambda: enclose(steady, off).period}, repeats=300)
+best = interleaved({"off": lambda: ht.Motion(steady, off).interval("period")}, repeats=300)
 print(f"     {best['off'] * 1e6:.0f} us for a period 1e-40 rad/s off steady precession")
 
 
@@ -76,22 +75,15 @@ def outside(ball, value):
 dice, values, wrong, wide = random.Random(0), 0, 0, 0
 for _ in range(TOPS):
     top, start = drawn(dice)
-    form, found = ht.Motion(top, start).form(150), enclose(top, start, digits=50)
+    motion = ht.Motion(top, start)
     t = dice.choice([0, 1.5, -1e3, 10.0 ** dice.uniform(-3, 6)])
-    at = form(t)
-    pairs = [
-        (found.period, form.period),
-        (found.precession, form.precession),
-        (found.spin, form.spin),
-        (found.theta_min, min(form.tilts)),
-        (found.theta_max, max(form.tilts)),
-        (found.u(t), at.u),
-    ]
-    names = ("theta", "phi", "psi")
-    pairs += [(getattr(found, name)(t), getattr(at, name)) for name in names]
-    pairs += zip(found.rates(t), [getattr(at, f"{name}dot") for name in names], strict=True)
-    pairs += zip(found.axis(t), at.axis, strict=True)
-    pairs += zip(found.quaternion(t), at.quaternion, strict=True)
+    at = motion.at(t, 150)
+    names = ("period", "precession", "spin", "theta_min", "theta_max")
+    pairs = [(motion.interval(name, None, 50), motion.mpf(name, 150)) for name in names]
+    names = ("u", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+    pairs += [(motion.interval(name, t, 50), getattr(at, name)) for name in names]
+    for name in ("axis", "quaternion"):
+        pairs += zip(motion.interval(name, t, 50), getattr(at, name), strict=True)
     values += len(pairs)
     wrong += sum(outside(*pair) for pair in pairs)
     wide += sum(ball.digits < 50 for ball, _ in pairs if ball is not None)

@@ -14,7 +14,7 @@ import numpy as np
 from claim import claim, finish, interleaved
 
 import heavytop as ht
-from heavytop.analytic.many_motions import Motions, motions_many
+from heavytop.analytic.many import Motions, motions_many
 from heavytop.analytic.motion import Motion
 
 ROWS = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000

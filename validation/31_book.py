@@ -3,6 +3,7 @@
 import mpmath
 import numpy as np
 from claim import claimed, finish, most
+from digits import Digits
 
 import heavytop as ht
 
@@ -117,21 +118,22 @@ def quadratures():
 @claimed("book-period")
 def _():
     return most(
-        relative(motion.form(DIGITS).period, found[1]) for _, motion, found, _ in quadratures()
+        relative(motion.mpf("period", DIGITS), found[1]) for _, motion, found, _ in quadratures()
     )
 
 
 @claimed("book-precession")
 def _():
     return most(
-        relative(motion.form(DIGITS).precession, found[2]) for _, motion, found, _ in quadratures()
+        relative(motion.mpf("precession", DIGITS), found[2])
+        for _, motion, found, _ in quadratures()
     )
 
 
 @claimed("book-spin")
 def _():
     return most(
-        relative(motion.form(DIGITS).spin, found[3]) for _, motion, found, _ in quadratures()
+        relative(motion.mpf("spin", DIGITS), found[3]) for _, motion, found, _ in quadratures()
     )
 
 
@@ -139,7 +141,7 @@ def _():
 def _():
     worst = 0.0
     for _, motion, found, _ in quadratures():
-        high, low = motion.form(DIGITS).tilts
+        high, low = motion.mpf("tilts", DIGITS)
         worst = most(worst, relative(high if found[0] > 0.1 else low, found[0]))
     return worst
 
@@ -306,14 +308,14 @@ def partway():
 @claimed("book-exercise-2.12")
 def _():
     _, motion, t = partway()
-    form = motion.form(DIGITS)
+    form = Digits(motion, DIGITS)
     return abs(mp.mpf(form(form.ctx.mpf(t)).theta) - mp.mpf(PARTWAY))
 
 
 @claimed("book-spin-partway")
 def _():
     _, motion, t = partway()
-    form, book = motion.form(DIGITS), next(iter(quadratures()))[3]
+    form, book = Digits(motion, DIGITS), next(iter(quadratures()))[3]
     return relative(form(form.ctx.mpf(t)).psidot, book.psidot(mp.mpf(PARTWAY)))
 
 

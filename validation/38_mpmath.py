@@ -4,6 +4,7 @@ from functools import cache
 
 import mpmath
 from claim import claimed, finish, most
+from digits import Digits
 
 import heavytop as ht
 
@@ -87,7 +88,7 @@ def moving():
 
 
 def form(formula):
-    return ht.Motion(formula.scene.top, formula.scene.start).form(DIGITS)
+    return Digits(ht.Motion(formula.scene.top, formula.scene.start), DIGITS)
 
 
 @claimed("mpmath-first")

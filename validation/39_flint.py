@@ -9,6 +9,7 @@ from functools import cache
 import flint
 import mpmath
 from claim import claimed, finish, most
+from digits import Digits
 from flint import acb, arb
 
 import heavytop as ht
@@ -91,7 +92,7 @@ def cubics():
 
 
 def form(cubic):
-    return ht.Motion(cubic.scene.top, cubic.scene.start).form(DIGITS)
+    return Digits(ht.Motion(cubic.scene.top, cubic.scene.start), DIGITS)
 
 
 def off(enclosure, value):
@@ -125,9 +126,9 @@ def _():
     """Our own enclosures that do not hold FLINT's integral, or are wider than was asked for."""
     missed = 0
     for cubic in cubics():
-        found = ht.enclose(cubic.scene.top, cubic.scene.start, digits=OURS)
+        motion = ht.Motion(cubic.scene.top, cubic.scene.start)
         for name in ("period", "precession", "spin"):
-            mine, theirs = getattr(found, name), getattr(cubic, name)
+            mine, theirs = motion.interval(name, digits=OURS), getattr(cubic, name)
             spread, size = fraction(mine.spread), abs(fraction(mine.middle))
             holds = bool(abs(fraction(mine.middle) - theirs) < spread)  # for all of both balls
             narrow = bool(spread <= arb(10) ** -OURS * size.max(arb(1)))

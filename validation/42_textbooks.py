@@ -6,6 +6,7 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 from claim import claimed, finish, most
+from digits import Digits
 
 import heavytop as ht
 
@@ -33,7 +34,7 @@ def _():
 
 def fast(omega3):
     """Our period and precession of a fast top, over Landau's formulas, and p_psi^2/4A gMR."""
-    motion = ht.Motion(ht.Top(**BOOK), ht.State(theta=TILT, omega3=omega3)).form(48)
+    motion = Digits(ht.Motion(ht.Top(**BOOK), ht.State(theta=TILT, omega3=omega3)), 48)
     A, C, gMR = (mp.mpf(x) for x in BOOK.values())
     p_psi = C * omega3
     period, rate = 2 * mp.pi * A / p_psi, gMR / p_psi
@@ -105,7 +106,7 @@ def _():
     motion = ht.Motion(FREE, TOSSED)
     with mp.workdps(80):
         exact = Regular()
-        period = mp.mpf(motion.form(75).period) * exact.rate / (2 * mp.pi)
+        period = mp.mpf(motion.mpf("period", 75)) * exact.rate / (2 * mp.pi)
         return most(abs(period - 1), exact.off(motion.at(t, digits=75).axis for t in AFTER))
 
 
@@ -128,7 +129,7 @@ def gauss():
 
 @claimed("gauss-pendulum")
 def _():
-    motion = ht.Motion(PENDULUM, ht.State(**SWING)).form(48)
+    motion = Digits(ht.Motion(PENDULUM, ht.State(**SWING)), 48)
     return abs(2 * mp.mpf(motion.period) / gauss() - 1)  # a period of theta is half a swing
 
 
@@ -185,7 +186,7 @@ def _():
         nudged = ht.State(
             theta="0.1", thetadot="1e-12", phidot=steady.phidot, psidot=steady.psidot
         )  # the momenta of the steady motion
-        period = ht.Motion(ht.Top(**BOOK), nudged).form(40).period
+        period = ht.Motion(ht.Top(**BOOK), nudged).mpf("period", 40)
         worst = most(worst, float(abs(mp.mpf(period) * own / (2 * mp.pi) - 1)))
     return worst
 

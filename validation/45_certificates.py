@@ -15,11 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 from claim import claim, finish, most
+from digits import Digits
 
 import heavytop as ht
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.errors import NotCertified
-from heavytop.run.own_motion import closed_form, own_motion
+from heavytop.run.own_motion import own_motion
 from heavytop.scene.scene import shipped_names
 
 RUNS = int(sys.argv[1]) if len(sys.argv) > 1 else 40
@@ -47,7 +47,7 @@ def drawn(seed: int) -> ht.Trajectory:
 
 def times_to_look_at(run: ht.Trajectory, rng: np.random.Generator) -> set[float]:
     """Return the times, of many, at which errors in doubles are largest, and some random ones."""
-    known, form = {name: [] for name in NAMES}, closed_form(run)
+    known, form = {name: [] for name in NAMES}, own_motion(run).at
     for _ in range(0, TIMES, PART):
         times = np.sort(run.orbit.end * rng.uniform(0, 1, min(PART, TIMES)))
         seen, true = run(times), form(times)
@@ -62,7 +62,7 @@ def times_to_look_at(run: ht.Trajectory, rng: np.random.Generator) -> set[float]
 
 def largest_errors(run: ht.Trajectory, rng: np.random.Generator) -> dict[str, float]:
     """Return the largest errors found, in 128 bits."""
-    exact, found = ClosedForm(own_motion(run), DIGITS), dict.fromkeys(NAMES, 0.0)
+    exact, found = Digits(own_motion(run), DIGITS), dict.fromkeys(NAMES, 0.0)
     times = sorted(times_to_look_at(run, rng))
     seen = run(np.array(times))
     for k, t in enumerate(times):

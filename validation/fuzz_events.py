@@ -19,6 +19,7 @@ from typing import Any
 
 import fuzz
 import numpy as np
+from digits import Digits
 
 import heavytop as ht
 from heavytop.errors import BadScene, EndedEarly
@@ -144,7 +145,7 @@ def _judged(what: str, scene: ht.Scene, run: Callable[[ht.Scene], Any]) -> Itera
 
 def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
     motion = ht.Motion(scene.top, scene.start)
-    form = motion.form(scene.digits + SPARE)
+    form = Digits(motion, scene.digits + SPARE)
     ctx, bound = form.ctx, 10.0**-scene.digits
     passing = str(motion.kind) in ("through-top", "through-bottom", "planar-pendulum")
     end = form(ctx.mpf(found.t[-1]))
@@ -179,7 +180,7 @@ def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
 
 def _events_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
     blur = 1e-9 if found.decimals is None else 10.0**-scene.digits
-    motion = ht.Motion(scene.top, scene.start).form(100)
+    motion = Digits(ht.Motion(scene.top, scene.start), 100)
     end = (
         scene.periods.mpf(motion.ctx) * motion.period
         if scene.time is None
@@ -197,7 +198,7 @@ def _events_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
 def _events_late(scene: ht.Scene, found: Any) -> Iterator[str]:
     """Times of turning points, in doubles: by 10^-digits (T + 1/|θ̈|), with θ̈ of the closed form."""
     motion, turning = ht.Motion(scene.top, scene.start), found.events.of("turning")
-    form = motion.form(40)
+    form = Digits(motion, 40)
     if found.decimals or form.period is None or not len(turning):
         return
     ctx, half, first = form.ctx, form.period / 2, form.lower_turning
@@ -217,7 +218,7 @@ def _events_late(scene: ht.Scene, found: Any) -> Iterator[str]:
 def true_counts(scene: ht.Scene, end: Any, slack: float) -> dict[str, int] | None:
     """Return how many events there are up to so much of a period and of the span beyond its end."""
     motion = ht.Motion(scene.top, scene.start)
-    form = motion.form(100)
+    form = Digits(motion, 100)
     ctx, first, period = form.ctx, form.lower_turning, form.period
     if period is None or str(motion.kind) == "undecided":
         return None

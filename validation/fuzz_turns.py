@@ -15,9 +15,9 @@ from dataclasses import replace
 
 import fuzz
 import numpy as np
+from digits import Digits
 
 import heavytop as ht
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.run.own_motion import own_motion
 
 FAMILIES = ("pole-start", "close-pass", "planar", "sleeper", "any")
@@ -87,7 +87,7 @@ def _truth(run: ht.Trajectory) -> list:
     times = [float(t) for t in run.t]
     if run.decimals is not None:
         times = [sample.t for sample in run.decimals.samples]
-    form = ClosedForm(own_motion(run), DIGITS)
+    form = Digits(own_motion(run), DIGITS)
     return [form(form.ctx.mpf(t)) for t in times]
 
 

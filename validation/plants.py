@@ -68,10 +68,10 @@ PLANTS = (
     ),
     Plant(
         "the modulus k for the parameter m, in the elliptic integrals",
-        "analytic/solution.py",
+        "analytic/constants.py",
         (
             ("arb(1).agm(roots.mc.sqrt()))", f"arb(1).agm(({SQUARED}).sqrt()))"),
-            ("third_kind(path.roots.mc,", "third_kind(1 - path.roots.m**2,"),
+            ("third_kind(self.cubic.mc,", "third_kind(1 - self.cubic.m**2,"),
         ),
         ("mpmath-first", "mpmath-third", "mpmath-period", "gauss-pendulum"),
     ),
@@ -83,7 +83,7 @@ PLANTS = (
     ),
     Plant(
         "a turn lost in every period, in the closed form",
-        "analytic/solution.py",
+        "analytic/constants.py",
         (
             (
                 "        self.rate = self.turn -",
@@ -142,7 +142,7 @@ FINE = (
     ),
     Plant(
         "the rate of ψ, its parts with the other sign, in the closed form",
-        "analytic/solution.py",
+        "analytic/constants.py",
         (("start.kappa + side * (plus - minus)", "start.kappa - side * (plus - minus)"),),
         ("book-spin-partway",),
     ),
@@ -154,7 +154,7 @@ FINE = (
     ),
     Plant(
         "Δψ of a period, its parts twice, in the closed form",
-        "analytic/solution.py",
+        "analytic/constants.py",
         (("spin = self.side * (plus - minus)", "spin = 2 * self.side * (plus - minus)"),),
         ("book-spin",),
     ),
@@ -175,13 +175,13 @@ FINE = (
     ),
     Plant(
         "ψ upside down, its parts with the other sign, in the closed form",
-        "analytic/solution.py",
+        "analytic/constants.py",
         (("start.kappa * t + side * (place", "start.kappa * t + (place"),),
         ("euler-upside-down",),
     ),
     Plant(
         "half of the jump at exact passes, in the closed form",
-        "analytic/solution.py",
+        "analytic/constants.py",
         (("return self.turn * (floor(", "return self.turn / 2 * (floor("),),
         ("euler-through",),
     ),

@@ -1,18 +1,15 @@
 """The public names, and the modules where they live; ``__init__.py`` reads them from here."""
 
-from .analytic.enclosure import (
-    Enclosure as Enclosure,
-    enclose as enclose,
-)
 from .analytic.facts import (
     Facts as Facts,
     facts as facts,
 )
-from .analytic.many_motions import (
+from .analytic.many import (
     Motions as Motions,
     motions_many as motions_many,
 )
 from .analytic.motion import Motion as Motion
+from .analytic.record import Record as Record
 from .analytic.reference import (
     Reference as Reference,
     reference as reference,

@@ -1,9 +1,9 @@
 """Expressions that the closed form's code takes for balls, and when such an expression is 0.
 
 A `Family` of motions is a set of symbols, the squares of those that are roots, and one point, at
-which comparisons are looked up. `Family.solution` runs the code of `analytic/solution` and of
-`analytic/cubic` on them: no formula of the two is written again. What only has a number is a
-function with a known derivative: sn, cn, dn, tanh, sech, and the argument of θ₁.
+which comparisons are looked up. `Family.record` runs the code of `analytic/constants`, `form` and
+`roots` on them: no formula of these is written again. What only has a number is a function with a
+known derivative: sn, cn, dn, tanh, sech, and the sweeps, which are arguments of theta functions.
 
 An expression vanishes if its numerator, reduced by the squares and by sn² + cn² = 1 = m sn² + dn²,
 is the polynomial 0 over the rational numbers. It is then 0 for every motion of the family.
@@ -12,24 +12,18 @@ is the polynomial 0 over the rational numbers. It is then 0 for every motion of 
 from functools import cache
 
 import sympy as sp
+from flint import arb
 
-from heavytop.analytic import cubic, solution
+from heavytop.analytic import balls, constants, form, roots
 from heavytop.classification.reduced import Reduced, Regime
 from heavytop.equations import lagrangian as lag
 
-TIME, PHASE, PHI, PSI = sp.symbols("t phase phi_start psi_start", real=True)
+TIME, PHI, PSI = sp.symbols("t phi_start psi_start", real=True)
 w, size, low, m, k, span, gamma = sp.symbols("w size low m k span gamma", positive=True)
 sn, cn, dn, sn0, cn0, dn0 = sp.symbols("sn cn dn sn0 cn0 dn0", real=True)
 u, spin, Q_plus, Q_minus = sp.symbols("u spin Q_plus Q_minus", real=True)
 
 ZERO, HALF = sp.Integer(0), sp.Rational(1, 2)
-
-
-class Whole(sp.Function):
-    """A whole number near another: constant between its jumps."""
-
-    def fdiff(self, _=1):
-        return ZERO
 
 
 class Sn(sp.Function):
@@ -59,18 +53,22 @@ class Sech(sp.Function):
         return -Tanh(*self.args) * Sech(*self.args)
 
 
-class Argument(sp.Function):
-    """The argument of iθ₁(x − iβ): of x in periods, β, and the parameter m."""
+class Sweep(sp.Function):
+    """The sweep of Φ₊ (0) or Φ₋ (1): of z, of v, and of which it is; an odd function of z."""
+
+    @classmethod
+    def eval(cls, z, *_):
+        return ZERO if z == 0 else None
 
     def fdiff(self, _=1):
-        return ArgumentRate(*self.args)
+        return SweepRate(*self.args)
 
 
-ArgumentRate, Mean, Angle, Asinh = map(sp.Function, ("ArgumentRate", "Mean", "Angle", "Asinh"))
-Cosine, First, Third = map(sp.Function, ("Cosine", "First", "Third"))  # as `elliptic` has them
+SweepRate, Mean, Angle, Asinh = map(sp.Function, ("SweepRate", "Mean", "Angle", "Asinh"))
+Cosine, First, Third = map(sp.Function, ("Cosine", "First", "Third"))  # as `roots` has them
 NUMBERS = {Sn: 0.6, Cn: 0.8, Dn: 0.9, Tanh: 0.6, Sech: 0.8, Asinh: 0.7}
 POINT = {
-    TIME: 1.0, PHASE: 0.1, w: 1.3, size: 0.8, low: 0.6, m: 0.3, k: 0.6, span: 1.2, gamma: 1.3,
+    TIME: 1e-9, w: 1.3, size: 0.8, low: 0.6, m: 0.3, k: 0.6, span: 1.2, gamma: 1.3,
     sn: 0.6, cn: 0.8, dn: 0.9, sn0: 0.6, cn0: 0.8, dn0: 0.9, u: 0.3, spin: 3.0,
     lag.A: 1.0, lag.C: 0.5,
 }  # fmt: skip
@@ -83,6 +81,7 @@ class Symbol:
 
     def __init__(self, value):
         value = value.value if isinstance(value, Symbol) else value
+        value = int(value.unique_fmpz()) if isinstance(value, arb) else value  # the default, 0
         self.value = sp.Rational(value) if isinstance(value, float) else sp.sympify(value)
 
     def __add__(self, other):
@@ -125,6 +124,9 @@ class Symbol:
 
     def __ge__(self, other):
         return not self < other
+
+    def __float__(self):
+        return self.family.at_the_point(self.value)
 
     def __abs__(self):
         return self if self >= 0 else -self
@@ -190,23 +192,32 @@ class Symbol:
         return Symbol(Angle(y.value, x.value))
 
 
-class Jacobi:
-    """What `elliptic.Jacobi` computes: functions of 2K x, and the argument of iθ₁(x − iβ)."""
+class Theta:
+    """What `theta.Theta` computes, of z = scale x: for m < 1 as it does for m ≤ ½."""
 
-    def __init__(self, tau):
-        self.m, root = ZERO, sp.Integer(1)
-        if tau is not None:  # K'/K, with K = π/(2 agm(1, √(1 − m))) by Gauss
-            over, under = sp.fraction(tau.value)
-            root, self.m = over.args[0], under.args[0] ** 2
-            assert Symbol.family.vanishes(self.m + root**2 - 1)
-        self.two_K = sp.pi / Mean(root)
+    def __init__(self, m, mc, bits):
+        self.m, self.hyperbolic = m.value, m.value == 1
+        self.two_K = sp.Integer(0) if self.hyperbolic else sp.pi / Mean(mc.sqrt().value)
+        self.scale = Symbol(1 if self.hyperbolic else sp.pi / self.two_K)
+        self.half = Symbol(0 if self.hyperbolic else sp.pi / 2)
         Symbol.family.take(self.m)
 
-    def functions(self, x):
-        return tuple(Symbol(f(self.two_K * x.value, self.m)) for f in (Sn, Cn, Dn))
+    def function(self, N, upper, which):
+        def value(z, *_):
+            x = z.value / self.scale.value + (self.two_K / 2 if upper else 0)
+            functions = (Tanh, Sech, Sech) if self.hyperbolic else (Sn, Cn, Dn)
+            return Symbol(functions[which - 1](x, self.m) if which else 1)
 
-    def argument(self, x, beta):
-        return Symbol(Argument(x.value, beta.value, self.m))
+        return value
+
+    def sweep(self, N, v, sign, beside):
+        if self.hyperbolic:  # v is the arctangent of an expression
+            return lambda z, *_: sign * Symbol(sp.atan(Tanh(z.value, self.m) / v.value.args[0]))
+        which = [half.v for half in Symbol.family.halves].index(v)
+        return lambda z, *_: sign * Symbol(Sweep(z.value, v.value, which))
+
+    def step(self, v, sign):
+        return sign * Symbol(sp.pi) / 2
 
 
 def first_kind(s2, c2, mc):
@@ -215,15 +226,6 @@ def first_kind(s2, c2, mc):
 
 def third_kind(mc, p):
     return Symbol(Third(mc.value, p.value))
-
-
-def whole(x, *_):
-    return Symbol(Whole(x.value))
-
-
-def without_jumps(x):
-    """A number of periods but for whole ones."""
-    return sp.expand(x).replace(Whole, lambda _: ZERO)
 
 
 @cache
@@ -365,18 +367,42 @@ class Family(Algebra):
         kappa = b * (lag.A / lag.C - 1)
         return Reduced(*map(Symbol, (g, b, u0, 1 - u0, 1 + u0, udot0, drift0, kinetic0, kappa)))
 
-    def solution(self, monkeypatch, code=solution, roots=cubic):
-        """What the code of the closed form, and of the roots, makes of this family."""
+    def constants(self, monkeypatch, **changed):
+        """What the code, or a changed one, makes of this family."""
+        codes = {"constants": constants, "form": form, "roots": roots, "balls": balls} | changed
         monkeypatch.setattr(Symbol, "family", self)
-        of_numbers = {"arb": Symbol, "Jacobi": Jacobi, "_nearest": whole, "floor": whole}
-        of_numbers |= {"first_kind": first_kind, "third_kind": third_kind, "Roots": roots.Roots}
+        for code in codes.values():
+            monkeypatch.setattr(code, "arb", Symbol)
+        of_numbers = {"Theta": Theta, "first_kind": first_kind, "third_kind": third_kind}
+        of_numbers |= {"Roots": codes["roots"].Roots}
         for name, symbolic in of_numbers.items():
-            monkeypatch.setattr(code, name, symbolic)
-        monkeypatch.setattr(roots, "arb", Symbol)
-        monkeypatch.setattr(roots, "_distances", lambda *_: list(map(Symbol, self.distances)))
+            monkeypatch.setattr(codes["constants"], name, symbolic)
+        of_numbers = {"atan2": Symbol.atan2, "sin_cos": Symbol.sin_cos, "modulo_circle": Symbol}
+        of_numbers |= {"argument": lambda z, _: (z, z, z)}
+        for name, symbolic in of_numbers.items():
+            monkeypatch.setattr(codes["balls"], name, symbolic)
+        monkeypatch.setattr(codes["form"], "balls", codes["balls"])
+        monkeypatch.setattr(codes["roots"], "_distances", lambda *_: [*map(Symbol, self.distances)])
         given = self.over.mirrored() if self.regime.mirrored else self.over
-        self.found = code.Solution(given, (Symbol(PHI), Symbol(PSI)), self.regime)
+        angles = Symbol(PHI), Symbol(PSI)
+        self.codes = codes
+        self.found = codes["constants"].Constants(given, angles, self.regime, 64)
         return self.found
+
+    def record(self, monkeypatch, n=0, **changed):
+        """Where the top is, nearest the turning point n after that of the start."""
+        found = self.constants(monkeypatch, **changed)
+        N = self.codes["balls"]
+        monkeypatch.setattr(N, "nearest", lambda c, t, z: (n, z(n, t)))
+        return self.codes["form"].Form(found, N)(Symbol(TIME))
+
+    @property
+    def halves(self):
+        """Φ₊ and Φ₋, also while they are made."""
+        return self.found.halves
+
+    def take(self, m):
+        """The parameter of the elliptic functions is that which the code made."""
 
     def at_start(self, expression):
         """The expression at t = 0."""
@@ -426,72 +452,59 @@ class Nutating(Family):
             self.squares = {dn: 1 - modulus * sn**2} | self.squares
             self.known = {}
 
-    def solution(self, monkeypatch, code=solution, roots=cubic):
-        """The same; the phase x₀/2K stands as a symbol."""
-        found = super().solution(monkeypatch, code, roots)
-        self.phase = found.path.phase.value
-        vars(found.path)["phase"] = Symbol(PHASE)
-        return found
-
-    def later(self, x):
-        """How many periods a number of them is after now, but for whole ones."""
-        return without_jumps(x - self.found.path.periods(Symbol(TIME)).value)
-
     def plain(self, expression):
-        """sn, cn and dn are those of w t + x₀, by which rates of arguments are written too."""
-        rates = expression.atoms(ArgumentRate)
+        """sn, cn and dn are those of w t + x₀, by which rates of sweeps are written too."""
+        rates = expression.atoms(SweepRate)
         self.rates |= {x: self.rate(*x.args) for x in rates - set(self.rates)}
         expression = expression.xreplace({x: self.rates[x] for x in rates})
-        values = {}
-        for f in expression.atoms(Sn, Cn, Dn):
-            third = dn if f.args[1] != 0 else 1
-            functions = {0: (sn, cn, third), -HALF: (-cn / third, None, None)}
-            later = self.later(f.args[0] / self.found.path.jacobi.two_K)
-            values[f] = functions[later][(Sn, Cn, Dn).index(f.func)]
+        now = {Sn: sn, Cn: cn, Dn: dn}
+        values = {f: now[f.func] for f in expression.atoms(Sn, Cn, Dn)}
+        values |= {f: sp.Integer(1) for f in values if f.func is Dn and f.args[1] == 0}
         return expression.xreplace(values)
 
-    def rate(self, x, beta, m):
-        """The rate of the argument of iθ₁(x − iβ): π + c (E − Ē), E = 1/(1 − N sn² 2Kx).
+    def rate(self, z, v, which):
+        """The rate of the argument of iθ₁(x − iβ), π + c (E − Ē) with E = 1/(1 − N sn² 2Kx), per z.
 
-        `test_the_rate_of_the_argument` says why. With s = sn² of w t + x₀, E is α + β/(1 − n s), n
-        that of the code's own integral of the third kind, Π(n|m)/K the mean of 1/(1 − n s).
+        `test_the_rate_of_the_argument` says why; x is counted from the turning point beside the
+        pole. With s = sn² of w t + x₀, E is α + β/(1 − n s), n that of the code's own integral of
+        the third kind, Π(n|m)/K the mean of 1/(1 − n s).
         """
-        path = self.found.path
-        two_K, own = path.jacobi.two_K, -self.later(x)
-        half = path.halves[int(2 * own)]
-        [F], [Pi] = beta.atoms(First), half.turn.value.atoms(Third)
-        (s2, c2, other), (mc, p) = F.args, Pi.args
-        assert beta == F / two_K
+        m, two_K, half = self.found.theta.m, self.found.theta.two_K, self.halves[int(which)]
+        [Pi] = half.turn.value.atoms(Third)
+        (s2, c2, other), (mc, p) = v.args, Pi.args
+        assert v.func is First
         assert self.vanishes(other - m)  # F(φ|1 − m)
         assert self.vanishes(mc + m - 1)
         N = -c2 / s2
         c = two_K * self.root((c2 + m * s2) * (s2 + c2) / (s2 * c2))
-        E = 1 / (1 - N * Sn(two_K * x, m) ** 2)
-        begin, end = (1, 1 / (1 - N)) if own == 0 else (1 / (1 - N), 1)
+        E = 1 / (1 - N * (cn**2 / (dn**2 if m != 0 else 1) if which else sn**2))
+        begin, end = (1 / (1 - N), 1) if which else (1, 1 / (1 - N))
         slope = (end - begin) / (1 / p - 1)
-        now = Sn(two_K * (TIME / path.period.value + PHASE), m)
-        assert self.vanishes(E - begin + slope - slope / (1 - (1 - p) * now**2))
-        return sp.pi + c * (E - begin + slope - slope * Pi / (two_K / 2))
+        assert self.vanishes(E - begin + slope - slope / (1 - (1 - p) * sn**2))
+        return (sp.pi + c * (E - begin + slope - slope * Pi / (two_K / 2))) / sp.pi
 
     def at_start(self, expression):
         """The expression at t = 0: sn F(φ|m) is sin φ, cn and dn belong to it."""
-        jacobi, phase = self.found.path.jacobi, self.phase
+        c = self.found
+        phase, two_K, m = c.phase.value, c.theta.two_K, c.theta.m
         if phase.has(First):
             [F] = phase.atoms(First)
-            assert phase in (F / jacobi.two_K, -F / jacobi.two_K)
+            assert phase in (F / two_K, -F / two_K)
             s2, c2, mc = F.args
-            assert self.vanishes(mc + jacobi.m - 1)
+            assert self.vanishes(mc + m - 1)
             sine = self.root(s2 / (s2 + c2)) * (-1 if phase.could_extract_minus_sign() else 1)
             cosine = self.root(c2 / (s2 + c2))
         else:
             sine, cosine = {ZERO: (0, 1), -HALF: (-1, 0)}[phase]
-        begin = sine, cosine, self.root(sp.sympify(1 - jacobi.m * sine**2))
+        begin = {Sn: sine, Cn: cosine, Dn: self.root(sp.sympify(1 - m * sine**2))}
         expression = super().at_start(expression)
+        values = {}
         for f in expression.atoms(Sn, Cn, Dn):
-            assert without_jumps(f.args[0] / jacobi.two_K) == PHASE
-        return expression.xreplace(
-            {f: begin[(Sn, Cn, Dn).index(f.func)] for f in expression.atoms(Sn, Cn, Dn)}
-        )
+            # −1 is as good a turning point of u₂ as 1, from which sn and cn are of the other sign
+            shift = sp.simplify(f.args[0] / two_K - phase)
+            assert shift in (0, 1)
+            values[f] = begin[f.func] * (-1 if shift and f.func is not Dn else 1)
+        return expression.xreplace(values)
 
 
 class Separatrix(Family):
@@ -509,14 +522,12 @@ class Separatrix(Family):
 
     def plain(self, expression):
         """Functions of w t + x₀ as symbols."""
-        if not expression.has(Tanh, Sech):
-            return expression
-        now = self.found.path.w.value * TIME + self.found.path.x0.value
-        return expression.xreplace({Tanh(now): sn, Sech(now): cn})
+        now = {Tanh: sn, Sech: cn}
+        return expression.xreplace({f: now[f.func] for f in expression.atoms(Tanh, Sech)})
 
     def at_start(self, expression):
         """The expression at t = 0, where sinh x₀ = y of x₀ = asinh y."""
-        [y] = self.found.path.x0.value.args
+        [y] = self.found.x0.value.args
         cosh = self.root(1 + y**2)
         values = {Tanh: y / cosh, Sech: 1 / cosh}
         expression = super().at_start(expression)

@@ -11,10 +11,9 @@ from functools import cache
 
 import pytest
 
-import heavytop as ht
-
 from ..by_hand import ByHand
 from ..motions import named
+from ..views import Bounds, Digits
 
 pytestmark = [pytest.mark.reference, pytest.mark.slow]
 
@@ -70,7 +69,7 @@ def reduced(name, digits):
 @pytest.mark.parametrize(("name", "digits"), CASES)
 def test_what_a_period_brings(name, digits):
     begun, truth = named(name), reduced(name, digits)
-    found, mp = ht.enclose(begun.top, begun.start, digits), truth.mp
+    found, mp = Bounds(begun, digits), truth.mp
     wanted = [2 * part for part in truth.integrals(+mp.pi)]
     for ball, want in zip((found.period, found.precession, found.spin), wanted, strict=True):
         middle = mp.mpf(ball.middle.numerator) / ball.middle.denominator
@@ -83,9 +82,9 @@ def test_what_a_period_brings(name, digits):
 def test_time_and_angles_at_a_tilt(name, digits):
     """From the largest θ on, t, φ and ψ at a tilt, and θ at that time; before it, mirrored."""
     begun, truth = named(name), reduced(name, digits)
-    form, mp = begun.form(digits + 10), truth.mp
+    form, mp = Digits(begun, digits + 10), truth.mp
     lowest = mp.mpf(form.lower_turning)
-    if begun.rising.regime.mirrored:
+    if begun.regime.mirrored:
         lowest += mp.mpf(form.period) / 2
     at_lowest = form(form.ctx.mpf(lowest))
     close = mp.mpf(10) ** (2 - digits)

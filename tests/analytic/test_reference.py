@@ -9,7 +9,7 @@ from fractions import Fraction
 import pytest
 from typer.testing import CliRunner
 
-from heavytop.analytic.enclosure import enclose
+from heavytop.analytic.motion import Motion
 from heavytop.analytic.reference import COLUMNS, read_times, reference
 from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile, Impossible
@@ -45,7 +45,7 @@ def test_events_between_two_times_and_before_the_start():
     turning = [float(t) for kind, t in exact.events if kind == "turning"]
     period = 0.542895518188
     assert turning == pytest.approx([k * period / 2 for k in range(-3, 4)], abs=1e-11)
-    forth = enclose(KICKED.top, KICKED.start).count("reversal", 1)
+    forth = Motion(KICKED.top, KICKED.start).events("reversal").count(0, 1)
     assert sum(kind == "reversal" and float(t) >= 0 for kind, t in exact.events) == forth
     assert not reference(load_scene("at-rest"), [0, 1], ["theta"], events=["cusp"]).events
 

@@ -81,9 +81,9 @@ def test_sensitivities_are_those_of_elementary_quadrature(which):
 
 def test_an_error_of_one_part_in_a_million_millions_is_seen(monkeypatch):
     """The derivatives at a moment C that is larger by so much."""
-    own = module._form
+    own = module._turns
     monkeypatch.setattr(
-        module, "_form", lambda numbers: own(numbers | {"C": numbers["C"] * (1 + 1e-12)})
+        module, "_turns", lambda numbers: own(numbers | {"C": numbers["C"] * (1 + 1e-12)})
     )
     assert off(ht.sensitivities(*MOTIONS["loops"]), *MOTIONS["loops"]) > 1e-13
 

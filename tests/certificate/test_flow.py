@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from flint import arb
 
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.certificate.balls import TooCoarse, larger, up
 from heavytop.certificate.flow import SMALL, Flow
 from heavytop.equations.registry import FORMULATIONS
@@ -13,6 +12,7 @@ from heavytop.exact.pairs import add, two_product
 from heavytop.run.own_motion import own_motion
 
 from ..certificates import flow_of, run_of
+from ..views import Digits
 
 NUTATING = ("sicm-kicked", "sicm-dropped", "spherical-pendulum", "force-free", "steady-betsch")
 RNG = np.random.default_rng(24)
@@ -23,7 +23,7 @@ def test_the_solution_is_that_of_the_elliptic_functions(name):
     """Two enclosures of one motion: by integrating the equations in balls, and in closed form."""
     trajectory = run_of(name)
     _, flow = flow_of(trajectory)
-    form = ClosedForm(own_motion(trajectory), 30)
+    form = Digits(own_motion(trajectory), 30)
     assert flow.period is not None
     period = trajectory.orbit.integrator.pace  # 1 for all of these
     assert period == 1
@@ -41,7 +41,7 @@ def test_the_solution_is_that_of_the_elliptic_functions(name):
 def test_many_periods_later_it_is_turned(form):
     trajectory = run_of("sicm-kicked", form, periods=1000, digits=9)
     _, flow = flow_of(trajectory)
-    exact = ClosedForm(own_motion(trajectory), 30)
+    exact = Digits(own_motion(trajectory), 30)
     times = RNG.uniform(0, trajectory.orbit.end, 6)
     (high, _), off, _ = flow.at((times, np.zeros(6)))
     for k, t in enumerate(times):
@@ -64,7 +64,7 @@ def test_the_quadrature_of_the_axis_form_gives_psi():
     trajectory = run_of("sicm-kicked", periods=50)
     own, flow = flow_of(trajectory)
     side, known = own.quadrature.side, trajectory.orbit.parameters
-    exact = ClosedForm(own_motion(trajectory), 30)
+    exact = Digits(own_motion(trajectory), 30)
     for t in RNG.uniform(0, trajectory.orbit.end, 5):
         true = exact(float(t))
         (high, _), _, _ = flow.at((np.array([t]), np.zeros(1)))

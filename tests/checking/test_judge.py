@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from heavytop.analytic.enclosure import enclose
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.errors import BadScene, Impossible
@@ -136,9 +135,9 @@ def test_events_of_the_data_are_counted(name):
     scene = load_scene(name)
     t = np.linspace(0, 5, 2001)
     found = check(vectors(Motion(scene.top, scene.start).at(t), t), scene).events
-    proved = enclose(scene.top, scene.start)
+    proved = Motion(scene.top, scene.start)
     for event, count in found.items():
-        assert count.exact <= proved.count(event, 5) <= count.exact_most
+        assert count.exact <= proved.events(event).count(0, 5) <= count.exact_most
         assert count.exact <= count.data <= count.exact_most
 
 

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from heavytop.analytic.closed_form import midpoint
+from heavytop.analytic.record import midpoint
 from heavytop.classification.reduced import (
     Reduced,
     Regime,

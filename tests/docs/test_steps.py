@@ -29,7 +29,7 @@ def steps_a_period(scene, formulation):
 
 def expected(motion, poles_of_angles):
     """e² ∮dt/ρ, with ρ the distance from the nearest of the singularities that the page names."""
-    (u1, u2, u3), (m, mc) = motion.roots, motion.exact.modulus
+    (u1, u2, u3), (m, mc) = motion.roots, motion.modulus
     quarter, other = float(mpmath.ellipk(m)), float(mpmath.ellipk(mc))
     lowest = (1 + u1) / (u2 - u1)
     highest = (1 - u2) * (u3 - u1) / ((u2 - u1) * (u3 - 1))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import heavytop as ht
 from heavytop.equations.quaternion import product
 from heavytop.integration.integrator import continued, not_begun
-from heavytop.run.verify import closed_form
+from heavytop.run.verify import own_motion
 
 from ..motions import LIE, LIE_START, SCENES
 
@@ -47,7 +47,7 @@ def assert_wound_right(top, start, form, bound=0.1, aside=1e-5, **span):
     """A lost turn is 6.28."""
     wanted = scene(top, start, quantities=ANGLES if form == "attitude" else ANGLES[:2], **span)
     trajectory = run(wanted, form)
-    exact = closed_form(trajectory)(trajectory.t)
+    exact = own_motion(trajectory).at(trajectory.t)
     if np.max(np.abs(trajectory.theta - exact.theta)) > 1e-4:
         return trajectory  # beside the unstable vertical: the motion itself is forgotten
     motion = ht.Motion(top, start)  # whose samples may all lie at its turning point by a pole
@@ -209,7 +209,7 @@ def test_a_fast_spin_costs_no_digits_and_no_steps():
         start = ht.State.kicked(theta=0.5, phidot=0.3, omega3=6.0 * factor)
         trajectory = run(scene(ht.Top(1, 0.5 / factor, 1), start, periods=10, events=()))
         steps.append(trajectory.statistics.steps)
-        exact = closed_form(trajectory)(trajectory.t)
+        exact = own_motion(trajectory).at(trajectory.t)
         assert np.max(distance(trajectory.samples.quaternion, attitude_of(exact))) < 1e-13
     assert np.max(np.abs(exact.psi)) > 1e6
     assert max(steps) <= min(steps) + 1
@@ -223,6 +223,6 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     state[:4] *= 1 + 1e-9
     start = replace(orbit.checkpoints[0], state=state)
     other = replace(trajectory, orbit=continued(not_begun(orbit.integrator, start), trajectory.t))
-    theta = closed_form(other)(other.t).theta
+    theta = own_motion(other).at(other.t).theta
     assert np.max(np.abs(other.theta - theta)) < 1e-14
     assert np.max(np.abs(trajectory.theta - theta)) > 1e-11

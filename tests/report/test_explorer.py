@@ -196,7 +196,7 @@ def test_the_attitude_and_the_momentum_that_are_drawn_are_those_of_the_package(p
 def test_the_effective_potential_and_the_energy_are_those_of_the_package(page):
     top = json.dumps(numbers(shipped("sicm-kicked")))
     V = page.value(f"[0.2, 0.5, 1.5].map(heavytop.potential({top}))")
-    potential = ht.analytic.potential.Potential(shipped("sicm-kicked").rising.source)
+    potential = ht.analytic.potential.Potential(shipped("sicm-kicked"))
     assert pytest.approx(3.28e-4 * potential(np.array([0.2, 0.5, 1.5])), rel=1e-12) == V
     E = page.value(f"heavytop.constants({top}).E_prime")
     assert pytest.approx(shipped("sicm-kicked").constants.floats["E_prime"], rel=1e-12) == E

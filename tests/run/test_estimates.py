@@ -29,7 +29,7 @@ def test_rates_by_the_height_are_those_by_the_time(seed):
     scene = drawn(seed)
     motion = ht.Motion(scene.top, scene.start)
     end, times = 100.37 * motion.period, np.linspace(0, motion.period, 4001)
-    seen, turned = motion.double(times), motion.double([end])
+    seen, turned = motion.at(times), motion.at([end])
     across = np.hypot(seen.thetadot, seen.phidot * np.sin(seen.theta))
     every = np.array([seen.thetadot, seen.phidot, seen.psidot])
     changes = abs(np.gradient(every, times, axis=1)).max() / max(1, abs(every).max())

@@ -11,6 +11,7 @@ import heavytop as ht
 from heavytop.run.events import schedule, tally
 
 from ..motions import BOOK, KICKED
+from ..views import Digits
 
 ALL = ("turning", "reversal", "cusp")
 LET_GO = ht.State("1e-6", psidot=90)  # cusps, each at 1e-6 rad from the unstable vertical
@@ -65,7 +66,7 @@ def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
     exact = ht.Motion(BOOK, LET_GO)
     assert counts(run.events) == (41, 0, 21)
     assert run.events.kind[:3] == ("cusp", "theta_max", "cusp")
-    times, period = [event.sample.t for event in run.decimals.events], exact.form(50).period
+    times, period = [event.sample.t for event in run.decimals.events], exact.mpf("period", 50)
     assert max(abs(t - n * period / 2) for n, t in enumerate(times)) < 1e-30  # let go at a cusp
     assert run.orbit.samples.t.size == run.t.size
     run.save(tmp_path / "run.nc")
@@ -76,7 +77,7 @@ def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
 
 def test_events_have_all_digits():
     run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=60", "span.time=3"]))
-    truth = run.motion.form(80)
+    truth = Digits(run.motion, 80)
     turning = [e.sample for e in run.decimals.events if e.kind.startswith("theta")]
     reversals = [e.sample for e in run.decimals.events if e.kind == "reversal"]
     assert (len(turning), len(reversals)) == (12, 11)
@@ -116,7 +117,7 @@ def test_what_doubles_take_for_a_cusp_is_told_apart(phidot, reversals, cusps):
 def test_events_are_looked_for_where_they_are(start, sign):
     """There theta is at a turning point of the exact motion, or phidot changes its sign."""
     motion = ht.Motion(ht.Top(BOOK.A, BOOK.C, sign * BOOK.gMR), start)
-    form, end = motion.form(80), -2.3 * motion.period
+    form, end = Digits(motion, 80), -2.3 * motion.period
     found = schedule(motion, form.ctx.mpf(end), ALL, 60)
     assert len(found) == len({t for _, t in found}) >= 4
     for kind, t in found:

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -88,7 +89,7 @@ def test_the_end_is_that_of_the_closed_form_at_more_digits(digits):
     done = heavytop_("run", *FAR, "--digits", digits, "--json")
     found, scene, ctx = json.loads(done.stdout), kicked(1e12), context(120)
     final, motion = found["final"], ht.Motion(scene.top, scene.start)
-    exact = motion.at(10**12 * motion.form(120).period, 110)
+    exact = motion.at(10**12 * motion.mpf("period", 120), 110)
     bound = 10.0 ** -(min(digits, 16) - 2)
     for name in ("phi", "psi"):
         whole = final[f"{name}_turns"] * 2 * ctx.pi + ctx.mpf(final[f"{name}_mod"])
@@ -121,20 +122,21 @@ def test_events_are_counted_from_the_start_to_the_end_both_included(far):
 
 @pytest.mark.parametrize("name", shipped_names())
 def test_counts_are_those_that_are_proved(name):
-    """At times that are no event's, by enclosures."""
+    """At times that are no event's."""
     scene = ht.load_scene(name)
-    motion, enclosed = ht.Motion(scene.top, scene.start), ht.enclose(scene.top, scene.start)
+    motion = ht.Motion(scene.top, scene.start)
     for end in ("1.2345678", "-3.3333", "1e9"):
         time = context(80).mpf(end)
-        proved = {event: enclosed.count(event, end) for event in EVENTS}
-        assert count_exactly(motion, time, EVENTS, 70) == proved
+        ends = sorted((Fraction(0), Fraction(end)))
+        proved = {event: motion.events(event).count(*ends) for event in EVENTS}
+        assert count_exactly(motion, time, EVENTS) == proved
 
 
 def test_what_is_not_decided_is_not_counted(monkeypatch):
     scene = kicked(1e12)
     motion = ht.Motion(scene.top, scene.start)
     monkeypatch.setattr(ht.Motion, "kind", ht.Kind.UNDECIDED)
-    assert count_exactly(motion, context(60).mpf(10), EVENTS, 60) == {}
+    assert count_exactly(motion, context(60).mpf(10), EVENTS) == {}
 
 
 # --- its folder ------------------------------------------------------------------------------

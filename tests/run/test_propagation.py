@@ -20,6 +20,7 @@ from heavytop.run.verify import missed_digits
 
 from ..motions import BOOK, KICKED, MOTIONS, named
 from ..trajectories import assert_same_run, same
+from ..views import Digits
 
 ANGLES = ("theta", "phi", "psi")
 EVENTS = ("turning", "reversal", "cusp")
@@ -166,7 +167,7 @@ def precise(digits, *changes, name="sicm-kicked"):
 def test_every_digit_asked_for_is_right(digits):
     """Of angles, axis and rates, at every sample, of a scene whose decimals mean themselves."""
     run = ht.propagate(precise(digits, "span.time=0.7", 'want.quantities=["attitude", "rates"]'))
-    truth = run.motion.form(digits + 20)
+    truth = Digits(run.motion, digits + 20)
     ctx = truth.ctx
     bound = ctx.mpf(10) ** -digits
     assert len(run.decimals.samples) == 7

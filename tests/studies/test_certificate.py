@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.certificate.balls import TooCoarse
 from heavytop.certificate.flow import Flow
 from heavytop.equations.registry import FORMULATIONS
@@ -22,6 +21,7 @@ from heavytop.run.own_motion import own_motion
 from heavytop.studies.certificate import _turns, certify
 
 from ..certificates import flow_of, run_of
+from ..views import Digits
 from .toy import drop_line
 
 RNG = np.random.default_rng(1)
@@ -30,7 +30,7 @@ ANGLES = ("theta", "phi", "psi")
 
 def errors_at(trajectory, times):
     """What a run says, less the exact motion of its own numbers, at 30 digits."""
-    exact = ClosedForm(own_motion(trajectory), 30)
+    exact = Digits(own_motion(trajectory), 30)
     found = {"axis": 0.0, "theta": 0.0, "phi": 0.0, "psi": 0.0}
     seen = trajectory(np.array(times))
     for k, t in enumerate(times):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.many_times import DoubleForm
 from heavytop.studies.methods import method, taylor_methods
 from heavytop.studies.steppers import set_up
 
@@ -111,7 +110,7 @@ def test_the_reference_agrees_with_the_witness_of_trajectories():
     found = own("taylor-axis=1e-9")
     t, row = state_near(found, 39.618 * found.period)
     off = found.reference((t, 0.0), row)
-    exact = DoubleForm(found.reference.truth.rising)(np.array([t]))
+    exact = found.reference.truth.at(np.array([t]))
     e = row[:3] / np.linalg.norm(row[:3])
     assert np.linalg.norm(e - exact.axis[0]) == pytest.approx(off.axis, abs=1e-14)
     by_height = (e[2] - exact.u[0]) / exact.udot[0]

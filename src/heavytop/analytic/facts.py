@@ -15,34 +15,32 @@ its extreme is C ≤ 2A; where C > 2A it may have two, and one between the turni
 For p_ψ² ≫ 4 A |gMR| textbooks give gMR/p_ψ for the mean precession or the slow steady rate,
 p_ψ/(A cosθ) for the fast one, 2π A/p_ψ for the period of nutation, and 2 A gMR sin²θ₀/p_ψ² for
 u₂ − u₁ of a top let go from rest at θ₀. Each comes with its error: at p_ψ²/(4 A gMR) = 6.25 the
-amplitude is still 15 % too small.
-
-A motion's facts are computed in balls, at rising precision, and rounded once.
+amplitude is still 15 % too small. Facts are computed in balls, and rounded once.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any, Final, Literal, TypeAlias
+from dataclasses import asdict, dataclass, field
+from typing import Any, Final, TypeAlias
 
 from flint import arb, ctx
 
-from heavytop.analytic.cubic import TooFewBits
+from heavytop.analytic.constants import Constants
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.solution import Nutating, Solution, SteadyPath
+from heavytop.analytic.roots import TooFewBits
 from heavytop.classification.reduced import Reduced
 from heavytop.exact import sqrt
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-Tilts: TypeAlias = "tuple[arb, ...]"
-Known: TypeAlias = "dict[str, Any]"
+Balls: TypeAlias = "dict[str, Any]"
 """Facts by name: balls of the working precision, words, truth values, or None."""
 
-_DIGITS: Final = 30  # of each fact, before it is rounded to a double
-_ZERO_BITS: Final = 4096  # a ball of so many bits that contains 0 is taken for 0
+ESTIMATES: Final = ("precession", "period", "amplitude", "round")
+DIGITS: Final = 30  # of each fact, before it is rounded to a double
+ZERO_BITS: Final = 4096  # a ball of so many bits that contains 0 is taken for 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,11 +91,11 @@ class Facts:
         The least |ω3| at which this top sleeps stably [rad/s]; None without gravity.
     fast_top_ratio : float or None
         p_ψ²/(4 A |gMR|); None without gravity.
-    fast_top_precession_rate, fast_top_nutation_period, fast_top_amplitude : float or None
-        What the formulas of the fast top give for the mean precession rate [rad/s], the period
-        (of nutation or of small nodding) [s], and the amplitude of a top let go from rest.
-    fast_top_precession_error, fast_top_period_error, fast_top_amplitude_error : float or None
-        estimate/truth − 1.
+    estimates : dict
+        What the formulas of the fast top give for the mean "precession" rate [rad/s], the "period"
+        of nutation or of small nodding [s], the "amplitude" in cosθ of a top let go from rest, and
+        the "round" of the axis [s], where they give anything: "estimate", "exact" and "error",
+        estimate/exact − 1.
 
     Notes
     -----
@@ -127,7 +125,7 @@ class Facts:
     rotation_number: float | None = None
     nutation_frequency: float | None = None
     nutation_amplitude: float | None = None
-    steady_branch: Literal["slow", "fast", "single"] | None = None
+    steady_branch: str | None = None
     other_precession_rate: float | None = None
     small_nutation_frequency: float | None = None
     other_nutation_frequency: float | None = None
@@ -137,17 +135,12 @@ class Facts:
     fast_cone_rate: float | None = None
     sleeping_threshold: float | None = None
     fast_top_ratio: float | None = None
-    fast_top_precession_rate: float | None = None
-    fast_top_precession_error: float | None = None
-    fast_top_nutation_period: float | None = None
-    fast_top_period_error: float | None = None
-    fast_top_amplitude: float | None = None
-    fast_top_amplitude_error: float | None = None
+    estimates: dict[str, dict[str, float | None]] = field(default_factory=dict)
 
-    def document(self) -> dict[str, float | bool | str | None]:
+    def document(self) -> dict[str, Any]:
         """The facts by name, as JSON holds them: None for what does not exist or is no double."""
-        infinite = (math.inf, -math.inf)
-        return {name: None if fact in infinite else fact for name, fact in asdict(self).items()}
+        facts = asdict(self).items()
+        return {name: None if fact in (math.inf, -math.inf) else fact for name, fact in facts}
 
 
 def facts(motion: Motion | Top, start: State | None = None) -> Facts:
@@ -177,7 +170,7 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     >>> known = facts(dropped)
     >>> round(known.phidot_max, 11), round(known.psidot_min, 9)
     (9.87012987013, 130.291539463)
-    >>> round(known.fast_top_ratio, 2), round(known.fast_top_amplitude_error, 2)
+    >>> round(known.fast_top_ratio, 2), round(known.estimates["amplitude"]["error"], 2)
     (1.43, -0.69)
 
     Notes
@@ -194,45 +187,52 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     expect("motion", motion, Motion, "Motion(scene.top, scene.start) is one")
     if start is not None:
         raise wrong_type("start", "only with a top, as a motion has its own", start)
-    top, cusps = motion.top, motion.rising.cusps
-    known = motion.rising.settled(
-        "a fact", lambda found, _: _known(found, cusps), _DIGITS,
-        size=lambda x: abs(x.mid()),
-        of=lambda known: tuple(x for x in known.values() if isinstance(x, arb)),
-    )  # fmt: skip
+    top, cusps = motion.top, motion.cusps
+    balls = motion.refine("a fact", lambda c: _facts(c, cusps), DIGITS)
     if side := top.gMR.sign():
-        known["sleeping_threshold"] = (
-            float(2 * sqrt(side * top.A * top.gMR) / top.C) if top.C.sign() else math.inf
-        )
-    plain: Known = {name: float(x) if isinstance(x, arb) else x for name, x in known.items()}
-    return Facts(omega3=float(motion.start.omega3), **plain)
+        least = 2 * sqrt(side * top.A * top.gMR)
+        balls["sleeping_threshold"] = float(least / top.C) if top.C.sign() else math.inf
+    found: Balls = {x: float(y) if isinstance(y, arb) else y for x, y in balls.items()}
+    estimates: dict[str, Any] = {}
+    for name in ESTIMATES:
+        row = {part: found.pop(f"{name} {part}", None) for part in ("estimate", "exact", "error")}
+        estimates |= {} if row["exact"] is None else {name: row}
+    return Facts(omega3=float(motion.start.omega3), estimates=estimates, **found)
 
 
-def _known(found: Solution, cusps: bool) -> Known:
-    """All facts that follow from the closed form."""
-    start, path = found.start, found.path
-    vertical = isinstance(path, SteadyPath) and bool(start.sin2.is_zero())
-    known = _vertical(start) if vertical else _rates(found, cusps)
-    if isinstance(path, Nutating):
-        known |= _nutation(found, path)
-    elif isinstance(path, SteadyPath) and not vertical:
-        known |= _precession(start, known["phidot_min"], known["psidot_min"])
-    known = _decided(known)
-    return known | _decided(_fast_top(found, known, cusps))
+def _facts(c: Constants, cusps: bool) -> Balls:
+    """All facts that follow from the closed form, those that are 0 exactly so."""
+    vertical = c.regime.steady and bool(c.start.sin2.is_zero())
+    found = _vertical(c.start) if vertical else _rates(c, cusps)
+    if c.period is not None:
+        circle = 2 * arb.pi()
+        found |= {
+            "mean_precession_rate": c.precession / c.period,
+            "mean_spin_rate": c.spin / c.period,
+            "rotation_number": c.precession / circle,
+            "nutation_frequency": circle / c.period,
+            "nutation_amplitude": c.delta,
+        }
+    elif c.regime.steady and not vertical:
+        found |= _precession(c.start, found["phidot_min"], found["psidot_min"])
+    found = _decided(found)
+    return found | _decided(_fast_top(c, found, cusps))
 
 
-def _rates(found: Solution, cusps: bool) -> Known:
+def _rates(c: Constants, cusps: bool) -> Balls:
     """Extremes and reversals of φ̇ and ψ̇; at an exact pass through a pole P± is exactly 0."""
-    start, regime, tilts = found.start, found.regime, found.tilts
-    misses_bottom, misses_top = (regime.misses_bottom, regime.misses_top)[:: found.side]
-    plus = _or_zero(start.P_plus) if misses_bottom else arb(0)
-    minus = _or_zero(start.P_minus) if misses_top else arb(0)
-    ends = tilts[:1] if isinstance(found.path, SteadyPath) else tilts[:: -found.side]
+    misses_bottom, misses_top = (c.regime.misses_bottom, c.regime.misses_top)[:: c.side]
+    plus = _or_zero(c.start.P_plus) if misses_bottom else arb(0)
+    minus = _or_zero(c.start.P_minus) if misses_top else arb(0)
+    tilts = c.tilts
+    ends = tilts[:1] if c.regime.steady else tilts[:: -c.side]
     phidot = _rate("phidot", arb(0), plus, minus, ends, cusp=tilts[1] if cusps else None)
-    return phidot | _rate("psidot", start.kappa, plus, -minus, ends)
+    return phidot | _rate("psidot", c.start.kappa, plus, -minus, ends)
 
 
-def _rate(name: str, offset: arb, P: arb, Q: arb, ends: Tilts, cusp: arb | None = None) -> Known:
+def _rate(
+    name: str, offset: arb, P: arb, Q: arb, ends: tuple[arb, ...], cusp: arb | None = None
+) -> Balls:
     """The rate offset + ½ [P/(1 + u) + Q/(1 − u)] from one tilt θ to another; in a cusp it is 0."""
 
     def rate(theta: arb) -> arb:
@@ -264,20 +264,7 @@ def _rate(name: str, offset: arb, P: arb, Q: arb, ends: Tilts, cusp: arb | None 
     }
 
 
-def _nutation(found: Solution, path: Nutating) -> Known:
-    """The nutation itself, and means over it, jumps at passes through a pole included."""
-    (plus, minus), circle = path.turns, 2 * arb.pi()
-    turned = plus + minus
-    return {
-        "mean_precession_rate": turned / path.period,
-        "mean_spin_rate": found.start.kappa + found.side * (plus - minus) / path.period,
-        "rotation_number": turned / circle,
-        "nutation_frequency": circle / path.period,
-        "nutation_amplitude": path.roots.delta,
-    }
-
-
-def _precession(start: Reduced, own: arb, spin: arb) -> Known:
+def _precession(start: Reduced, own: arb, spin: arb) -> Balls:
     """What belongs to a steady tilt off the vertical; the two rates of its tilt add up to b/u."""
     b, u = _or_zero(start.b), _or_zero(start.u0)
     free = b.is_zero() and start.g.is_zero()  # then any rate is steady, or none but rest
@@ -304,7 +291,7 @@ def _small_nutation(start: Reduced, rate: arb) -> arb:
     return _or_zero(rate * rate + pull * pull - 2 * start.g * start.u0).sqrt()
 
 
-def _vertical(start: Reduced) -> Known:
+def _vertical(start: Reduced) -> Balls:
     """What belongs to an axis on the vertical, sleeping or hanging."""
     b, g, u = _or_zero(start.b), start.g, start.u0
     square = _or_zero(b * b - 4 * g * u)
@@ -322,38 +309,45 @@ def _vertical(start: Reduced) -> Known:
     }
 
 
-def _fast_top(found: Solution, known: Known, cusps: bool) -> Known:
+def _fast_top(c: Constants, known: Balls, cusps: bool) -> Balls:
     """The textbooks' estimates, each where it estimates something, and estimate/truth − 1."""
-    g, b, circle = found.start.g, _or_zero(found.start.b), 2 * arb.pi()
+    g, b, circle = c.start.g, _or_zero(c.start.b), 2 * arb.pi()
     if g.is_zero():
         return {}
-    told: Known = {"fast_top_ratio": b * b / (4 * abs(g))}
+    found: Balls = {"fast_top_ratio": b * b / (4 * abs(g))}
     if b.is_zero():
-        return told
-    rate = b / found.start.u0 if known.get("steady_branch") == "fast" else g / b
-    drop = 2 * abs(g) * (found.tilts[1].sin() / b) ** 2
+        return found
+    rate = b / c.start.u0 if known.get("steady_branch") == "fast" else g / b
     frequency = known.get("nutation_frequency", known.get("small_nutation_frequency"))
-    period = None if frequency is None or frequency.is_zero() else circle / frequency
-    for name, word, estimate, truth in (
-        ("precession_rate", "precession", rate, known.get("mean_precession_rate")),
-        ("nutation_period", "period", circle / abs(b), period),
-        ("amplitude", "amplitude", drop, known.get("nutation_amplitude") if cusps else None),
-    ):
-        if truth is not None:
-            told[f"fast_top_{name}"] = estimate
-            told[f"fast_top_{word}_error"] = None if truth.is_zero() else estimate / truth - 1
-    return told
+    turns = known.get("mean_precession_rate")
+    drop = 2 * abs(g) * (c.tilts[1].sin() / b) ** 2
+    rows = (
+        (rate, turns),
+        (circle / abs(b), _over(circle, frequency)),
+        (drop, known.get("nutation_amplitude") if cusps else None),
+        (circle / abs(rate), _over(circle, turns)),
+    )
+    for name, (estimate, exact) in zip(ESTIMATES, rows, strict=True):
+        if exact is not None:
+            error = None if exact.is_zero() else estimate / exact - 1
+            found |= {f"{name} estimate": estimate, f"{name} exact": exact, f"{name} error": error}
+    return found
 
 
-def _decided(known: Known) -> Known:
+def _over(circle: arb, rate: arb | None) -> arb | None:
+    """A time in which a rate goes through the circle."""
+    return None if rate is None or rate.is_zero() else circle / abs(rate)
+
+
+def _decided(found: Balls) -> Balls:
     """The facts, those that are 0 exactly so."""
-    return {name: _or_zero(x) if isinstance(x, arb) else x for name, x in known.items()}
+    return {name: _or_zero(x) if isinstance(x, arb) else x for name, x in found.items()}
 
 
 def _or_zero(x: arb) -> arb:
     """A ball without 0 in it, or 0 itself; TooFewBits where so many bits cannot tell."""
     if not x.contains(0):
         return x
-    if not x.is_zero() and (ctx.prec < _ZERO_BITS or not x.is_finite()):
+    if not x.is_zero() and (ctx.prec < ZERO_BITS or not x.is_finite()):
         raise TooFewBits("a fact and 0", x)
     return arb(0)

@@ -1,36 +1,251 @@
-"""One motion of one top: its constants, turning points, kind and closed form."""
+"""One motion of one top: its constants, turning points, kind and closed form, to any digits."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, Final, NamedTuple
 
-from flint import arb
-
-from heavytop.analytic.closed_form import ClosedForm, Constants, constants
-from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, Rising, itself
-from heavytop.analytic.solution import ExactRecord, Solution
+from heavytop.analytic.constants import Constants
+from heavytop.analytic.events import EventTimes
+from heavytop.analytic.record import SPARE_DIGITS, Record, mapped, midpoint, read_digits, to_mpf
+from heavytop.analytic.refine import Refined
+from heavytop.analytic.roots import sign_of
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
-from heavytop.classification.reduced import FEW_BITS, Reduced, ball_of, reduced_from_scene
+from heavytop.classification.reduced import (
+    Reduced,
+    ReducedMotion,
+    ball_of,
+    reduced_from_scene,
+)
 from heavytop.display import Played
-from heavytop.exact.balls import working
-from heavytop.scene.arguments import expect, text_of, whole
+from heavytop.exact.balls import Interval, working
+from heavytop.exact.decimals import Number, context
+from heavytop.scene.arguments import expect, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-if TYPE_CHECKING:
-    import numpy.typing as npt
+MOST_DIGITS: Final = 10_000
+FLOAT_DIGITS: Final = 40  # behind every float
 
-    from heavytop.analytic.many_times import DoubleForm, DoubleRecord
+
+class Quantity(property):
+    """A number of `Constants`, by its name, as a float or a tuple of floats, or None."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, motion: Any, owner: type | None = None) -> Any:
+        return self if motion is None else motion.floats(self.name)
+
+
+class ClosedForm(Refined):
+    """The exact motion that some numbers define; floats, and numbers of any digits by their names.
+
+    Parameters
+    ----------
+    source : ReducedMotion
+        The exact numbers of the motion.
+    limit : int
+        Bits at which to give up.
+    """
+
+    period = Quantity(doc="T [s], the period of θ; None where nothing nutates.")
+    tilts = Quantity(doc="θ [rad] at u₁ and at u₂; the same twice where it is steady.")
+    theta_min = Quantity(doc="The least θ [rad]; 0, never reached, where it tends to the top.")
+    theta_max = Quantity(doc="The greatest θ [rad]; π, never reached, where it tends there.")
+    amplitude = Quantity(doc="How far it nods, θ_max − θ_min [rad]; None where nothing nutates.")
+    nearest = Quantity(doc="How near the axis comes to θ = 0 and to θ = π [rad].")
+    roots = Quantity(doc="The roots of the cubic as cos θ, increasing, but for an infinite one.")
+    precession = Quantity(doc="Δφ in one period [rad], +π for each exact pass of a pole; or None.")
+    spin = Quantity(doc="Δψ in one period [rad], −π for a pass of the top, +π of the bottom.")
+    relative_spin = Quantity(doc="Δψ − κT in one period [rad]; None where nothing nutates.")
+    mean_rates = Quantity(doc="Means of (φ ± ψ)˙ ∓ κ [rad/s], without jumps at poles.")
+    lower_turning = Quantity(doc="The time of a passage through u₁, θ_max if gMR ≥ 0 [s]; or None.")
+    modulus = Quantity(doc="The parameter m = k² and 1 − m; None where nothing nutates.")
+    growth = Quantity(doc="The rate at which an axis tends to the vertical [1/s]; or None.")
+
+    @property
+    def nutates(self) -> bool:
+        """Whether θ swings between two turning points; elsewhere there is no period."""
+        return self.regime.name == "nutating"
+
+    @property
+    def from_top(self) -> float:
+        """How near θ = 0 the axis comes [rad], to its own digits."""
+        return float(self.nearest[0])
+
+    @property
+    def from_bottom(self) -> float:
+        """How near θ = π the axis comes [rad], to its own digits."""
+        return float(self.nearest[1])
+
+    @cached_property
+    def reduced(self) -> Reduced:
+        """The motion in units A = 1, in mpmath numbers of 60 digits."""
+        ctx = context(60)
+        return self._start.mapped(lambda x: midpoint(ctx, x))
+
+    @property
+    def mean_angle_rates(self) -> tuple[float, float]:
+        """Means of φ̇ and ψ̇ over a period; where nothing nutates, what they are at the start."""
+        if self.period:
+            return self.precession / self.period, self.spin / self.period
+        start = self.at(0.0)
+        return float(start.phidot), float(start.psidot)
+
+    @property
+    def round(self) -> float | None:
+        """The time [s] in which the axis goes once round, 2π over the mean of |φ̇|.
+
+        None where that is zero, on the vertical, and where a motion that tends to it has no mean.
+        """
+        vertical = self.regime.steady and 0.0 in self.nearest
+        rate = 0.0 if self.regime.asymptotic or vertical else abs(self.mean_angle_rates[0])
+        return 2 * math.pi / rate if rate else None
+
+    @cached_property
+    def cusps(self) -> bool:
+        """Whether φ̇ is exactly 0 where a nutating axis is highest."""
+        if not (self.regime.misses_top and self.regime.misses_bottom and self.vanishes("looping")):
+            return False
+
+        def sign(c: Constants) -> int:
+            return sign_of(c.start.P_plus * c.start.P_minus, "P+ or P- and 0")
+
+        return bool(self.refine("the sign of P+ P-", sign) < 0)
+
+    def energy(self, digits: int) -> Number:
+        """E [J]; nan where the moments are not known.
+
+        Parameters
+        ----------
+        digits : int
+            Decimal digits.
+        """
+        return context(digits).nan
+
+    def events(self, kind: str) -> EventTimes:
+        """When the events of one kind happen.
+
+        Parameters
+        ----------
+        kind : {"turning", "reversal", "cusp", "theta_min", "theta_max"}
+            Turning points of θ, changes of sign of φ̇, or cusps.
+
+        Raises
+        ------
+        ValueError
+            Another kind.
+        """
+        return EventTimes(self, kind)
+
+    def at(self, t: Any, digits: int | None = None, t_lo: Any = 0.0) -> Any:
+        """Where the top is at the time or times t [s].
+
+        Parameters
+        ----------
+        t : number or array_like
+            Times since the start; negative ones are before it.
+        digits : int, optional
+            Decimal digits; without it arrays of doubles are returned.
+        t_lo : array_like
+            What the times have beyond the digits of doubles [s].
+
+        Returns
+        -------
+        Record
+            Arrays of the shape of t; with `digits` numbers, or a tuple of records when t is many.
+            It has the angles and their rates, `axis`, `quaternion` (body to space, scalar first),
+            `omega` in space, and the `energy`, each computed when it is first read.
+
+        Raises
+        ------
+        NotANumber, Impossible
+            A time that is no finite number; digits that are no whole number from 1 to 10 000.
+        NoClosedForm
+            Beyond 2⁶² periods in doubles, or where an angle is too large for one; with digits,
+            where 65 536 bits do not give them.
+        """
+        if digits is None:
+            from heavytop.analytic.doubles import read_doubles  # a verdict takes no arrays
+
+            return Record(read_doubles(self, t, t_lo), (self.at, (t, None, t_lo)))
+        digits = whole("digits", digits, 1, MOST_DIGITS)
+        t = t.item() if getattr(t, "ndim", None) == 0 else t
+        if isinstance(t, Iterable) and not isinstance(t, str):
+            return tuple(self.at(each, digits) for each in t)
+        return Record(read_digits(self, t, digits), (self.at, (t, digits)))
+
+    # --- numbers to any digits --------------------------------------------------------------------
+
+    def ball(self, name: str, digits: int = 15, t: Any = None) -> Any:
+        """A number of the motion as a ball of python-flint, or a tuple of balls, or None.
+
+        Parameters
+        ----------
+        name : str
+            With a time a quantity of a `Record`, without one a property of the motion.
+        digits : int
+            Decimal digits, relative to max(1, |x|).
+        t : number, optional
+            Time since the start [s], exact; floats mean their binary value.
+
+        Raises
+        ------
+        Unseparated
+            65 536 bits do not give the digits.
+        """
+        if t is None:
+            return self.refine(name, lambda c: getattr(c, name), digits)
+        return self.reader(t, digits)(name)
+
+    def interval(self, name: str, t: Any = None, digits: int = 15) -> Any:
+        """Proved bounds of a number of the motion, an `Interval`, a tuple of them, or None.
+
+        Parameters
+        ----------
+        name : str
+            With a time a quantity of a `Record`, without one a property of the motion.
+        t : number, optional
+            Time since the start [s], exact; floats mean their binary value.
+        digits : int
+            Decimal digits, relative to max(1, |x|).
+
+        Raises
+        ------
+        Unseparated
+            A number can be neither separated from 0 nor proved to be 0, or 65 536 bits do not give
+            the digits.
+        """
+        found = self.ball(name, whole("digits", digits, 2, MOST_DIGITS), t)
+        self.require_proof()
+        return mapped(Interval.of, found)
+
+    def mpf(self, name: str, digits: int, t: Any = None) -> Any:
+        """The same as mpmath numbers, the middles of balls."""
+        return to_mpf(self.ball(name, digits + SPARE_DIGITS, t), digits)
+
+    def floats(self, name: str) -> Any:
+        """The same as floats; what cannot be separated from zero is zero."""
+        if name not in self._computed:
+            found = self.ball(name, FLOAT_DIGITS)
+            self._computed[name] = mapped(lambda x: 0.0 if x.contains(0) else float(x), found)
+        return self._computed[name]
+
+    def require_proof(self) -> None:
+        """Raise what was taken for zero without a proof."""
+        _ = self.regime  # which may doubt
+        if "doubt" in self._computed:
+            raise self._computed["doubt"]
 
 
 @dataclass(frozen=True)
-class Motion(Played, MotionNumbers[float]):
-    """The motion of `top` from `start`; each property is computed when it is first asked for.
+class Motion(Played, ClosedForm):
+    """The motion of `top` from `start`; each property is computed when it is first read.
 
     Parameters
     ----------
@@ -54,10 +269,12 @@ class Motion(Played, MotionNumbers[float]):
     ('loops', 0.5428955182)
     >>> round(float(motion.at(2.0).theta), 12)
     0.42694370531
+    >>> print(f"{motion.at(2, digits=20).theta:.20f}", *motion.interval("period").bounds(12))
+    0.42694370530965690245 0.542895518188 0.542895518189
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_many_times.py`` holds θ in doubles to 2e-15 of itself, φ and
+    Accuracy: ``tests/analytic/test_doubles.py`` holds θ in doubles to 2e-15 of itself, φ and
     ψ to 1e-15 max(1, |x|), over every shipped scene, and the axis, and φ and ψ modulo 2π, to 4e-15
     a million periods away; ``tests/analytic/test_motion.py`` holds 100 digits to 1000.
 
@@ -70,146 +287,20 @@ class Motion(Played, MotionNumbers[float]):
     top: Top
     start: State
 
-    _digits = FLOAT_DIGITS
-
     def __post_init__(self) -> None:
         expect("top", self.top, Top)
         expect("start", self.start, State)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Motion, (self.top, self.start)  # what was computed is not copied
+
     def __str__(self) -> str:
         return f"Motion({self.top}, {self.start})"
 
-    def _number(self, ball: arb) -> float:
-        return 0.0 if ball.contains(0) else float(ball)
-
     @cached_property
-    def rising(self) -> Rising:  # type: ignore[override]
-        """The closed form at any precision; what cannot be told from zero counts as zero."""
-        return Rising(reduced_from_scene(self.top, self.start), proved=False)
-
-    @property
-    def regime(self) -> str:
-        """What θ does in the long run, one of "steady", "asymptotic" and "nutating"."""
-        return self.rising.regime.name
-
-    @property
-    def reduced(self) -> Reduced:
-        """The motion in units A = 1, at 60 digits."""
-        return self.exact.reduced
-
-    @cached_property
-    def constants(self) -> Constants:
-        """E, E', p_φ, p_ψ at 60 digits; `constants.floats` has them as floats."""
-        return constants(self.top, self.start)
-
-    @cached_property
-    def exact(self) -> ClosedForm:
-        """The closed form at 50 digits."""
-        return self.form(50)
-
-    @cached_property
-    def double(self) -> DoubleForm:
-        """The closed form in doubles."""
-        from heavytop.analytic.many_times import DoubleForm  # a verdict takes no arrays
-
-        return DoubleForm(self.rising)
-
-    @cached_property
-    def _energy(self) -> float:
-        """E as a float."""
-        with working(FEW_BITS):
-            return self._number(ball_of(self.top.A, FEW_BITS) * self.rising.start.energy)
-
-    def form(self, digits: int) -> ClosedForm:
-        """The closed form at so many digits.
-
-        Parameters
-        ----------
-        digits : int
-            Decimal digits, from 1 to 10 000.
-
-        Returns
-        -------
-        ClosedForm
-            Call it with a time [s]; it has T, Δφ and Δψ to all digits.
-
-        Raises
-        ------
-        NotANumber, Impossible
-            No whole number from 1 to 10 000.
-        """
-        return ClosedForm(self.rising, whole("digits", digits, 1, MOST_DIGITS))
-
-    @cached_property
-    def roots(self) -> tuple[float, float, float] | None:  # type: ignore[override]
-        """The roots cos θ of the cubic, increasing; None where nothing nutates."""
-        if not self.nutates:
-            return None
-        found = super().roots
-        return found[0], found[1], found[2] if len(found) == 3 else math.inf  # gMR = 0
-
-    @property
-    def from_top(self) -> float:
-        """How near θ = 0 the axis comes [rad], to its own digits."""
-        return self.nearest[0]
-
-    @property
-    def from_bottom(self) -> float:
-        """How near θ = π the axis comes [rad], to its own digits."""
-        return self.nearest[1]
-
-    @property
-    def mean_angle_rates(self) -> tuple[float, float]:
-        """Means of φ̇ and ψ̇ over a period; where nothing nutates, what they are at the start."""
-        if self.period and self.precession is not None and self.spin is not None:
-            return self.precession / self.period, self.spin / self.period
-        start = self.at(0.0)
-        return float(start.phidot), float(start.psidot)
-
-    @cached_property
-    def amplitude(self) -> float | None:
-        """How far the axis nods, θ_max − θ_min [rad]; None where nothing nutates."""
-        if not self.nutates:
-            return None
-
-        def between(found: Solution, _: int) -> arb:
-            one, other = found.tilts
-            return abs(one - other)
-
-        return self._number(
-            self.rising.settled("the amplitude", between, self._digits, size=itself)
-        )
-
-    @property
-    def round(self) -> float | None:
-        """The time [s] in which the axis goes once round, 2π over the mean of |φ̇|.
-
-        None where that is zero, on the vertical, and where a motion that tends to it has no mean.
-        """
-        vertical = self.rising.regime.steady and 0.0 in self.nearest
-        if self.regime == "asymptotic" or vertical:
-            return None
-        rate = abs(self.mean_angle_rates[0])
-        return 2 * math.pi / rate if rate else None
-
-    def mean_rate(self, angle: str) -> float:
-        """The mean of (φ + ψ)˙ − κ, or of (φ − ψ)˙ + κ [rad/s], without jumps at poles.
-
-        Parameters
-        ----------
-        angle : {"sigma", "delta"}
-            The sum, regular at the top, or the difference, regular at the bottom.
-
-        Raises
-        ------
-        ValueError
-            For any other name.
-        WrongType
-            For what is no name.
-        """
-        if text_of("angle", angle) not in ("sigma", "delta"):
-            raise ValueError(f"sigma or delta, not {angle!r}")
-        return self.mean_rates[angle == "delta"]
+    def source(self) -> ReducedMotion:  # type: ignore[override]
+        """The exact numbers of the motion."""
+        return reduced_from_scene(self.top, self.start)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -231,44 +322,54 @@ class Motion(Played, MotionNumbers[float]):
         """Whether the kind is proved."""
         return self.verdict.certified
 
-    @overload
-    def at(self, t: npt.ArrayLike, digits: None = None) -> DoubleRecord: ...
-    @overload
-    def at(self, t: Any, digits: int) -> ExactRecord | tuple[ExactRecord, ...]: ...
-    def at(
-        self, t: Any, digits: int | None = None
-    ) -> DoubleRecord | ExactRecord | tuple[ExactRecord, ...]:
-        """Where the top is at the time or times t [s].
+    @cached_property
+    def constants(self) -> Integrals:
+        """E, E', p_φ, p_ψ at 60 digits; `constants.floats` has them as floats."""
+        return self.integrals(60)
+
+    def integrals(self, digits: int) -> Integrals:
+        """E, E', p_φ, p_ψ to so many digits.
 
         Parameters
         ----------
-        t : number or array_like
-            Times since the start; negative ones are before it.
-        digits : int, optional
-            Decimal digits; without it arrays of doubles are returned.
-
-        Returns
-        -------
-        DoubleRecord or ExactRecord
-            Arrays of the shape of t; with `digits` numbers, or a tuple of them when t is many.
-            Either has the angles and their rates, `axis`, `quaternion` (body to space, scalar
-            first), `omega` in space, and the `energy`.
-
-        Raises
-        ------
-        NotANumber, Impossible
-            A time that is no finite number; digits that are no whole number from 1 to 10 000.
-        NoClosedForm
-            Beyond 2⁶² periods in doubles, or where an angle is too large for one; with digits,
-            where 65 536 bits do not give them.
+        digits : int
+            Decimal digits.
         """
-        if digits is None:
-            record = self.double(t)
-            record.energy[...] = self._energy
-            return record
-        form = self.form(digits)
-        energy = constants(self.top, self.start, form.ctx.dps).E
-        t = t.item() if getattr(t, "ndim", None) == 0 else t
-        if isinstance(t, Iterable) and not isinstance(t, str):
-            return tuple(replace(form(each), energy=energy) for each in t)
-        return replace(form(t), energy=energy)
+        ctx = context(digits)
+        bits = ctx.prec + 64
+        with working(bits):
+            start, A = self.source.reduced(bits), ball_of(self.top.A, bits)
+            balls = start.energy, start.h, start.a, start.b
+            return Integrals(*(midpoint(ctx, A * ball) for ball in balls))
+
+    def energy(self, digits: int) -> Number:
+        """E [J].
+
+        Parameters
+        ----------
+        digits : int
+            Decimal digits.
+        """
+        return self.integrals(digits).E
+
+
+class Integrals(NamedTuple):
+    """Energies E, E' = E − p_ψ²/2C and momenta p_φ, p_ψ, in mpmath numbers.
+
+    Parameters
+    ----------
+    E, E_prime : Number
+        Energy, and energy without that of the spin [J].
+    p_phi, p_psi : Number
+        Momenta about the vertical and about the symmetry axis [kg m² s⁻¹].
+    """
+
+    E: Number
+    E_prime: Number
+    p_phi: Number
+    p_psi: Number
+
+    @property
+    def floats(self) -> dict[str, float]:
+        """The four constants as floats, by name."""
+        return {name: float(value) for name, value in self._asdict().items()}

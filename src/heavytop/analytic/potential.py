@@ -11,24 +11,15 @@ other.
 from __future__ import annotations
 
 from math import acos, pi
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.classification.reduced import Reduced, ReducedMotion, vanishes
-from heavytop.exact.balls import Interval, working
-
-_BITS: Final = 256  # of the constants
+from heavytop.analytic.motion import ClosedForm
 
 
 class Potential:
     """V(θ) at the momenta of one motion.
-
-    Parameters
-    ----------
-    source : ReducedMotion
-        The exact numbers of the motion, `Motion.rising.source`.
 
     Attributes
     ----------
@@ -36,23 +27,23 @@ class Potential:
         gMR/A [1/s²].
     momenta : tuple of 2 float
         P₊ and P₋ [1/s], exactly zero where an axis passes through that pole, or so nearly that no
-        double tells it.
+        double has it.
 
     Examples
     --------
     >>> from heavytop.analytic.motion import Motion
     >>> from heavytop.scene.state import State
     >>> from heavytop.scene.top import Top
-    >>> motion = Motion(Top(1, 1, 3), State("pi/2", phidot=2))
-    >>> float(Potential(motion.rising.source)(np.pi / 2).round(12))
+    >>> float(Potential(Motion(Top(1, 1, 3), State("pi/2", phidot=2)))(np.pi / 2).round(12))
     2.0
     """
 
-    def __init__(self, source: ReducedMotion) -> None:
-        with working(_BITS):
-            start = source.reduced(_BITS)
-            self.g = float(Interval.of(start.g).middle)
-            self.momenta = tuple(_momentum(source, start, name) for name in ("P_plus", "P_minus"))
+    def __init__(self, motion: ClosedForm) -> None:
+        start, regime = motion.reduced, motion.regime
+        misses = (regime.misses_bottom, regime.misses_top)[:: -1 if regime.mirrored else 1]
+        self.g = float(start.g)
+        momenta = zip(misses, (start.P_plus, start.P_minus), strict=True)
+        self.momenta = tuple(float(P) if missed else 0.0 for missed, P in momenta)
 
     def __call__(self, theta: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """V [1/s²] at the tilts θ [rad]; vast or infinite at a pole that no energy reaches."""
@@ -71,10 +62,3 @@ class Potential:
             return None
         turn = acos(b2 / (2 * abs(self.g)) - 1)  # V = |g|; a pendulum's is the other pole
         return (0.0, turn) if self.g > 0 else (pi - turn, pi)
-
-
-def _momentum(source: ReducedMotion, start: Reduced, name: str) -> float:
-    """P₊ or P₋; exactly 0 where it is 0, and where it is less than any double."""
-    middle = float(Interval.of(getattr(start, name)).middle)
-    gone = not middle or vanishes(source, name, proved=False, reduced=start)
-    return 0.0 if gone else middle

@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
+from heavytop.analytic.events import EVENTS
+from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
@@ -35,13 +36,10 @@ MOST_TIMES: Final = 1_000_000
 MOST_EVENTS: Final = 100_000
 SPARE_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
-# The columns of every quantity, and what of the motion at a time stands in them.
+NAMES: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
+# the columns of every quantity, and what of the motion at a time stands in them
 COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
-    name: (spelled(columns), columns)
-    for name, columns in (
-        *((name, known.columns) for name, known in QUANTITIES.items() if known.columns),
-        ("omega", ("omega",)),
-    )
+    name: (spelled(names), names) for name, names in (NAMES | {"omega": ("omega",)}).items()
 }
 
 
@@ -79,9 +77,8 @@ class Reference:
     def to_csv(self) -> str:
         """The columns as comma-separated values, with a header."""
         text = io.StringIO()
-        rows = csv.writer(text, lineterminator="\n")
-        rows.writerow(self.columns)
-        rows.writerows(zip(*self.columns.values(), strict=True))
+        rows = self.columns, *zip(*self.columns.values(), strict=True)
+        csv.writer(text, lineterminator="\n").writerows(rows)
         return text.getvalue()
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -99,13 +96,12 @@ class Reference:
             The file cannot be written.
         """
         place = path_of("path", path)
-        match place.suffix.lower():
-            case ".csv":
-                write_text(place, self.to_csv())
-            case ".json":
-                write_document(place, self.document())
-            case _:
-                raise ValueError(f"{place.name}: exact values are .csv or .json")
+        if place.suffix.lower() == ".csv":
+            write_text(place, self.to_csv())
+        elif place.suffix.lower() == ".json":
+            write_document(place, self.document())
+        else:
+            raise ValueError(f"{place.name}: exact values are .csv or .json")
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/reference/1``."""
@@ -178,45 +174,38 @@ def reference(
     file = scene.name
     options, wrong = parse_options(file, {"times": times, "digits": digits}, OPTIONS)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(COLUMNS))
-    kinds, strange = (
-        parse_names(file, "events", events, one_of(dict(zip(EVENTS, EVENTS, strict=True))))
-        if len(events)
-        else ([], [])
-    )
+    kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
     spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
     if scene.top.C == 0 and spun and not (wrong or unknown):
         rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
         strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
     if faults := [*wrong, *unknown, *strange]:
         raise BadScene(tuple(faults))
-    exact = options["times"]
-    motion = enclose(scene.top, scene.start, digits=options["digits"] + SPARE_DIGITS)
-    names = tuple(name for columns, _ in wanted for name in columns)
-    asked = [name for _, names in wanted for name in names]
-    rows = ([x.rounded(options["digits"]) for x in motion.at(t, asked)] for t in exact)
-    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
-    happened = tuple(_events(motion, kinds, min(exact), max(exact), options["digits"]))
-    texts = tuple(map(exact_text, exact))
-    return Reference(scene, options["digits"], {"t": texts} | columns, happened)
+    exact, digits = options["times"], options["digits"]
+    motion, texts = Motion(scene.top, scene.start), {"t": tuple(map(exact_text, exact))}
+    motion.require_proof()
+    names = [name for _, names in wanted for name in names]
+    balls = (motion.reader(t, digits + SPARE_DIGITS) for t in exact)
+    cells = [[x for name in names for x in _texts(ball(name), digits)] for ball in balls]
+    header = (name for columns, _ in wanted for name in columns)
+    columns = texts | dict(zip(header, zip(*cells, strict=True), strict=True))
+    found = [(kind, motion.events(kind)) for kind in (kinds if len(events) else ())]
+    if any(times.count(min(exact), max(exact)) > MOST_EVENTS for _, times in found):
+        rule = f"at most {MOST_EVENTS} events of a kind between the first time and the last"
+        raise Impossible([("events", rule)])
+    happened = (
+        (kind, text)
+        for kind, times in found
+        for t in times.times(min(exact), max(exact), digits + SPARE_DIGITS)
+        for text in _texts(t, digits)
+    )
+    return Reference(scene, digits, columns, tuple(happened))
 
 
-def _events(
-    motion: Enclosure, kinds: Iterable[str], first: Fraction, last: Fraction, digits: int
-) -> Iterator[tuple[str, str]]:
-    """The events from the first time to the last, one kind after another."""
-    for kind in kinds:
-        before = -motion.count(kind, first) if first < 0 else 0
-        behind = motion.count(kind, last) if last > 0 else 1
-        if behind - before > MOST_EVENTS:
-            rule = f"at most {MOST_EVENTS} events of a kind between the first time and the last"
-            raise Impossible([("events", rule)])
-        for n in range(before, behind):
-            try:
-                time = motion.time(kind, n)
-            except Impossible:  # there is no such event
-                continue
-            if first <= time.middle <= last:
-                yield kind, time.rounded(digits)
+def _texts(found: Any, digits: int) -> list[str]:
+    """A ball, or each of a tuple of balls, as a decimal of so many digits."""
+    balls = found if isinstance(found, tuple) else (found,)
+    return [Interval.of(x).rounded(digits) for x in balls]
 
 
 def times_of(times: object) -> tuple[Fraction, ...]:

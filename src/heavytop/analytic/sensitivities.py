@@ -40,7 +40,7 @@ def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
     Impossible
         Nothing nutates: there is no period; or C = 0, and there is no spin.
     NoClosedForm
-        As for `Motion.form`.
+        As for `Motion.at`.
 
     Notes
     -----
@@ -80,17 +80,17 @@ def _slopes(numbers: dict[str, Exact], x: str, step: Exact) -> list[float]:
     ends, width = [], 2
     for by in (-step, step):
         try:
-            form = _form(numbers | {x: numbers[x] + by})
+            ends.append(_turns(numbers | {x: numbers[x] + by}))
         except (ImpossibleTop, ImpossibleStart):  # such as C < 0
-            form, width = _form(numbers), 1
-        ends.append([getattr(form, quantity) for quantity in QUANTITIES])
-    ctx = form.ctx
+            ends, width = [*ends, _turns(numbers)], 1
+    ctx = ends[0][0].context
     period, *turned = (high - low for low, high in zip(*ends, strict=True))
     turned = [rise - 2 * ctx.pi * ctx.nint(rise / (2 * ctx.pi)) for rise in turned]
     return [float(rise / (width * step.mpf(ctx))) for rise in (period, *turned)]
 
 
-def _form(numbers: dict[str, Exact]) -> Any:
-    """The closed form of the motion that some numbers make."""
+def _turns(numbers: dict[str, Exact]) -> list[Any]:
+    """T, Δφ and Δψ of the motion that some numbers make."""
     A, C, gMR, *start = numbers.items()
-    return Motion(Top.of_numbers(A[1], C[1], gMR[1]), State(**dict(start))).form(DIGITS)
+    motion = Motion(Top.of_numbers(A[1], C[1], gMR[1]), State(**dict(start)))
+    return [motion.mpf(quantity, DIGITS) for quantity in QUANTITIES]

@@ -44,7 +44,7 @@ class Reference:
     @cached_property
     def sine(self) -> Array:
         """Of the tilt."""
-        return np.sin(self.record.theta)
+        return np.asarray(np.sin(self.record.theta))
 
     @cached_property
     def rotation(self) -> Array:

@@ -300,7 +300,7 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
     trajectory : Trajectory or Motion
     """
     run = run_of(trajectory)
-    V = Potential(run.motion.rising.source)
+    V = Potential(run.motion)
     A, E_prime = float(run.scene.top.A), float(run.motion.constants.E_prime)
     tilts, floor, level = drawn_part(run.motion, V)
     theta, label = np.linspace(*tilts, 801), "V$_{eff}$ − $p_ψ^2/2C$"
@@ -352,7 +352,7 @@ def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes
     """
     run = run_of(trajectory)
     motion = run.motion
-    V = Potential(motion.rising.source)
+    V = Potential(motion)
     tilts, floor, level = drawn_part(motion, V)
     for k, amplitude in enumerate(FAMILY if level > floor else ()):
         name, other = None if k else "other energies", floor + amplitude**2 * (level - floor)

@@ -14,7 +14,7 @@ from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH
 
 if TYPE_CHECKING:
-    from heavytop.analytic.many_times import DoubleRecord
+    from heavytop.analytic.record import Record
     from heavytop.integration.outputs import Sample
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
@@ -57,7 +57,7 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     motion = pushed or trajectory.motion
     last = float(np.copysign(min(abs(end), _longest(motion)), end))
     times, notes = np.linspace(0.0, last, FRAMES), []
-    seen: Sample | DoubleRecord = motion.at(times) if pushed else trajectory(times)
+    seen: Sample | Record = motion.at(times) if pushed else trajectory(times)
     if pushed:
         notes.append(f"Without a push it stays as it is; here it was pushed at {PUSH:g} rad/s.")
     elif not (np.isfinite(seen.quaternion).all() and np.isfinite(seen.omega).all()):

@@ -44,14 +44,16 @@ FACTS: Final = (
     ("a small tilt", "grows by e in {growth_time} s"),
     ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
     ("sleep stable", "from |ω₃| = {sleeping_threshold} rad/s on"),
+    ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
 )
 """Of a classification: labels and words, with the names of facts."""
-ESTIMATES: Final = (
-    ("precession_rate", "precession_error", "mean φ̇ {} rad/s"),
-    ("nutation_period", "period_error", "period {} s"),
-    ("amplitude", "amplitude_error", "range of cos θ {}"),
-)
-"""Of a fast top: an estimate, its error, and its words."""
+ESTIMATES: Final = {
+    "precession": "mean φ̇ {} rad/s",
+    "period": "period {} s",
+    "amplitude": "range of cos θ {}",
+    "round": "once round in {} s",
+}
+"""Of a fast top: what textbooks estimate, in words."""
 
 
 def run_parts(document: Known) -> Iterator[Line]:
@@ -227,7 +229,7 @@ def between(low: str, high: str) -> str:
 
 def _facts(facts: Known) -> Iterator[Row]:
     """The facts that are known, each in the words of `FACTS`."""
-    shown = {name: number(x) for name, x in facts.items() if x is not None}
+    shown = {name: number(x) for name, x in facts.items() if x is not None and name != "estimates"}
     if facts["steady_branch"] is None:
         shown.pop("small_nutation_frequency", None)
     if rate := facts["growth_rate"]:
@@ -262,11 +264,7 @@ def _range(facts: Known, name: str, mean: str) -> Iterator[Row]:
 
 
 def _estimates(estimates: Known) -> Iterator[Row]:
-    """What textbooks give for a fast top, with their errors, and the ratio that is to be large."""
-    if not estimates:
-        return
-    yield "p_ψ²/4A|gMR|", short(estimates.get("ratio"))
-    for name, error, words in ESTIMATES:
-        if name in estimates:
-            off = f", off by {100 * estimates[error]:+.3g} %" if error in estimates else ""
-            yield "", f"fast-top estimate: {words.format(short(estimates[name]))}{off}"
+    """What textbooks give for a fast top, with their errors."""
+    for name, known in estimates.items():
+        off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
+        yield "", f"fast-top estimate: {ESTIMATES[name].format(short(known['estimate']))}{off}"

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
-from heavytop.analytic.enclosure import Enclosure, enclose
 from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
@@ -44,7 +43,7 @@ class MotionSummary(Part):
     why: Text = ""
     round: Value = None
     amplitude: Value = None
-    estimates: Values = field(default_factory=dict)
+    estimates: Mapping[Text, Values] = field(default_factory=dict)
 
     @classmethod
     def of(cls, motion: Motion, known: Facts | None = None, **more: Any) -> Self:
@@ -58,19 +57,9 @@ class MotionSummary(Part):
             why=verdict.why,
             round=None if verdict.kind in POLAR else finite(motion.round),
             amplitude=finite(motion.amplitude),
-            estimates=_estimates(known or facts(motion)),
+            estimates=finite((known or facts(motion)).estimates),
             **more,
         )
-
-
-def _estimates(known: Facts) -> dict[str, Value]:
-    """What textbooks give for a fast top, where they estimate something, and estimate/truth − 1."""
-    found = {
-        name.removeprefix("fast_top_"): value
-        for name, value in known.document().items()
-        if name.startswith("fast_top_") and value is not None
-    }
-    return finite(found) if len(found) > 1 else {}  # the ratio p_ψ²/4A|gMR| alone is no estimate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,9 +169,9 @@ def classified(scene: Scene) -> Classification:
             open_tags=tuple(verdict.open_tags),
             bound=finite(verdict.bound),
         ),
-        constants=finite(dict(motion.constants.items())),
+        constants=finite(motion.constants._asdict()),
         facts=finite(known.document()),
-        enclosure=_enclosure(scene),
+        enclosure={name: _bounds(motion, name) for name in ENCLOSED},
         warnings=warnings_of(scene),
     )
 
@@ -218,17 +207,9 @@ def planned(scene: Scene, formulation: str = "auto") -> Planned:
     return Planned(scene=SceneTables(**scene.document()), plan=PlanSummary.of(chosen))
 
 
-def _enclosure(scene: Scene) -> dict[str, Any]:
+def _bounds(motion: Motion, name: str) -> list[Any] | None:
     try:
-        enclosure = enclose(scene.top, scene.start, digits=DIGITS)
-    except Unseparated:
-        return dict.fromkeys(ENCLOSED)
-    return {name: _bounds(enclosure, name) for name in ENCLOSED}
-
-
-def _bounds(enclosure: Enclosure, name: str) -> list[Any] | None:
-    try:
-        found = getattr(enclosure, name)
+        found = motion.interval(name, digits=DIGITS)
     except Unseparated:
         return None
     if isinstance(found, tuple):

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from heavytop.analytic.enclosure import EVENTS
+from heavytop.analytic.events import EVENTS
 from heavytop.errors import Outcome
 from heavytop.exact import decimals
 from heavytop.exact.decimals import context
@@ -147,7 +147,7 @@ def _known(run: Trajectory | SceneMotion) -> RunResult:
     return RunResult(
         scene=SceneTables(**scene.document()),
         motion=MotionSummary.of(motion),
-        constants=finite(dict(motion.constants.items())),
+        constants=finite(motion.constants._asdict()),
         plan=PlanSummary.of(run.plan),
         warnings=warnings_of(scene),
         source=run.source,

@@ -258,7 +258,7 @@ def _apart(least: float, greatest: float) -> float:
 def periods_of(motion: Motion, span: float) -> float:
     """How many nutation periods a span has; of what does not nutate, turns of what moves."""
     if motion.period:
-        return abs(span) / motion.period
+        return abs(span) / float(motion.period)
     r = motion.reduced
     rate = float(abs(r.b)) + math.sqrt(float(abs(r.g))) + float(abs(r.drift0))
     return abs(span) * rate / math.tau
@@ -266,10 +266,10 @@ def periods_of(motion: Motion, span: float) -> float:
 
 def _bits_grown(motion: Motion, span: float) -> float:
     """By how many bits an error grows beside one in phase: near a separatrix, and on it."""
-    exact = motion.exact
-    if exact.growth is not None:
-        return float(exact.growth) * abs(span) / math.log(2)
-    return 0.0 if exact.modulus is None else -float(exact.ctx.log(exact.modulus[1], 2))
+    if motion.growth is not None:
+        return float(motion.growth) * abs(span) / math.log(2)
+    modulus = motion.mpf("modulus", 20)
+    return 0.0 if modulus is None else -float(modulus[1].context.log(modulus[1], 2))
 
 
 def most_steps(motion: Motion, span: float) -> int:

@@ -15,17 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import compress
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
+from heavytop.analytic.record import to_mpf
 from heavytop.classification import Kind
 from heavytop.equations.formulation import Formulation
 from heavytop.exact import Exact
+from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Number
 from heavytop.integration.compiled import Seen
 from heavytop.integration.integrator import Orbit
@@ -251,9 +253,9 @@ def rates_at_poles(motion: Motion) -> dict[str, Exact]:
     """
     if not motion.nutates:
         return {}
-    tilts, limit = motion.exact.tilts, motion.top.C * motion.start.omega3 / (2 * motion.top.A)
-    found = {"theta_min": limit} if not min(tilts) else {}
-    return found | ({"theta_max": -limit} if max(tilts) == motion.exact.ctx.pi else {})
+    limit = motion.top.C * motion.start.omega3 / (2 * motion.top.A)
+    found = {"theta_min": limit} if not motion.from_top else {}
+    return found | ({} if motion.from_bottom else {"theta_max": -limit})
 
 
 def _zeros(
@@ -389,18 +391,14 @@ def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts
     >>> tally(Motion(scene.top, scene.start), 2.0)
     {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
     """
-    form = motion.exact
-    if not asked or form.lower_turning is None or motion.kind is Kind.UNDECIDED:
+    if not asked or motion.regime.steady or motion.kind is Kind.UNDECIDED:
         return None
-    at_start, edge = AT_START * _scale(form), EDGE * (abs(end) + _scale(form))
-    found = list(_in_span(motion, form, end, at_start, -edge, edge))
-    names = (name for name in KINDS_OF if name in asked)
-    return {name: (_count(found, name, 0), _count(found, name, 1)) for name in names}
+    edge = EDGE * (abs(end) + _scale(motion))
+    least, most = (_counts(motion, end, slack, asked) for slack in (-edge, edge))
+    return {name: (least[name], most[name]) for name in least}
 
 
-def count_exactly(
-    motion: Motion, end: Number, asked: Collection[str], digits: int
-) -> dict[str, int]:
+def count_exactly(motion: Motion, end: Number, asked: Collection[str]) -> dict[str, int]:
     """How many turning points, reversals and cusps there are from 0 to a time, both included.
 
     One that is not `AT_END` of a period from it is at it. None are counted where the kind is not
@@ -411,15 +409,12 @@ def count_exactly(
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-dropped")
     >>> motion = Motion(scene.top, scene.start)
-    >>> count_exactly(motion, 10**9 * motion.form(60).period, ("turning", "cusp"), 60)
+    >>> count_exactly(motion, 10**9 * motion.mpf("period", 60), ("turning", "cusp"))
     {'turning': 2000000001, 'cusp': 1000000001}
     """
     if motion.kind is Kind.UNDECIDED:
         return {}
-    form = motion.form(digits)
-    at_start, at_end = AT_START * _scale(form), AT_END * _scale(form)
-    found = list(_in_span(motion, form, end, at_start, at_end))
-    return {name: _count(found, name, 0) for name in KINDS_OF if name in asked}
+    return _counts(motion, end, AT_END * _scale(motion), asked)
 
 
 def schedule(
@@ -443,17 +438,14 @@ def schedule(
         ``theta_min``, ``theta_max``, ``reversal`` or ``cusp`` (where that is undecided perhaps
         none), and the time [s], exactly zero at the start.
     """
-    form = motion.form(digits)
-    wanted = {kind for name in asked for kind in KINDS_OF[name]}
-    blur = form.ctx.mpf(10) ** -digits
-    at_start, slack = blur * _scale(form), blur * (abs(end) + _scale(form))
+    blur, scale = Fraction(1, 10**digits), rational(_scale(motion))
+    at_start, slack = blur * scale, blur * (abs(rational(end)) + scale)
     times = (
-        (kind, first + n * (form.period or 0))
-        for kind, first, (numbers,) in _in_span(motion, form, end, at_start, slack)
-        if kind in wanted
-        for n in numbers
+        (kind, to_mpf(t, digits))
+        for kind in dict.fromkeys(kind for name in asked for kind in KINDS_OF[name])
+        for t in motion.events(kind).times(*_span(end, at_start, slack), digits)
     )
-    found = [(kind, t if abs(t) > at_start else form.ctx.zero) for kind, t in times]
+    found = [(kind, t if abs(rational(t)) > at_start else 0 * t) for kind, t in times]
     return sorted(found, key=lambda event: abs(event[1]))
 
 
@@ -466,48 +458,20 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
             yield f"{found} {name} where there are {there}"
 
 
-def _in_span(
-    motion: Motion, form: ClosedForm, end: Number, at_start: Number, *slacks: Number
-) -> Iterator[tuple[str, Number, list[range]]]:
-    """Each kind of event, the time of one, and how many periods later there are others in a span.
-
-    The span is from just before the start to about its end, once for each slack there.
-    """
-
-    def numbers(first: Number, slack: Number) -> range:
-        reach = max(abs(end) + slack, 0)
-        low, high = (-at_start, reach) if end >= 0 else (-reach, at_start)
-        if form.period is None:
-            return range(int(low < first <= high))
-        before, last = (int(form.ctx.floor((t - first) / form.period)) for t in (low, high))
-        return range(before + 1, last + 1)
-
-    for kind, first in _first_of_each(motion, form):
-        yield kind, first, [numbers(first, slack) for slack in slacks]
+def _counts(motion: Motion, end: Any, slack: Any, asked: Collection[str]) -> dict[str, int]:
+    """How many events there are from just before the start to about an end, by name."""
+    at_start = AT_START * _scale(motion)
+    span = _span(end, at_start, slack)
+    return {name: motion.events(name).count(*span) for name in KINDS_OF if name in asked}
 
 
-def _count(found: Sequence[tuple[str, Number, list[range]]], name: str, which: int) -> int:
-    """How many events have a name, up to one of the ends that `_in_span` was given."""
-    return sum(len(numbers[which]) for kind, _, numbers in found if kind in KINDS_OF[name])
+def _span(end: Any, at_start: Any, slack: Any) -> tuple[Fraction, Fraction]:
+    """The least and the greatest time of a span that begins just before the start."""
+    reach = max(abs(rational(end)) + rational(slack), Fraction(0))
+    low, high = -rational(at_start), reach
+    return (low, high) if end >= 0 else (-high, -low)
 
 
-def _first_of_each(motion: Motion, form: ClosedForm) -> list[tuple[str, Number]]:
-    """The kinds of event with the time of one [s]; others of it are whole periods apart."""
-    if (first := form.lower_turning) is None:
-        return []
-    below, above = ("theta_max", "theta_min")[:: -1 if motion.rising.regime.mirrored else 1]
-    if form.period is None:
-        return [(below, first)]
-    kind, half, later = motion.kind, form.period / 2, None
-    if kind is Kind.LOOPS:
-        later = form.reversal or half  # so near a cusp that no digits tell the two apart
-    elif kind is Kind.FORCE_FREE:  # which may loop too
-        later = form.reversal
-    above = "cusp" if kind in (Kind.CUSPS, Kind.UNDECIDED) else above
-    reversals = [("reversal", first + side * later) for side in (-1, 1) if later]
-    return [(below, first), (above, first + half), *reversals]
-
-
-def _scale(form: ClosedForm) -> Number:
+def _scale(motion: Motion) -> float:
     """The period [s], or a time that is not zero where there is none."""
-    return form.period or abs(form.lower_turning or 0) or 1
+    return motion.period or abs(motion.lower_turning or 0.0) or 1.0

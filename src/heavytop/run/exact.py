@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from heavytop.analytic.many_times import DoubleRecord
-from heavytop.analytic.motion import Motion
-from heavytop.analytic.rising import MOST_DIGITS
+from heavytop.analytic.motion import MOST_DIGITS, Motion
+from heavytop.analytic.record import Record
 from heavytop.exact.decimals import context
 from heavytop.run.planning import Plan, exact_span, span
 from heavytop.scene.quantities import Need, need_of
@@ -54,27 +53,28 @@ class SceneMotion:
     @cached_property
     def digits(self) -> int:
         """Decimal digits that leave the scene's to what φ and ψ are beyond their whole turns."""
-        rate = self.motion.rising.rate
+        rate = self.motion.rate
         turned = (1 + abs(self.span) * rate) * (1 + rate)
         return min(self.scene.digits + SPARE_DIGITS + math.ceil(math.log10(turned)), MOST_DIGITS)
 
     @cached_property
     def end(self) -> Any:
-        """The motion at the end, which is exact: an `ExactRecord`."""
+        """The motion at the end, which is exact: a `Record`."""
         end = exact_span(self.scene, self.motion, context(self.digits))
         return self.motion.at(end, self.digits)
 
     @cached_property
-    def samples(self) -> DoubleRecord:
+    def samples(self) -> Record:
         """The motion at the sample times of the scene, which are doubles."""
-        return self.motion.at(np.linspace(0.0, self.span, self.scene.samples))
+        found: Record = self.motion.at(np.linspace(0.0, self.span, self.scene.samples))
+        return found
 
     @property
     def counts(self) -> dict[str, Any]:
         """How many there are of each kind of event that the scene asks for."""
         from heavytop.run.events import count_exactly
 
-        return count_exactly(self.motion, self.end.t, self.scene.events, self.digits)
+        return count_exactly(self.motion, self.end.t, self.scene.events)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the samples as an xarray Dataset that holds the scene itself."""

@@ -11,8 +11,7 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from heavytop.analytic.many_times import DoubleForm
-from heavytop.analytic.rising import Rising
+from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import (
     Reduced,
     ReducedMotion,
@@ -34,12 +33,7 @@ SPARE_DIGITS = 10  # beyond those of a run in more digits
 Known = Mapping[str, Fraction]  # states and constants by the names of their symbols
 
 
-def closed_form(trajectory: Trajectory) -> DoubleForm:
-    """Return the closed form, in doubles, of a run's own numbers."""
-    return DoubleForm(own_motion(trajectory))
-
-
-def own_motion(trajectory: Trajectory) -> Rising:
+def own_motion(trajectory: Trajectory) -> ClosedForm:
     """Return the motion of a run's own numbers, through the poles that the scene's passes.
 
     Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
@@ -52,10 +46,10 @@ def own_motion(trajectory: Trajectory) -> Rising:
         start = list(decimals.samples[0].states)
         own = decimals.ctx.dps + SPARE_DIGITS, start, decimals.parameters
     source = motion_of(trajectory.plan, *own)
-    regime = trajectory.motion.rising.regime
+    regime = trajectory.motion.regime
     passed = not regime.misses_top, not regime.misses_bottom
     top, bottom = passed[::-1] if regime.mirrored else passed
-    return Rising(through_poles(source, top, bottom) if top or bottom else source, proved=False)
+    return ClosedForm(through_poles(source, top, bottom) if top or bottom else source)
 
 
 def motion_of(

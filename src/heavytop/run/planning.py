@@ -211,7 +211,7 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         # psi jumps by whole turns that neither quadrature has
         rule = "the axis form does not give psi of an axis that passes through both poles"
         yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
-    r, ctx = motion.reduced, motion.exact.ctx
+    r, ctx = motion.reduced, motion.reduced.g.context
     rate = max(abs(r.a), abs(r.b), ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
     nodding = tau / motion.period if motion.period else 0.0
     fastest = max(nodding, *map(abs, motion.mean_angle_rates))
@@ -262,7 +262,7 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
     elif name == "axis":
         if need >= Need.PSI:
             variant, reason = _quadrature(scene, motion)
-            frame, reasons = {"frame_rate": motion.mean_rate(variant)}, [reason]
+            frame, reasons = {"frame_rate": motion.mean_rates[variant == "delta"]}, [reason]
         if need >= Need.PHI:
             variant = variant or "phi"
             reasons.append("phi from the axis, its turns counted by Sturm's theorem")
@@ -283,7 +283,7 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
     """The events that are watched for in the integrator's loop, and why these."""
     if not scene.events:
         return (), ("no events are requested, so none slow the loop",)
-    if motion.regime == "asymptotic":  # it comes from the vertical where V is highest, and returns
+    if motion.regime.asymptotic:  # it comes from the vertical where V is highest, and returns
         no_period = "theta tends to the vertical: it has no period"
         leaving = (scene.start.thetadot.sign() or 0) * (scene.top.gMR.sign() or 0)
         if leaving * (1 if end >= 0 else -1) < 0:
@@ -388,9 +388,8 @@ def _seconds(expected: Forecast, found: Plan) -> float:
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
     """Say when rounding, which grows as exp(wt), has carried off an axis that nears a pole."""
-    if motion.exact.growth is None:
+    if (rate := motion.growth) is None:
         return
-    rate = float(motion.exact.growth)
     left = bits * log(2) / rate
     if left < abs(end):
         yield (
@@ -447,7 +446,7 @@ def span(scene: Scene, motion: Motion) -> float:
         rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
         raise refusal(scene, "span.periods", str(scene.periods), rule)
     assert scene.periods is not None
-    return float(scene.periods) * motion.period
+    return float(scene.periods) * float(motion.period)
 
 
 def exact_span(scene: Scene, motion: Motion, ctx: Context) -> Number:
@@ -455,7 +454,7 @@ def exact_span(scene: Scene, motion: Motion, ctx: Context) -> Number:
     if scene.time is not None:
         return scene.time.mpf(ctx)
     assert scene.periods is not None
-    return scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
+    return scene.periods.mpf(ctx) * ctx.mpf(motion.mpf("period", ctx.dps))
 
 
 def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:

@@ -22,8 +22,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.analytic.closed_form import ClosedForm
-from heavytop.analytic.many_times import DoubleForm
+from heavytop.analytic.motion import ClosedForm
 from heavytop.display import Shown
 from heavytop.errors import (
     DoubtfulWarning,
@@ -32,14 +31,14 @@ from heavytop.errors import (
 )
 from heavytop.exact.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
-from heavytop.run.own_motion import SPARE_DIGITS, closed_form, own_motion
+from heavytop.run.own_motion import SPARE_DIGITS, own_motion
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
 
 Array = NDArray[Any]
-Columns = Any  # what a run, a DoubleForm or `_columns` says at several times, by the same names
+Columns = Any  # what a run, a closed form or `_columns` says at several times, by the same names
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
 FEW: Final = 16  # samples and events that stand for all, where a closed form takes long
@@ -159,7 +158,7 @@ def deviations(trajectory: Trajectory) -> dict[str, Array]:
     At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
     run = trajectory.samples.at(_some(trajectory.t.size, 1000))
-    return {"t": run.t} | _apart(run, closed_form(trajectory)(run.t), (*ANGLES, "axis"))
+    return {"t": run.t} | _apart(run, own_motion(trajectory).at(run.t), (*ANGLES, "axis"))
 
 
 def energy_error(trajectory: Trajectory) -> float:
@@ -185,11 +184,11 @@ def conserved(
 
 def phase_error(trajectory: Trajectory, t: float | None = None) -> float:
     """Return how far the nutation runs ahead of the closed form at a time or at the end [s]."""
-    truth = closed_form(trajectory)
+    truth = own_motion(trajectory)
     at = trajectory.t[-1:] if t is None else np.array([t])
-    run, exact = trajectory(at), truth(at)
+    run, exact, frequency = trajectory(at), truth.at(at), 2 * np.pi / (truth.period or np.inf)
     off = np.cos(run.theta) - exact.u, -run.thetadot * np.sin(run.theta) - exact.udot
-    return float(ahead(*off, exact, truth.frequency)[0])
+    return float(ahead(*off, exact, frequency)[0])
 
 
 def ahead(du: Any, dudot: Any, exact: Columns, frequency: Any) -> Any:
@@ -240,31 +239,34 @@ def missed(found: dict[str, float], digits: int) -> str:
 
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
+HEIGHTS: Final = ("one_minus_u", "one_plus_u")
 TOLD: Final = ("t", *(column for name in COMPARED for column in QUANTITIES[name].columns))
 
 
 @dataclass(frozen=True, slots=True)
-class _ManyDigits:
-    """A closed form at many digits, called as a `DoubleForm` is."""
+class _Exact:
+    """A closed form in columns of the numbers of a run."""
 
-    form: ClosedForm
+    motion: ClosedForm
+    digits: int | None
 
-    def __call__(self, t: Sequence[Number]) -> Columns:
-        names = (*TOLD, "u", "one_minus_u", "one_plus_u", "udot", "uddot")
-        return _columns([self.form(each) for each in t], names)
+    def __call__(self, t: Any, t_low: Any = 0.0) -> Columns:
+        if self.digits is None:
+            return self.motion.at(t, t_lo=t_low)
+        return _columns(self.motion.at(t, self.digits), (*TOLD, "u", "udot", "uddot", *HEIGHTS))
 
     @property
     def reversal_u(self) -> Number:
-        r = self.form.reduced
-        return r.a / r.b if r.b else np.inf
+        r = self.motion.reduced
+        there = r.a / r.b if r.b else np.inf
+        return float(there) if self.digits is None else there
 
 
-def _closed_form(trajectory: Trajectory, exactly: bool = False) -> DoubleForm | _ManyDigits:
+def _closed_form(trajectory: Trajectory, exactly: bool = False) -> _Exact:
     """The closed form of a run's own numbers, or of the scene's exact ones."""
-    if trajectory.decimals is None:
-        return trajectory.motion.double if exactly else closed_form(trajectory)
-    motion = trajectory.motion.rising if exactly else own_motion(trajectory)
-    return _ManyDigits(ClosedForm(motion, trajectory.decimals.digits + SPARE_DIGITS))
+    decimals = trajectory.decimals
+    motion = trajectory.motion if exactly else own_motion(trajectory)
+    return _Exact(motion, None if decimals is None else decimals.digits + SPARE_DIGITS)
 
 
 def _run_at(trajectory: Trajectory) -> Columns:
@@ -315,7 +317,7 @@ def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
     sine2, slope = (at.one_minus_u * at.one_plus_u)[known], abs(slope[known])
     b = abs(float(motion.reduced.b)) or 1.0  # without spin nothing reverses
     softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / slope  # 1/|θ̈| or 1/|φ̈|
-    period = motion.period or 1 / float(motion.exact.growth or 1)
+    period = motion.period or 1 / (motion.growth or 1.0)
     allowed = 10.0**-trajectory.scene.digits * (period + softness)
     return abs(zero[known]) / slope, allowed
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop import __version__
-from heavytop.analytic.many_motions import Motions, motions_many
+from heavytop.analytic.many import Motions, motions_many
 from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
 from heavytop.classification.many import classify_many
 from heavytop.display import Plotted

@@ -18,8 +18,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from heavytop.analytic.closed_form import ClosedForm
-from heavytop.analytic.rising import Rising
+from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import ReducedMotion
 from heavytop.comparison.own_steps import OBSERVED, BodyForm
 from heavytop.comparison.steppers import (
@@ -337,8 +336,8 @@ class ReferenceSolution:
     @property
     def period(self) -> float | None:
         """T [s] of the run's own motion; None where nothing nutates."""
-        period = self.truth.period
-        return None if period is None else float(period)
+        period: float | None = self.truth.period
+        return period
 
     @cached_property
     def ctx(self) -> Context:
@@ -350,7 +349,7 @@ class ReferenceSolution:
         """The closed form of the run's own start."""
         values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
         source = self.own(self.digits, self._states(self.start), values)
-        return ClosedForm(Rising(source, proved=False), self.digits)
+        return ClosedForm(source)
 
     def __call__(self, t: DoubleDouble, row: Sequence[float]) -> StateError:
         """Return the error of a state at a time [s]; the row is laid out as the start."""
@@ -359,7 +358,7 @@ class ReferenceSolution:
         change = {name: values[name] - first[name] for name in values}
         scale = max(abs(first["energy"]), abs(self.truth.reduced.g)) or 1
         energy = change.pop("energy") / scale
-        frequency = 2 * self.ctx.pi / self.truth.period
+        frequency = 2 * self.ctx.pi / self.truth.mpf("period", self.digits)
         return StateError(
             energy=float(energy),
             invariants={name: float(x / (abs(first[name]) or 1)) for name, x in change.items()},
@@ -375,7 +374,7 @@ class ReferenceSolution:
         return float(self.ctx.acos(u) - self._exact(t).theta)
 
     def _exact(self, t: DoubleDouble) -> Any:
-        return self.truth(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]))
+        return self.truth.at(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]), self.digits)
 
     def _states(self, row: Sequence[float]) -> list[Any]:
         n = len(self.formulation.states)

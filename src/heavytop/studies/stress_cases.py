@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.solution import ExactRecord
+from heavytop.analytic.record import Record
 from heavytop.exact import Exact
 from heavytop.run.planning import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
@@ -296,7 +296,7 @@ def reference(name: str) -> CaseReference:
     scene = cases()[name].scene
     motion = closed_form_of(scene)
     end = span(scene, motion)
-    exact = motion.exact(end)
+    exact = motion.at(end, DIGITS)
     x, y, z = map(float, exact.axis)
     return CaseReference(
         end=end,
@@ -313,16 +313,17 @@ def _condition(scene: Scene, motion: Motion, end: float) -> float:
     """The condition of the axis at the end."""
     longest = FOLLOWED * motion.period if motion.period else math.inf
     reach = math.copysign(min(abs(end), longest), end)
-    form = motion.form(DIGITS)
     times = (reach * k / RESTARTS for k in range(RESTARTS))
-    return max(_growth(scene.top, form.ctx, form(t), reach - t) for t in times) * end / reach
+    growths = (_growth(scene.top, motion.at(t, DIGITS), reach - t) for t in times)
+    return max(growths) * end / reach
 
 
-def _growth(top: Top, ctx: Any, now: ExactRecord, span: float) -> float:
+def _growth(top: Top, now: Record, span: float) -> float:
     """How much farther the axis moves in a span than what is moved now, in its natural size."""
+    ctx = now.theta.context
     A, C, gMR = (x.mpf(ctx) for x in (top.A, top.C, top.gMR))
     axis = np.array(now.axis)
-    momentum = now.omega + (C / A - 1) * now.omega3 * axis
+    momentum = np.array(now.omega) + (C / A - 1) * now.omega3 * axis
     size = ctx.sqrt(sum(momentum**2))
 
     def end(numbers: Any) -> Any:
@@ -335,7 +336,7 @@ def _growth(top: Top, ctx: Any, now: ExactRecord, span: float) -> float:
             phidot=_exact((e[0] * speed[1] - e[1] * speed[0]) / across**2),
             omega3=_exact(sum(L * e) * A / C),
         )
-        return np.array(Motion(Top(top.A, top.C, _exact(g)), start).form(DIGITS)(span).axis)
+        return np.array(Motion(Top(top.A, top.C, _exact(g)), start).at(span, DIGITS).axis)
 
     here = np.array([*axis, *momentum, gMR])
     here[0] += STEP  # off a pole, where phi is not defined

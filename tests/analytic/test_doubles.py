@@ -4,8 +4,8 @@ A ball holds the true value, so that what is asked of doubles is asked of the tr
 """
 
 import time
-from dataclasses import fields
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,10 +14,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.analytic import many_times
-from heavytop.analytic.closed_form import ClosedForm
-from heavytop.analytic.many_times import CHUNK, FARTHEST, DoubleForm
-from heavytop.analytic.rising import Rising
+from heavytop.analytic import doubles
+from heavytop.analytic.doubles import CHUNK, FARTHEST
+from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import reduced_from_axis, reduced_from_scene
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.exact.balls import working
@@ -28,27 +27,16 @@ ANGLES, FEW, BITS = 1e-15, 4e-15, 400
 RATES = ("thetadot", "phidot", "psidot", "udot", "uddot")
 
 
-def rising_of(name):
-    """A motion by name, its kind not proved."""
-    begun = named(name)
-    return Rising(reduced_from_scene(begun.top, begun.start), proved=False)
-
-
 def start(top, theta, phidot, psidot, thetadot=0):
     rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
-    return Rising(reduced_from_scene(ht.Top(*top), ht.State(theta, **rates)), proved=False)
+    return ClosedForm(reduced_from_scene(ht.Top(*top), ht.State(theta, **rates)))
 
 
-def exact(rising, t, digits=60):
-    """The record in balls, its angles known to so many digits."""
-    with working(BITS):
-        time = arb(t)
-    return rising.settled(
-        "the truth",
-        lambda found, _: found.at(time),
-        digits,
-        of=lambda at: (at.theta, at.phi, at.psi),
-    )
+def exact(motion, t, digits=60):
+    """The record in balls of so many digits."""
+    read = motion.reader(t, digits)
+    names = ("theta", "phi", "psi", *RATES, "axis", "one_minus_u", "one_plus_u")
+    return SimpleNamespace(**{name: read(name) for name in names})
 
 
 NAMES = (
@@ -68,11 +56,11 @@ def apart(got, want, circle=False):
         return abs(float(difference))
 
 
-def assert_holds(rising, times):
+def assert_holds(motion, times):
     """Angles to 1e-15 max(1, |x|); modulo 2π, and the axis, to 4e-15; rates beside the fastest."""
-    double = DoubleForm(rising)(np.array(times))
+    double = motion.at(np.array(times))
     for i, t in enumerate(times):
-        at = exact(rising, t)
+        at = exact(motion, t)
         for name in ("theta", "phi", "psi"):
             want = getattr(at, name)
             assert apart(getattr(double, name)[i], want) <= ANGLES * max(1, abs(float(want))), name
@@ -81,14 +69,14 @@ def assert_holds(rising, times):
         for j in range(3):
             assert apart(double.axis[i, j], at.axis[j]) < FEW
         for name in RATES if abs(t) < 10 else ():
-            scale = max(1, rising.rate) ** (2 if name == "uddot" else 1)
+            scale = max(1, motion.rate) ** (2 if name == "uddot" else 1)
             want = getattr(at, name)
             assert apart(getattr(double, name)[i], want) < FEW * max(scale, abs(float(want))), name
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_near_their_start(name):
-    assert_holds(rising_of(name), [0.0, 1e-9, *np.linspace(-2.1, 2.3, 23)])
+    assert_holds(named(name), [0.0, 1e-9, *np.linspace(-2.1, 2.3, 23)])
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if "separatrix" not in n])
@@ -97,23 +85,24 @@ def test_many_periods_away(name):
 
     Of uniform precession φ modulo 2π is known to 2e-15 where φ itself has 1e-8.
     """
-    rising = rising_of(name)
+    motion = named(name)
     periods = (1e7 / 3, -1e6) if name == "uniform" else (1e6 / 3, -1e6, -1.9e9, 2.1e9 + 0.25)
-    assert_holds(rising, [part * (DoubleForm(rising).period or 1.0) for part in periods])
+    assert_holds(motion, [part * (motion.period or 1.0) for part in periods])
 
 
 @pytest.mark.parametrize("name", ["uniform", "kicked", "separatrix"])
 def test_the_low_word_counts_far_away(name):
     """Nearly half a unit of t = 1e7 s turns φ and ψ by 1e-7 rad, which φ and ψ modulo 2π show."""
-    form, t, low = DoubleForm(rising_of(name)), 1e7, 0.49 * np.spacing(1e7)
-    with working(BITS):
-        at = exact(form.rising, arb(t) + arb(low))
-    got, plain = form(t, low), form(t)
+    motion, t, low = named(name), 1e7, 0.49 * np.spacing(1e7)
+    at = exact(motion, Fraction(t) + Fraction(low))
+    got, plain = motion.at(t, t_lo=low), motion.at(t)
     for angle in ("phi", "psi"):
         assert apart(getattr(got, angle + "_mod"), getattr(at, angle), circle=True) < FEW
         assert abs(getattr(got, angle + "_mod") - getattr(plain, angle + "_mod")) > 1e-10
-        parts = getattr(form(0.25 * 1.25, 0.75 * 1.25), angle)  # any split of a time will do
-        assert parts == pytest.approx(getattr(form(1.25), angle), rel=1e-15)
+        parts = getattr(
+            motion.at(0.25 * 1.25, t_lo=0.75 * 1.25), angle
+        )  # any split of a time will do
+        assert parts == pytest.approx(getattr(motion.at(1.25), angle), rel=1e-15)
 
 
 def of_a_scene(x):
@@ -140,8 +129,8 @@ def test_any_top(C, gMR, theta, thetadot, phidot, psidot, t):
     which side of an exact pass a time lies is told to 1e-30 of a period. Start and time are the
     very doubles; of numbers below 1e-20 that φ follows, 1e-13 of the axis is asked.
     """
-    rising = start((1, C, gMR), theta, phidot, psidot, thetadot=thetadot)
-    double, at = DoubleForm(rising)([t]), exact(rising, t, 330)
+    motion = start((1, C, gMR), theta, phidot, psidot, thetadot=thetadot)
+    double, at = motion.at([t]), exact(motion, t, 330)
     for name in ("theta", "phi", "psi", *RATES):
         assert np.all(np.isfinite(getattr(double, name))), name
     assert abs(np.linalg.norm(double.axis) - 1) < 1e-15
@@ -161,8 +150,7 @@ def test_shipped_scenes_over_their_whole_span(name):
     end = float(scene.time) if scene.time else float(scene.periods) * motion.period
     t = np.linspace(0.0, end, 401)
     double = motion.at(t)
-    with working(BITS):
-        records = [motion.rising.solution(BITS).at(arb(x)) for x in t]
+    records = [exact(motion, x, 40) for x in t.tolist()]
     for quantity in ("theta", "phi", "psi", "one_minus_u", "one_plus_u"):
         want = [getattr(record, quantity) for record in records]
         error = [apart(*pair) for pair in zip(getattr(double, quantity), want, strict=True)]
@@ -175,13 +163,13 @@ def test_shipped_scenes_over_their_whole_span(name):
 
 def test_a_close_pass_with_the_low_word_of_time():
     """Within 1e-7 rad of the pole φ turns at 9e6 rad/s, and t + t_lo still has all its digits."""
-    rising = rising_of("lie")
+    motion = named("lie")
     for offset in ("1e-12", "-3e-9", "1e-7"):
         with working(BITS):
-            found = rising.solution(BITS)
-            t = found.lower_turning + 40 * found.path.period + arb(offset)
+            lower, T = (motion.ball(name, 100) for name in ("lower_turning", "period"))
+            t = lower + 40 * T + arb(offset)
             hi, lo = float(t), float(t - float(t))
-            at, got = exact(rising, arb(hi) + arb(lo)), DoubleForm(rising)([hi], [lo])
+            at, got = exact(motion, Fraction(hi) + Fraction(lo)), motion.at([hi], t_lo=[lo])
             assert abs(at.phidot) > 1e6
             assert abs(arb(got.one_plus_u[0]) / at.one_plus_u - 1) < 1e-14
         assert apart(got.phi[0], at.phi) <= ANGLES * abs(float(at.phi))
@@ -192,86 +180,74 @@ def test_a_close_pass_with_the_low_word_of_time():
 @pytest.mark.parametrize("name", ["dropped", "past the top"])
 def test_phi_just_after_a_cusp(name, t):
     """φ grows as t³ from a cusp, 7e-16 rad after 1e-6 s: large terms cancel to 2e-16."""
-    form = DoubleForm(rising_of(name))
+    motion = named(name)
     for angle in ("phi", "psi"):
-        want = getattr(exact(form.rising, t), angle)
-        assert apart(getattr(form(t), angle), want) <= 2.5e-16 * max(1, abs(float(want)))
+        want = getattr(exact(motion, t), angle)
+        assert apart(getattr(motion.at(t), angle), want) <= 2.5e-16 * max(1, abs(float(want)))
 
 
 # --- shapes, parts, speed, and what is refused ---------------------------------------------------
 
+OUTCOMES = (
+    "theta", "phi", "psi", "phi_mod", "psi_mod", *RATES, "u", "one_minus_u", "one_plus_u", "axis",
+    "quaternion", "omega", "omega3",
+)  # fmt: skip
 FAMILIES = ("kicked", "lie", "hanging upside down", "separatrix", "uniform", "at rest")
 
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_times_are_cut_anyhow(name):
-    """Bit for bit; θ alone is that of the record, with and without low words of time."""
-    form, source = DoubleForm(rising_of(name)), np.random.default_rng(3)
+    """Bit for bit, with and without low words of time."""
+    motion, source = named(name), np.random.default_rng(3)
     t = source.uniform(-30, 30, 3 * CHUNK + 17)
     low = t * source.uniform(-1e-17, 1e-17, t.size)
     part = slice(CHUNK - 3, CHUNK + 9)
-    whole, some = form(t, low), form(t[part], low[part])
-    assert np.array_equal(form.theta(t, low), whole.theta)
-    assert np.array_equal(form.theta(t[part], low[part]), whole.theta[part])
-    for field in fields(whole):
-        one, other = getattr(whole, field.name), getattr(some, field.name)
-        np.testing.assert_array_equal(one[part], other, err_msg=field.name)
+    whole, some = motion.at(t, t_lo=low), motion.at(t[part], t_lo=low[part])
+    for name in ("t", "energy", *OUTCOMES):
+        np.testing.assert_array_equal(getattr(whole, name)[part], getattr(some, name), name)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_a_million_tilts_a_second(name):
     """θ alone, 1e6 times in a second at most, on whatever course; 6e6 to 3e8 were measured."""
-    form, t = DoubleForm(rising_of(name)), np.linspace(-3, 40, 10**5)
+    motion, t = named(name), np.linspace(-3, 40, 10**5)
     spent = []
     while not spent or (min(spent) > 0.1 and len(spent) < 20):
         began = time.process_time()
-        form.theta(t)
+        motion.at(t).theta  # noqa: B018
         spent.append(time.process_time() - began)
     assert min(spent) <= 0.1
 
 
 def test_times_that_are_none():
-    form = DoubleForm(rising_of("kicked"))
-    far = form.period * FARTHEST * 1.01
-    for call in (form, form.theta):
-        for bad in (([np.nan],), ([0.0], [np.inf]), ("x",), (None,), (1.0, 1j), (10**400,)):
-            with pytest.raises(NotANumber):
-                call(*bad)
-        for t in (far, 1e308):
-            with pytest.raises(NoClosedForm, match="periods"):
-                call([t])
-
-
-def test_reversal_angle():
-    """cos θ at which φ̇ turns over: θ = 0.148027354547 in the kicked scene of the book."""
-    reversal = np.arccos(DoubleForm(rising_of("kicked")).reversal_u)
-    assert reversal == pytest.approx(0.148027354547, abs=1e-12)
-    for name in ("spherical pendulum", "planar swing"):
-        assert DoubleForm(rising_of(name)).reversal_u == np.inf
+    motion = named("kicked")
+    for bad in (([np.nan],), ([0.0], [np.inf]), ("x",), (None,), (1.0, 1j), (10**400,)):
+        with pytest.raises(NotANumber):
+            motion.at(bad[0], t_lo=bad[1] if len(bad) > 1 else 0.0)
+    for t in (motion.period * FARTHEST * 1.01, 1e308):
+        with pytest.raises(NoClosedForm, match="periods"):
+            motion.at([t])
 
 
 def test_an_axis_longer_by_an_ulp():
     """The axis form's own binary start, |e|² ≠ 1: the closed form is that of those numbers."""
     e, l = (0.09983341664682815, 0.0, 0.9950041652780259), (3.0, -0.5, 28.0)  # noqa: E741
     assert sum(Fraction(x) ** 2 for x in e) != 1
-    rising = Rising(reduced_from_axis(e, l, 139.02439024390245, phi0=0.25))
-    assert_holds(rising, [-1.0, 0.1, 3.0, 1000.0])
+    motion = ClosedForm(reduced_from_axis(e, l, 139.02439024390245, phi0=0.25))
+    assert_holds(motion, [-1.0, 0.1, 3.0, 1000.0])
 
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_late_times_are_those_of_many_digits(name, monkeypatch):
     """Beyond MOST_PERIODS in balls, before it in doubles; either is right about the border."""
-    form = DoubleForm(rising_of(name))
-    near = np.linspace(-1e6, 1e6, 7) * (form.period or 1)
-    early = form(near)
-    monkeypatch.setattr(many_times, "MOST_PERIODS", 1000)
-    late = form(near)
-    np.testing.assert_allclose(late.axis, early.axis, rtol=0, atol=1e-13)
-    np.testing.assert_array_equal(form.theta(near), late.theta)
-    np.testing.assert_array_equal(late.n, early.n)
-    t = 1e15 * (form.period or 1)
-    exact, found = ClosedForm(form.rising, 60)(t), form([t])
+    motion = named(name)
+    near = np.linspace(-1e6, 1e6, 7) * (motion.period or 1)
+    early = motion.at(near).axis
+    monkeypatch.setattr(doubles, "MOST_PERIODS", 1000)
+    np.testing.assert_allclose(motion.at(near).axis, early, rtol=0, atol=1e-13)
+    t = 1e15 * (motion.period or 1)
+    exact, found = motion.at(t, 60), motion.at([t])
     assert found.theta[0] == pytest.approx(float(exact.theta), abs=1e-15)
     off = found.phi_mod[0] - float(exact.phi % (2 * exact.phi.context.pi))
     assert abs(np.sin(off / 2)) < 1e-14

@@ -11,13 +11,14 @@ from functools import cache
 import pytest
 from flint import acb, arb
 
-import heavytop as ht
-from heavytop.analytic.cubic import TooFewBits
-from heavytop.analytic.elliptic import Jacobi
+from heavytop.analytic import balls
+from heavytop.analytic.roots import TooFewBits
+from heavytop.analytic.theta import Theta
 from heavytop.exact.balls import Interval, working
 
 from ..by_hand import ByHand
 from ..motions import named
+from ..views import Bounds, Digits
 
 pytestmark = pytest.mark.reference
 
@@ -88,8 +89,8 @@ def holds(ball, value, digits):
 def test_periods_and_turns(name, digits):
     """T is 2K/w, Δφ the sum of the turns, and Δψ − κT their difference: K and Π, and Carlson."""
     begun, truth = named(name), textbook(name, digits)
-    found = ht.enclose(begun.top, begun.start, digits)
-    form, mp, kappa = begun.form(digits), truth.mp, truth.omega3 - truth.b
+    found = Bounds(begun, digits)
+    form, mp, kappa = Digits(begun, digits), truth.mp, truth.omega3 - truth.b
     T = 2 * mp.ellipk(truth.m) / truth.w
     assert holds(found.period, T, digits)
     for third in (mp.ellippi, truth.carlson):
@@ -111,20 +112,20 @@ def test_periods_and_turns(name, digits):
 def test_tilts_and_their_rates(name, digits):
     """u and u̇ by sn, cn and dn of mpmath, begun where the start is by its incomplete F."""
     begun, truth = named(name), textbook(name, digits)
-    found, form, mp = ht.enclose(begun.top, begun.start, digits), begun.form(digits), truth.mp
+    found, form, mp = Bounds(begun, digits), Digits(begun, digits), truth.mp
     # (t − start)/T half way between turning points, just past one, and some periods later
     for part in ("0.25", "0.5000001", "-0.7", "3.1"):
         t = Fraction(part) * Fraction(float(form.period))
         u, udot = truth.tilt(mp.mpf(t.numerator) / t.denominator)
-        assert holds(found.u(t), u, digits)
+        assert holds(found("u", t), u, digits)
         at = form(t)
         bound = mp.mpf(10) ** -digits
         assert abs(mp.mpf(at.u) - u) <= bound
-        assert abs(mp.mpf(at.udot) - udot) <= bound * max(1, begun.rising.rate)
+        assert abs(mp.mpf(at.udot) - udot) <= bound * max(1, begun.rate)
         phidot = (truth.a - truth.b * u) / (1 - u * u)
         assert abs(mp.mpf(at.phidot) - phidot) <= bound * max(1, abs(phidot))
         assert abs(mp.mpf(at.psidot) - truth.omega3 + phidot * u) <= bound * max(
-            1, abs(truth.omega3), begun.rising.rate
+            1, abs(truth.omega3), begun.rate
         )
 
 
@@ -149,7 +150,7 @@ def test_angles_by_theta_functions(name):
     plus, minus = truth.turns(mp.ellippi)
     by_top = start - K if start > 0 else start + K
     plus, minus = grown(plus, (1 + low) / reach, start), grown(minus, up, by_top)
-    at, begins = begun.form(50)(t), begun.form(50)(0)
+    at, begins = begun.at(t, 50), begun.at(0, 50)
     kappa = truth.omega3 - truth.b
     assert abs(mp.mpf(at.phi) - mp.mpf(begins.phi) - plus - minus) < mp.mpf(10) ** -48
     found = mp.mpf(at.psi) - mp.mpf(begins.psi)
@@ -159,7 +160,7 @@ def test_angles_by_theta_functions(name):
 def test_other_turns_are_told_apart():
     """A modulus or a root off by 1e-45 is seen at 50 digits: no bound here is too wide."""
     begun, truth = named("rising"), textbook("rising", 50)
-    mp, found = truth.mp, ht.enclose(begun.top, begun.start, 50)
+    mp, found = truth.mp, Bounds(begun, 50)
     wrong = mp.ellipk(truth.m * (1 + mp.mpf(10) ** -45))
     assert not holds(found.period, 2 * wrong / truth.w, 50)
 
@@ -167,58 +168,76 @@ def test_other_turns_are_told_apart():
 # --- the functions as such -----------------------------------------------------------------------
 
 
-TAUS = ("0.005", "0.1", "0.999", "1", "1.31", "4.3", "60")
-PLACES = ("-0.5", "-0.47", "-1e-30", "0.2", "0.4999", "0.5", "0.6")
+PARAMETERS = ("0", "1e-300", "1e-9", "0.3", "0.4999", "0.5001", "0.9", "1-1e-9", "1-1e-300")
+PLACES = ("-0.25", "-0.24", "-1e-30", "0.1", "0.25")  # of a period, from the turning point nearest
 BITS = (64, 150, 380)
+
+
+def exactly(text):
+    """The parameters m and 1 − m."""
+    return (1 - arb(text[2:]), arb(text[2:])) if text[:2] == "1-" else (arb(text), 1 - arb(text))
 
 
 def thetas(z, tau):
     return acb.modular_theta(z, acb(0, tau))
 
 
+def series_at(text, bits, place):
+    """The series of m, what they take there, and x/2K."""
+    series = Theta(*exactly(text), bits)
+    z = 2 * series.half * arb(place)
+    return series, balls.argument(z, series.hyperbolic)
+
+
 @pytest.mark.parametrize("bits", BITS)
-@pytest.mark.parametrize("tau", TAUS)
-def test_functions_hold_what_arb_says(tau, bits):
+@pytest.mark.parametrize("m", PARAMETERS)
+def test_functions_hold_what_arb_says(m, bits):
     """sn = θ₃θ₁/θ₂θ₄, and likewise cn and dn; each ball is about as small as the bits allow."""
-    for x in PLACES:
-        with working(2 * bits + 400):
-            _, two, three, four = (theta.real for theta in thetas(acb(0), arb(tau)))
-            *over, four_x = (theta.real for theta in thetas(acb(arb(x)), arb(tau)))
-            scales = three / two, four / two, four / three
-            want = [k * theta / four_x for k, theta in zip(scales, over, strict=True)]
-        with working(bits):
-            found = Jacobi(arb(tau)).functions(arb(x))
-        for ball, truth in zip(found, want, strict=True):
-            assert ball.overlaps(truth)
-            assert ball.rad() < arb(2) ** (12 - bits) / min(arb(tau), arb(1))
+    for place in PLACES:
+        for upper in (False, True):
+            with working(2 * bits + 1400):
+                less, more = exactly(m)
+                if less.is_zero():
+                    x = arb.pi() * (arb(place) + arb(upper) / 2)
+                    want = [x.sin(), x.cos(), arb(1)]
+                else:
+                    tau = arb(1).agm(more.sqrt()) / arb(1).agm(less.sqrt())
+                    _, two, three, four = (theta.real for theta in thetas(acb(0), tau))
+                    x = acb(arb(place) + arb(upper) / 2)
+                    *over, four_x = (theta.real for theta in thetas(x, tau))
+                    scales = three / two, four / two, four / three
+                    want = [k * theta / four_x for k, theta in zip(scales, over, strict=True)]
+            with working(bits):
+                series, at = series_at(m, bits, place)
+                under, *found = (series.function(balls, upper, k)(*at) for k in range(4))
+                for each, truth in zip(found, want, strict=True):
+                    assert (each / under).overlaps(truth)
+                    assert (each / under).rad() < arb(2) ** (20 - bits)
 
 
 @pytest.mark.parametrize("bits", BITS)
-@pytest.mark.parametrize("tau", TAUS)
-def test_the_argument_holds_what_arb_says(tau, bits):
-    for x in PLACES:
+@pytest.mark.parametrize("m", PARAMETERS[2:-1])
+def test_the_sweeps_hold_what_arb_says(m, bits):
+    """π/2 − arg θ₁(z + ib) and −arg θ₂(z + ib), but for a multiple of z where m > ½."""
+    for place in PLACES:
         for part in ("1e-20", "0.2", "0.4999"):
             with working(2 * bits + 400):
-                beta = arb(tau) * arb(part)
-                truth = (acb(0, 1) * thetas(acb(arb(x), -beta), arb(tau))[0]).arg()
+                less, more = exactly(m)
+                means = arb(1).agm(more.sqrt()), arb(1).agm(less.sqrt())
+                tau, K = means[0] / means[1], arb.pi() / 2 / means[0]
+                beta = tau * arb(part)
+                v, z = 2 * K * beta, acb(arb(place), beta)
+                truths = [-theta.arg() for theta in thetas(z, tau)[:2]]
+                truths[0] += arb.pi() / 2
             with working(bits):
-                ball = Jacobi(arb(tau)).argument(arb(x), arb(tau) * arb(part))
-                assert ball.overlaps(truth), (x, part)
-                assert ball.rad() < arb(2) ** (12 - bits) / min(arb(tau), arb(1)) ** 2
+                series, at = series_at(m, bits, place)
+                left = arb.pi() - 2 * series.step(v, 1)  # of a real sweep
+                for beside, truth in zip((True, False), truths, strict=True):
+                    found = series.sweep(balls, v, 1, beside)(*at) + left * arb(place)
+                    assert found.overlaps(truth), (place, part, beside)
+                    assert found.rad() < arb(2) ** (28 - bits)
 
 
-def test_without_a_modulus_they_are_circular():
-    with working(100):
-        sn, cn, dn = Jacobi(None).functions(arb("0.1"))
-        for ball, want in zip((sn, cn, dn), (*arb("0.1").sin_cos_pi(), arb(1)), strict=True):
-            assert ball.overlaps(want)
-            assert ball.rad() < arb(2) ** -95
-
-
-def test_what_is_not_known_well_enough_is_refused():
-    """A number of periods known to no better than one, and a modulus that is not known."""
-    with working(100):
-        with pytest.raises(TooFewBits):
-            Jacobi(arb(2)).functions(arb(0, 1))
-        with pytest.raises(TooFewBits):
-            Jacobi(arb(2, 1.9))
+def test_a_modulus_that_is_not_known_is_refused():
+    with working(100), pytest.raises(TooFewBits):
+        Theta(arb(0.5, 0.49999), arb(0.5, 0.49999), 100)

@@ -1,26 +1,25 @@
-"""The roots u₁ ≤ u₂ ≤ u₃ of the cubic f(u), in balls, for a motion with g ≥ 0 that nutates.
+"""The roots u₁ ≤ u₂ ≤ u₃ of the cubic f(u), and Legendre's integrals, in balls, where g ≥ 0.
 
-Roots that are known exactly, the start where θ̇₀ = 0 and ±1 where P∓ = 0, are divided out, and the
-rest is found by the formulas for a quadratic or a cubic. Then each small distance is met from two
-sides: as a difference, and by
-
-    (u₂ − u₀)(u₀ − u₁)(u₃ − u₀) = f₀/2g,
-    2g (1 + u₁)(1 + u₂)(1 + u₃) = P₊²,   2g (1 − u₁)(1 − u₂)(u₃ − 1) = P₋².
+Roots that are exact, the start where θ̇₀ = 0 and ±1 where P∓ = 0, are divided out, and the rest is
+found by the formulas for a quadratic or a cubic. Each small distance is found from two sides: as a
+difference, and by (u₂ − u₀)(u₀ − u₁)(u₃ − u₀) = f₀/2g and 2g (1 ± u₁)(1 ± u₂)(u₃ ± 1) = P±².
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Final, NamedTuple
 
-from flint import arb, arb_poly
+from flint import acb, arb, arb_poly, ctx
 
 from heavytop.classification.reduced import Reduced, Regime
 from heavytop.exact.balls import Interval, above
 
+_MOST_STEPS: Final = 40  # of a mean: its numbers are then equal to 65 536 bits, if mc > 2^-2^20
+
 
 class TooFewBits(Exception):
-    """Two numbers that differ could not be told apart with so many bits.
+    """Two numbers that differ could not be separated with so many bits.
 
     Parameters
     ----------
@@ -35,7 +34,7 @@ class TooFewBits(Exception):
         self.names, self.difference = names, difference
 
     @property
-    def told(self) -> tuple[str, float]:
+    def reason(self) -> tuple[str, float]:
         """What to say of them, and an upper bound of their difference."""
         if not self.difference.is_finite():
             return f"{self.names} are not told apart", math.inf
@@ -43,31 +42,19 @@ class TooFewBits(Exception):
         return f"{self.names} differ by less than {above(bound)}", bound
 
 
-@dataclass(frozen=True, slots=True)
-class Roots:
+class Roots(NamedTuple):
     """The roots by their distances, each a ball, which is exactly 0 where the regime says so.
 
-    Parameters
-    ----------
-    down, up, delta : arb
-        u₀ − u₁, u₂ − u₀ and u₂ − u₁.
-    one_minus_u1, one_plus_u1, one_minus_u2, one_plus_u2 : arb
-        Distances from ±1.
-    u3 : arb or None
-        The third root; None where g = 0 and there is none.
-    m, mc : arb
-        (u₂ − u₁)/(u₃ − u₁) and (u₃ − u₂)/(u₃ − u₁).
-    w : arb
-        √(g (u₃ − u₁)/2) [s⁻¹].
+    `down`, `up` and `delta` are u₀ − u₁, u₂ − u₀ and u₂ − u₁, `lower` and `upper` are 1 ∓ u at u₁
+    and at u₂, `u3` is None where g = 0, m and mc are (u₂ − u₁)/(u₃ − u₁) and 1 − m, and w is
+    √(g (u₃ − u₁)/2) [s⁻¹].
     """
 
     down: arb
     up: arb
     delta: arb
-    one_minus_u1: arb
-    one_plus_u1: arb
-    one_minus_u2: arb
-    one_plus_u2: arb
+    lower: tuple[arb, arb]
+    upper: tuple[arb, arb]
     u3: arb | None
     m: arb
     mc: arb
@@ -75,13 +62,7 @@ class Roots:
 
     @classmethod
     def of(cls, over: Reduced, regime: Regime) -> Roots:
-        """The roots of a reduced motion that nutates, at the working precision.
-
-        Raises
-        ------
-        TooFewBits
-            Two roots could not be told apart.
-        """
+        """The roots of a reduced motion that nutates; TooFewBits where two are not separated."""
         cubic = f3, f2, _, f0 = over.cubic
         d1, d2, *d3 = _distances(cubic, over, regime)
         lead = f3 * d3[0] if d3 else -f2  # 2g (u₃ − u₀)
@@ -95,34 +76,24 @@ class Roots:
         plus1 = over.one_plus_u0 - down if regime.misses_bottom else arb(0)
         plus1, _ = _pair(plus1, lead + f3 * over.one_plus_u0, over.P_plus * over.P_plus / plus2)
         delta, reach = up + down, lead + f3 * down  # 2g (u₃ − u₁)
-        return cls(
-            down, up, delta, minus1, plus1, minus2, plus2, 1 + beyond / f3 if d3 else None,
-            f3 * delta / reach, (beyond + f3 * minus2) / reach, reach.sqrt() / 2,
-        )  # fmt: skip
-
-
-def _meet(one: arb, other: arb) -> arb:
-    """What two balls around one number have in common."""
-    return one.intersection(other) if one.is_finite() and other.is_finite() else one
+        u3 = 1 + beyond / f3 if d3 else None
+        m, mc = f3 * delta / reach, (beyond + f3 * minus2) / reach
+        return cls(down, up, delta, (minus1, plus1), (minus2, plus2), u3, m, mc, reach.sqrt() / 2)
 
 
 def _pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
     """Two numbers of known product, each by itself and through the other; exact zeros stay."""
-    if not one.is_zero():
-        one = _meet(one, product / other)
-    if not other.is_zero():
-        other = _meet(other, product / one)
-    return one, other
+    one = one if one.is_zero() else _common(one, product / other)
+    return one, other if other.is_zero() else _common(other, product / one)
+
+
+def _common(one: arb, other: arb) -> arb:
+    """What two balls around one number have in common."""
+    return one.intersection(other) if one.is_finite() and other.is_finite() else one
 
 
 def _distances(cubic: tuple[arb, ...], over: Reduced, regime: Regime) -> list[arb]:
-    """Increasing distances u − u₀ of the roots, two of them where g = 0.
-
-    Raises
-    ------
-    TooFewBits
-        Two roots could not be told apart.
-    """
+    """Increasing distances u − u₀ of the roots, two of them where g = 0."""
     found = [] if regime.misses_bottom else [-over.one_plus_u0]
     if not regime.misses_top:
         found.append(over.one_minus_u0)
@@ -166,13 +137,37 @@ def root_of(x: arb) -> arb:
 
 
 def sign_of(x: arb, names: str) -> int:
-    """1 or −1 where x ≥ 0 or x < 0.
-
-    Raises
-    ------
-    TooFewBits
-        The ball does not tell: two numbers, whose names these are, differ by x.
-    """
+    """1 or −1 where x ≥ 0 or x < 0; TooFewBits, with these names, where the ball does not show."""
     if not (x >= 0 or x < 0):
         raise TooFewBits(names, x)
     return 1 if x >= 0 else -1
+
+
+def floor(x: arb) -> int:
+    """The largest whole number not above x; TooFewBits where a ball is on both sides of one."""
+    low, high = x.lower().floor(), x.upper().floor()
+    if low != high or not x.is_finite():
+        raise TooFewBits("an event and the end of the span", x - high)
+    return int(low.unique_fmpz())  # type: ignore[arg-type]  # a whole number is one
+
+
+def first_kind(s2: arb, c2: arb, mc: arb) -> arb:
+    """F(φ|1 − mc), where s2 and c2 are proportional to sin²φ and cos²φ."""
+    return root_of(s2) * acb.elliptic_rf(acb(c2), acb(c2 + mc * s2), acb(c2 + s2)).real
+
+
+def third_kind(mc: arb, p: arb) -> arb:
+    """Π(1 − p|1 − mc), complete, p > 0, by Bulirsch's sequences, whose terms are all positive.
+
+    What is left after some steps is an integral whose root lies between k and the mean.
+    """
+    product, mean, p = mc.sqrt(), arb(1), p.sqrt()
+    k, a, b, equal = product, arb(1), 1 / p, arb(2) ** (8 - ctx.prec)
+    for _ in range(_MOST_STEPS):
+        if not mean - k > mean * equal:
+            break
+        ratio = product / p
+        a, b, p = a + b / p, 2 * (b + a * ratio), p + ratio
+        mean, k = mean + k, 2 * product.sqrt()
+        product = k * mean
+    return arb.pi() / 2 * (b + a * mean) / (mean * (mean + p)) * arb(1).union(mean / k)

@@ -6,7 +6,7 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from heavytop.analytic.cubic import Roots
+from heavytop.analytic.roots import Roots
 from heavytop.classification.reduced import Regime, reduced_from_scene
 from heavytop.exact import Exact
 from heavytop.exact.balls import Interval, working
@@ -31,10 +31,10 @@ def roots_of(motion, bits=BITS):
     with working(bits):
         regime, over = Regime.of(source), source.reduced(bits)
         found = Roots.of(over.mirrored() if regime.mirrored else over, regime)
-        names = ("down", "up", "delta", "one_minus_u1", "one_plus_u1", "one_minus_u2",
-                 "one_plus_u2", "m", "mc", "w")  # fmt: skip
-        balls = {name: getattr(found, name) for name in names}
-        balls |= {"u1": found.one_plus_u1 - 1, "u2": 1 - found.one_minus_u2, "u3": found.u3}
+        balls = {name: getattr(found, name) for name in ("down", "up", "delta", "m", "mc", "w")}
+        for name, pair in (("u1", found.lower), ("u2", found.upper)):
+            balls |= dict(zip((f"one_minus_{name}", f"one_plus_{name}"), pair, strict=True))
+        balls |= {"u1": found.lower[1] - 1, "u2": 1 - found.upper[0], "u3": found.u3}
         return {name: ball and Interval.of(ball) for name, ball in balls.items()}
 
 

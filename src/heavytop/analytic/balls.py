@@ -1,0 +1,87 @@
+"""Numbers of the closed form that are balls of python-flint; `doubles` has the same functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from flint import arb
+
+from heavytop.analytic.constants import Constants
+from heavytop.analytic.roots import TooFewBits, floor, root_of, sign_of
+
+bits: Final = None  # of the constants: all that they have
+atan2, sin_cos, sqrt = arb.atan2, arb.sin_cos, root_of
+
+
+def number(x: arb, beside: Any = 0) -> arb:
+    """A constant as it is."""
+    return x
+
+
+def rounded(x: arb) -> arb:
+    """A sum of many terms, which is a ball too, as a number."""
+    return x
+
+
+def modulo_circle(x: arb) -> arb:
+    """An angle less whole turns, in [0, 2π] but for its radius."""
+    circle = 2 * arb.pi()
+    return x - circle * (x.mid() / circle).mid().floor()
+
+
+def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., arb]:
+    """The sum start + n step + rate t, and what else is given."""
+    return lambda n, t, *more: start + n * step + rate * t + sum(more, arb(0))
+
+
+def half_sum(x: arb, y: arb, sign: int) -> arb:
+    """Half of x ± y, sums of many terms."""
+    return (x + sign * y) / 2
+
+
+def nearest(c: Constants, t: arb, z: Callable[..., arb]) -> tuple[int, arb]:
+    """The number of the turning point nearest a time, and z since it."""
+    if c.period is None:
+        return 0, z(0, t)
+    turning = 2 * (t / c.period) + c.x0 / c.half
+    if not turning.rad() < 1e-3:  # the series are bounded half way to the next
+        raise TooFewBits("the time and that of a turning point", turning)
+    n = floor(turning.mid() + arb(0.5))
+    return n, z(n, t)
+
+
+def argument(z: arb, hyperbolic: bool) -> tuple[arb, arb, arb]:
+    """S, C and S² of sin and cos, or S, C and −S² of sinh and cosh."""
+    S, C = z.sinh_cosh() if hyperbolic else z.sin_cos()
+    return S, C, -S * S if hyperbolic else S * S
+
+
+def sides(upper: bool, z: arb, hyperbolic: bool) -> list[Any]:
+    """What is beside u₁ and what is beside u₂: where it is, which side, and the arguments."""
+    return [(None, upper, argument(z, hyperbolic))]
+
+
+def join(upper: bool, parts: list[Any]) -> Any:
+    """The values of all sides together."""
+    return parts[0][1]
+
+
+def sign(x: arb, at_zero: int) -> arb:
+    """The sign of x; at an exact pass that of what follows, as it has begun."""
+    return arb(at_zero if x.is_zero() else sign_of(x, "the time and that of a pass through a pole"))
+
+
+def length(least: arb, square: arb, leg: arb) -> arb:
+    """√(least² + leg²)."""
+    return root_of(square + leg * leg)
+
+
+def cosine(one_minus_u: arb, one_plus_u: arb) -> arb:
+    """The cosine of θ from its distances from ±1."""
+    return (1 - one_minus_u).intersection(one_plus_u - 1)
+
+
+def vector(*parts: arb) -> tuple[arb, ...]:
+    """Several numbers as one."""
+    return parts

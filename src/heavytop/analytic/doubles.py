@@ -1,0 +1,200 @@
+"""Numbers of the closed form that are arrays of doubles; times, z and long sums are pairs of them.
+
+A pair is high + low. The constants are known to 40 digits, so that those of 2³¹ periods have their
+digits.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from flint import arb
+
+from heavytop.analytic.constants import Constants
+from heavytop.analytic.roots import TooFewBits
+from heavytop.errors import NoClosedForm, NotANumber
+from heavytop.exact import pairs
+
+if TYPE_CHECKING:
+    from heavytop.analytic.motion import ClosedForm
+    from heavytop.analytic.record import Read
+
+KNOWN: Final = 10.0**-40  # what is not known of a constant, beside it
+SMALL: Final = 1e-280  # squares beside which one that is no double any more does not count
+EDGE: Final = 1e-30  # what z is not known to at a turning point, beside what it comes from
+LARGEST: Final = 700.0  # z whose sinh is a double; sech is nothing beyond
+BIG: Final = 1e300  # the nome has made nothing of such squares long before
+
+MOST_PERIODS: Final = 2**31
+"""Periods up to which times are reduced without loss; beyond, each is computed in balls."""
+
+FARTHEST: Final = 2**62
+"""Periods that are counted."""
+
+CHUNK: Final = 8192
+"""Times computed at once, so that what is computed with them stays in the processor's cache."""
+
+VECTORS: Final = {"axis": 3, "quaternion": 4, "omega": 3}
+NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
+LATE_DIGITS: Final = 20  # of what is computed in balls for doubles
+
+bits: Final = 64
+atan2, sqrt = np.arctan2, np.sqrt
+
+
+def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
+    """The numbers of a motion at the times t + t_lo, in doubles."""
+    time, low, shape = _times(t, t_lo)
+    latest, period = abs(time).max(initial=0.0), motion.period or np.inf
+    if latest > FARTHEST * period:
+        raise NoClosedForm(f"more than {FARTHEST} periods in doubles: ask for digits instead")
+    late: list[Any] = []
+    if latest >= MOST_PERIODS * period:
+        words = zip(time.tolist(), low.tolist(), strict=True)
+        late = [motion.at(Fraction(high) + Fraction(rest), LATE_DIGITS) for high, rest in words]
+    # of one time all are scalars, which is several times as fast
+    parts: Any = [slice(at, at + CHUNK) for at in range(0, time.size, CHUNK)]
+    parts = parts if time.size > 1 else [0] * time.size
+    points: dict[int, list[Any]] = {}
+
+    def values(c: Constants, name: str) -> Any:
+        if not late and c.bits not in points:
+            form = motion.form(c, sys.modules[__name__])
+            points[c.bits] = [(part, form((time[part], low[part]))) for part in parts]
+        found = np.empty((time.size, VECTORS[name]) if name in VECTORS else time.size)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for part, point in enumerate(late) if late else points[c.bits]:
+                found[part] = getattr(point, name)
+        return found
+
+    def read(name: str) -> Any:
+        if name in ("t", "energy"):
+            return (time if name == "t" else np.full(time.size, float(motion.energy(17)))).reshape(
+                shape
+            )
+        found: Any = motion.refine("the closed form", lambda c: values(c, name))
+        if not np.isfinite(found).all():
+            raise NoClosedForm(f"{name} is too large for doubles: ask for digits instead")
+        return found.reshape(shape + found.shape[1:])
+
+    return read
+
+
+def _times(t: Any, t_lo: Any) -> tuple[Any, Any, tuple[int, ...]]:
+    """Finite times in one row, each the double nearest t + t_lo and the rest; their shape."""
+    try:
+        time, low = np.asarray(t, np.float64), np.asarray(t_lo, np.float64)
+        if not (np.isfinite(time).all() and np.isfinite(low).all()):
+            raise NotANumber("t: finite times")
+        time, low = map(np.asarray, pairs.two_sum(time, low))
+    except (TypeError, ValueError, OverflowError):  # of no float; shapes that do not fit
+        raise NotANumber(NO_TIMES) from None
+    return time.ravel(), low.ravel(), time.shape
+
+
+# --- the functions that `balls` has too -----------------------------------------------------------
+
+
+def number(x: arb, beside: Any = 0) -> float:
+    """A constant that is known well enough, beside what it is added to."""
+    return float(known(x, beside))
+
+
+def known(x: arb, beside: Any = 0) -> arb:
+    """The same as a ball."""
+    if not x.rad() <= (abs(x) + beside) * KNOWN:
+        raise TooFewBits("a constant of the closed form and 0", x)
+    return x
+
+
+def rounded(x: Any) -> Any:
+    """The nearest double of a pair."""
+    return x[0]
+
+
+def modulo_circle(x: Any) -> Any:
+    """An angle, which is a pair, in [0, 2π)."""
+    return pairs.modulo_circle(*x)
+
+
+def sin_cos(x: Any) -> tuple[Any, Any]:
+    """Sine and cosine."""
+    return np.sin(x), np.cos(x)
+
+
+def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., Any]:
+    """The pair start + n step + rate t, and what else is given; t is a pair."""
+    one = 1 if slowest else 0
+    summed = pairs.Linear(known(start, one), known(step, one), known(rate, slowest))
+    return lambda n, t, *more: summed(n, *t, *more)
+
+
+def half_sum(x: Any, y: Any, sign: int) -> Any:
+    """Half of x ± y, which are pairs."""
+    return pairs.add((x[0] / 2, x[1] / 2), (sign * y[0] / 2, sign * y[1] / 2))
+
+
+def nearest(c: Constants, t: Any, z: Callable[..., Any]) -> tuple[Any, Any]:
+    """The numbers of the turning points nearest times, and z since them."""
+    steps = 0.0 if c.period is None else float(2 / c.period)
+    n = np.rint(t[0] * steps + float(c.x0 / c.half)) if steps else np.float64(0)
+    high, low = z(n, t)
+    # a turning point counts as passed at it: at an exact pass what follows has begun
+    at_it = abs(high) <= EDGE * (abs(float(c.rate) * t[0]) + abs(float(c.x0)))
+    return n, (np.where(at_it, 0.0, high), np.where(at_it, 0.0, low))
+
+
+def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
+    """S, C and S² of sin and cos, or S, C and −S² of sinh and cosh."""
+    z, low = z
+    if not hyperbolic:
+        S, C = np.sin(z), np.cos(z)
+        S, C = S + C * low, C - S * low
+        return S, C, S * S
+    z = np.clip(z, -LARGEST, LARGEST)
+    S, C = np.sinh(z), np.cosh(z)
+    S, C = S + C * low, C + S * low
+    return S, C, np.maximum(-S * S, -BIG)
+
+
+def sides(upper: Any, z: Any, hyperbolic: bool) -> list[Any]:
+    """The times beside u₁ and those beside u₂: where they are, which side, and the arguments."""
+    if upper.all() or not upper.any():
+        return [(None, bool(upper.any()), argument(z, hyperbolic))]
+    places = ((np.flatnonzero(upper == side), side) for side in (False, True))
+    return [(at, side, argument((z[0][at], z[1][at]), hyperbolic)) for at, side in places]
+
+
+def join(upper: Any, parts: list[Any]) -> Any:
+    """The values of all sides together."""
+    if len(parts) == 1:
+        return parts[0][1]
+    joined = [np.empty(upper.shape) for _ in parts[0][1]]
+    for where, values in parts:
+        for whole, part in zip(joined, values, strict=True):
+            whole[where] = part
+    return joined
+
+
+def sign(x: Any, at_zero: int) -> Any:
+    """The sign of x, also of a zero."""
+    return np.copysign(1.0, x)
+
+
+def length(least: float, square: float, leg: Any) -> Any:
+    """√(least² + leg²)."""
+    return np.sqrt(square + leg * leg) if square > SMALL else np.hypot(least, leg)
+
+
+def cosine(one_minus_u: Any, one_plus_u: Any) -> Any:
+    """The cosine of θ from its distances from ±1, the less of which counts."""
+    return np.where(one_minus_u < one_plus_u, 1 - one_minus_u, one_plus_u - 1)
+
+
+def vector(*parts: Any) -> Any:
+    """Several arrays as one, along a last axis."""
+    return np.stack(np.broadcast_arrays(*parts), axis=-1)

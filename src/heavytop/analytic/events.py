@@ -1,0 +1,169 @@
+"""When the axis turns, when φ̇ reverses, when there are cusps: exact times, counts by proof."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final
+
+from flint import arb
+
+from heavytop.analytic.constants import Constants
+from heavytop.analytic.roots import TooFewBits, floor, sign_of
+from heavytop.classification.reduced import FEW_BITS
+from heavytop.errors import Impossible
+from heavytop.scene.arguments import text_of, whole
+
+if TYPE_CHECKING:
+    from heavytop.analytic.motion import ClosedForm
+
+EVENTS: Final = ("turning", "reversal", "cusp")
+"""What can be counted: a cusp is a turning point too, but no theta_min or theta_max."""
+
+KINDS: Final = (*EVENTS, "theta_min", "theta_max")
+MOST: Final = 10**100
+DIGITS: Final = 20
+AT_AN_END: Final = "an event and the end of the span"
+
+
+class EventTimes:
+    """The times of the events of one kind; others of each are whole periods apart.
+
+    Made by `Motion.events`. Numbers of events count from the start: 0 is the first one not before
+    it, −1 the last before it.
+
+    Attributes
+    ----------
+    first : arb or None
+        The time of the event 0 [s], a ball of 20 digits; None where there are no events.
+    spacing : arb or None
+        The period after which all events happen again [s]; None where there is one at most.
+    """
+
+    def __init__(self, motion: ClosedForm, kind: str) -> None:
+        if text_of("event", kind) not in KINDS:
+            raise ValueError(f"turning, reversal or cusp, not {kind!r}")
+        self.motion, self.kind = motion, kind
+        self.below, self.above = ("theta_max", "theta_min")[:: -1 if motion.regime.mirrored else 1]
+
+    @property
+    def first(self) -> arb | None:
+        """The time of the event 0 [s]."""
+        return self.nth(0) if self.motion.refine("an event", self._fractions, None) else None
+
+    @property
+    def spacing(self) -> arb | None:
+        """The period after which all events happen again [s]."""
+        period: arb | None = self.motion.ball("period", DIGITS)
+        return period
+
+    def count(self, a: Any, b: Any) -> int:
+        """How many there are from one time to another, both included: proved.
+
+        Parameters
+        ----------
+        a, b : number
+            Times since the start [s], exact, a ≤ b.
+
+        Raises
+        ------
+        Unseparated
+            An event is so near to one of the times that no bits separate them.
+        """
+        return max(0, self._until(b) - self._before(a))
+
+    def times(self, a: Any, b: Any, digits: int = DIGITS) -> list[arb]:
+        """When they happen from one time to another, both included: balls of so many digits.
+
+        Parameters
+        ----------
+        a, b : number
+            Times since the start [s], exact, a ≤ b.
+        digits : int
+            Decimal digits.
+        """
+        return [self.nth(n, digits) for n in range(self._before(a), self._until(b))]
+
+    def nth(self, n: int, digits: int = DIGITS) -> arb:
+        """When one of them happens [s], a ball of so many digits.
+
+        Parameters
+        ----------
+        n : int
+            Which: 0 is the first one not before the start, −1 the last before it.
+        digits : int
+            Decimal digits.
+
+        Raises
+        ------
+        NotANumber, Impossible
+            n is no whole number up to 10¹⁰⁰ in magnitude, or there is no such event.
+        """
+        n = whole("n", n, -MOST, MOST)
+
+        def time(c: Constants) -> arb | None:
+            fractions = self._fractions(c)
+            if c.period is None:
+                return next((at for at in fractions if n == (0 if _passed(at) else -1)), None)
+            turns, which = divmod(n, len(fractions) or 1)
+            return (turns + fractions[which]) * c.period if fractions else None
+
+        late = float(self.spacing.upper()) * abs(n) if self.spacing is not None else 0.0
+        found = self.motion.refine(f"the time of {self.kind} {n}", time, digits, late=late)
+        if found is None:
+            rule = f"an event that there is: {self.kind} {n} does not happen"
+            raise Impossible([("n", rule)])
+        return found  # type: ignore[no-any-return]
+
+    def _until(self, t: Any) -> int:
+        """The number of the first event after a time."""
+        return self._number(t, lambda ahead: floor(ahead) + 1)
+
+    def _before(self, t: Any) -> int:
+        """The number of the first event not before a time."""
+        return self._number(t, lambda ahead: -floor(-ahead))
+
+    def _number(self, t: Any, rank: Callable[[arb], int]) -> int:
+        """The sum of the ranks of a time ahead of each event of the first period [periods]."""
+        exact = self.motion.time(t)
+
+        def number(c: Constants) -> int:
+            time, fractions = exact(c.bits), self._fractions(c)
+            if c.period is not None:
+                return sum(rank(time / c.period - at) for at in fractions)
+            # of one event alone the rank is that within the first period, or outside of it
+            return sum(min(max(rank(time - at), 0), 1) - (not _passed(at)) for at in fractions)
+
+        late = abs(float(exact(FEW_BITS)))
+        found: int = self.motion.refine(f"the count of {self.kind}", number, None, late=late)
+        return found
+
+    def _fractions(self, c: Constants) -> list[arb]:
+        """When events happen, in periods after the start, in [0, 1); or the only time [s]."""
+        if c.period is None:
+            only = c.lower_turning if self.kind in ("turning", self.below) else None
+            return [] if only is None else [only]
+        found = sorted((x - floor(x) for x in self._positions(c)), key=lambda x: x.mid())
+        for low, high in pairwise(found):
+            if not low < high:
+                raise TooFewBits("two events", high - low)
+        return found
+
+    def _positions(self, c: Constants) -> list[arb]:
+        """When events of a nutation happen, in periods after the start, up to whole ones."""
+        lower, half = -c.phase, arb(0.5)
+        if self.kind != "reversal":
+            upper = "cusp" if self.motion.cusps else self.above
+            kinds = {"turning": [lower, lower + half], self.below: [lower], upper: [lower + half]}
+            return kinds.get(self.kind, [])
+        if self.motion.cusps or c.reversal is None or c.period is None:
+            return []
+        part = c.reversal / c.period
+        if not self.motion.vanishes("drift0"):
+            return [lower + part, lower - part]
+        return [arb(0), lower - part if c.over.udot0 > 0 else lower + part]
+
+
+def _passed(time: arb) -> bool:
+    """Whether a time is not before the start."""
+    return sign_of(time, AT_AN_END) > 0

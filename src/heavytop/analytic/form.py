@@ -1,0 +1,250 @@
+"""The closed form of one motion, for balls and for arrays of doubles: the formulas, each once.
+
+The argument z of the theta functions is counted from the nearest turning point, √(1 ∓ u) is
+√(least² + swing² x²) with x = cn or sn, in which nothing cancels, and Φ± is a multiple of the time,
+a step for each turning point, and a sweep since the nearest one. Where P± = 0 the pass is exact and
+the sweep a jump: φ jumps by +π as time goes forward, ψ by −π at θ = 0 and by +π at θ = π.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, Final
+
+from flint import arb
+
+from heavytop.analytic import balls
+from heavytop.analytic.constants import Constants
+from heavytop.analytic.roots import root_of
+
+SLOWEST: Final = 1e-300  # rad/s: beside this rates are known where no time is too late
+
+
+class Form:
+    """The closed form of one motion; call it with a time, or with an array of them.
+
+    Parameters
+    ----------
+    constants : Constants
+        Whose precision, in bits, is the working one.
+    N : {balls, doubles}
+        The module of its kind of numbers.
+    """
+
+    def __init__(self, constants: Constants, N: Any) -> None:
+        self.c, self.N, c = constants, N, constants
+        self.w, self.m, self.delta = map(N.number, (c.w, c.m, c.delta))
+        kappa, b = c.start.kappa, c.start.b
+        self.kappa, self.omega3 = (N.number(x, abs(b)) for x in (kappa, kappa + b))
+        self.swing = N.number(root_of(c.delta))
+        self.z = N.linear(c.x0, -c.half, c.rate)
+        self._series: dict[Any, Any] = {}
+        # of √(1 − u) and √(1 + u), seen with g ≥ 0: least, least², and whether that is 0
+        self.poles = [
+            (N.number(root_of(least)), N.number(least), least.is_zero())
+            for least in (c.upper[0], c.lower[1])
+        ]
+
+    def __call__(self, t: Any) -> Point:
+        """Where the top is; doubles are pairs of arrays, high and low words of the times."""
+        return Point(self, t)
+
+    @cached_property
+    def angles(self) -> list[Callable[..., Any]]:
+        """φ and ψ but for what Φ± have swept since the nearest turning point."""
+        c, (plus, minus) = self.c, self.c.halves
+        one, other = (self._begun(which) for which in (0, 1))
+        slowest = arb(SLOWEST) if c.period is None else 1 / c.period
+        return [
+            self.N.linear(
+                angle - (a * one + b * other),
+                a * plus.step + b * minus.step,
+                rate + a * plus.rate + b * minus.rate,
+                slowest,
+            )
+            for angle, rate, a, b in (
+                (c.angles[0], arb(0), 1, 1),
+                (c.angles[1], c.start.kappa, c.side, -c.side),
+            )
+        ]
+
+    def _begun(self, which: int) -> arb:
+        """What Φ₊ or Φ₋ has swept at the start since the turning point nearest it."""
+        c, half = self.c, self.c.halves[which]
+        if c.x0.is_zero() and not half.jumps:
+            return arb(0)
+        sweep = c.sweep(balls, which, bool(c.first % 2))
+        return arb(0) if sweep is None else sweep(*balls.argument(c.x0, c.theta.hyperbolic))
+
+    @cached_property
+    def rates(self) -> list[tuple[Any, Any]]:
+        """Of Φ₋ and Φ₊ the rate where P∓ = 0, which is 0 but on the pole, or ½ P∓/least."""
+        ends = zip(
+            self.c.P[::-1], self.c.halves[::-1], (self.c.upper[0], self.c.lower[1]), strict=True
+        )
+        number = self.N.number
+        return [
+            (number(arb(0) if half.jumps else half.rate), None)
+            if P.is_zero()
+            else (None, number(P / (2 * root_of(least))))
+            for P, half, least in ends
+        ]
+
+    @cached_property
+    def opposed(self) -> list[tuple[Any, Any]]:
+        """φ̇ sin θ and sin θ at u₁ and at u₂, where P₊ and P₋ are of two signs."""
+        c, number = self.c, self.N.number
+        if not c.P[0] * c.P[1] < 0:
+            return []
+        sines = [(high * low).sqrt() for high, low in (c.lower, c.upper)]
+        speeds = [
+            (c.P[0] * high + c.P[1] * low) / (2 * sine)
+            for (high, low), sine in zip((c.lower, c.upper), sines, strict=True)
+        ]
+        size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST
+        return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
+
+    def function(self, upper: bool, which: int) -> Any:
+        """Of sn (1), cn (2) and dn (3) beside u₁ or u₂ the numerator, and the denominator (0)."""
+        key = upper, which
+        if key not in self._series:
+            self._series[key] = self.c.theta.function(self.N, upper, which)
+        return self._series[key]
+
+    def sweep(self, upper: bool, which: int) -> Any:
+        """The sweep of Φ₊ (0) or Φ₋ (1) beside u₁ or u₂."""
+        key = "sweep", upper, which
+        if key not in self._series:
+            self._series[key] = self.c.sweep(self.N, which, upper)
+        return self._series[key]
+
+
+class Point:
+    """Where the top is at one time or at many; each quantity is computed when it is first read."""
+
+    def __init__(self, form: Form, t: Any) -> None:
+        self.form, self.N, self.t, self.side = form, form.N, t, form.c.side
+        self.turning, self.z = self.N.nearest(form.c, t, form.z)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in FORMULAS:
+            raise AttributeError(name)
+        value = self.__dict__[name] = FORMULAS[name](self)
+        return value
+
+
+def _functions(r: Point, *which: int) -> list[Any]:
+    """Of sn (1), cn (2) and dn (3) some; 0, 1 and 1 where nothing moves."""
+    if r.form.c.w.is_zero():
+        one = r.N.number(arb(1)) + 0 * r.turning
+        return [0 * one if k == 1 else one for k in which]
+
+    parts = []
+    for where, upper, at in r.sides:
+        under = r.form.function(upper, 0)(*at)
+        parts.append((where, [r.form.function(upper, k)(*at) / under for k in which]))
+    return list(r.N.join(r.upper, parts))
+
+
+def _swept(r: Point) -> list[Any]:
+    """What Φ₊ and Φ₋ have swept since the nearest turning point."""
+    if r.form.c.w.is_zero():
+        return [0 * r.turning] * 2
+
+    parts = []
+    for where, upper, at in r.sides:
+        both = [r.form.sweep(upper, k) for k in (0, 1)]
+        parts.append((where, [0 * at[0] if sweep is None else sweep(*at) for sweep in both]))
+    return list(r.N.join(r.upper, parts))
+
+
+def _leg(r: Point, pole: int, x: Any, at_zero: int) -> tuple[Any, Any]:
+    """√(1 ∓ u), seen with g ≥ 0, and swing x beside it; it is one leg alone at an exact pass."""
+    least, square, passes = r.form.poles[pole]
+    leg = r.form.swing * x
+    if passes:
+        return abs(leg), r.N.sign(x, at_zero)
+    distance = r.N.length(least, square, leg)
+    return distance, leg / distance
+
+
+def _pole_rates(r: Point) -> tuple[Any, Any]:
+    """The rates ½ P±/(1 ± u) of Φ₊ and Φ₋."""
+    legs = zip(r.form.rates, r.form.poles, (r.top, r.bottom), strict=True)
+    minus, plus = (
+        rate if slope is None else slope * (pole[0] / leg[0]) / leg[0]
+        for (rate, slope), pole, leg in legs
+    )
+    return plus, minus
+
+
+def _phidot(r: Point) -> Any:
+    if not r.form.opposed:
+        return r.rates[0] + r.rates[1]
+    terms = zip(r.form.opposed, (r.cn, r.sn), strict=True)
+    return sum(v * (sine * x / r.sine) * x for (v, sine), x in terms) / r.sine
+
+
+def _uddot(r: Point) -> Any:
+    form, s, c, d = r.form, r.sn, r.cn, r.dn
+    pull = form.delta * form.w * (d * d * (c * c - s * s) - form.m * (s * s * c * c))
+    return 2 * r.side * form.w * pull
+
+
+def _axis(r: Point) -> Any:
+    sin, cos = r.N.sin_cos(r.phi_mod)
+    return r.N.vector(r.sine * sin, -r.sine * cos, r.u)
+
+
+def _quaternion(r: Point) -> Any:
+    sine, cosine = r.N.sqrt(r.one_minus_u / 2), r.N.sqrt(r.one_plus_u / 2)
+    (s1, c1), (s2, c2) = (
+        r.N.sin_cos(r.N.modulo_circle(r.N.half_sum(*r.sums, sign))) for sign in (1, -1)
+    )
+    return r.N.vector(cosine * c1, sine * c2, sine * s2, cosine * s1)
+
+
+def _omega(r: Point) -> Any:
+    """ω₃ along the axis, and e × ė."""
+    sin, cos = r.N.sin_cos(r.phi_mod)
+    across = (r.omega3 - r.phidot * r.u) * r.sine
+    upright = r.omega3 * r.u + r.phidot * r.sine * r.sine
+    return r.N.vector(r.thetadot * cos + across * sin, r.thetadot * sin - across * cos, upright)
+
+
+FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
+    "upper": lambda r: (r.turning + r.form.c.first) % 2 == 1,
+    "sides": lambda r: r.N.sides(r.upper, r.z, r.form.c.theta.hyperbolic),
+    "functions": lambda r: _functions(r, 1, 2),
+    "sn": lambda r: r.functions[0],
+    "cn": lambda r: r.functions[1],
+    "dn": lambda r: _functions(r, 3)[0],
+    "top": lambda r: _leg(r, 0, r.cn, -1),
+    "bottom": lambda r: _leg(r, 1, r.sn, 1),
+    "legs": lambda r: (r.top[0], r.bottom[0])[:: r.side],
+    "theta": lambda r: 2 * r.N.atan2(*r.legs),
+    "one_minus_u": lambda r: r.legs[0] * r.legs[0],
+    "one_plus_u": lambda r: r.legs[1] * r.legs[1],
+    "u": lambda r: r.N.cosine(r.one_minus_u, r.one_plus_u),
+    "sine": lambda r: r.top[0] * r.bottom[0],
+    "thetadot": lambda r: -2 * r.side * r.form.w * r.dn * r.top[1] * r.bottom[1],
+    "udot": lambda r: -r.thetadot * r.sine,
+    "uddot": _uddot,
+    "rates": _pole_rates,
+    "phidot": _phidot,
+    "psidot": lambda r: r.form.kappa + r.side * (r.rates[0] - r.rates[1]),
+    "swept": _swept,
+    "phi_sum": lambda r: r.form.angles[0](r.turning, r.t, r.swept[0] + r.swept[1]),
+    "psi_sum": lambda r: r.form.angles[1](r.turning, r.t, r.side * (r.swept[0] - r.swept[1])),
+    "sums": lambda r: (r.phi_sum, r.psi_sum),
+    "phi": lambda r: r.N.rounded(r.phi_sum),
+    "psi": lambda r: r.N.rounded(r.psi_sum),
+    "phi_mod": lambda r: r.N.modulo_circle(r.phi_sum),
+    "psi_mod": lambda r: r.N.modulo_circle(r.psi_sum),
+    "axis": _axis,
+    "quaternion": _quaternion,
+    "omega3": lambda r: r.form.omega3 + 0 * r.turning,
+    "omega": _omega,
+}
+"""The quantities of a record, each from others."""

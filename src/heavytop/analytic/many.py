@@ -1,0 +1,339 @@
+"""Tilts, period, precession and spin of whole arrays of tops and starts, by the closed form.
+
+Everything is computed in plain doubles, by sums and products that lose few digits, with an estimate
+of the error beside it. Rows that it does not show to be reliable are computed one by one.
+The symbols are those of `heavytop.classification.reduced`.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import pi
+from typing import Any, ClassVar, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from heavytop.analytic.motion import Motion
+from heavytop.classification.arrays import Array, InputArrays, Mask, Starts, with_spin
+from heavytop.classification.kinds import Kind
+from heavytop.classification.many import Verdicts, classify_many, impossible
+from heavytop.errors import NoClosedForm
+from heavytop.scene.arguments import expect
+
+CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
+PROMISED: Final = 1e-12  # relative error of T; of angles relative to max(1, |x|)
+
+ERROR: Final = 2.0**-51  # of a sum of products, relative to the sizes of its terms
+ROUNDING: Final = 7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
+RANGE: Final = 2.0**100  # numbers within 1/RANGE … RANGE have products in the normal range
+LAGUERRE_STEPS: Final = 4  # each triples the digits once a root is isolated
+CONVERGED: Final = 1e-6  # bound on the last of these steps, relative to the root
+PI_REST: Final = 1.2246467991473532e-16  # of π, beyond a double
+TINY: Final = 2.0**-1000  # that nothing is divided by 0
+LEAST_MC: Final = 1e-4  # for 1 − m not less than this
+STEPS: Final = 6  # of the mean are enough,
+MORE_STEPS: Final = 9  # and so many for 1 − m ≥ 1e-32
+SINE_TERMS: Final = 9
+ARCTAN_TERMS: Final = 12  # of the arctangent of an eighth of the tilt, to 1e-18
+
+
+@dataclass(frozen=True)
+class Motions:
+    """What motions they are; arrays have the common shape of what was given.
+
+    Parameters
+    ----------
+    given : dict of str to ndarray
+        The tops and starts [kg m², rad, rad/s].
+    tagged : bool
+        Whether tags are among the verdicts.
+    theta_min, theta_max : ndarray of float
+        The least and the greatest θ [rad]; bounds, where the axis tends to the vertical. Nan
+        where the motion is impossible.
+    period : ndarray of float
+        T [s], the period of θ. This and what follows is nan where nothing nutates.
+    precession, spin : ndarray of float
+        Δφ and Δψ in one period [rad]; an exact pass through a pole makes φ jump by π.
+    sent : int
+        How many were computed one by one, by `heavytop.Motion`.
+    columns : tuple of str
+        The names of the five arrays.
+    """
+
+    given: dict[str, Any] = field(repr=False)
+    tagged: bool
+    theta_min: Array
+    theta_max: Array
+    period: Array
+    precession: Array
+    spin: Array
+    sent: int
+
+    columns: ClassVar[tuple[str, ...]] = ("theta_min", "theta_max", "period", "precession", "spin")
+
+    @cached_property
+    def verdicts(self) -> Verdicts:
+        """Their kinds, decided when they are first read."""
+        return classify_many(**self.given, tags=self.tagged)
+
+
+def motions_many(
+    *,
+    A: ArrayLike,
+    C: ArrayLike,
+    gMR: ArrayLike,
+    theta: ArrayLike,
+    thetadot: ArrayLike = 0.0,
+    phidot: ArrayLike = 0.0,
+    psidot: ArrayLike | None = None,
+    omega3: ArrayLike | None = None,
+    tags: bool = False,
+) -> Motions:
+    """The turning points, period, precession and spin of many tops and starts, and their kinds.
+
+    Parameters
+    ----------
+    A, C, gMR : array_like
+        Moments of inertia [kg m²] and weight times distance [kg m² s⁻²].
+    theta, thetadot, phidot : array_like
+        Tilt [rad] and rates [rad/s].
+    psidot, omega3 : array_like, optional
+        The spin, as ψ̇ or as ω3 [rad/s]; not both. All are broadcast; doubles mean their exact
+        binary value.
+    tags : bool
+        Whether the verdicts have tags.
+
+    Returns
+    -------
+    Motions
+        What is impossible is marked and counted, not refused.
+
+    Raises
+    ------
+    ImpossibleStart
+        Both psidot and omega3 are given.
+    NotANumber
+        Something is not an array of integers or of doubles.
+    Impossible
+        The shapes do not broadcast.
+
+    Notes
+    -----
+    On one machine every number is that of one motion alone, bit for bit: it depends on nothing else
+    in the array.
+
+    Accuracy: 1e-12 of `heavytop.Motion`'s, relative, and of angles relative to max(1, |x|); as near
+    as 1e-15 to every special motion, by ``tests/analytic/test_many.py``.
+    ``validation/25_rows_per_second.py`` measures how fast this is.
+
+    References
+    ----------
+    As of `heavytop.Motion`; elliptic integrals by arithmetic–geometric means, *NIST Digital Library
+    of Mathematical Functions*, section 19.8.
+
+    Examples
+    --------
+    The book's top, released at rest, kicked forwards and backwards, and asleep:
+
+    >>> found = motions_many(A=3.28e-4, C=6.6e-5, gMR=0.0456, theta=[0.1, 0.1, 0.1, 0], omega3=140,
+    ...                      phidot=[0, 5, -15, 0])
+    >>> [found.verdicts.names[code] for code in found.verdicts.kind]
+    ['cusps', 'waves', 'loops', 'sleeping']
+    >>> print(found.period.round(8), found.sent)
+    [0.40140587 0.4044716  0.38409494        nan] 0
+    """
+    expect("tags", tags, bool)
+    tops = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
+    given: dict[str, Any] = with_spin(tops, psidot, omega3)
+    columns = InputArrays(given)
+    found = np.empty((len(Motions.columns), columns.size))
+    reliable = np.empty(columns.size, np.bool_)
+    for at in range(0, columns.size, CHUNK):
+        span = slice(at, at + CHUNK)
+        with np.errstate(all="ignore"):  # unreliable numbers may be anything
+            *numbers, reliable[span] = rows(columns.starts(span))
+        for column, number in zip(found, numbers, strict=True):
+            column[span] = number
+    sent = 0 if reliable.all() else _compute_alone(columns, np.flatnonzero(~reliable), found)
+    found.setflags(write=False)
+    given = {name: np.array(each) for name, each in given.items()}
+    low, high, period, precession, spin = (each.reshape(columns.shape) for each in found)
+    return Motions(given, tags, low, high, period, precession, spin, sent)
+
+
+def _compute_alone(columns: InputArrays, rest: Any, found: Array) -> int:
+    """Put in what is not reliable, and return how many were computed one by one."""
+    kinds, starts = classify_many(**columns.part(rest)), columns.starts(rest)
+    steady_kinds = (Kind.AT_REST, Kind.SLEEPING, Kind.HANGING, Kind.UNIFORM_PRECESSION)
+    names, stays = np.array(Verdicts.names), starts.level
+    if starts.held == "psidot":  # A φ̇ cosθ = C ω3; but for θ = 0, cosθ is transcendental
+        stays = stays | np.equal(starts.A, starts.C) & np.equal(starts.spin, 0)
+    free = (names == Kind.FORCE_FREE)[kinds.kind] & starts.still & stays
+    steady = np.isin(names, steady_kinds)[kinds.kind] | free
+    found[:, rest] = np.nan
+    found[:2, rest] = np.where(steady, starts.theta, np.nan)
+    alone = rest[~(steady | kinds.impossible)].tolist()
+    for at in alone:
+        motion = Motion(*columns.one(at))
+        with suppress(NoClosedForm):
+            found[:, at] = np.array([getattr(motion, name) for name in Motions.columns], float)
+    return len(alone)
+
+
+def rows(starts: Starts) -> tuple[Array, ...]:
+    """Least and greatest θ, period, precession and spin, and whether they are reliable.
+
+    Where θ does not nutate they mean nothing. Motions are seen so that g ≥ 0, and time is counted
+    in units of A, so that nothing is divided. As the cosine of a double other than 0 is
+    transcendental (Lindemann), P± vanish only where everything in them does, or where A = C and
+    ψ̇ = ∓φ̇.
+    """
+    A, C, by_rate = starts.A, starts.C, starts.held == "psidot"
+    sign = np.where(starts.gMR < 0, -1.0, 1.0)
+    high, low = _heights(starts.theta, sign)  # 1 ∓ u₀
+    u0, sin2, turning, speed = 1 - high, high * low, A * starts.phidot, A * starts.thetadot
+    spin = sign * starts.spin
+    omega3 = spin + starts.phidot * u0 if by_rate else spin
+    drift, g, b = turning * sin2, A * abs(starts.gMR), C * omega3
+    kinetic2 = speed * speed + turning * drift  # 2 (h − g u₀)
+    size_b = abs(b) + (C * abs(starts.phidot) if by_rate else 0.0)
+    exact = [by_rate & np.equal(A, C) & np.equal(spin, way * starts.phidot) for way in (-1, 1)]
+    plus, minus = (
+        np.where(zero, 0.0, drift + way * b * height)
+        for way, height, zero in ((1, low, exact[0]), (-1, high, exact[1]))
+    )
+    missed = [
+        np.where(zero, 0.0, abs(drift) + size_b * height) / (abs(P) + TINY)
+        for P, height, zero in ((plus, low, exact[0]), (minus, high, exact[1]))
+    ]
+    # f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³, and the surplus −f'(1)
+    f0, f1 = sin2 * speed * speed, 2 * (b * drift - kinetic2 * u0 - g * sin2)
+    f2 = 4 * (g - g * high) - kinetic2 - b * b
+    surplus = 2 * (kinetic2 - 2 * g * high - b * minus)
+    size_f1 = 2 * (size_b * abs(drift) + kinetic2 + g * sin2)
+    size_surplus = kinetic2 + 2 * g * high + size_b * (abs(drift) + size_b * high)
+    # with the lowest root d₁, which is no neighbour of d₃, 1 − u₁ is known, and the rest follows:
+    # 2g (1 ± u₁)(1 ± u₂)(u₃ ± 1) = P±², 2g [(u₃ − 1) − (1 − u₂)](1 − u₁) = −f'(1) − P₋²/(1 − u₁)
+    d1, converged = _lowest(f0, f1, f2, 2 * g, low)
+    minus1 = high - d1
+    share = minus * minus / minus1
+    gap = (surplus - share) / minus1
+    larger = (abs(gap) + np.sqrt(gap * gap + 8 * g * share)) / 2
+    lead = np.where(gap >= 0, larger, 2 * g * share / larger)  # 2g (u₃ − 1)
+    minus2 = np.where(gap >= 0, share / larger, larger / (2 * g))
+    climb = lead + 2 * g * high  # 2g d₃
+    plus2 = low + np.where(d1 < 0, f0 / -d1, f1) / climb
+    plus1 = plus * plus / (plus2 * (4 * g + lead))
+    reach = lead + 2 * g * minus1  # 2g (u₃ − u₁)
+    mc, w = (lead + 2 * g * minus2) / reach, np.sqrt(reach) / 2
+    # P±, once their signs are known, and f₁ add no more than a few times this
+    error = ERROR * (4 * g + kinetic2 + size_b * size_b) / reach
+    error = error + 2 * ERROR * size_surplus / (minus1 * larger) + ROUNDING
+    known = converged & (ERROR * np.maximum(*missed) < 0.25) & _in_range(starts)
+    p = np.stack((plus2 / plus1, minus2 / minus1))
+    K, third = complete(mc, p)
+    if (small := mc < LEAST_MC).any():
+        K[small], third[:, small] = complete(mc[small], p[:, small], MORE_STEPS)
+    period = 2 * K / w  # in units of A
+    at_bottom = np.where(plus == 0, pi, plus / (w * plus1) * third[0])  # an exact pass is a jump
+    at_top = np.where(minus == 0, pi * (minus2 == 0), minus / (w * minus1) * third[1])
+    carried, turned = omega3 * (A - C) * period, abs(at_bottom) + abs(at_top)
+    precession, spun = at_bottom + at_top, sign * (carried + (at_bottom - at_top))
+    reliable = known & (error <= PROMISED) & ((f0 > 0) | (abs(f1) > ERROR * size_f1))
+    reliable &= ~impossible(A, C, starts.theta)
+    for angle, size in ((precession, turned), (spun, turned + abs(carried))):
+        reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
+    tilts = _tilt(sign, minus1, plus1), _tilt(sign, minus2, plus2)
+    return np.minimum(*tilts), np.maximum(*tilts), A * period, precession, spun, reliable
+
+
+def _heights(theta: Array, sign: Array) -> tuple[Array, Array]:
+    """1 ∓ u₀, each with its digits: the lesser is twice sin² of half the angle to a pole.
+
+    The sine is a series, so that it has the same bits whatever vectors the processor has.
+    """
+    late = theta > pi / 2
+    half = np.where(late, (pi - theta) + PI_REST, theta) / 2
+    square, sine = half * half, np.ones(1)
+    for k in range(SINE_TERMS, 0, -1):
+        sine = 1 - square * sine / (2 * k * (2 * k + 1))
+    nearer, below = 2 * square * sine * sine, late ^ (sign < 0)
+    return np.where(below, 2 - nearer, nearer), np.where(below, nearer, 2 - nearer)
+
+
+def _lowest(f0: Array, f1: Array, f2: Array, f3: Array, low: Array) -> tuple[Array, Mask]:
+    """d₁, and whether the last step was small and f rises there, as it does not at d₂.
+
+    The negative root of f₀ + f₁ d + (f₂ + f₃ e) d² is d₁ for e = d₁, for a lower e it is higher,
+    and for a higher one lower. From below all roots Laguerre's method never passes the first.
+    """
+    over = _negative_root(f0, f1, f2 - f3 * low)
+    under = _negative_root(f0, f1, f2 + f3 * over)
+    d, step, slope = np.where(under >= -low, under, -low), np.zeros(1), np.zeros(1)
+    for _ in range(LAGUERRE_STEPS):
+        value = f0 + d * (f1 + d * (f2 + d * f3))
+        slope = f1 + d * (2 * f2 + d * (3 * f3))
+        bend = 2 * f2 + 6 * f3 * d
+        root = np.sqrt(np.maximum(4 * slope**2 - 6 * value * bend, 0.0))
+        step = -3 * value / (slope + root + TINY)
+        d = np.minimum(d + step, 0.0)
+    return d, (abs(step) <= CONVERGED * abs(d)) & (slope > 0)
+
+
+def _negative_root(f0: Array, f1: Array, f2: Array) -> Array:
+    """The negative root of f₀ + f₁ d + f₂ d² with f₂ < 0 ≤ f₀; nan where f₂ > 0."""
+    far = abs(f1) + np.sqrt(f1**2 - 4 * f0 * f2)
+    root = np.where(f1 > 0, -2 * f0 / np.where(far == 0, 1.0, far), far / (2 * f2))
+    return np.where(f2 < 0, root, np.nan)
+
+
+def _in_range(starts: Starts) -> Mask:
+    fits: Mask = np.ones(1, np.bool_)
+    for each in starts.arrays:
+        size = abs(each)
+        fits = fits & ((size >= 1 / RANGE) & (size <= RANGE) | np.equal(size, 0))
+    return fits
+
+
+def complete(mc: Array, p: Array, steps: int = STEPS) -> tuple[Array, Array]:
+    """K(1 − mc), and Π(1 − p | 1 − mc) for p > 0, mc ≥ 1e-32, by steps of one mean.
+
+    Bulirsch's sequences, whose terms are all positive; that of the mean is the same for every p,
+    of which there may be a row more.
+
+    Examples
+    --------
+    >>> K, third = complete(np.array([0.5]), np.array([3.0]))
+    >>> print(K, third)
+    [1.85407468] [1.02269751]
+    """
+    product, mean, p = np.sqrt(mc), np.ones_like(mc), np.sqrt(p)
+    a, b = np.ones_like(p), 1 / p
+    k = product
+    for _ in range(steps):
+        inverse = 1 / p
+        ratio = product * inverse
+        p, a, b = p + ratio, a + b * inverse, 2 * (b + a * ratio)
+        mean, k = mean + k, 2 * np.sqrt(product)
+        product = k * mean
+    return pi / 2 * 2.0**steps / mean, pi / 2 * (b + a * mean) / (mean * (mean + p))
+
+
+def _tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:
+    """θ, seen from above, by its distance from the nearer pole, 2 arctan √(nearer/farther).
+
+    That is found by the tangent of its eighth part, for which a series is short: sums, products and
+    roots have the same bits whatever vectors the processor has.
+    """
+    nearer, farther = np.minimum(one_minus_u, one_plus_u), np.maximum(one_minus_u, one_plus_u)
+    quarter = np.sqrt(nearer / 2) / (1 + np.sqrt(farther / 2))
+    eighth = quarter / (1 + np.sqrt(1 + quarter * quarter))  # at most tan(π/16)
+    square, series = -eighth * eighth, np.zeros(1)
+    for k in range(ARCTAN_TERMS, 0, -1):
+        series = (series + 1 / (2 * k + 1)) * square
+    angle: Array = 8 * (eighth + eighth * series)
+    late = (sign < 0) ^ (one_minus_u > one_plus_u)
+    return np.where(late, pi - angle, angle)

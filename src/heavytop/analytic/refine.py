@@ -1,0 +1,206 @@
+"""The closed form at rising precision: more and more bits until a result is known well enough."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Final
+
+from flint import arb
+
+from heavytop.analytic import balls
+from heavytop.analytic.constants import Constants
+from heavytop.analytic.form import Form
+from heavytop.analytic.roots import TooFewBits
+from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, Regime, vanishes
+from heavytop.errors import Unseparated
+from heavytop.exact import Exact
+from heavytop.exact.balls import Interval, above, rational_ball, working
+from heavytop.exact.number import rational_value
+
+LIMIT: Final = 1 << 16
+"""Bits at which the closed form gives up."""
+
+SPARE_BITS: Final = 40  # beyond those of the digits, which most motions do not use up
+EARLY_BITS: Final = 16  # of them are left for times that are not late
+LATE_BITS: Final = 64  # bits for late times come by so many, so that times share their constants
+LOG10_2: Final = math.log10(2)
+
+RELATIVE: Final = (
+    "a fact", "nearest", "modulus", "amplitude", "theta", "one_minus_u", "one_plus_u"
+)  # fmt: skip
+"""Whose digits count from the first one that is not 0; others' from max(1, |x|)."""
+RATES: Final = ("thetadot", "phidot", "psidot")
+"""Whose digits in a motion slower than 1 rad/s count from its fastest rate."""
+
+
+class Refined:
+    """A motion whose numbers are known to any digits.
+
+    Parameters
+    ----------
+    source : ReducedMotion
+        Its exact numbers.
+    limit : int
+        Bits at which to give up.
+    """
+
+    limit = LIMIT
+
+    def __init__(self, source: ReducedMotion, limit: int = LIMIT) -> None:
+        self.source, self.limit = source, limit
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.source, self.limit)  # what was computed is not copied
+
+    @cached_property
+    def regime(self) -> Regime:
+        """What is exactly so of the motion; what cannot be separated from zero counts as zero."""
+        try:
+            return Regime.of(self.source, True, self._start)
+        except Unseparated as doubt:
+            self._computed["doubt"] = doubt
+            return Regime.of(self.source, False, self._start)
+
+    def vanishes(self, name: str) -> bool:
+        """Whether a number of the reduced motion is exactly 0, or cannot be separated from it."""
+        try:
+            return vanishes(self.source, name, True, self._start)
+        except Unseparated as doubt:
+            self._computed["doubt"] = doubt
+            return True
+
+    def refine(
+        self,
+        what: str,
+        value: Callable[[Constants], Any],
+        digits: int | None = None,
+        late: float = 0.0,
+    ) -> Any:
+        """What a function of the constants gives, as soon as its balls have the digits.
+
+        Parameters
+        ----------
+        what : str
+            What it is, for the message, and for what its digits count from.
+        value : callable
+            From the constants to a ball, a tuple or a dict with balls, or what has none; it raises
+            `TooFewBits` where it takes more bits.
+        digits : int, optional
+            Decimal digits: each radius is at most 10⁻ᵈ of the size.
+        late : float
+            The time [s] that it is about.
+
+        Raises
+        ------
+        Unseparated
+            No balls of up to `limit` bits have the digits.
+        """
+        why, bound = f"{what} is not bounded", math.inf
+        for bits in self._precisions(digits or 0, late):
+            with working(bits):
+                try:
+                    found = value(self._constants(bits))
+                    wide = [x for x in _balls(found) if digits and not self._has(what, x, digits)]
+                except TooFewBits as close:
+                    why, bound = close.reason
+                    continue
+                if not wide:
+                    return found
+                if wide[0].is_finite():
+                    bound = Interval.of(wide[0]).radius
+                    why = f"{what} is known to {above(bound)}"
+        why += f" with {self.limit} bits: more bits or fewer digits are needed"
+        raise Unseparated(why, bound)
+
+    def _precisions(self, digits: int, late: float) -> Iterator[int]:
+        turned = min(max(1.0, abs(late) * self.rate), sys.float_info.max) if late else 1.0
+        lost = LATE_BITS * math.ceil(max(math.log2(turned) - EARLY_BITS, 0.0) / LATE_BITS)
+        bits = max(math.ceil(digits / LOG10_2) + SPARE_BITS, FEW_BITS) + lost
+        while bits < self.limit:
+            yield bits
+            bits *= 2
+        yield self.limit
+
+    def _has(self, what: str, x: arb, digits: int) -> bool:
+        """Whether a ball has the digits of a quantity."""
+        if not x.is_finite():
+            return False
+        if what in RELATIVE and not (x.contains(0) and what != "nearest" and self._on_pole):
+            return bool(x.rad() <= abs(x.mid()) * arb(10) ** -digits)
+        slow = self.rate if what in RATES and 0 < self.rate < 1 else 1.0
+        # 2⁻ⁿ max(1, |x|) is an upper bound of the radius for this number n
+        return bool((x / slow).rel_one_accuracy_bits() * LOG10_2 >= digits)
+
+    @cached_property
+    def _on_pole(self) -> bool:
+        """Whether the axis is, or passes, exactly on the vertical."""
+        return bool(self.refine("nearest", lambda c: any(x.is_zero() for x in c.nearest)))
+
+    @cached_property
+    def rate(self) -> float:
+        """The order of the fastest rate in the motion [rad/s]: what late times lose digits by."""
+        bits = FEW_BITS
+        while bits <= self.limit:
+            with working(bits):
+                start = self._start if bits == FEW_BITS else self.source.reduced(bits)
+                square = (abs(start.g) + 2 * start.kinetic0 + start.b * start.b).upper()
+                if square.is_finite():
+                    return float(square.sqrt())
+            bits *= 2
+        return math.inf
+
+    @cached_property
+    def _start(self) -> Reduced:
+        with working(FEW_BITS):
+            return self.source.reduced(FEW_BITS)
+
+    @cached_property
+    def _computed(self) -> dict[Any, Any]:
+        """Constants and closed forms by their bits, floats by their names, and a doubt."""
+        return {}
+
+    def _constants(self, bits: int) -> Constants:
+        """The constants in balls of a precision, which must be the working one."""
+        if bits not in self._computed:
+            given = self._start if bits == FEW_BITS else self.source.reduced(bits)
+            angles = self.source.angles(bits)
+            self._computed[bits] = Constants(given, angles, self.regime, bits)
+        found: Constants = self._computed[bits]
+        return found
+
+    def form(self, constants: Constants, numbers: Any = balls) -> Form:
+        """The closed form of some constants, in balls or in doubles."""
+        key = constants.bits, numbers.__name__
+        if key not in self._computed:
+            self._computed[key] = Form(constants, numbers)
+        found: Form = self._computed[key]
+        return found
+
+    def time(self, t: Any) -> Callable[[int], arb]:
+        """A time [s] of any kind as a ball of so many bits; floats mean their binary value."""
+        exact = Exact.of(t) if isinstance(t, str | Exact) else rational_value(t)
+        return (lambda _: rational_ball(exact)) if isinstance(exact, Fraction) else exact.ball
+
+    def reader(self, t: Any, digits: int) -> Callable[[str], Any]:
+        """The quantities of the motion at a time [s] by their names, balls of so many digits."""
+        time, points = self.time(t), {}
+
+        def value(constants: Constants, name: str) -> Any:
+            bits = constants.bits
+            if bits not in points:
+                points[bits] = self.form(constants)(time(bits))
+            return getattr(points[bits], name)
+
+        late = abs(float(time(FEW_BITS)))
+        return lambda name: self.refine(name, lambda c: value(c, name), digits, late)
+
+
+def _balls(found: Any) -> Iterator[arb]:
+    """All balls in what was found."""
+    if isinstance(found, dict):
+        found = tuple(found.values())
+    yield from (x for x in (found if isinstance(found, tuple) else (found,)) if type(x) is arb)
