@@ -156,7 +156,7 @@ LAYERS = (  # from the top: a folder imports only from those in the rows below i
     (("classification", "kinds of motion, proved", GREEN),
      ("equations", "Lagrangian to formulations, sympy", SKY)),
     (("scene", "top, start, scene file", FAINT),),
-    (("numbers", "exact numbers and intervals", FAINT),),
+    (("exact", "exact numbers and intervals", FAINT),),
 )  # fmt: skip
 
 

@@ -50,7 +50,7 @@ PLANTS = (
         "gravity upwards, in the closed form",
         "classification/reduced.py",
         (
-            ("            x.gMR / x.A, b, x.cos,", "            -x.gMR / x.A, b, x.cos,"),
+            ('return Reduced(gMR / A, b, u,', 'return Reduced(-gMR / A, b, u,'),
         ),
         ("gauss-pendulum", "landau-fast-precession", "mpmath-period", "mpmath-tilt"),
     ),
@@ -62,8 +62,10 @@ PLANTS = (
     ),
     Plant(
         "A and C exchanged, in the closed form",
-        "classification/signs.py",
-        (("(top.A, top.C, top.gMR, start", "(top.C, top.A, top.gMR, start"),),
+        "classification/reduced.py",
+        (
+            ('top.A, top.C, top.gMR, start.thetadot', 'top.C, top.A, top.gMR, start.thetadot'),
+        ),
         ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
@@ -86,9 +88,8 @@ PLANTS = (
         "analytic/constants.py",
         (
             (
-                "        self.rate = self.turn -",
-                "        self.turn -= 0 if own > 0 else 2 * arb.pi()\n"
-                "        self.rate = self.turn -",
+                "        v, sign = first_kind(*pole,",
+                "        turn -= 0 if P > 0 else 2 * arb.pi()\n        v, sign = first_kind(*pole,",
             ),
         ),
         ("landau-fast-precession", "mpmath-precession", "dop853-closed-form-kicked"),
@@ -101,26 +102,24 @@ PLANTS = (
     ),
     Plant(
         "no number at one time, in the closed form in doubles",
-        "analytic/many_times.py",
+        "analytic/doubles.py",
         (
             (
-                "        top, bottom, side = self._top, self._bottom, self._side\n",
-                "        top, bottom, side = self._top, self._bottom, self._side\n"
-                "        s[s.size // 2] = np.nan\n",
+                "    high, low = z(n, t)\n",
+                "    high, low = z(n, t)\n"
+                "    high = np.array(high)\n"
+                "    high.flat[high.size // 2] = np.nan\n",
             ),
         ),
         ("dop853-closed-form-kicked", "dop853-closed-form-tilted", "dop853-closed-form-dropped"),
     ),
     Plant(
         "no number beside one turning point, in the closed form",
-        "analytic/closed_form.py",
+        "analytic/form.py",
         (
             (
-                "        return found\n",
-                "        if found.u > sum(map(self.ctx.cos, self.tilts)) / 2:\n"
-                "            nan = self.ctx.nan\n"
-                "            return ExactRecord(found.t, *[nan] * 11, (nan,) * 3, found.n, nan)\n"
-                "        return found\n",
+                '    "sn": lambda r: r.functions[0],',
+                '    "sn": lambda r: r.functions[0] * (arb("nan") if r.upper is True else 1),',
             ),
         ),
         ("mpmath-tilt", "flint-weierstrass", "lie-closed-form"),
@@ -130,59 +129,60 @@ PLANTS = (
 FINE = (
     Plant(
         "without gravity another modulus, in the closed form",
-        "analytic/cubic.py",
+        "analytic/roots.py",
         (("(beyond + f3 * minus2) / reach,", "(beyond + f3 * minus2) / reach if d3 else arb(2),"),),
         ("landau-free",),
     ),
     Plant(
         "the sleeping threshold lower by 1e-25",
         "classification/kinds.py",
-        (("-4 * x.A * x.gMR * x.cos", "-4 * x.A * x.gMR * x.cos * (1 - x.A * 10**-25)"),),
+        (("x.b * x.b - 4 * x.g * x.u0,", "x.b * x.b - 4 * x.g * (x.u0 - x.u0 * 10**-25),"),),
         ("landau-sleeping",),
     ),
     Plant(
         "the rate of ψ, its parts with the other sign, in the closed form",
-        "analytic/constants.py",
-        (("start.kappa + side * (plus - minus)", "start.kappa - side * (plus - minus)"),),
+        "analytic/form.py",
+        (
+            ('r.form.kappa + r.side * (r.rates[0]', 'r.form.kappa - r.side * (r.rates[0]'),
+        ),
         ("book-spin-partway",),
     ),
     Plant(
         "loops at three halves of their kick",
         "classification/kinds.py",
-        (("-2 * x.gMR * x.A * x.phidot * x.sin2", "-3 * x.gMR * x.A * x.phidot * x.sin2"),),
+        (("lambda x: x.looping,", "lambda x: x.looping - x.g * x.drift0 / 2,"),),
         ("book-figures-edge",),
     ),
     Plant(
         "Δψ of a period, its parts twice, in the closed form",
         "analytic/constants.py",
-        (("spin = self.side * (plus - minus)", "spin = 2 * self.side * (plus - minus)"),),
+        (
+            ('self.period + self.relative_spin', 'self.period + 2 * self.relative_spin'),
+        ),
         ("book-spin",),
     ),
     Plant(
         "Δψ of a period, its parts with the other sign, in the enclosures",
-        "analytic/enclosure.py",
+        "analytic/constants.py",
         (
-            (
-                "        return Interval.of(ball)\n",
-                "        return Interval.of(ball)\n\n"
-                "    @property\n"
-                "    def spin(self):\n"
-                "        _, spin, over = self._turned\n"
-                "        return Interval(spin.middle - 2 * over.middle, spin.spread)\n",
-            ),
+            ('self.period + self.relative_spin', 'self.period - self.relative_spin'),
         ),
         ("flint-enclosures",),
     ),
     Plant(
         "ψ upside down, its parts with the other sign, in the closed form",
-        "analytic/constants.py",
-        (("start.kappa * t + side * (place", "start.kappa * t + (place"),),
+        "analytic/form.py",
+        (
+            ('r.form.angles[1](r.turning, r.t, r.side * (', 'r.form.angles[1](r.turning, r.t, ('),
+        ),
         ("euler-upside-down",),
     ),
     Plant(
         "half of the jump at exact passes, in the closed form",
         "analytic/constants.py",
-        (("return self.turn * (floor(", "return self.turn / 2 * (floor("),),
+        (
+            ('(N.number(arb.pi()) / 2)', '(N.number(arb.pi()) / 4)'),
+        ),
         ("euler-through",),
     ),
     Plant(
@@ -196,8 +196,8 @@ FINE = (
         "classification/kinds.py",
         (
             (
-                "(x.kinetic, -2 * x.gMR * x.one_minus_cos)",
-                "(x.kinetic, -2 * x.gMR * x.one_minus_cos * (1 + x.A * 10**-20))",
+                "lambda x: x.over_top,",
+                "lambda x: x.over_top - x.g * x.one_minus_u0 * 10**-20,",
             ),
         ),
         ("whittaker-kind", "whittaker-closed-form", "whittaker-doubles"),
@@ -207,8 +207,8 @@ FINE = (
         "classification/kinds.py",
         (
             (
-                "-x.p_psi * x.phidot, x.gMR)",
-                "-x.p_psi * x.phidot, x.gMR * (1 + x.A * 10**-20))",
+                "lambda x: x.pull)",
+                "lambda x: x.pull + x.g * x.sin2 * 10**-20)",
             ),
         ),
         ("betsch-kind", "goldstein-rates", "betsch-closed-form", "book-exercise-2.13"),
