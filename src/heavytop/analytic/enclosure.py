@@ -22,6 +22,7 @@ from heavytop.errors import Impossible
 from heavytop.numbers import Number
 from heavytop.numbers.intervals import Interval, outward, rational
 from heavytop.scene.arguments import expect, text_of, whole
+from heavytop.scene.quantities import values_of
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -206,7 +207,7 @@ class Enclosure(MotionNumbers[Interval]):
 
         def value(found: Solution, time: arb) -> tuple[arb, ...]:
             here = found.at(time)
-            values = (getattr(here, name) for name in names)
+            values = (values_of(here, name) for name in names)
             return tuple(x for each in values for x in (each if type(each) is tuple else (each,)))
 
         return self._at(" or ".join(names), t, value)

@@ -27,7 +27,7 @@ from heavytop.scene.arguments import (
     path_of,
     shown,
 )
-from heavytop.scene.quantities import QUANTITIES, spelled
+from heavytop.scene.quantities import QUANTITIES, component_names
 from heavytop.scene.scene import Scene
 
 SCHEMA: Final = "heavytop/reference/1"
@@ -37,7 +37,7 @@ SPARE_DIGITS: Final = 3  # proved beyond those printed: the last one is off by i
 
 # The columns of every quantity, and what of the motion at a time stands in them.
 COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
-    name: (spelled(columns), columns)
+    name: (component_names(columns), columns)
     for name, columns in (
         *((name, known.columns) for name, known in QUANTITIES.items() if known.columns),
         ("omega", ("omega",)),
