@@ -15,11 +15,12 @@ from pathlib import Path
 from time import perf_counter
 
 from claim import claim, finish
-from page import DOCS, rewrite
+from page import DOCS, markdown, rewrite
 
 import heavytop as ht
-from heavytop.report.studies import TARGETS, error, setting, summaries, time
-from heavytop.report.tables import Table
+from heavytop.results.base import grouped
+from heavytop.results.work_precision import TARGETS, setting
+from heavytop.scene.quantities import QUANTITIES
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"
@@ -34,21 +35,33 @@ IN_TABLE = ("auto", "taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-la
 
 def table(document):
     """A row for some methods; then where others lead."""
-    rows = tuple(row(each) for each in summaries(document["points"]) if each.name in IN_TABLE)
-    tables = (Table(HEADINGS, rows), Table(FASTEST, tuple(where_rivals_lead(document)), left=4))
-    return "\n\n".join([*(each.markdown for each in tables), "\n".join(others(document))])
+    every = grouped(document["points"], "method", "measures").values()
+    rows = [row(points) for points in every if points[0]["method"] in IN_TABLE]
+    tables = markdown(HEADINGS, rows), markdown(FASTEST, where_rivals_lead(document), left=4)
+    return "\n\n".join([*tables, "\n".join(others(document))])
 
 
-def row(each):
+def row(points):
     """The cells of a method: times with the settings that they were taken at."""
-    best = each.best
-    within = ["–" if point is None else timed(point) for point in each.within]
+    best = min(points, key=lambda p: p["error"])
+    mark = " θ" if best["measures"] == "theta" else ""
     return (
-        f"`{each.name}`",
-        *within,
-        f"{error(best).strip()} in {timed(best)}",
-        f"{each.setup_s:.2g}",
+        f"`{best['method']}`",
+        *(within(points, bound) for bound in TARGETS.values()),
+        f"{best['error']:.1e}{mark} in {timed(best)}",
+        f"{max(point['setup_s'] for point in points):.2g}",
     )
+
+
+def within(points, bound):
+    """The least time of a period with an error of at most a bound."""
+    some = [p for p in points if p["error"] <= bound]
+    return timed(min(some, key=lambda p: p["us_per_period"])) if some else "–"
+
+
+def time(point):
+    """The time of a period [µs]."""
+    return QUANTITIES["us_per_period"].text(point["us_per_period"])
 
 
 def timed(point):
@@ -114,10 +127,10 @@ for words, name in (("axis", "cheapest"), ("theta", "cheapest_theta")):
         ours = 1 / first["ratio"] if not first["rival"] else first["ratio"]
         claim(f"{words} to {bound}: our time over that of the best rival", ours, 1.0)
 theirs = [
-    found.points[i].label
-    for leaders, name in ((found.front, "axis_error"), (found.front_theta, "theta_error"))
+    f"{found.points[i].method} {setting(found.points[i])}"
+    for leaders, name in ((found.front, "error"), (found.front_theta, "theta_error"))
     for i in leaders
-    if found.points[i].rival and getattr(found.points[i], name) <= LEAST
+    if found.points[i].rival and found.points[i][name] <= LEAST
 ]
 claim(f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0)
 finish()

@@ -10,13 +10,11 @@ import sys
 from time import perf_counter
 
 from claim import claim, finish, most
-from page import DOCS, rewrite
+from page import DOCS, markdown, rewrite
 
 import heavytop as ht
 from heavytop.report.files import write_study
-from heavytop.report.studies import UNTOLD_RULE, cell
-from heavytop.report.tables import Table
-from heavytop.results.stress import MARKS, UNTOLD
+from heavytop.results.stress import UNTOLD, UNTOLD_RULE, StressOutcome, cell
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = "out/stress"
@@ -41,14 +39,11 @@ def table(found):
     head = ("case", *(document["methods"][name] for name in shown))
     rows = [(f"`{case}`", *(cell(runs.get((case, name))) for name in shown))
             for case in CASES]  # fmt: skip
-    marks = [f"- {MARKS.get(word, '')} **{word}**: {rule}." for word, rule in
-             document["rules"].items()]  # fmt: skip
+    marks = [f"- {word.mark} **{word}**: {word.rule}." for word in StressOutcome]
     marks.append(f"- {UNTOLD} **{NO_DIGITS}**: {WHY}.")
     counted = ", ".join(f"`{name}` {each['ok']}" for name, each in found.counts().items())
     notes = f"Ended ok, of {len(document['hard'])} cases: {counted}."
-    return "\n\n".join(
-        [Table(head, tuple(rows)).markdown, "\n".join(marks), notes, measured(found)]
-    )
+    return "\n\n".join([markdown(head, rows), "\n".join(marks), notes, measured(found)])
 
 
 def measured(found):

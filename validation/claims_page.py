@@ -11,9 +11,9 @@ import json
 import sys
 from pathlib import Path
 
-from page import rewrite
+from page import markdown, rewrite
 
-from heavytop.report.tables import Table, grouped, size
+from heavytop.results.base import grouped
 
 SKIPPED = "skipped"
 MEASURED = Path(__file__).with_name("measured.csv")
@@ -23,7 +23,7 @@ HEAD = ("authority", "claims", "the one nearest to its bound", "measured", "boun
 
 def word(claim):
     """What a claim measured, as it is shown."""
-    return SKIPPED if claim["measured"] is None else size(claim["measured"])
+    return SKIPPED if claim["measured"] is None else f"{claim['measured']:.1e}"
 
 
 def share(claim):
@@ -49,7 +49,7 @@ def row(authority, claims):
 def table(document):
     """A row for each authority."""
     rows = (row(*each, claims) for each, claims in grouped(document["claims"], "authority").items())
-    return Table(HEAD, tuple(rows), left=3).markdown
+    return markdown(HEAD, rows, left=3)
 
 
 if __name__ == "__main__":

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import platform
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from heavytop.machine import cpu_model, version
+from heavytop.results.base import Table
+from heavytop.scene.quantities import Quantity
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -23,6 +26,14 @@ def rewrite(page: str, marker: str, table: str) -> None:
     if count != 1:
         raise ValueError(f"{page}: no table {marker}")
     path.write_text(found, "utf-8")
+
+
+def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> str:
+    """A table of texts in Markdown; of so many columns at the left not aligned to the right."""
+    columns = [str(k) for k in range(len(head))]
+    table = [dict(zip(columns, row, strict=True)) for row in rows]
+    about = {name: Quantity(text, "") for name, text in zip(columns, head, strict=True)}
+    return Table(table, columns, meanings=about, left=left).markdown
 
 
 def foot() -> str:

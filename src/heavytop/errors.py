@@ -9,9 +9,21 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import Any, Final
+
+
+class Exit(IntEnum):
+    """What the exit code of every verb means; of several the greatest counts."""
+
+    OK = 0
+    BUG = 1
+    USAGE = 2
+    BAD_SCENE = 3
+    ENDED_EARLY = 4
+    OUT_OF_BOUND = 5
+    INTERRUPTED = 130
 
 
 class HeavyTopError(Exception):

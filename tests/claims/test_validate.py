@@ -140,7 +140,7 @@ def test_what_does_not_hold_says_why(tmp_path, monkeypatch, claim, body, measure
     [found] = validate(["50_one"], register=known).claims
     assert (found.id, found.measured, found.failure) == (claim, measured, failure)
     assert found.passed is (failure is None and measured <= 1)
-    json.dumps(found.document(), allow_nan=False)
+    json.dumps(found, allow_nan=False)
 
 
 # --- no script outlives its validation ----------------------------------------------------------

@@ -67,8 +67,8 @@ def test_the_document_and_its_chart(mine):
     above, below = check_figure(document).axes
     drawn = {line.get_label(): line.get_ydata() for line in above.lines}
     curve = np.abs(np.array(document["curves"]["axis"], dtype=float))
-    assert np.array_equal(drawn["axis [length]"][1:], curve[1:])
-    assert list(drawn) == ["axis [length]", "θ [rad]", "φ [rad]", "conditioning"]
+    assert np.array_equal(drawn["axis"][1:], curve[1:])
+    assert list(drawn) == ["axis", "θ [rad]", "φ [rad]", "conditioning"]
     assert list(below.lines[0].get_ydata()) == document["curves"]["phase"]
 
 

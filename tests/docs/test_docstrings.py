@@ -1,5 +1,6 @@
 """Every public name says what it takes, returns and raises, in which units, and how good it is."""
 
+import dataclasses
 import inspect
 import re
 from functools import cached_property
@@ -83,8 +84,8 @@ def test_a_class_says_what_it_holds_and_its_methods_what_they_take(name):
     every = [sections(each) for each in thing.__mro__[:-1] if each.__doc__]
     parts = ("Attributes", "Parameters")
     held = set().union(*(named(found.get(part, "")) for found in every for part in parts))
-    fields = getattr(thing, "__dataclass_fields__", {}) if name in VALUES else {}
-    assert {field for field, each in fields.items() if field[0] != "_" and each.repr} <= held
+    fields = dataclasses.fields(thing) if name in VALUES and dataclasses.is_dataclass(thing) else ()
+    assert {each.name for each in fields if each.name[0] != "_" and each.repr} <= held
     assert held or name not in VALUES
     for member, function in members(thing):
         first = said(function).partition("\n")[0]

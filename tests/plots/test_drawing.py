@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 import heavytop as ht
 from heavytop.errors import Impossible
 from heavytop.plots.drawing import RUN
-from heavytop.results.stress import Run, Stress, StressOutcome
+from heavytop.results.stress import Stress, StressOutcome
+from heavytop.studies.stress import run_row
 
 from ..studies.test_work_precision import diagram_of, made
 
@@ -25,7 +26,9 @@ SCENE = ht.load_scene("sicm-kicked")
 MOTION = ht.Motion(SCENE.top, SCENE.start)
 NAMED = {"taylor-axis": "axis", "gauss8": "gauss8"}
 LOST = [
-    Run(case="cusp", method=name, formulation="axis", outcome=StressOutcome.OK, digits_lost=lost)
+    run_row(
+        case="cusp", method=name, formulation="axis", outcome=StressOutcome.OK, digits_lost=lost
+    )
     for name, lost in zip(NAMED, (0.5, 9.0), strict=True)
 ]
 POINTS = [made(3.0, 1e-6), made(5.0, 1e-9), made(2.0, None, 1e-3, "taylor-routh")]
@@ -107,14 +110,14 @@ def test_the_default_is_the_tilt_against_the_precession(things, ax):
 def test_a_top_that_stands_still_is_drawn_over_time_and_touched(name, ax):
     scene = ht.load_scene(name)
     ht.Motion(scene.top, scene.start).plot(ax=ax)
-    assert ax.get_xlabel() == "time t [s]"
+    assert ax.get_xlabel() == "t [s]"
     assert any(line.get_label() == "after a push of 1 rad/s" for line in ax.lines)
 
 
 def test_a_run_that_follows_theta_alone_is_drawn_over_time(ax):
     changes = ['want.quantities=["theta"]', "want.events=[]"]
     tilted = ht.propagate(ht.load_scene("sicm-kicked", changes))
-    assert tilted.plot(ax=ax).get_xlabel() == "time t [s]"
+    assert tilted.plot(ax=ax).get_xlabel() == "t [s]"
     for name in ("loop", "phi", "psi"):
         with pytest.raises(ValueError, match=r"(phi|psi): not followed by this trajectory"):
             tilted.plot(name, ax=ax)
@@ -165,8 +168,10 @@ def test_of_a_drift_the_errors_are_those_of_its_methods(things, ax):
         known = [(n, e) for n, e in zip(method.periods, method.energy, strict=True) if e]
         assert line.get_xydata().tolist() == [list(point) for point in known]
         assert (line.get_label(), line.get_linewidth()) == (method.name, 5)
-    assert ax.get_ylabel().startswith("error of energy")
-    assert drift.plot("axis", ax=Figure().subplots()).get_ylabel().startswith("error of direction")
+    assert ax.get_ylabel().startswith("error of E'")
+    assert (
+        drift.plot("axis", ax=Figure().subplots()).get_ylabel().startswith("distance of the axis")
+    )
 
 
 def test_of_an_atlas_the_kinds_are_drawn_and_named(things, ax):

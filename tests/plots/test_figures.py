@@ -132,9 +132,9 @@ def test_sphere_marks_the_events_on_the_path(kicked):
 def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
     panels = FIGURES["angles"](kicked).axes
     assert [ax.get_ylabel() for ax in panels] == [
-        "tilt θ [rad]", "precession φ [rad]", "spin rate ψ̇ [rad/s]",
+        "θ [rad]", "φ [rad]", "ψ̇ [rad/s]",
     ]  # fmt: skip
-    assert [ax.get_xlabel() for ax in panels] == ["", "", "time t [s]"]
+    assert [ax.get_xlabel() for ax in panels] == ["", "", "t [s]"]
     for ax, name in zip(panels, ("theta", "phi", "psidot"), strict=True):
         t, shown = ax.lines[0].get_xydata().T
         assert (t[0], t[-1]) == (0.0, 2.0)
@@ -205,7 +205,7 @@ def test_a_separatrix_is_drawn_where_there_is_one_and_can_be_the_motion_itself(k
 def test_errors_are_those_of_the_run_and_zeros_stand_on_the_lower_edge(kicked):
     ax = drawn(errors, kicked)
     document = run_errors(kicked)
-    for label, name in (("tilt", "theta"), ("precession", "phi"), ("spin", "psi")):
+    for label, name in (("θ", "theta"), ("φ", "phi"), ("ψ", "psi")):
         largest = lines(ax, label).get_ydata()
         largest = largest[np.isfinite(largest)]  # from the first error on
         assert (np.diff(largest) >= 0).all()
@@ -224,9 +224,9 @@ def test_one_tiny_error_does_not_set_the_scale_of_errors_and_many_are_looked_at_
     assert low > 1e-11 * high
     assert any(text.get_text() == "zero, or smaller" for text in ax.texts)
     still = drawn(errors, propagate(load_scene("sleeping")))
-    assert "none" in lines(still, "tilt").get_label()
+    assert "none" in lines(still, "θ").get_label()
     many = drawn(errors, changed("want.samples=5000"))
-    assert 500 < len(lines(many, "tilt").get_xdata()) <= 1000
+    assert 500 < len(lines(many, "θ").get_xdata()) <= 1000
 
 
 def test_the_page_of_the_figures_names_them_all():

@@ -9,10 +9,12 @@ from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.files import write_document
 from heavytop.report.files import write_results, write_study
-from heavytop.results.documents import FILES
+from heavytop.results.base import FILES
+from heavytop.results.check import CheckResult
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas import atlas
+from heavytop.studies.certificate import certify
 from heavytop.studies.drift import drift
 
 BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
@@ -42,7 +44,8 @@ def workprec(scene):
 
 def stress():
     run = {"case": "cusp", "method": "auto", "formulation": "auto", "outcome": "ok", "error": 1e-15,
-           "digits_lost": 0.5, "note": BREAKING, "untold": False, "turns": None}  # fmt: skip
+           "digits_lost": 0.5, "note": BREAKING, "untold": False, "turns": None,
+           "named": False}  # fmt: skip
     return {
         "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": BREAKING},
         "methods": {"auto": CLOSING}, "skipped": [], "cases": [run], "files": {},
@@ -77,7 +80,9 @@ def place(tmp_path_factory):
     t = np.linspace(0, 1, 50)
     theta = 1.0001 * Motion(scene.top, scene.start).at(t).theta
     checked = check({"t": t, "theta": theta, CLOSING: t}, scene)
-    write_study(checked, folders["check.json"], figures=False)
+    write_study(CheckResult.from_document(checked.document()), folders["check.json"], figures=False)
+    proved = certify(propagate(load_scene("sicm-kicked")))
+    proved.save(folders["certify.json"] / "certify.json")
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)

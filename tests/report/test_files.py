@@ -12,6 +12,7 @@ from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.plots import figures
 from heavytop.report.files import FIGURES, write_study
+from heavytop.results.check import CheckResult
 
 SHORT = ("--set", "span.time=0.3")
 
@@ -43,7 +44,8 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
 
 def checked(scene):
     t = np.linspace(0, 2, 201)
-    return ht.check({"t": t, "theta": ht.Motion(scene.top, scene.start).at(t).theta}, scene)
+    found = ht.check({"t": t, "theta": ht.Motion(scene.top, scene.start).at(t).theta}, scene)
+    return CheckResult.from_document(found.document())
 
 
 def test_a_study_without_charts_leaves_none_of_an_earlier_one(tmp_path):

@@ -153,7 +153,7 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
         assert stored["phidot"].values.tolist() == rows.plane.x.values.tolist()
         for name in COLUMNS:
             assert np.array_equal(stored[name].values, rows[name], equal_nan=True)
-    assert rows.document()["shape"] == [29, 33]
+    assert rows.document()["shape"] == (29, 33)
     assert rows.to_xarray()["kind"].attrs["flag_meanings"].split() == list(NAMES)
 
 
@@ -199,6 +199,18 @@ def test_the_double_nearest_pi_means_pi(gMR):
             assert found["theta_max"][at] == pytest.approx(motion.theta_max, abs=1e-13)
             assert found["theta_min"][at] == pytest.approx(motion.theta_min, abs=1e-13)
             assert bool((found["tags"][at] >> 5) & 1) == ("inverted-gravity" in motion.tags)
+
+
+def test_pixels_of_an_atlas_are_rows():
+    atlas = ht.atlas(KICKED, x="phidot=-30:40:4", y="theta=0.1:1.5:3", jobs=1)
+    table = atlas.to_pandas()
+    assert table.index.names == ["theta", "phidot"]
+    for name in atlas.columns:
+        assert table[name].dtype == atlas[name].dtype
+        np.testing.assert_array_equal(table[name], atlas[name].ravel())
+    theta, phidot = (axis.values for axis in (atlas.plane.y, atlas.plane.x))
+    assert table.loc[(theta[2], phidot[1]), "period"] == atlas["period"][2, 1]
+    assert table.attrs["units"]["period"] == "s"
 
 
 # --- what is wrong --------------------------------------------------------------------------------

@@ -17,7 +17,8 @@ from functools import cache
 
 import pytest
 
-from heavytop.results.stress import SkippedRun, Stress, StressOutcome
+from heavytop.results.base import Row
+from heavytop.results.stress import Stress, StressOutcome
 from heavytop.studies import methods as registry
 from heavytop.studies import study, workers
 from heavytop.studies.methods import stress_methods
@@ -308,8 +309,8 @@ def test_a_study_that_cannot_be_read_is_refused_by_name(made, tmp_path, change):
 def test_auto_silently_wrong_is_a_check_out_of_its_bound(made, monkeypatch):
     found = Stress.load(made("stress")[0] / "stress.json")
     off = {"outcome": StressOutcome.INACCURATE, "digits_lost": 5.0}
-    wrong = tuple(replace(run, **off) if run.method == "auto" else run for run in found.cases)
-    lost = SkippedRun(case="cusp", method="taylor-axis", reason="killed by SIGSEGV", lost=True)
+    wrong = tuple(Row(run, **off) if run.method == "auto" else run for run in found.cases)
+    lost = Row(case="cusp", method="taylor-axis", reason="killed by SIGSEGV", lost=True)
     for runs, code in ((wrong, 5), (found.cases, 0)):
         shown = replace(found, cases=runs, skipped=(lost,))
         monkeypatch.setattr(PLACES["stress"], lambda shown=shown, **_: shown)

@@ -61,8 +61,8 @@ def test_the_projected_axis_form_keeps_the_phase_and_the_textbook_form_loses_it(
     found = ht.drift(KICKED, methods=names, periods=20_000, samples=13, ensemble=2)
     lagrange, plain, projected = found.methods
     assert lagrange.phase_s[-1] > 1e-7 > 1e-9 > plain.phase_s[-1] > 10 * projected.phase_s[-1]
-    assert lagrange.phase_growth.exponent > 2 > plain.phase_growth.exponent
-    assert projected.phase_growth.exponent < 1
+    assert lagrange.phase_exponent > 2 > plain.phase_exponent
+    assert projected.phase_exponent < 1
 
 
 # --- what is asked ---------------------------------------------------------------------------
@@ -91,7 +91,7 @@ def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():
     assert found.phase_s == (*known, *[None] * (len(found.phase_s) - len(known)))
     assert 10 < len(known) < len(found.phase_s)
     assert found.axis[-1] is not None
-    assert abs(found.phase_growth.exponent - 1) < 0.2  # as a method of its kind loses it
+    assert abs(found.phase_exponent - 1) < 0.2  # as a method of its kind loses it
 
 
 def test_phase_beside_the_vertical_is_read_from_the_horizontal():
@@ -205,7 +205,7 @@ def test_the_initial_conditions_of_a_member_are_those_it_was_run_from(three):
 
 def test_the_dataset_has_the_members_too(three):
     data, document = three.to_xarray(), three.document()
-    assert dict(data.sizes) == {"scheme": 3, "start": 3, "mark": 6}
+    assert dict(data.sizes) == {"scheme": 3, "start": 3, "periods": 6}
     for name in document["starts"][0]:
         assert data[name].values.tolist() == [each[name] for each in document["starts"]]
         assert data[name].attrs["units"] in ("rad", "rad s-1")
@@ -239,7 +239,7 @@ def test_a_member_that_ends_early_keeps_what_it_has_and_the_others_keep_all(monk
     assert (short == 0) == (first == 0)
     assert len(found.periods) == len(found.energy) == len(found.spread.energy) == short
     data = study.to_xarray().sel(scheme="taylor-axis")
-    assert np.isfinite(data["member_energy"]).sum("mark").values.tolist() == [every, short, long]
+    assert np.isfinite(data["member_energy"]).sum("periods").values.tolist() == [every, short, long]
 
 
 def test_a_form_that_cannot_start_there_is_skipped_and_has_no_members():

@@ -28,7 +28,7 @@ from heavytop.scene.arguments import (
     path_of,
     shown,
 )
-from heavytop.scene.quantities import QUANTITIES, spelled
+from heavytop.scene.quantities import QUANTITIES, component_names
 from heavytop.scene.scene import Scene
 
 SCHEMA: Final = "heavytop/reference/1"
@@ -39,7 +39,7 @@ SPARE_DIGITS: Final = 3  # proved beyond those printed: the last one is off by i
 NAMES: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
 # the columns of every quantity, and what of the motion at a time stands in them
 COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
-    name: (spelled(names), names) for name, names in (NAMES | {"omega": ("omega",)}).items()
+    name: (component_names(names), names) for name, names in (NAMES | {"omega": ("omega",)}).items()
 }
 
 

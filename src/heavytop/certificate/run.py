@@ -19,13 +19,12 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import add
 from heavytop.integration.compiled import Polynomials, compiled
 from heavytop.integration.integrator import Checkpoint, Integrator
-from heavytop.results.base import Part
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class BinaryRun(Part):
+class BinaryRun:
     """All numbers that a run in doubles depends on, exactly; its bits follow from them.
 
     Attributes

@@ -17,7 +17,6 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -35,7 +34,8 @@ from heavytop.claims.register import (
 from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.machine import versions
 from heavytop.names import LONGEST, nearest
-from heavytop.results.validation import OURS, CheckedClaim, Validation, counts
+from heavytop.results.base import Row
+from heavytop.results.validation import OURS, Validation, counts
 from heavytop.scene.arguments import wrong_type
 
 LIMIT: Final = 120.0  # s for a script of registered claims
@@ -121,7 +121,7 @@ def validate(
     claims = _scripts(known, asked, proofs=proofs)
     if not claims:
         raise ForeignFile(f"{known.folder / NAME}: no claims")
-    found: dict[str, tuple[CheckedClaim, ...]] = {}
+    found: dict[str, tuple[Row, ...]] = {}
 
     # What a script that is killed leaves in the folder for what is temporary goes with ours; what
     # dies may still write in it.
@@ -259,7 +259,7 @@ def _run(
 # --- verdicts: what a script measured beside what is claimed -------------------------------------
 
 
-def _verdicts(script: _Script) -> tuple[CheckedClaim, ...]:
+def _verdicts(script: _Script) -> tuple[Row, ...]:
     """What came of the claims of a script, registered or its own.
 
     Where it did not come to its end, none of them holds; what it measured is kept.
@@ -276,17 +276,18 @@ def _verdicts(script: _Script) -> tuple[CheckedClaim, ...]:
     return tuple(_judged(_own(script, n, line), line or None, trouble) for n, line in own.items())
 
 
-def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> CheckedClaim:
+def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> Row:
     """Hold what was measured to the bound, whatever the script has made of it."""
-    known = CheckedClaim(**claim.model_dump())
+    unknown = dict.fromkeys(("measured", "passed", "skipped", "failure"))
+    row = Row(**claim.model_dump(), **unknown)
     if line is None:
-        return replace(known, passed=False, failure=trouble or "nothing was measured")
+        return Row(row, passed=False, failure=trouble or "nothing was measured")
     if "skipped" in line:
         if claim.needs is None or find_spec(claim.needs.partition(".")[0]) is not None:
             trouble = "skipped, although the packages it needs are installed"
         if not trouble:
-            return replace(known, skipped=str(line["skipped"]))
-        return replace(known, passed=False, failure=trouble)
+            return Row(row, skipped=str(line["skipped"]))
+        return Row(row, passed=False, failure=trouble)
     measured, failure = line.get("measured"), line.get("failure")
     if not isinstance(measured, float | int) or not math.isfinite(measured):
         measured, failure = None, failure or "no finite number"
@@ -294,7 +295,7 @@ def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> Check
         failure = failure or "negative, although it is a distance"
     failure = failure or trouble or None
     holds = measured is not None and measured <= claim.bound and failure is None
-    return replace(known, measured=measured, passed=holds, failure=failure)
+    return Row(row, measured=measured, passed=holds, failure=failure)
 
 
 def _own(script: _Script, name: str, line: Mapping[str, Any]) -> Claim:

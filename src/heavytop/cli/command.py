@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import wraps
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -25,12 +24,14 @@ from typer import BadParameter, Option
 from typer.core import TyperGroup
 
 from heavytop import errors
-from heavytop.results.base import spelt, typing, with_command
+from heavytop.errors import Exit as Exit
+from heavytop.results.base import command_line, typing
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from heavytop.results.base import Result
     from heavytop.studies.study import Progress
 
 Verb = Callable[..., None]
@@ -52,18 +53,6 @@ _MANNER: ContextVar[Manner] = ContextVar("manner", default=Manner())  # noqa: B0
 manner = _MANNER.get
 
 # --- exit codes ------------------------------------------------------------------------------
-
-
-class Exit(IntEnum):
-    """What the exit code of every verb means; of several the greatest counts."""
-
-    OK = 0
-    BUG = 1
-    USAGE = 2
-    BAD_SCENE = 3
-    ENDED_EARLY = 4
-    OUT_OF_BOUND = 5
-    INTERRUPTED = 130
 
 
 EXIT_CODES: Final = (
@@ -111,7 +100,7 @@ def leave(ends: Iterable[tuple[Exit, str]]) -> None:
     worst = Exit.OK
     for code, sentence in ends:
         worst = max(worst, code)
-        if sentence:
+        if sentence and (code or not manner().quiet):
             say(sentence)
     if worst:
         raise typer.Exit(worst)
@@ -165,15 +154,9 @@ def answer(document: Mapping[str, Any], in_words: Callable[[], None]) -> None:
         in_words()
 
 
-def show(document: Mapping[str, Any]) -> None:
-    """Print the document of a result, or its tables."""
-
-    def tables() -> None:
-        from heavytop.report.studies import rendered
-
-        print_table(rendered(document))
-
-    answer(with_command(document), tables)
+def show(found: Result) -> None:
+    """Print the document of a result, or its facts and tables."""
+    answer(found.document(), lambda: print_table(found))
 
 
 def print_table(table: RenderableType) -> None:
@@ -296,7 +279,7 @@ class _Verbs(TyperGroup):
     def main(self, args: Sequence[str] | None = None, *_: Any, **options: Any) -> Any:
         """Run a command line; completion is that of this name, also under ``python -m``."""
         words = sys.argv[1:] if args is None else list(args)
-        with typing(spelt(words)):
+        with typing(command_line(words)):
             return super().main(words, **options | {"prog_name": "heavytop"})
 
 

@@ -12,6 +12,7 @@ from heavytop import errors
 from heavytop.cli import options
 from heavytop.cli.command import Exit, answer, leave, manner, note, print_table, show, verb
 from heavytop.cli.options import file, option, read
+from heavytop.scene.quantities import WANTED, quantity_of
 
 SCENES_SCHEMA = "heavytop/scenes/1"
 
@@ -26,7 +27,7 @@ def classify(scene: options.SceneName, changes: options.Changes = None) -> None:
 
     known = read(scene, changes)
     note(f"classifying {known.name}")
-    show(classified(known).document())
+    show(classified(known))
 
 
 @verb
@@ -42,7 +43,7 @@ def plan(
     """
     from heavytop.results.classification import planned
 
-    show(planned(read(scene, changes, digits), formulation.value).document())
+    show(planned(read(scene, changes, digits), formulation.value))
 
 
 PRINTED = Argument(metavar="NAME", help="Print the text of this scene.")
@@ -55,10 +56,10 @@ def scenes(name: Annotated[str | None, PRINTED] = None) -> None:
 
     if name is None:
         titles = shipped_scenes()
-        from heavytop.report.tables import facts, printed
+        from heavytop.results.base import Table
 
         document = {"schema": SCENES_SCHEMA, "scenes": titles}
-        answer(document, lambda: print_table(printed([facts(titles.items())], "")))
+        answer(document, lambda: print_table(Table.of_facts(titles.items())))
         return
     try:
         text = shipped_text(name)
@@ -93,7 +94,7 @@ def doctor() -> None:
 
 
 TIMES = "Times [s]: 0:10:0.01, or a file with a column t."
-QUANTITIES = "Any of theta, phi, psi [rad], rates, omega [rad/s], axis, attitude."
+QUANTITIES = f"Any of {', '.join(n for n in WANTED if quantity_of(n).columns)}, omega."
 EVENTS = "Events to add: turning, reversal, cusp; needs --json or -o x.json."
 TABLE = file("Write x.csv or x.json; default: print.", ".csv", ".json")
 

@@ -42,7 +42,7 @@ def validate(
             found = claimed.validate(tuple(claims or ()), proofs=proofs, progress=bar, note=note)
     except claimed.UnknownClaim as unknown:
         raise BadParameter(str(unknown), param_hint="CLAIM") from None
-    finish("validation", found, output)
+    finish(found, output)
 
 
 DATA: Final = "A table (.csv, .tsv, .npz, .mat, .nc or .h5), or the folder of a run."
@@ -97,13 +97,14 @@ def check(
         from heavytop.plots.studies import check_figure
         from heavytop.plots.style import save
         from heavytop.report.files import write_study
+        from heavytop.results.check import CheckResult
 
         try:
             if chart:
                 save(check_figure(document), file)
                 note(f"wrote {file}")
             else:
-                for name in write_study(found, file).values():
+                for name in write_study(CheckResult.from_document(document), file).values():
                     note(f"wrote {file / name}")
         except StoppedEarly as fault:
             ends.insert(0, (Exit.ENDED_EARLY, str(fault)))
@@ -193,7 +194,7 @@ def report(
 
     The page includes the numbers of each result.
     """
-    from heavytop.report.page import load_results, page_of, write_page
+    from heavytop.report.page import page_of, write_page
 
     missing: list[tuple[str, str]] = []
     with ExitStack() as stack:
@@ -205,7 +206,7 @@ def report(
             temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
             folders = [Path(stack.enter_context(temporary))]
             missing += _study(scene, folders[0])
-        page = page_of(load_results(folders))
+        page = page_of(folders)
         write_page(page, html)
     figures = sum(len(section.pictures) for section in page.sections)
     counts = {"result": len(page.sections), "figure": figures}
@@ -213,7 +214,7 @@ def report(
     document = {
         "schema": REPORT_SCHEMA,
         "file": harmless(html),
-        "results": [section.result.name for section in page.sections],
+        "results": [section.name for section in page.sections],
         "missing": [{"study": name, "reason": why} for name, why in missing],
     }
     answer(document, lambda: typer.echo(f"{harmless(html)}: {told}"))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from typer import Option
 
@@ -59,12 +59,12 @@ def resume_run(folder: Path, *, figures: bool) -> None:
     begun = (folder / REQUEST).exists()
     if not begun and (folder / DOCUMENT).exists():
         found = RunResult.load(folder / DOCUMENT)
-        if found.outcome is not errors.Outcome.INTERRUPTED:
+        if (outcome := errors.Outcome(found.outcome)) is not errors.Outcome.INTERRUPTED:
             if (folder / TRAJECTORY).exists():  # what is damaged is refused
                 (load_interrupted if found.plan.states else load_exact)(folder / TRAJECTORY)
-            finished = found.outcome is errors.Outcome.FINISHED
-            how = "is finished" if finished else f"ended early: {found.outcome.sentence}"
-            show(found.document())
+            finished = outcome is errors.Outcome.FINISHED
+            how = "is finished" if finished else f"ended early: {outcome.sentence}"
+            show(found)
             leave([(Exit.OK if finished else Exit.ENDED_EARLY, f"{folder}: this run {how}")])
             return
     asked = Request.read(folder)
@@ -89,9 +89,8 @@ def carry_out(asked: Request, folder: Path | None, *, force: bool = False) -> No
             result, early = _written(trajectory, early, folder, figures=asked.figures)
         if folder is not None and not _goes_on(early):
             (folder / REQUEST).unlink(missing_ok=True)
-    document = result.document()
-    show(document)
-    leave(_ends(asked.scene, document, early, folder))
+    show(result)
+    leave(_ends(asked.scene, result, early, folder))
 
 
 @contextmanager
@@ -186,7 +185,7 @@ def _goes_on(early: Early | None) -> bool:
 
 
 def _ends(
-    scene: Scene, document: dict[str, Any], early: Early | None, folder: Path | None
+    scene: Scene, result: RunResult, early: Early | None, folder: Path | None
 ) -> Iterator[tuple[Exit, str]]:
     """What is wrong with a run, and where the part that was done can be found."""
     from heavytop.run.events import differences
@@ -195,10 +194,10 @@ def _ends(
     if early is not None:
         yield exit_code(early), _kept(early, folder)
     else:
-        if document["missed_digits"]:
-            yield Exit.OUT_OF_BOUND, missed(document["missed_digits"], scene.digits)
-        if document["missed_events"]:  # of which a warning tells, unless it is quiet
-            told = "; ".join(differences(document["missed_events"], document["events"]))
+        if result.missed_digits:
+            yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), scene.digits)
+        if result.missed_events:  # of which a warning tells, unless it is quiet
+            told = "; ".join(differences(result.missed_events, result.events))
             yield Exit.OUT_OF_BOUND, told if manner().quiet else ""
 
 

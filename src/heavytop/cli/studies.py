@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from typer import Argument, BadParameter, Option
 
@@ -28,11 +29,8 @@ from heavytop.cli.run import is_run, resume_run
 from heavytop.results.base import command_of, typed, typing
 
 if TYPE_CHECKING:
+    from heavytop.results.base import Result
     from heavytop.studies.study import Progress
-
-
-Ends: TypeAlias = Iterator[tuple[Exit, str]]
-"""What is wrong with a result: an exit code and a sentence for each fault."""
 
 
 def study(kind: str, output: Path | None, no_figures: bool, **asked: Any) -> None:
@@ -49,7 +47,7 @@ def study(kind: str, output: Path | None, no_figures: bool, **asked: Any) -> Non
     about = () if scene is None else (options.read(scene, changes),)
     with progress_bar() as bar, _workers(scheduler) as executor:
         found = do(*about, folder=output, progress=bar, **executor, **given)
-    finish(kind, found, output, figures=not no_figures)
+    finish(found, output, figures=not no_figures)
 
 
 @contextmanager
@@ -64,23 +62,17 @@ def _workers(scheduler: str | None) -> Iterator[dict[str, Any]]:
         yield {"executor": executor}
 
 
-def finish(
-    kind: str,
-    found: Any,
-    output: Path | None,
-    *,
-    figures: bool = True,
-) -> None:
+def finish(found: Result, output: Path | None, *, figures: bool = True) -> None:
     """Write and print what a verb found, then draw it; leave with what is wrong with it."""
     from heavytop.report.files import draw_study, write_study
 
-    files: dict[str, str] = {}
+    files: Mapping[str, str] = {}
     ends: list[tuple[Exit, str]] = []
     if output is not None:
         with _noted(ends):
             files = write_study(found, output, figures=False)
     if not manner().json:
-        show(found.document(files=files))
+        show(replace(found, files=files))
     if output is not None and figures and not ends:
         with _noted(ends):
             drawn = draw_study(found, output, files)
@@ -90,10 +82,9 @@ def finish(
             files = drawn
     for name in files.values():
         note(f"wrote {Path(output or '') / name}")
-    document = found.document(files=files)
     if manner().json:
-        show(document)
-    leave([*ends, *_wrong(kind, found, document)])
+        show(replace(found, files=files))
+    leave([*ends, *(_missing(found.unrun()) or found.problems())])
 
 
 @contextmanager
@@ -105,53 +96,14 @@ def _noted(ends: list[tuple[Exit, str]]) -> Iterator[None]:
         ends.append((Exit.ENDED_EARLY, str(fault)))
 
 
-def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
-    """What is wrong with a result."""
-    match kind:
-        case "drift":
-            for each in found.methods:
-                if each.skipped and ":" in each.name:  # of one's own
-                    yield Exit.ENDED_EARLY, f"{each.name}: {each.skipped}"
-                for number, why in each.ended.items():
-                    told = f"{each.name}, start {number}, ended early: {why}"
-                    yield Exit.ENDED_EARLY, told
-            yield from _missing([each.name for each in found.methods])
-        case "work_precision" if not found.points:
-            missing = [*_missing([each.method for each in found.skipped])]
-            yield from missing or [(Exit.ENDED_EARLY, "nothing was run")]
-        case "stress":
-            for run in found.silently_wrong:
-                told = f"auto was silently wrong at {run.case}: {run.outcome}, {run.note}"
-                yield Exit.OUT_OF_BOUND, told
-            if not found.cases:
-                yield Exit.ENDED_EARLY, "nothing was run"
-        case "atlas":
-            yield from () if manner().quiet else _without_zero(document["axes"])
-        case "certificate":
-            if not found.proved:
-                yield Exit.OUT_OF_BOUND, "; ".join(found.why)
-        case "validation":
-            for claim in found.failed:
-                why = f": {claim.failure}" if claim.failure else ""
-                yield Exit.OUT_OF_BOUND, f"{claim.id} does not hold{why}"
-
-
-def _without_zero(axes: Mapping[str, Mapping[str, Any]]) -> Ends:
-    """Say which axes about 0 have no pixel at 0, where cusps and planar motions may lie."""
-    around = [x for x in axes.values() if x["low"] == -x["high"] and not x["count"] % 2]
-    if around:
-        none = " or ".join(f"{axis['name']} = 0" for axis in around)
-        odd = f"an odd COUNT, such as {around[0]['count'] + 1}, gives one"
-        yield Exit.OK, f"note: no pixel has {none}; {odd}"
-
-
-def _missing(methods: list[str]) -> Ends:
-    """Say what is to be installed, where no method of a study could be run without it."""
+def _missing(methods: Sequence[str]) -> list[tuple[Exit, str]]:
+    """What is to be installed, where no method of a study could be run without it."""
     from heavytop.studies.methods import is_auto, method
 
     needs = [() if is_auto(name) else method(name).absent for name in methods]
     if needs and all(needs):
-        yield Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0]))
+        return [(Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0])))]
+    return []
 
 
 # --- verbs -----------------------------------------------------------------------------------
@@ -262,11 +214,11 @@ def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
     """Refuse a change of the scene to what an axis changes pixel by pixel."""
     from heavytop.studies.atlas_plane import ROLES
 
-    varied = {ROLES[n].sets: n for axis in axes if (n := axis.partition("=")[0].strip()) in ROLES}
+    varied = {ROLES[n]: n for axis in axes if (n := axis.partition("=")[0].strip()) in ROLES}
     for change in changes:
         table, _, key = change.partition("=")[0].strip().partition(".")
-        if table in ("top", "start") and key in ROLES and ROLES[key].sets in varied:
-            what = ROLES[key].sets
+        if table in ("top", "start") and key in ROLES and ROLES[key] in varied:
+            what = ROLES[key]
             rule = f"{change!r}: the axis {varied[what]} sets the {what} of every pixel"
             raise BadParameter(rule, param_hint="--set")
 
@@ -312,7 +264,7 @@ def certify(
 
                 known = propagate(known, formulation=formulation.value, projected=projected)
         found = proved(known, jobs=jobs, folder=output, progress=bar, **executor)
-    finish("certificate", found, output)
+    finish(found, output)
 
 
 OWN: Final = "Your own methods that the study uses, named again: mine.py:rk4."
@@ -351,7 +303,6 @@ def _resume_study(folder: Path, scheduler: str | None, *, figures: bool, **asked
         raise errors.ForeignFile(
             f"{folder}: no folder with anything to go on with: neither {lacking}"
         )
-    from heavytop.studies.study import Journal
     from heavytop.studies.study import resume as go_on
 
     shown: list[Progress] = []
@@ -365,4 +316,4 @@ def _resume_study(folder: Path, scheduler: str | None, *, figures: bool, **asked
         found = go_on(folder, progress=heard, **executor, **asked)
     if 0 < shown[0].tasks == shown[0].ended:
         say(f"{folder}: this study is finished")
-    finish(Journal.read(folder).parameters["kind"], found, folder, figures=figures)
+    finish(found, folder, figures=figures)

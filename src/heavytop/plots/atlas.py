@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.plots.sphere import View, axis_path, kind_panel, touched
 from heavytop.plots.style import KINDS, STYLE, UNKNOWN, Known, literal, title_of
+from heavytop.scene.quantities import quantity_of
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.studies.atlas_plane import ROLES
 
 if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas
@@ -54,10 +54,10 @@ def atlas_figure(atlas: Atlas) -> Figure:
     kind = atlas["kind"][rows, columns]
     figure = Figure(figsize=(9.6, 6.0), layout="constrained")
     parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
-    held = (f"{ROLES[name].sign} = {value:.6g}" for name, value in plane.held.items())
+    held = (f"{quantity_of(name).latex} = {value:.6g}" for name, value in plane.held.items())
     parts[0].suptitle(f"{literal(plane.scene.name, 60)}; held: {', '.join(held)}", fontsize=10)
     ax = parts[0].subplots()
-    handles = _map(ax, atlas.document(costs=False), kind, atlas.names)
+    handles = _map(ax, atlas.document(), kind, atlas.names)
     (x, y), name = plane.place, literal(plane.scene.name, 30)
     if all(low <= at <= high for at, (low, high) in ((x, ax.get_xlim()), (y, ax.get_ylim()))):
         handles += ax.plot(x, y, "Pk", ms=9, mec="white", zorder=7, label=name)
@@ -113,7 +113,7 @@ def kinds_map(ax: Axes, atlas: Atlas, **looks: Any) -> Axes:
     atlas : Atlas
     """
     kind = atlas["kind"][_every(atlas)]
-    for each in _map(ax, atlas.document(costs=False), kind, atlas.names, **looks):
+    for each in _map(ax, atlas.document(), kind, atlas.names, **looks):
         if isinstance(each, Patch):  # the legend of the axes names the areas too
             ax.fill([], [], fc=each.get_facecolor(), ec=each.get_edgecolor(), lw=0.5,
                     label=each.get_label())  # fmt: skip
@@ -138,8 +138,10 @@ def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str], **mesh: A
     for side, axis, ends in zip("xy", axes, edges, strict=True):
         if axis["log"]:
             ax.set(**{f"{side}scale": "log" if axis["low"] > 0 else "symlog"})
-        role = ROLES[axis["name"]]
-        ax.set(**{f"{side}label": f"{role.sign} [{role.unit}]", f"{side}lim": (ends[0], ends[-1])})
+        along = quantity_of(axis["name"])
+        ax.set(
+            **{f"{side}label": f"{along.latex} [{along.unit}]", f"{side}lim": (ends[0], ends[-1])}
+        )
     for curve in document["curves"]:
         x, y, look = curve["x"], curve["y"], KINDS[BOUNDS.get(curve["name"], curve["name"])]
         if len(x) == 1:

@@ -28,7 +28,7 @@ from heavytop.plots.sphere import View as View
 from heavytop.plots.style import Array, in_degrees, legend, line, literal
 from heavytop.plots.style import save as save
 from heavytop.scene.arguments import expect, wrong_type
-from heavytop.scene.quantities import ANGLES
+from heavytop.scene.quantities import ANGLES, QUANTITIES
 
 if TYPE_CHECKING:
     from heavytop.integration.outputs import Sample
@@ -44,16 +44,11 @@ BEYOND: Final = 1.6**2  # how high the potential is drawn, over the energy that 
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
 TOUCHED_S: Final = 2.0  # of a top that nothing moves, where it does not nutate when touched
 
-LABELS: Final = {
-    "t": "time t [s]", "theta": "tilt θ [rad]", "phi": "precession φ [rad]", "psi": "spin ψ [rad]",
-    "thetadot": "tilt rate θ̇ [rad/s]", "phidot": "precession rate φ̇ [rad/s]",
-    "psidot": "spin rate ψ̇ [rad/s]",
-}  # fmt: skip
 ERRORS: Final = {
-    "theta": ("tilt θ", style.BLUE, "o"),
-    "phi": ("precession φ", style.ORANGE, "s"),
-    "psi": ("spin ψ", style.GREEN, "^"),
-    "axis": ("axis, as a length", style.PURPLE, "D"),
+    "theta": (style.BLUE, "o"),
+    "phi": (style.ORANGE, "s"),
+    "psi": (style.GREEN, "^"),
+    "axis": (style.PURPLE, "D"),
 }
 
 
@@ -127,7 +122,7 @@ def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
     events = run.events
     if hasattr(events, y):
         _mark_events(ax, run, shown, np.column_stack((getattr(events, x), getattr(events, y))))
-    ax.set(xlabel=LABELS[x], ylabel=LABELS[y])
+    ax.set(xlabel=QUANTITIES[x].heading, ylabel=QUANTITIES[y].heading)
     if y in ANGLES:
         in_degrees(ax, "y")
     if x in ANGLES:
@@ -314,7 +309,7 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
         if not ax.get_autoscaley_on():  # another is drawn there
             shown += ax.get_ylim()
         ax.set_ylim(min(shown), max(shown))
-    ax.set(xlabel=LABELS["theta"], ylabel="energy without that of the spin [J]")
+    ax.set(xlabel=QUANTITIES["theta"].heading, ylabel="energy without that of the spin [J]")
     in_degrees(ax, "x")
     return ax
 
@@ -369,7 +364,7 @@ def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes
     start = run.samples
     _start(ax, start.theta[:1], start.thetadot[:1], {} if own or along else looks)
     ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
-    ax.set(xlabel=LABELS["theta"], ylabel=LABELS["thetadot"])
+    ax.set(xlabel=QUANTITIES["theta"].heading, ylabel=QUANTITIES["thetadot"].heading)
     in_degrees(ax, "x")
     return ax
 
@@ -435,7 +430,7 @@ def errors(ax: Axes, trajectory: Trajectory, **looks: Any) -> Axes:
         _draw_errors(ax, looks, **deviations(trajectory))
     except NoClosedForm as reason:
         ax.text(0.5, 0.5, str(reason), transform=ax.transAxes, ha="center", wrap=True)
-    ax.set(xlabel=LABELS["t"], ylabel="|run − closed form| [rad]")
+    ax.set(xlabel=QUANTITIES["t"].heading, ylabel="|run − closed form| [rad]")
     return ax
 
 
@@ -449,7 +444,7 @@ def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
     edge = "exactly zero" if smallest >= shown else "zero, or smaller"
     floor = 10.0 ** np.floor(np.log10(max(smallest, shown)) - 0.7)
     for name, error in found.items():
-        label, colour, marker = ERRORS[name]
+        label, (colour, marker) = QUANTITIES[name].symbol, ERRORS[name]
         largest = np.fmax.accumulate(error)
         size = f"at most {largest[-1]:.1e}" if largest[-1] else "none"
         ax.plot(t, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)

@@ -14,7 +14,9 @@ from matplotlib.figure import Figure
 
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
-from heavytop.results.stress import MARKS, UNTOLD
+from heavytop.results.drift import SERIES, error_of
+from heavytop.results.stress import UNTOLD, StressOutcome
+from heavytop.scene.quantities import QUANTITIES
 
 Looks = dict[str, dict[str, Any]]
 
@@ -23,14 +25,6 @@ Looks = dict[str, dict[str, Any]]
 DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
 LARGEST: Final = 1e9  # error: beyond it a method has diverged, and the others could not be read
-QUANTITIES: Final = {
-    "energy": "energy E′, of max(|E′|, gMR)",
-    "phase_s": "phase of the nutation [s]",
-    "axis": "direction of the axis [rad]",
-    "p_phi": r"momentum $p_\varphi$, relative",
-    "p_psi": r"momentum $p_\psi$, relative",
-    "length": r"length of the axis, $|e|^2$",
-}
 Series = dict[str, list[tuple[float, float]]]
 """By method: nutation periods and errors."""
 
@@ -87,14 +81,13 @@ def error_growth(ax: Axes, document: Known, name: str = "energy", /, **looks: An
                  ls=DASHES[k // len(colours) % len(DASHES)], lw=1.0, ms=3.5,
                  label=literal(method))  # fmt: skip
     _guides(ax, [n for points in series.values() for n, _ in points])
-    label = QUANTITIES.get(name, f"{literal(name)}, relative")
-    return gridded(ax, "nutation periods", f"error of {label}")
+    return gridded(ax, "nutation periods", literal(error_of(name).label))
 
 
 def drifting(document: Known) -> list[str]:
     """The quantities of which a drift study has an error to draw: not zero, nor beyond all."""
     methods = document["methods"]
-    names = dict.fromkeys([*list(QUANTITIES)[:5], *(n for m in methods for n in m["invariants"])])
+    names = dict.fromkeys([*SERIES, *(n for m in methods for n in m["invariants"])])
     return [name for name in names if _series(methods, name)]
 
 
@@ -134,10 +127,8 @@ FORMS: Final = {
 OURS: Final = {"": "o", "-projected": "s", "-mpfr": "D"}
 COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", style.ORANGE, "#808080"
 FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
-ERRORS: Final = {  # where the error and the front of each are, and the label of its axis
-    "axis": ("error", "front", "error of the axis"),
-    "theta": ("theta_error", "front_theta", "error of θ [rad]"),
-}
+ERRORS: Final = {"axis": ("error", "front"), "theta": ("theta_error", "front_theta")}
+"""Where the error and the front of each are."""
 
 
 @mpl.rc_context(style.STYLE)
@@ -224,7 +215,7 @@ def work_precision(
     some : sequence, optional
         Those of its points that are drawn.
     """
-    error, leading, label = ERRORS[name]
+    error, leading = ERRORS[name]
     points = document["points"] if some is None else some
     points = [p for p in points if name in ("theta", p["measures"]) and p[error] > 0]
     front = [document["points"][i] for i in document[leading]]
@@ -237,7 +228,7 @@ def work_precision(
     ax.set(xscale="log", yscale="log")
     if not ax.xaxis_inverted():  # by what was drawn there before
         ax.invert_xaxis()
-    return gridded(ax, label, "µs per nutation period")
+    return gridded(ax, f"error of {QUANTITIES[name].heading}", "µs per nutation period")
 
 
 def _xy(points: Sequence[Known], error: str) -> tuple[list[float], list[float]]:
@@ -305,7 +296,7 @@ def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
     for run in runs:
         i, j, digits = rows.index(run["case"]), names.index(run["method"]), run["digits_lost"]
         lost[i, j] = np.nan if digits is None else digits
-        if mark := UNTOLD if run["untold"] else MARKS.get(run["outcome"]):
+        if mark := UNTOLD if run["untold"] else StressOutcome(run["outcome"]).mark:
             colour = "white" if lost[i, j] > MOST / 2 else "black"
             ax.text(j, i, mark, ha="center", va="center", fontsize=6, color=colour)
     ax.set_facecolor("#DDDDDD")
@@ -315,7 +306,7 @@ def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
     ax.set_xticks(range(len(names)), heads, rotation=90)
     ax.set_yticks(range(len(rows)), [literal(case, 40) for case in rows])
     ax.tick_params(length=0, labeltop=True, labelbottom=False)
-    marks = [f"{mark} {word}" for word, mark in MARKS.items()]
+    marks = [f"{each.mark} {each}" for each in StressOutcome if each.mark]
     marks += [f"{UNTOLD} undetermined", "grey: no number, or not run"]
     lines = (", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
     ax.set_xlabel("\n".join([*READING, ",\n".join(lines)]), fontsize=7.5)
@@ -324,15 +315,7 @@ def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
 
 # --- the errors of a trajectory that somebody else computed, over time ---------------------------
 
-CHECKED: Final = {
-    "axis": "axis [length]",
-    "theta": "θ [rad]",
-    "phi": "φ [rad]",
-    "psi": "ψ [rad]",
-    "energy": "E', of max(|E'|, gMR)",
-    "p_phi": r"$p_\varphi$, relative",
-    "p_psi": r"$p_\psi$, relative",
-}
+CHECKED: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
 
 
 @mpl.rc_context(style.STYLE)
@@ -370,10 +353,10 @@ def checked_errors(ax: Axes, document: Known, **looks: Any) -> Axes:
     """
     curves = {name: np.array(x, dtype=float) for name, x in document["curves"].items()}
     ax.set_yscale("log")
-    for (name, label), colour in zip(CHECKED.items(), style.COLOURS, strict=True):
+    for name, colour in zip(CHECKED, style.COLOURS, strict=True):
         if name in curves:
             off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
-            line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=label)
+            line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=error_of(name).heading)
     if limit := document["condition"]:
         ax.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
     return gridded(ax, "t [s]", "error")

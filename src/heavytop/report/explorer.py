@@ -23,6 +23,7 @@ from heavytop.plots.style import EVENTS, KINDS, PATH
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, PERIODS, TURN
 from heavytop.scene.arguments import expect, path_of
+from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene, load_scene, shipped_names
 
 SCENE: Final = "sicm-kicked"
@@ -52,6 +53,15 @@ PLAIN: Final = {
     Kind.WAVES: "The axis nods and precesses in one direction only: its path is a wave.",
 }
 """The kinds in the words of somebody who meets them for the first time."""
+
+NUMBERED: Final = ("A", "C", "gMR", "E_prime", "p_phi", "p_psi")
+"""What the page gives in numbers, by symbol and unit."""
+
+SIGNS: Final = (
+    ("cos(theta)", "cos θ"),
+    *((name, QUANTITIES[name].symbol) for name in ("thetadot", "phidot", "theta", "phi", "psi")),
+    ("E'", "E′"), ("^2", "²"), (" pi", " π"), ("-", "−"),
+)  # fmt: skip
 
 
 def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.html") -> Path:
@@ -133,6 +143,8 @@ def _data(scene: Scene) -> dict[str, Any]:
     others = [_start(each) for each in shipped if each.name != scene.name]
     return {
         "rules": rules, "details": details, "kinds": looks, "scenes": [_start(scene), *others],
+        "quantities": {name: {"symbol": QUANTITIES[name].symbol, "unit": QUANTITIES[name].unit}
+                       for name in NUMBERED},
         "limits": LIMITS, "still": STILL, "push": PUSH, "frames": FRAMES, "turn": TURN,
         "periods": PERIODS, "blurred": BLURRED,
     }  # fmt: skip

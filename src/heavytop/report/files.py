@@ -15,9 +15,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.errors import (
     ForeignFile,
@@ -27,10 +26,8 @@ from heavytop.errors import (
     StoppedEarly,
 )
 from heavytop.files import as_json, locked, write_document
-from heavytop.hdf5 import write_sealed
-from heavytop.report.studies import RESULTS, Chart, kind_of
-from heavytop.results.base import Answer, Text, read, with_command
-from heavytop.results.classification import PlanSummary
+from heavytop.results.base import Result, Row, not_as_written, read_json, typed
+from heavytop.results.classification import asked_formulation, plan_summary
 from heavytop.results.run import RunResult, exact_result, run_result
 from heavytop.scene.scene import Scene, read_scene
 
@@ -55,17 +52,6 @@ OWN: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURES)
 # --- a run -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, kw_only=True)
-class RequestDocument(Answer):
-    """A request as it is stored: the scene is the text of its file."""
-
-    schema: Literal["heavytop/request/1"] = "heavytop/request/1"
-    name: Text
-    scene: str
-    formulation: Text
-    figures: bool
-
-
 @dataclass(frozen=True, slots=True)
 class Request:
     """What a run is asked: a scene, its equations or auto, and whether figures are drawn."""
@@ -81,13 +67,15 @@ class Request:
 
     def write(self, folder: Path) -> None:
         """Write it down."""
-        told = RequestDocument(
-            name=self.scene.name,
-            scene=self.scene.to_toml(),
-            formulation=self.formulation,
-            figures=self.figures,
-        )
-        write_document(folder / REQUEST, told.document())
+        document = {
+            "schema": "heavytop/request/1",
+            "command": typed(),
+            "name": self.scene.name,
+            "scene": self.scene.to_toml(),
+            "formulation": self.formulation,
+            "figures": self.figures,
+        }
+        write_document(folder / REQUEST, document)
 
     @classmethod
     def read(cls, folder: Path) -> Request:
@@ -102,10 +90,11 @@ class Request:
 
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
-            return cls(found.scene, PlanSummary.of(found.plan).asked)
-        told: RequestDocument = read(folder / REQUEST, RequestDocument).found
-        scene = read_scene(told.scene, where=f"{told.name}.toml")
-        return cls(scene, told.formulation, told.figures)
+            return cls(found.scene, asked_formulation(plan_summary(found.plan)))
+        request = Row(read_json(folder / REQUEST))
+        with not_as_written(folder / REQUEST):
+            scene = read_scene(request.scene, where=f"{request.name}.toml")
+            return cls(scene, request.formulation, bool(request.figures))
 
 
 def _question(scene: Mapping[str, Any], formulation: str) -> dict[str, Any]:
@@ -180,7 +169,7 @@ def _expect_same(folder: Path, asked: Request) -> None:
             there = Request.read(folder).question
         elif (folder / DOCUMENT).exists():
             found = RunResult.load(folder / DOCUMENT)
-            there = _question(found.scene.document(), found.plan.asked)
+            there = _question(found.scene, asked_formulation(found.plan))
         elif (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
         else:
@@ -281,20 +270,19 @@ class Unwritten(StoppedEarly):
 
 
 def write_study(
-    found: Any, folder: str | os.PathLike[str], *, figures: bool = True
+    found: Result, folder: str | os.PathLike[str], *, figures: bool = True
 ) -> dict[str, str]:
-    """Write what a study found: its document, its data and its charts.
+    """Write what a study found: its document, its data and its chart.
 
-    The document is written before anything is drawn, and again when the charts are there. Of a
-    drift study and of an atlas, whose folders go on, it holds no wall-clock values.
+    The document is written before anything is drawn, and again when the chart is there.
 
     Parameters
     ----------
-    found : Drift, WorkPrecision, Stress, Atlas, Diagram or Validation
+    found : Result
     folder : path
         It is made where there is none.
     figures : bool
-        Whether charts are drawn, of what there are numbers for.
+        Whether the chart is drawn, where there are numbers for it.
 
     Returns
     -------
@@ -309,17 +297,20 @@ def write_study(
     Warns
     -----
     NotDrawnWarning
-        A chart cannot be drawn; all else is written.
+        The chart cannot be drawn; all else is written.
     """
-    place = Path(folder)
+    place, kind = Path(folder), kind_of(found)
     with _writing(found, place):
         place.mkdir(parents=True, exist_ok=True)
-        files = _written(found, place)
+        files = {"document": f"{kind}.json", **found.save_data(place)}
+        _write(found, place, files)
+        for form in FORMS:
+            (place / f"{kind}.{form}").unlink(missing_ok=True)
     return draw_study(found, place, files) if figures else files
 
 
-def draw_study(found: Any, folder: Path, files: Mapping[str, str]) -> dict[str, str]:
-    """Draw the charts of a study that was written, and name them in its document.
+def draw_study(found: Result, folder: Path, files: Mapping[str, str]) -> dict[str, str]:
+    """Draw the chart of a study that was written, and name it in its document.
 
     Parameters
     ----------
@@ -331,27 +322,33 @@ def draw_study(found: Any, folder: Path, files: Mapping[str, str]) -> dict[str, 
     Returns
     -------
     dict from str to str
-        These files and the charts.
+        These files and the chart.
 
     Raises
     ------
     StoppedEarly
         As `write_study`, which has the warnings too.
     """
-    document, charts = _document(found)
-    kind, whole = kind_of(document), dict(files)
-    drawn = found if kind == "atlas" else document
     with _writing(found, folder):
-        for chart in charts:
-            if document[chart.shows]:
-                key = "chart" if f"{chart.name}.json" == files["document"] else chart.name
-                whole |= _saved(folder, chart.name, partial(chart.draw, drawn), key)
-        write_document(folder / files["document"], document | {"files": whole})
-    return whole
+        drawn = _saved(folder, kind_of(found), found.figure, "chart")
+        every = {**files, **drawn}
+        _write(found, folder, every)
+    return every
+
+
+def _write(found: Result, folder: Path, files: Mapping[str, str]) -> None:
+    """Write the document of a study with the names of its files."""
+    document = found.document(costs=not found.goes_on)
+    write_document(folder / files["document"], document | {"files": files})
+
+
+def kind_of(found: Result) -> str:
+    """The kind of a result: the name of its document."""
+    return found.schema.split("/")[1]
 
 
 @contextmanager
-def _writing(found: Any, place: Path) -> Iterator[None]:
+def _writing(found: Result, place: Path) -> Iterator[None]:
     """Write files of a study; say of one that cannot be written how to go on, if it does.
 
     Raises
@@ -364,48 +361,19 @@ def _writing(found: Any, place: Path) -> Iterator[None]:
         path = Path(os.fsdecode(fault.filename or place))
         path = path.with_name(path.name.removeprefix(f".{os.getpid()}."))  # as it is named at last
         why = f"cannot write {path}: {fault.strerror or fault}"
-        if _goes_on(found):
+        if found.goes_on:
             raise StoppedEarly(Stop.UNWRITABLE, why, place) from fault
         raise Unwritten(Stop.UNWRITABLE, why, None) from fault
 
 
-def _goes_on(found: Any) -> bool:
-    """Whether the folder of a study goes on, and holds no wall-clock values."""
-    return str(getattr(found, "schema", "")).startswith(("heavytop/drift/", "heavytop/atlas/"))
-
-
-def _document(found: Any) -> tuple[dict[str, Any], tuple[Chart, ...]]:
-    """The document of a study as it is stored, and the charts of its kind."""
-    answer = found.document(costs=False) if _goes_on(found) else found.document()
-    document = dict(with_command(answer))
-    return document, RESULTS[kind_of(document)].charts
-
-
-def _written(found: Any, place: Path) -> dict[str, str]:
-    """Write the document and the data of a study; take charts of an earlier one away."""
-    document, charts = _document(found)
-    name = kind_of(document).replace("-", "_")
-    files = {"document": f"{name}.json"}
-    if name == "drift":
-        files["errors"] = "drift.nc"
-        data = bytes(found.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
-        write_sealed(place / files["errors"], lambda part: part.write_bytes(data))
-    if name == "atlas":
-        files["map"] = "atlas.nc"
-        found.save_map(place / files["map"])
-    write_document(place / files["document"], document | {"files": files})
-    for chart, form in product(charts, FORMS):
-        (place / f"{chart.name}.{form}").unlink(missing_ok=True)
-    return files
-
-
-def _saved(place: Path, name: str, draw: Callable[[], Figure], key: str) -> dict[str, str]:
+def _saved(place: Path, name: str, draw: Callable[[], Figure | None], key: str) -> dict[str, str]:
     """Draw a figure and save it in every form; the names of its files, none where it fails."""
     from heavytop.plots.style import save
 
     files = {f"{key}_{form}": f"{name}.{form}" for form in FORMS}
     try:
-        figure = draw()
+        if (figure := draw()) is None:
+            return {}
         for file in files.values():
             save(figure, place / file)
     except HeavyTopError:  # of what is drawn: a damaged record

@@ -8,14 +8,16 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
+from heavytop.checking.result import Check
 from heavytop.display import Shown
 from heavytop.plots.exact_run import ExactRun
 from heavytop.plots.sphere import motion_figure
 from heavytop.report.player import PERIODS
-from heavytop.report.run import course_rows, plan_parts, verdict_rows
-from heavytop.report.studies import RESULTS, kind_of, parts_of
-from heavytop.report.tables import SYMBOLS, Fitting, Part, Table, facts, given, headed, number, size
-from heavytop.results.classification import MotionSummary, PlanSummary
+from heavytop.results.base import Fact, Result, Table, given, with_unit
+from heavytop.results.check import CheckResult
+from heavytop.results.classification import motion_summary, plan_summary
+from heavytop.results.run_texts import course_rows, plan_facts, verdict_rows
+from heavytop.scene.quantities import quantity_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,15 +30,15 @@ if TYPE_CHECKING:
 HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
 LONGEST: Final = 16  # letters of a number that is shown as an expression
 
-Cell = tuple[Iterable[Part], "Figure | None"]
+Cell = tuple[str, "Figure | None"]
+"""HTML, and a picture beside it."""
 
 
 def html_of(thing: Any) -> str:
     """What a cell shows of a thing."""
-    parts, figure = _CELLS.get(type(thing).__name__, _result)(thing)
-    tables = "".join(map(_part, parts))
+    html, figure = _CELLS.get(type(thing).__name__, _result)(thing)
     beside = "display:flex;flex-wrap:wrap;gap:1.5em"
-    return f'<div style="{beside}">{_picture(figure)}<div>{tables}</div></div>'
+    return f'<div style="{beside}">{_picture(figure)}<div>{html}</div></div>'
 
 
 def _picture(figure: Figure | None) -> str:
@@ -51,112 +53,86 @@ def _picture(figure: Figure | None) -> str:
     return f'<img style="max-width:100%" src="data:image/svg+xml;base64,{data}" alt="">'
 
 
-def _part(part: Part) -> str:
-    if isinstance(part, Fitting):
-        return "".join(map(_part, part.forms[0]))
-    if isinstance(part, str):
-        return f"<p><b>{escape(part)}</b></p>"
-    caption = f"<caption>{escape(part.title)}</caption>" if part.title else ""
-    return f"<table>{caption}{''.join(_rows(part))}</table>"
-
-
-def _rows(table: Table) -> Iterator[str]:
-    def cells(tag: str, texts: Iterable[str]) -> str:
-        return "".join(
-            f'<{tag} style="text-align:{"left" if k < table.left or not table.head else "right"}">'
-            f"{escape(text)}</{tag}>"
-            for k, text in enumerate(texts)
-        )
-
-    if table.head:
-        yield f"<tr>{cells('th', table.head)}</tr>"
-    for row in table.rows:
-        yield f"<tr>{cells('td', row)}</tr>"
-
-
 # --- what each thing shows ------------------------------------------------------------------------
+
+
+def _table(facts: Iterable[Fact]) -> str:
+    return Table.of_facts(facts).html
 
 
 def _top(top: Top) -> Cell:
     A, C, gMR = (float(getattr(top, name)) for name in ("A", "C", "gMR"))
-    rows = [(SYMBOLS[name][0], f"{_exact(getattr(top, name))} {SYMBOLS[name][1]}") for name in _TOP]
+    facts = [*_exact((name, getattr(top, name)) for name in ("A", "C", "gMR"))]
     shape = "a disc" if C == 2 * A else "flat" if C > A else "round" if C == A else "slender"
-    rows.append(("C/A", f"{number(C / A, 6)} ({shape}: 2 is a disc at the pivot, 0 a needle)"))
+    facts.append(("C/A", f"{C / A:.6g} ({shape}: 2 is a disc at the pivot, 0 a needle)"))
     if gMR:
-        rows.append(("√(|gMR|/A)", f"{number((abs(gMR) / A) ** 0.5, 6)} rad/s"))
-    return [facts(rows)], None
+        facts.append(("√(|gMR|/A)", f"{(abs(gMR) / A) ** 0.5:.6g} rad/s"))
+    return _table(facts), None
 
 
-def _exact(x: Any) -> str:
-    """A number as it was given; a long expression, as sums of solids are, to six digits."""
-    text = str(x)
-    formula = not isinstance(x, str) and set(text) & set("/*")
-    return number(float(x), 6) if formula and len(text) > LONGEST else text
+def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
+    """Numbers as they were given; long expressions, as sums of solids are, to six digits."""
+    for name, x in values:
+        text = str(x)
+        formula = not isinstance(x, str) and set(text) & set("/*") and len(text) > LONGEST
+        yield quantity_of(name).symbol, with_unit(name, f"{float(x):.6g}" if formula else text)
 
 
 def _state(state: State) -> Cell:
-    told = [(name, x) for name, x in state.given if str(x) != "0"] or [("theta", state.theta)]
-    return [facts((SYMBOLS[name][0], f"{_exact(x)} {SYMBOLS[name][1]}") for name, x in told)], None
+    values = [(name, x) for name, x in state.given if str(x) != "0"] or [("theta", state.theta)]
+    return _table(_exact(values)), None
 
 
 def _scene(scene: Scene) -> Cell:
-    known = scene.document()
-    span = f"{known['span']}".strip("{}").replace("'", "")
-    rows = [("top", given(known["top"])), ("start", given(known["start"])), ("span", span)]
-    rows.append(("wanted", f"{', '.join(scene.quantities)} to {scene.digits} digits"))
+    tables = scene.document()
+    span = f"{tables['span']}".strip("{}").replace("'", "")
+    facts = [("top", given(tables["top"])), ("start", given(tables["start"])), ("span", span)]
+    facts.append(("wanted", f"{', '.join(scene.quantities)} to {scene.digits} digits"))
     if scene.events:
-        rows.append(("events", ", ".join(scene.events)))
-    parts, figure = _motion(Motion(scene.top, scene.start))
-    return [scene.title or scene.name, facts(rows), *parts], figure
+        facts.append(("events", ", ".join(scene.events)))
+    html, figure = _motion(Motion(scene.top, scene.start))
+    return f"<p><b>{escape(scene.title or scene.name)}</b></p>{_table(facts)}{html}", figure
 
 
 def _motion(motion: Motion) -> Cell:
-    summary = MotionSummary.of(motion).document()
-    rows = (*verdict_rows(asdict(motion.verdict)), *course_rows(summary, summary))
-    return [facts(rows)], motion_figure(motion)
+    summary = motion_summary(motion)
+    facts = (*verdict_rows(asdict(motion.verdict)), *course_rows(summary, summary))
+    return _table(facts), motion_figure(motion)
 
 
 def _verdict(verdict: Any) -> Cell:
-    return [facts(verdict_rows(asdict(verdict)))], None
+    return _table(verdict_rows(asdict(verdict))), None
 
 
 def _plan(plan: Any) -> Cell:
-    rows: Iterator[Any] = plan_parts({"plan": PlanSummary.of(plan).document()})
-    return [facts(rows)], None
+    return _table(plan_facts(plan_summary(plan))), None
 
 
 def _trajectory(trajectory: Trajectory) -> Cell:
     from heavytop.plots.figures import overview
     from heavytop.results.run import run_result
 
-    return parts_of(run_result(trajectory).document()), overview(trajectory)
+    return run_result(trajectory).html(), overview(trajectory)
 
 
 def _errors(errors: Any) -> Cell:
-    known = [(name, x) for name, x in asdict(errors).items() if isinstance(x, float)]
-    return [facts((headed(name), size(x)) for name, x in known)], None
+    sizes = {name: x for name, x in asdict(errors).items() if isinstance(x, float)}
+    return _table((quantity_of(name).heading, f"{x:.1e}") for name, x in sizes.items()), None
 
 
-def _atlas(atlas: Any) -> Cell:
-    [chart] = RESULTS["atlas"].charts
-    drawn = hasattr(atlas, "plane")  # one read from its document has no map
-    return parts_of(atlas.document()), chart.draw(atlas) if drawn else None
+def _check(check: Check) -> Cell:
+    return _result(CheckResult.from_document(check.document()))
 
 
-def _result(result: Any) -> Cell:
-    document = result.document()
-    charts = (chart for chart in RESULTS[kind_of(document)].charts if document[chart.shows])
-    chart = next(charts, None)
-    return parts_of(document), chart and chart.draw(document)
+def _result(result: Result) -> Cell:
+    return result.html(), result.figure()
 
 
-_TOP: Final = ("A", "C", "gMR")
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion, "Verdict": _verdict,
-    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Atlas": _atlas,
-    "AtlasResult": _atlas,
+    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Check": _check,
 }  # fmt: skip
-"""By the name of a class; any other is a result with a document."""
+"""By the name of a class; any other is a result."""
 
 
 # --- the top that moves ---------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import re
 import warnings
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -22,12 +22,20 @@ from heavytop.errors import ForeignFile, NoClosedForm, NotDrawnWarning
 from heavytop.files import write_text
 from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.machine import version
-from heavytop.report.files import UNDRAWABLE, warn_not_drawn
+from heavytop.report.files import UNDRAWABLE, kind_of, warn_not_drawn
 from heavytop.report.player import as_drawn, frames, tops
-from heavytop.report.studies import RESULTS, kind_of, parts_of, summary
-from heavytop.report.tables import Fitting, Known, Part, called, facts, given, headed
-from heavytop.results.base import typed
-from heavytop.results.documents import FILES, read_document
+from heavytop.results.base import (
+    FILES,
+    Fact,
+    Result,
+    Table,
+    as_rows,
+    load_result,
+    not_as_written,
+    typed,
+)
+from heavytop.results.validation import summary
+from heavytop.scene.quantities import QUANTITIES, quantity_of
 from heavytop.scene.scene_file import written
 from heavytop.spelling import harmless
 
@@ -38,74 +46,13 @@ if TYPE_CHECKING:
 
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib")
 RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
+SYMBOLS: Final = (
+    "theta", "phi", "psi", "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi", "period",
+    "precession", "spin",
+)  # fmt: skip
 MARKS: Final = 120  # of a curve: more are not told apart
 FINEST: Final = 600  # pixels of a map that are drawn along an axis
 MOST_PIXELS: Final = 2_000_000_000
-
-# --- results in folders --------------------------------------------------------------------------
-
-
-class LoadedResult(NamedTuple):
-    """One result.
-
-    Attributes
-    ----------
-    path : Path
-        The file of its document.
-    name : str
-        What a page calls it: its path below what all of them lie in.
-    document : dict
-    sha256 : str
-        The fingerprint of the file.
-    """
-
-    path: Path
-    name: str
-    document: dict[str, Any]
-    sha256: str
-
-
-def load_results(folders: Sequence[Path]) -> tuple[LoadedResult, ...]:
-    """Return what lies in the folders, in the order of a page.
-
-    Parameters
-    ----------
-    folders : sequence of Path
-        Each holds results itself, or folders that do.
-
-    Returns
-    -------
-    tuple of LoadedResult
-
-    Raises
-    ------
-    ForeignFile
-        A folder holds none, or a file is not what its name promises.
-    """
-    paths: dict[Path, None] = {}
-    for folder in folders:
-        try:
-            found = dict.fromkeys(_documents(folder))
-        except OSError as fault:
-            raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from fault
-        if not found:
-            raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(FILES)})")
-        paths |= found
-    root = os.path.commonpath([path.parent.parent for path in paths]) if paths else ""
-    order = list(FILES)
-    return tuple(
-        LoadedResult(path, harmless(path.relative_to(root)), *read_document(path))
-        for path in sorted(paths, key=lambda path: order.index(path.name))
-    )
-
-
-def _documents(folder: Path) -> Iterator[Path]:
-    """The documents in a folder, and in those directly in it; a link keeps its name."""
-    for place in (folder, *sorted(each for each in folder.iterdir() if each.is_dir())):
-        for name in FILES:
-            if os.path.lexists(place / name):
-                yield Path(os.path.abspath(place / name))  # noqa: PTH100
-
 
 # --- a result as a section -----------------------------------------------------------------------
 
@@ -130,31 +77,33 @@ class Section(NamedTuple):
 
     Attributes
     ----------
-    result : LoadedResult
+    path : Path
+        The file of its document.
+    name : str
+        What a page calls it: its path below what all of them lie in.
+    result : Result
     ident, heading : str
-    parts : tuple of Part
+    facts, tables : tuple
         What it says.
     pictures : tuple of Picture
     top : mapping or None
         The frames of its top.
     """
 
-    result: LoadedResult
+    path: Path
+    name: str
+    result: Result
     ident: str
     heading: str
-    parts: tuple[Part, ...] = ()
+    facts: tuple[Fact, ...] = ()
+    tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
     top: Mapping[str, Any] | None = None
 
     @property
-    def command(self) -> str:
-        """The command that made it; empty where it was made in Python."""
-        return self.result.document.get("command") or ""
-
-    @property
-    def scene(self) -> Known:
+    def scene(self) -> Mapping[str, Any]:
         """Its scene; empty where it is about none."""
-        return self.result.document.get("scene") or {}
+        return getattr(self.result, "scene", None) or {}
 
     @property
     def scene_file(self) -> str:
@@ -162,56 +111,60 @@ class Section(NamedTuple):
         tables = {name: x for name, x in self.scene.items() if name != "name" and x != ""}
         return written(tables) if "format" in tables else ""
 
+    @property
+    def sha256(self) -> str:
+        """The fingerprint of the file."""
+        return sha256(self.path.read_bytes()).hexdigest()
+
 
 Drawn = tuple[tuple[Picture, ...], Mapping[str, Any] | None]
 """Pictures of a result, and the frames of its top."""
 
 
-def _section(result: LoadedResult, number: int) -> Section:
+def _section(path: Path, name: str, number: int) -> Section:
     """The section of a result, which has this number among those of its kind."""
-    document, name = result.document, kind_of(result.document)
-    drawn = DRAW.get(name, _charts)(result)
-    parts: list[Part] = []
-    if not drawn[0] and name != "validate":
-        parts.append(f"No figures: the numbers for them are not in {result.path.parent.name}.")
-    if name == "run":
-        parts.append(facts((each, given(document["scene"][each])) for each in ("top", "start")))
-    for part in parts_of(document):
-        parts += part.forms[0] if isinstance(part, Fitting) else [part]
-    heading = RESULTS[name].heading
-    if "scene" in document:
-        heading = f"{heading}: {called(document)}"
-    return Section(result, f"{name}-{number}", heading, tuple(parts), *drawn)
+    result = load_result(path)
+    kind, scene = kind_of(result), getattr(result, "scene", None)
+    heading = f"{result.heading}: {called(scene)}" if scene else result.heading
+    with warnings.catch_warnings(), not_as_written(path):
+        for odd in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
+            warnings.simplefilter("ignore", odd)
+        warnings.simplefilter("always", NotDrawnWarning)
+        drawn = DRAW.get(kind, _chart)(result, path)
+        parts = tuple(result.facts()), tuple(result.tables())
+    return Section(path, name, result, f"{kind}-{number}", heading, *parts, *drawn)
 
 
-def _charts(result: LoadedResult) -> Drawn:
-    """The charts of a study for which its document has numbers, and which can be drawn."""
-    pictures: list[Picture] = []
-    for chart in RESULTS[kind_of(result.document)].charts:
-        if result.document[chart.shows]:
-            try:
-                svg = _svg(chart.draw(result.document))
-            except UNDRAWABLE as fault:
-                warn_not_drawn(chart.name, fault)
-                continue
-            pictures.append(Picture(chart.name.replace("_", "-"), chart.title, svg))
-    return tuple(pictures), None
+def called(scene: Mapping[str, Any]) -> str:
+    """What the scene of a result is called: by its title, else by its name."""
+    return str(scene["title"] or scene["name"])
 
 
-def _atlas(result: LoadedResult) -> Drawn:
+def _chart(result: Result, _: Path) -> Drawn:
+    """The chart of a study, if its document has numbers for it, and it can be drawn."""
+    try:
+        figure = result.figure()
+        if figure is not None and result.chart is not None:
+            return (Picture(kind_of(result), result.chart.title, _svg(figure)),), None
+    except UNDRAWABLE as fault:
+        warn_not_drawn(kind_of(result), fault)
+    return (), None
+
+
+def _atlas(result: Result, path: Path) -> Drawn:
     """The map of an atlas, which is read from ``atlas.nc``."""
     from heavytop.plots.atlas import map_figure
 
-    document, path = result.document, result.path.with_name("atlas.nc")
-    if "map" not in document["files"] or not path.is_file():
+    atlas, path = result.document(), path.with_name("atlas.nc")
+    if "map" not in atlas["files"] or not path.is_file():
         return (), None
-    kind, names = stored_map(path, document["shape"])
-    x, y = (headed(document["axes"][side]["name"]) for side in "xy")
+    kind, names = stored_map(path, atlas["shape"])
+    x, y = (quantity_of(atlas["axes"][side]["name"]).heading for side in "xy")
     title = f"kinds of motion over {x} and {y}, and their boundaries"
-    return (Picture("map", title, _svg(map_figure(document, kind, names))),), None
+    return (Picture("map", title, _svg(map_figure(atlas, kind, names))),), None
 
 
-def stored_map(path: Path, shape: list[int]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
+def stored_map(path: Path, shape: Sequence[int]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
     """Return the codes of a stored map, of at most `FINEST` pixels an axis, and their names.
 
     Raises
@@ -238,19 +191,19 @@ RUN_TITLES: Final = {
 }
 
 
-def _run(result: LoadedResult) -> Drawn:
+def _run(run: Any, path: Path) -> Drawn:
     """The pictures of a run, and its top, where its trajectory is there."""
     from heavytop.plots.figures import FIGURES
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory_file import load_exact, load_trajectory
 
-    path, scene = result.path.with_name("trajectory.nc"), result.document["scene"]
-    if "trajectory" not in result.document["files"] or not path.exists():
+    path = path.with_name("trajectory.nc")
+    if "trajectory" not in run.files or not path.exists():
         return (), None
-    exact = result.document.get("source") == SceneMotion.source
+    exact = run.source == SceneMotion.source
     whole: Any = load_exact(path) if exact else load_trajectory(path)
-    own = whole.scene.document()
-    if any(own[key] != scene.get(key) for key in ("top", "start", "title", "span")):
+    scene = as_rows(whole.scene.document())
+    if any(scene[key] != run.scene.get(key) for key in ("top", "start", "title", "span")):
         raise ForeignFile(
             f"{harmless(path)}: the trajectory of another scene than run.json is about"
         )
@@ -266,7 +219,7 @@ def _run(result: LoadedResult) -> Drawn:
         return pictures, None
 
 
-DRAW: Final[Mapping[str, Callable[[LoadedResult], Drawn]]] = {"run": _run, "atlas": _atlas}
+DRAW: Final[Mapping[str, Callable[[Any, Path], Drawn]]] = {"run": _run, "atlas": _atlas}
 """What draws the results whose pictures are of another file than the document."""
 
 
@@ -310,7 +263,7 @@ class Page:
         """The sections by the titles of their scenes; "All tops" for those about none."""
         found: dict[str, list[Section]] = {}
         for section in self.sections:
-            title = called({"scene": section.scene}) if section.scene else "All tops"
+            title = called(section.scene) if section.scene else "All tops"
             found.setdefault(title, []).append(section)
         return found
 
@@ -320,13 +273,13 @@ class Page:
         return [
             (each, summary(claims), [claim["id"] for claim in claims if claim["passed"] is False])
             for each in self.sections
-            if (claims := each.result.document.get("claims")) is not None
+            if (claims := getattr(each.result, "claims", None)) is not None
         ]
 
     @property
     def machine(self) -> list[str]:
         """The processor and the programs that the results name."""
-        named = [section.result.document.get("versions") or {} for section in self.sections]
+        named = [section.result.versions for section in self.sections]
         found = {name: dict.fromkeys(filter(None, (v.get(name) for v in named))) for name in RAN_ON}
         return [f"{name} {' and '.join(some)}" for name, some in found.items() if some]
 
@@ -338,16 +291,17 @@ class Page:
             page=self,
             tops=tops(played) if played else None,
             versions={name: version(name) for name in LIBRARIES},
+            symbols=[QUANTITIES[name] for name in SYMBOLS],
         )
 
 
-def page_of(results: Sequence[LoadedResult]) -> Page:
+def page_of(folders: Sequence[Path]) -> Page:
     """Return the page of what folders hold.
 
     Parameters
     ----------
-    results : sequence of LoadedResult
-        As `load_results` returns them.
+    folders : sequence of Path
+        Each holds results itself, or folders that do.
 
     Returns
     -------
@@ -356,33 +310,38 @@ def page_of(results: Sequence[LoadedResult]) -> Page:
     Raises
     ------
     ForeignFile
-        A result is not what was written; the message names its file.
+        A folder holds none, or a file is not what its name promises; the message names it.
     """
-    sections = list(_sections(results))
-    counts = Counter(section.heading for section in sections)
+    paths = sorted(_documents(folders), key=lambda path: [*FILES].index(path.name))
+    root = os.path.commonpath([path.parent.parent for path in paths]) if paths else ""
+    numbers: Counter[str] = Counter()
+    sections = []
+    for path in paths:
+        numbers[path.name] += 1
+        sections.append(_section(path, harmless(path.relative_to(root)), numbers[path.name]))
+    headings = Counter(section.heading for section in sections)
     apart = (  # of the same heading: with their files
-        each if counts[each.heading] == 1
-        else each._replace(heading=f"{each.heading} ({each.result.name})")
+        each if headings[each.heading] == 1
+        else each._replace(heading=f"{each.heading} ({each.name})")
         for each in sections
     )  # fmt: skip
     return Page(tuple(apart), typed())
 
 
-def _sections(results: Sequence[LoadedResult]) -> Iterator[Section]:
-    counts: Counter[str] = Counter()
-    for result in results:
-        counts[result.path.name] += 1
+def _documents(folders: Sequence[Path]) -> dict[Path, None]:
+    """The documents in folders, and in those directly in them; a link keeps its name."""
+    paths: dict[Path, None] = {}
+    for folder in folders:
         try:
-            with warnings.catch_warnings():
-                for kind in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
-                    warnings.simplefilter("ignore", kind)
-                warnings.simplefilter("always", NotDrawnWarning)
-                yield _section(result, counts[result.path.name])
-        except ForeignFile:
-            raise
-        except (LookupError, TypeError, ValueError, ArithmeticError, RuntimeError) as fault:
-            why = harmless(f"{type(fault).__name__}: {fault}")[:200]
-            raise ForeignFile(f"{harmless(result.path)}: not what was written ({why})") from fault
+            places = (folder, *sorted(each for each in folder.iterdir() if each.is_dir()))
+        except OSError as fault:
+            raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from fault
+        named = [place / name for place in places for name in FILES]
+        found = [Path(os.path.abspath(x)) for x in named if os.path.lexists(x)]  # noqa: PTH100
+        if not found:
+            raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(FILES)})")
+        paths |= dict.fromkeys(found)
+    return paths
 
 
 def write_page(page: Page, html: Path) -> None:

@@ -1,68 +1,69 @@
-"""What every result is: a frozen dataclass whose fields are its JSON, with the command behind it.
+"""What every result is: a frozen header and tables of rows, and every way to show and store them.
 
-A part of a result, such as a point of a diagram, is one too. Files of results are exchanged:
-pydantic reads them by the types of the fields, nothing in them is executed, and of their texts
-what a terminal would act on is spelled out.
+A kind of result adds its fields, whose names are the keys of its JSON, and what is to be said of
+it: facts, tables, charts, problems. What a number is stands in `heavytop.scene.quantities`. Texts
+of files become harmless where they leave: for a console, and for HTML.
 """
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import math
 import os
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
-from hashlib import sha256
+from html import escape
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self, TypeAlias
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
 
-from heavytop.display import Shown
-from heavytop.errors import ForeignFile
+from heavytop.display import Plotted
+from heavytop.errors import Exit, ForeignFile
+from heavytop.exact.parse import UNITS
 from heavytop.files import write_document
+from heavytop.scene.quantities import Quantity, quantity_of
 from heavytop.spelling import harmless
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from rich.console import Console, ConsoleOptions, RenderableType
 
-class _Harmless:
-    """Spells out what a terminal would act on, in texts that are read."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        from pydantic_core.core_schema import no_info_after_validator_function
-
-        return no_info_after_validator_function(harmless, handler(source))
-
-
-class _Finite:
-    """Refuses what is no number of JSON, though Python reads it."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return handler(source) | {"allow_inf_nan": False}
-
-
-Text: TypeAlias = Annotated[str, _Harmless()]
-Number: TypeAlias = int | Annotated[float, _Finite()]
-Value: TypeAlias = Number | Text | None  # more than 15 digits are a text
-Values: TypeAlias = Mapping[Text, Value]
-Column: TypeAlias = tuple[Number | None, ...]
+Fact = tuple[str, str]
+FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
+FOLDED: Final = 40  # letters of a cell: a longer text is folded at a terminal
+MOST_DIGITS, FEWEST_DIGITS = 12, 3  # of the numbers of a table at a terminal
+FILES: Final = {
+    "run.json": "run.RunResult",
+    "drift.json": "drift.Drift",
+    "workprec.json": "work_precision.WorkPrecision",
+    "stress.json": "stress.Stress",
+    "atlas.json": "atlas.AtlasResult",
+    "check.json": "check.CheckResult",
+    "certify.json": "certificate.Certificate",
+    "validate.json": "validation.Validation",
+}
+"""What verbs write, by the name of the file, in the order of a report."""
 
 # --- the command line ------------------------------------------------------------------------
 
 _TYPED: ContextVar[str | None] = ContextVar("command", default=None)
+typed = _TYPED.get
+"""The command line, where this process is a command; None where Python is used."""
 
 
-def typed() -> str | None:
-    """What was typed, where this process is a command; None where Python is used."""
-    return _TYPED.get()
-
-
-def spelt(words: Sequence[str]) -> str:
+def command_line(words: Sequence[str]) -> str:
     """A command line as a shell takes it, in letters that a terminal does not act on.
 
     Examples
     --------
-    >>> spelt(["run", "my scene.toml"])
+    >>> command_line(["run", "my scene.toml"])
     "heavytop run 'my scene.toml'"
     """
     return harmless(shlex.join(["heavytop", *words]))
@@ -78,110 +79,303 @@ def typing(command: str | None) -> Iterator[None]:
         _TYPED.reset(token)
 
 
-def with_command(document: Mapping[str, Any]) -> dict[str, Any]:
-    """The document of a result with the command that makes it, unless it names one."""
-    return {"schema": document["schema"], "command": typed(), **document}
+# --- rows and tables -------------------------------------------------------------------------
 
 
-def command_of(path: Path) -> str | None:
-    """The command that a document names, if there is one that does."""
-    try:
-        with path.open("rb") as file:
-            found = json.loads(file.readline() if path.suffix == ".jsonl" else file.read())[
-                "command"
-            ]
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return None
-    return found if isinstance(found, str) else None
+class Row(dict[str, Any]):
+    """A row of a table, or a part of a header: values by their names, also as attributes."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"{name!r}: there are {', '.join(self)}") from None
+
+
+def as_rows(value: Any) -> Any:
+    """A value as JSON holds it: objects as rows, lists as tuples, None for what is not finite."""
+    if isinstance(value, Mapping):
+        return Row({name: as_rows(each) for name, each in value.items()})
+    if isinstance(value, list | tuple):
+        return tuple(map(as_rows, value))
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+class Table(NamedTuple):
+    """Some columns of some rows; numbers stay numbers until they are shown.
+
+    Attributes
+    ----------
+    rows : sequence of mapping from str to value
+    columns : sequence of str
+        Keys of the rows, by which `heavytop.scene.quantities` says what they are.
+    title : str
+    meanings : mapping from str to Quantity
+        Of the columns that mean something else than their names do elsewhere.
+    left : int
+        Of so many columns at the left the texts are not aligned to the right.
+    first : int or None
+        So many rows suffice at a terminal.
+    more : int
+        How many rows there are beside.
+    """
+
+    rows: Sequence[Mapping[str, Any]]
+    columns: Sequence[str]
+    title: str = ""
+    meanings: Mapping[str, Quantity] = {}
+    left: int = 1
+    first: int | None = None
+    more: int = 0
+
+    @classmethod
+    def of_facts(cls, facts: Iterable[Fact]) -> Table:
+        """Labels, and what they say, as a table without headings."""
+        rows = [{"label": label, "text": text} for label, text in facts]
+        return cls(rows, ("label", "text"), meanings=HEADLESS, left=2)
+
+    def quantity(self, column: str) -> Quantity:
+        """What a column is."""
+        return self.meanings.get(column) or quantity_of(column)
+
+    @property
+    def head(self) -> list[str]:
+        """The headings of the columns."""
+        return [self.quantity(name).heading for name in self.columns]
+
+    def texts(self, digits: int = 17) -> list[list[str]]:
+        """The cells of the rows as a person reads them."""
+        quantities = {name: self.quantity(name) for name in self.columns}
+        return [[x.text(row.get(n), digits) for n, x in quantities.items()] for row in self.rows]
+
+    @property
+    def fails(self) -> bool:
+        """Whether a row begins with FAIL."""
+        return any(row.get(self.columns[0]) == FAIL for row in self.rows)
+
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> Iterator[RenderableType]:
+        """Fewer digits where it is narrow, then columns below the others."""
+        from rich.text import Text
+
+        for digits in (*range(MOST_DIGITS, FEWEST_DIGITS - 1, -1), MOST_DIGITS):
+            texts = [self.head, *self.texts(digits)[: self.first]]
+            widths = [min(FOLDED, max(map(len, x))) + 2 for x in zip(*texts, strict=True)]
+            if sum(widths) <= options.max_width:
+                break
+        if self.title:
+            yield Text(harmless(self.title), style="cyan")
+        begin = end = 1
+        while end < len(widths):
+            room = options.max_width - widths[0]
+            while end < len(widths) and (end == begin or sum(widths[begin : end + 1]) <= room):
+                end += 1
+            yield from [Text()] * (begin > 1)
+            yield self._grid([[row[0], *row[begin:end]] for row in texts])
+            begin = end
+        if more := self.more + len(self.rows) - len(texts[1:]):
+            yield Text(f"… and {more} more")
+
+    def _grid(self, texts: Sequence[Sequence[str]]) -> RenderableType:
+        """Some columns for a terminal; what is too wide is folded, not cut."""
+        from rich.table import Table as Grid
+        from rich.text import Text
+
+        grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=any(texts[0]))
+        for k, head in enumerate(texts[0]):
+            label = k == 0 and not grid.show_header
+            grid.add_column(
+                Text(harmless(head)),
+                justify="left" if k < self.left else "right",
+                overflow="fold",
+                style="cyan" if label else "",
+                no_wrap=label,
+            )
+        for row in texts[1:]:
+            grid.add_row(*(Text(harmless(x), style="red" if x == FAIL else "") for x in row))
+        return grid
+
+    @property
+    def html(self) -> str:
+        """The table in HTML."""
+        caption = f"<caption>{escape(self.title)}</caption>" if self.title else ""
+        rows = [("th", self.head)] * any(self.head) + [("td", row) for row in self.texts()]
+        sides = ["left" if k < self.left else "right" for k in range(len(self.columns))]
+        cells = (
+            "".join(
+                f'<{tag} style="text-align:{side}">{escape(text)}</{tag}>'
+                for text, side in zip(row, sides, strict=True)
+            )
+            for tag, row in rows
+        )
+        return f"<table>{caption}{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
+
+    @property
+    def markdown(self) -> str:
+        r"""The table in Markdown.
+
+        Examples
+        --------
+        >>> print(Table([{"case": "a|b", "n": 2}], ("case", "n")).markdown)
+        | case | n |
+        | -- | --: |
+        | a\|b | 2 |
+        """
+        rules = ["--" if k < self.left else "--:" for k in range(len(self.columns))]
+        rows = (
+            [" ".join(text.replace("|", "\\|").split()) for text in row]
+            for row in (self.head, rules, *self.texts())
+        )
+        return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+    @property
+    def csv(self) -> str:
+        """The numbers as comma-separated values, with all their digits."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerows([self.columns, *([r.get(n) for n in self.columns] for r in self.rows)])
+        return text.getvalue()
+
+    def to_pandas(self, *index: str) -> pandas.DataFrame:
+        """A DataFrame with these columns as its index; units and names in its attributes."""
+        import pandas
+
+        found = pandas.DataFrame([*self.rows], columns=[*self.columns]).infer_objects()
+        found = found.astype({name: float for name in found if found[name].isna().all()})
+        about = {name: self.quantity(name).attributes for name in self.columns}
+        found = found.set_index([*index]) if index else found
+        found.attrs = {
+            key: {name: x[key] for name, x in about.items()} for key in ("units", "long_name")
+        }
+        return found
+
+    def to_xarray(self, *index: str) -> xarray.Dataset:
+        """A Dataset over these columns, nan where there is no row."""
+        found: xarray.Dataset = self.to_pandas(*index).to_xarray()
+        for name in self.columns:
+            found[name].attrs = self.quantity(name).attributes
+        found.attrs = {}
+        return found
+
+
+HEADLESS: Final = {"label": Quantity("", ""), "text": Quantity("", "")}
 
 
 # --- results ---------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, kw_only=True)
-class Part:
-    """A part of a result: its fields, by their names, are its JSON.
-
-    Keys without a field are left out when it is read: they follow from the fields.
+class Chart(NamedTuple):
+    """The chart of a result: its function in `heavytop.plots`, its title, and the field that it
+    shows, without which there is nothing to draw.
     """
 
-    def document(self) -> dict[str, Any]:
-        """Return the part for JSON."""
-        return {each.name: plain(getattr(self, each.name)) for each in fields(self)}
+    function: str
+    title: str
+    shows: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class Problem(Part):
-    """The top of a study and its start, as `heavytop.Scene.problem` gives them.
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Result(Plotted):
+    """What a command found: its fields, by their names, are its JSON.
 
     Attributes
     ----------
-    name, title, source : str
-    top, start : mapping from str to (float or str)
-        Beyond 15 digits a number is a decimal text.
-    """
-
-    name: Text
-    title: Text
-    source: Text
-    top: Values
-    start: Values
-
-
-@dataclass(frozen=True, kw_only=True)
-class SceneTables(Part):
-    """A scene, as `heavytop.Scene.document` gives it: in the order of a scene file."""
-
-    name: Text
-    format: int
-    title: Text
-    source: Text
-    top: Values
-    start: Values
-    span: Values
-    want: Mapping[Text, Value | tuple[Value, ...]]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Answer(Part, Shown):
-    """What a command prints; a subclass gives `schema` its one value.
-
-    Attributes
-    ----------
-    schema : str
-        What the fields mean: a name and the number of its edition.
     command : str or None
         What was typed, as a text that is never executed; None where Python was used.
-    """
-
-    schema: Text
-    command: Text | None = field(default_factory=typed)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Result(Answer):
-    """What a file holds: an answer with the names of its files, and versions.
-
-    Attributes
-    ----------
     files : mapping from str to str
         Names of the files that were written, by what they are.
     versions : mapping from str to (str or None)
         Of what the last bits depend on.
     """
 
-    files: Mapping[Text, Text] = field(default_factory=dict)
-    versions: Mapping[Text, Text | None] = field(default_factory=dict)
+    schema: ClassVar[str]
+    heading: ClassVar[str] = ""
+    """What a page calls it."""
+    chart: ClassVar[Chart | None] = None
+    table: ClassVar[str] = ""
+    """The field that has its rows,"""
+    index: ClassVar[tuple[str, ...]] = ()
+    """and the columns that tell them apart."""
+    left_out: ClassVar[tuple[str, ...]] = ()
+    """Fields that are not in its JSON."""
+    goes_on: ClassVar[bool] = False
+    """Whether its folder goes on where it was stopped, and holds no wall-clock values."""
 
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    command: str | None = field(default_factory=typed)
+    files: Mapping[str, str] = field(default_factory=dict)
+    versions: Mapping[str, str | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            if each.name not in self.left_out:
+                object.__setattr__(self, each.name, as_rows(getattr(self, each.name)))
+
+    def __repr__(self) -> str:
+        about = ", ".join(f"{label}: {text}" for label, text in [*self.facts()][:1])
+        return f"<{type(self).__name__} {about}>"
+
+    def facts(self) -> Iterator[Fact]:
+        """Labels, and what they say."""
+        yield from ()
+
+    def tables(self) -> Iterator[Table]:
+        """What is shown below the facts, in this order."""
+        yield from ()
+
+    def charts(self) -> Mapping[str, Callable[..., Any]]:
+        """By name what draws a picture of it on axes; the first is drawn where none is named."""
+        return {}
+
+    def problems(self) -> Iterator[tuple[Exit, str]]:
+        """What is wrong with it: exit codes, and a sentence for each."""
+        if self.table and not getattr(self, self.table):
+            yield Exit.ENDED_EARLY, "nothing was run"
+
+    def unrun(self) -> Sequence[str]:
+        """Methods, if none of them was run."""
+        return ()
+
+    def rows(self) -> Table:
+        """Its numbers as one table: that of `to_pandas` and of CSV."""
+        if not self.table:
+            return next(self.tables(), Table.of_facts(self.facts()))
+        rows = getattr(self, self.table)
+        return Table(rows, [*dict.fromkeys(name for row in rows for name in row)])
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return its numbers as a pandas DataFrame, units and names in its attributes."""
+        return self.rows().to_pandas(*self.index)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return its numbers as an xarray Dataset with units and names."""
+        found = self.rows().to_xarray(*self.index)
+        return found.assign_attrs(schema=self.schema, command=self.command or "")
+
+    def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the result for JSON.
 
         Parameters
         ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
+        costs : bool
+            Whether with what it took; without it there are no wall-clock values.
         """
-        return super().document() | ({"files": dict(files)} if files else {})
+        names = (each.name for each in fields(self) if each.name not in self.left_out)
+        return {"schema": self.schema, **{name: getattr(self, name) for name in names}}
+
+    def save_data(self, folder: Path) -> dict[str, str]:
+        """Write its numbers beside its JSON; return names of files, by what they are."""
+        return {}
+
+    def figure(self) -> Any:
+        """Return the chart as a figure; None where there is nothing to draw."""
+        if self.chart is None or not getattr(self, self.chart.shows):
+            return None
+        module, _, function = self.chart.function.partition(".")
+        return getattr(plots(module), function)(self.document())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result as JSON; `load` reads it.
@@ -203,60 +397,163 @@ class Result(Answer):
         Raises
         ------
         ForeignFile
-            It is no regular file, or not such a result: the message has the place and the rule.
+            It is no regular file, or not such a result: the message has the format it has.
         """
-        found: Self = read(Path(path), cls).found
-        return found
+        document = read_json(Path(path))
+        if document.get("schema") != cls.schema:
+            has = harmless(document.get("schema"))[:60]
+            raise ForeignFile(f"{harmless(path)}: of the format {has}, not {cls.schema}")
+        with not_as_written(path):
+            return cls.from_document(document)
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Self:
+        """Return the result that a document holds; keys that follow from others are left out."""
+        names = {each.name for each in fields(cls)} - {*cls.left_out}
+        return cls(**{"command": None} | {n: x for n, x in document.items() if n in names})
+
+    # --- screens -----------------------------------------------------------------------------
+
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> Iterator[RenderableType]:
+        from rich.text import Text
+
+        scene = getattr(self, "scene", None) or {}
+        if name := " — ".join(filter(None, (scene.get("name"), scene.get("title")))):
+            yield Text(harmless(name), style="bold")
+        files = [("files", ", ".join(self.files.values()))] if self.files else []
+        parts = [Table.of_facts(self.facts()), *self.tables(), Table.of_facts(files)]
+        for k, part in enumerate(part for part in parts if part.rows):
+            if k:
+                yield Text()
+            yield part
+
+    def html(self) -> str:
+        """The facts and the tables in HTML."""
+        parts = (Table.of_facts(self.facts()), *self.tables())
+        return "".join(part.html for part in parts)
 
 
-def plain(value: Any) -> Any:
-    """Return a value of plain types, as JSON has them."""
-    if isinstance(value, Part):
-        return value.document()
-    if isinstance(value, Mapping):
-        return {name: plain(each) for name, each in value.items()}
-    return [plain(each) for each in value] if isinstance(value, tuple | list) else value
+def plots(module: str) -> Any:
+    """A module of `heavytop.plots`, which stands above and takes its time to import."""
+    return import_module(f"heavytop.plots.{module}")
 
 
-def finite(value: Any) -> Any:
-    """Return a number as JSON holds it: None for what is not finite; of a mapping each."""
-    if value is None or isinstance(value, str | bool | int):
-        return value
-    if isinstance(value, Mapping):
-        return {name: finite(each) for name, each in value.items()}
-    number = float(value)
-    return number if math.isfinite(number) else None
+def draw(module: str, function: str, *given: Any) -> Callable[..., Any]:
+    """What draws on axes, by its name in `heavytop.plots`."""
+
+    def drawn(ax: Any, **looks: Any) -> Any:
+        return getattr(plots(module), function)(ax, *given, **looks)
+
+    return drawn
 
 
-class Stored(NamedTuple):
-    """What a file holds, and its fingerprint."""
-
-    found: Any
-    sha256: str
+# --- files -----------------------------------------------------------------------------------
 
 
-def read(path: Path, kind: Any) -> Stored:
-    """Read JSON as a type says it.
+def load_result(path: Path) -> Result:
+    """Return the result that a file holds, by its name.
 
     Raises
     ------
     ForeignFile
-        It is no regular file, or not of this type: the message has the place and the rule.
+        It is no regular file, or not what its name says.
     """
-    from pydantic import TypeAdapter, ValidationError
+    module, _, name = FILES[path.name].partition(".")
+    found: Result = getattr(import_module(f"heavytop.results.{module}"), name).load(path)
+    return found
 
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return the object that a file of JSON holds.
+
+    Raises
+    ------
+    ForeignFile
+        It is no regular file, or no JSON object.
+    """
     try:
         with path.open("rb") as file:
-            data = file.read()
-        with typing(None):  # what a file does not say was not typed here
-            found = TypeAdapter(kind).validate_json(data, strict=True)
+            found = json.loads(file.read())
     except OSError as fault:
         raise ForeignFile(f"{harmless(path)}: not readable ({fault.strerror or fault})") from None
-    except ValidationError as wrong:
-        first = wrong.errors()[0]
-        place = harmless(": ".join(map(str, first["loc"])))[:200]
-        if first["type"] == "json_invalid":
-            place = "not readable"
-        said = [harmless(path), *[place] * bool(place), harmless(first["msg"])[:200]]
-        raise ForeignFile(": ".join(said)) from None
-    return Stored(found, sha256(data).hexdigest())
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise ForeignFile(f"{harmless(path)}: not readable as a JSON object")
+    return found
+
+
+@contextmanager
+def not_as_written(path: object) -> Iterator[None]:
+    """Refuse a file by its name where what it holds is not what a command wrote.
+
+    Raises
+    ------
+    ForeignFile
+    """
+    try:
+        yield
+    except ForeignFile:
+        raise
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError) as x:
+        why = harmless(f"{type(x).__name__}: {x}")[:200]
+        raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from x
+
+
+def command_of(path: Path) -> str | None:
+    """The command that a document names, if there is one that does."""
+    try:
+        found = read_json(path).get("command")
+    except ForeignFile:
+        return None
+    return found if isinstance(found, str) else None
+
+
+def read(path: Path, kind: Any) -> Any:
+    """Read JSON of the store of a study as a type says it: its attribute ``found``.
+
+    Raises
+    ------
+    ForeignFile
+    """
+    from pydantic import TypeAdapter
+
+    text = json.dumps(read_json(path))
+    with not_as_written(path):
+        return SimpleNamespace(found=TypeAdapter(kind).validate_json(text, strict=True))
+
+
+# --- values as texts -------------------------------------------------------------------------
+
+
+def with_unit(name: str, value: Any, digits: int = 12) -> str:
+    """The value of a quantity with its unit, if it does not bring one of its own."""
+    quantity = quantity_of(name)
+    text = value if isinstance(value, str) else f"{value:.{digits}g}"
+    return text if text.endswith(tuple(UNITS)) else f"{text} {quantity.unit}".removesuffix(" 1")
+
+
+def given(values: Mapping[str, Any], digits: int = 6) -> str:
+    """What a scene gives of a top or of its start, zeros left out.
+
+    Examples
+    --------
+    >>> given({"theta": 0.1, "phi": 0, "phidot": -15, "omega3": "30 rpm"})
+    'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
+    """
+    words = (
+        f"{quantity_of(name).symbol} = {with_unit(name, value, digits)}".rstrip()
+        for name, value in values.items()
+        if value not in (0, None)
+    )
+    return ", ".join(words) or "all zero"
+
+
+def grouped(rows: Iterable[Mapping[str, Any]], *names: str) -> dict[Any, list[Any]]:
+    """Rows with the same values together, in the order in which they come."""
+    found: dict[Any, list[Any]] = {}
+    for row in rows:
+        found.setdefault(tuple(row.get(name) for name in names), []).append(row)
+    return found

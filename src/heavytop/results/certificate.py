@@ -2,55 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Any, ClassVar, Final
 
-from heavytop.results.base import Number, Part, Problem, Result, Text
+from heavytop.errors import Exit
+from heavytop.results.base import Fact, Result, Table
+from heavytop.scene.quantities import Quantity, quantity_of
 
 QUANTITIES: Final = ("axis", "theta", "phi", "psi")
+EVENT_PROOFS: Final = {True: "none missed, none doubled", False: "not proved", None: "not proved"}
 
 
-@dataclass(frozen=True, kw_only=True)
-class EventProof(Part):
-    """The events of one kind that a run has.
-
-    Attributes
-    ----------
-    count : int
-    proved : bool or None
-        Whether none is missed and none doubled; None where nothing was asked.
-    """
-
-    count: int
-    proved: bool | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class ProvedEvents(Part):
-    """The events that the scene asks for, each kind of them.
-
-    Attributes
-    ----------
-    turning, reversal, cusp : EventProof or None
-        None where the scene does not ask for them.
-    time_bound_s : float or None
-        Proved: no time of a turning point or a reversal is off by more [s].
-    """
-
-    turning: EventProof | None = None
-    reversal: EventProof | None = None
-    cusp: EventProof | None = None
-    time_bound_s: Number | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Certificate(Result):
     """What is proved of a run in doubles: how far it is from the exact motion of its own numbers.
 
     Attributes
     ----------
-    scene : Problem
+    scene : mapping
     formulation : str
     projected : bool
     tolerance : float
@@ -58,37 +28,79 @@ class Certificate(Result):
     steps : int
     t : float
         The end of the run [s]: the bounds hold for all times from the start to it.
-    bound : dict from str to (float or None)
-        Proved: at no time is the error larger. Of the axis, as a length, and of theta, phi, psi
-        [rad]. None where there is no bound, or where the run does not follow the angle.
-    rounding : dict from str to (float or None)
+    bound : mapping from str to (float or None)
+        Proved: at no time is the error larger. Of the axis, a unit vector [1], and of theta, phi,
+        psi [rad]. None where there is no bound, or where the run does not follow the angle.
+    rounding : mapping from str to (float or None)
         The part of `bound` by which phi and psi are rounded when whole turns and the uniform part
         of a spin are added, and by which psi drifts as its momentum is rounded, in the same units
         [rad]; 0 of axis and theta.
-    observed : dict from str to (float or None)
+    observed : mapping from str to (float or None)
         The largest error at the times that were looked at, before outputs are rounded, in the
         units of `bound` [rad].
     turns : bool or None
         Whether the whole turns of phi and psi are proved too; else the bounds are of the angles
         but for whole turns.
-    events : ProvedEvents
+    events : mapping
+        Of ``turning``, ``reversal`` and ``cusp`` the ``count``, and whether it is ``proved`` that
+        none is missed and none doubled; None where the scene does not ask for them. Proved: no
+        time of a turning point or a reversal is off by more than ``time_bound_s`` [s].
     proved : bool
         Whether axis and theta are bounded, and no event is known to be missed or doubled.
     why : tuple of str
         What is not proved, and why.
     """
 
-    schema: Literal["heavytop/certify/1"] = "heavytop/certify/1"
-    scene: Problem
-    formulation: Text
+    schema: ClassVar = "heavytop/certify/1"
+    heading: ClassVar = "Certificate"
+    index: ClassVar = ("quantity",)
+
+    scene: Mapping[str, Any]
+    formulation: str
     projected: bool
-    tolerance: Number
+    tolerance: float
     steps: int
-    t: Number
-    bound: Mapping[Text, Number | None]
-    rounding: Mapping[Text, Number | None]
-    observed: Mapping[Text, Number | None]
+    t: float
+    bound: Mapping[str, float | None]
+    rounding: Mapping[str, float | None]
+    observed: Mapping[str, float | None]
     turns: bool | None
-    events: ProvedEvents
+    events: Any
     proved: bool
-    why: tuple[Text, ...] = ()
+    why: tuple[str, ...] = ()
+
+    def facts(self) -> Iterator[Fact]:
+        """The run, its events, and what is not proved."""
+        how = "projected" if self.projected else "not projected"
+        yield "run", f"{self.formulation} form, {how}, {self.steps} steps, to t = {self.t:.12g} s"
+        if self.turns is not None:
+            yield "whole turns", "proved" if self.turns else "not proved"
+        for event in ("turning", "reversal", "cusp"):
+            if (proof := self.events[event]) is not None:
+                yield event, f"{proof['count']}, {EVENT_PROOFS[proof['proved']]}"
+        if (most := self.events["time_bound_s"]) is not None:
+            yield "event times", f"off by at most {quantity_of('bound').text(most)} s"
+        for reason in self.why:
+            yield "why", reason
+        proved = [quantity_of(n).symbol for n in QUANTITIES if self.bound[n] is not None]
+        yield "bounds proved", f"of {', '.join(proved)}" if proved else "none"
+
+    def tables(self) -> Iterator[Table]:
+        """The bounds beside the largest errors found."""
+        rows = [
+            {
+                "quantity": quantity_of(name).heading,
+                "bound": self.bound[name],
+                "rounding": self.rounding[name] or None,
+                "observed": self.observed[name],
+            }
+            for name in QUANTITIES
+            if self.observed[name] is not None
+        ]
+        about = {"quantity": Quantity("", "")}
+        yield Table(rows, ("quantity", "bound", "rounding", "observed"), meanings=about)
+
+    def problems(self) -> Iterator[tuple[Exit, str]]:
+        """What is not proved."""
+        if not self.proved:
+            yield Exit.OUT_OF_BOUND, "; ".join(self.why)

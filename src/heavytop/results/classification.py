@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Literal, Self
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.errors import Unseparated
-from heavytop.results.base import Answer, Part, SceneTables, Text, Value, Values, finite
+from heavytop.results import run_texts
+from heavytop.results.base import Fact, Result
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -24,63 +25,57 @@ DIGITS: Final = 18  # of the balls around them
 SHOWN: Final = 22  # significant digits of the decimals around a ball
 
 
-@dataclass(frozen=True, kw_only=True)
-class MotionSummary(Part):
+def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]:
     """Kind, tags, whether they are proved and why, range of tilt, and means per period.
 
     `round` is the time [s] in which the axis goes once round, `amplitude` that of nutation [rad];
     `estimates` are what textbooks give for a fast top, with their errors.
     """
-
-    kind: Text
-    tags: tuple[Text, ...]
-    certified: bool
-    theta_min: Value
-    theta_max: Value
-    period: Value
-    precession: Value
-    spin: Value
-    why: Text = ""
-    round: Value = None
-    amplitude: Value = None
-    estimates: Mapping[Text, Values] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, motion: Motion, known: Facts | None = None, **more: Any) -> Self:
-        """Return the summary of a motion, of which the facts may be known."""
-        verdict = motion.verdict
-        return cls(
-            kind=str(verdict.kind),
-            tags=tuple(str(tag) for tag in verdict.tags),
-            certified=verdict.certified,
-            **{name: finite(getattr(motion, name)) for name in COURSE},
-            why=verdict.why,
-            round=None if verdict.kind in POLAR else finite(motion.round),
-            amplitude=finite(motion.amplitude),
-            estimates=finite((known or facts(motion)).estimates),
-            **more,
-        )
+    verdict = motion.verdict
+    return {
+        "kind": str(verdict.kind),
+        "tags": [str(tag) for tag in verdict.tags],
+        "certified": verdict.certified,
+        **{name: getattr(motion, name) for name in COURSE},
+        "why": verdict.why,
+        "round": None if verdict.kind in POLAR else motion.round,
+        "amplitude": motion.amplitude,
+        "estimates": (known or facts(motion)).estimates,
+    }
 
 
-@dataclass(frozen=True, kw_only=True)
-class ClassifiedMotion(MotionSummary):
-    """A motion with the tags that are open, and the bound of what is undecided."""
+def plan_summary(chosen: Plan) -> dict[str, Any]:
+    """How a scene is integrated, and why; ``cost_s`` and ``error`` are expected, not measured."""
+    names = ("formulation", "precision", "tolerance", "states", "projected")
+    expected = chosen.estimate
+    return {
+        **{name: getattr(chosen, name) for name in names},
+        "events": chosen.watched,
+        "reasons": chosen.reasons,
+        "warnings": chosen.warnings,
+        "cost_s": expected.seconds if expected else None,
+        "error": expected.error if expected else None,
+    }
 
-    open_tags: tuple[Text, ...]
-    bound: Value
+
+def asked_formulation(plan: Mapping[str, Any]) -> str:
+    """The equations that were asked for, by the summary of a plan; ``auto`` where it chose."""
+    form = str(plan["formulation"])
+    return form if f"{form}: asked for by name" in plan["reasons"] else "auto"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Classification(Answer):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Classification(Result):
     """What can be said of a scene without integrating it.
 
     Attributes
     ----------
-    scene : SceneTables
-    motion : ClassifiedMotion
+    scene : mapping
+    motion : mapping
+        With the reasons for its kind, which tags are open, and to which bound.
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
-    facts : mapping
+    motion_facts : mapping
         Those of `heavytop.Facts`.
     enclosure : mapping
         ``roots`` (cos θ), ``theta_min``, ``theta_max``, ``period``, ``precession`` and ``spin``,
@@ -90,58 +85,42 @@ class Classification(Answer):
         What no rigid body can be, and the scene is.
     """
 
-    schema: Literal["heavytop/classify/1"] = "heavytop/classify/1"
-    scene: SceneTables
-    motion: ClassifiedMotion
-    constants: Values
-    facts: Mapping[Text, Any]
-    enclosure: Mapping[Text, Any]
-    warnings: tuple[Text, ...] = ()
+    schema: ClassVar = "heavytop/classify/1"
+    heading: ClassVar = "Classification"
+    left_out: ClassVar = ("files", "versions")
+
+    scene: Any
+    motion: Any
+    constants: Any
+    motion_facts: Any
+    enclosure: Any
+    warnings: tuple[str, ...] = ()
+
+    def document(self, *, costs: bool = True) -> dict[str, Any]:
+        """Return the document heavytop/classify/1: the facts of the motion are ``facts``."""
+        found = super().document(costs=costs)
+        order = (("facts" if name == "motion_facts" else name, x) for name, x in found.items())
+        return dict(order)
+
+    def facts(self) -> Iterator[Fact]:
+        """Kind and why, range of tilt and means per period, constants, rates."""
+        return run_texts.classify_facts(self)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlanSummary(Part):
-    """How a scene is integrated, and why; ``cost_s`` and ``error`` are expected, not measured."""
-
-    formulation: Text
-    precision: Text
-    tolerance: Value
-    states: int
-    projected: bool
-    events: tuple[Text, ...]
-    reasons: tuple[Text, ...]
-    warnings: tuple[Text, ...]
-    cost_s: Value
-    error: Value
-
-    @classmethod
-    def of(cls, chosen: Plan) -> Self:
-        """Return the summary of a plan."""
-        names = ("formulation", "precision", "tolerance", "states", "projected")
-        expected = chosen.estimate
-        return cls(
-            **{name: finite(getattr(chosen, name)) for name in names},
-            events=tuple(chosen.watched),
-            reasons=tuple(chosen.reasons),
-            warnings=tuple(chosen.warnings),
-            cost_s=finite(expected.seconds) if expected else None,
-            error=finite(expected.error) if expected else None,
-        )
-
-    @property
-    def asked(self) -> str:
-        """The equations that were asked for, ``auto`` where it chose."""
-        form = self.formulation
-        return form if f"{form}: asked for by name" in self.reasons else "auto"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Planned(Answer):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Planned(Result):
     """How a scene would be integrated; nothing is."""
 
-    schema: Literal["heavytop/plan/1"] = "heavytop/plan/1"
-    scene: SceneTables
-    plan: PlanSummary
+    schema: ClassVar = "heavytop/plan/1"
+    heading: ClassVar = "Plan"
+    left_out: ClassVar = ("files", "versions")
+
+    scene: Any
+    plan: Any
+
+    def facts(self) -> Iterator[Fact]:
+        """The equations, their precision, why, and what is expected."""
+        return run_texts.plan_facts(self.plan)
 
 
 def classified(scene: Scene) -> Classification:
@@ -162,15 +141,11 @@ def classified(scene: Scene) -> Classification:
     motion = Motion(scene.top, scene.start)
     verdict, known = motion.verdict, facts(motion)
     return Classification(
-        scene=SceneTables(**scene.document()),
-        motion=ClassifiedMotion.of(
-            motion,
-            known,
-            open_tags=tuple(verdict.open_tags),
-            bound=finite(verdict.bound),
-        ),
-        constants=finite(motion.constants._asdict()),
-        facts=finite(known.document()),
+        scene=scene.document(),
+        motion=motion_summary(motion, known)
+        | {"open_tags": verdict.open_tags, "bound": verdict.bound},
+        constants=motion.constants._asdict(),
+        motion_facts=known.document(),
         enclosure={name: _bounds(motion, name) for name in ENCLOSED},
         warnings=warnings_of(scene),
     )
@@ -204,7 +179,7 @@ def planned(scene: Scene, formulation: str = "auto") -> Planned:
     from heavytop.run.planning import plan
 
     chosen = plan(scene, formulation)
-    return Planned(scene=SceneTables(**scene.document()), plan=PlanSummary.of(chosen))
+    return Planned(scene=scene.document(), plan=plan_summary(chosen))
 
 
 def _bounds(motion: Motion, name: str) -> list[Any] | None:

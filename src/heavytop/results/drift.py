@@ -1,17 +1,18 @@
-"""A drift: errors of every run, and over all starts, and how they grow."""
+"""The result of a drift study: errors of every run and over all starts, and how they grow."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.display import Plotted
-from heavytop.frames import frame
-from heavytop.results.base import Column, Number, Part, Problem, Result, Text, Values
+from heavytop.errors import Exit
+from heavytop.hdf5 import write_sealed
+from heavytop.results.base import Chart, Fact, Result, Table, draw
+from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity, quantity_of
 
 if TYPE_CHECKING:
     import pandas
@@ -19,67 +20,14 @@ if TYPE_CHECKING:
 
 LAST_DECADES: Final = 3  # of the times that are fitted: earlier errors are those of the start
 LEAST_POINTS: Final = 4
-COLUMNS: Final = {
-    "periods": ("time in nutation periods", "1"),
-    "energy": ("error of E', relative to max(|E'|, gMR)", "1"),
-    "p_phi": ("error of p_phi, relative", "1"),
-    "p_psi": ("error of p_psi, relative", "1"),
-    "phase_s": ("phase error of the nutation", "s"),
-    "axis": ("distance of the axis, a unit vector", "1"),
-}
-STARTS: Final = {
-    **dict.fromkeys(("theta", "phi", "psi"), "rad"),
-    **dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), "rad s-1"),
-}
-"""The initial conditions of each start, with their units."""
+MEMBER_INDEX: Final = ("scheme", "start", "periods")
+COLUMNS: Final = (
+    "name", "us_per_period", "energy", "energy_growth", "phase_s", "phase_growth", "axis"
+)  # fmt: skip
+SERIES: Final = ("energy", "phase_s", "axis", "p_phi", "p_psi")
 
 
-@dataclass(frozen=True, kw_only=True)
-class ErrorSeries(Part):
-    """Errors at the sample times of a study.
-
-    Attributes
-    ----------
-    periods : tuple of float, shape (k,)
-        Times in nutation periods of each run's own start.
-    energy, p_phi, p_psi, phase_s, axis : tuple of (float or None), shape (k,)
-        Of E' relative to max(|E'|, gMR), of the momenta, relative, of the phase [s], and of the
-        axis; None where the formulation does not determine it, or cannot change it, and of the
-        phase from where a run is off by a twentieth of a period: beyond that the phase error
-        measures nothing.
-    invariants : mapping from str to tuple
-        The same of the formulation's other invariants, relative.
-    """
-
-    periods: tuple[Number, ...] = ()
-    energy: Column = ()
-    p_phi: Column = ()
-    p_psi: Column = ()
-    phase_s: Column = ()
-    axis: Column = ()
-    invariants: Mapping[Text, Column] = field(default_factory=dict)
-
-    @property
-    def columns(self) -> dict[str, Column]:
-        """All of them by name."""
-        return {name: getattr(self, name) for name in COLUMNS} | dict(self.invariants)
-
-
-@dataclass(frozen=True, kw_only=True)
-class MemberDrift(ErrorSeries):
-    """The errors of one run, with their signs, at the times that it reached.
-
-    Attributes
-    ----------
-    steps : int
-        How many it took. What else there is: `ErrorSeries`.
-    """
-
-    steps: int
-
-
-@dataclass(frozen=True, slots=True)
-class Growth:
+class Growth(NamedTuple):
     """An error that grows as a power of the time.
 
     Attributes
@@ -98,75 +46,24 @@ class Growth:
     stderr: float | None
     points: int
 
-
-@dataclass(frozen=True, kw_only=True)
-class MethodDrift(ErrorSeries):
-    """How the errors of one method grow.
-
-    Its own errors are root mean squares over the starts of those that `members` have, at the times
-    that all runs reached; None from where one has None.
-
-    Attributes
-    ----------
-    name : str
-        As it was asked for, such as ``strang=200``.
-    formulation, language : str
-        Of the right-hand side.
-    setting : mapping from str to float
-        Its tolerance, or its steps a period.
-    us_per_period : float or None
-        Time in the integrator, mean over the runs [µs]; None where runs were begun by another
-        process.
-    steps : float or None
-        Mean number of steps of a run.
-    ended : mapping from str to str
-        Why runs ended early, by the number of the start.
-    skipped : str or None
-        Why the method was not run.
-    spread : ErrorSeries or None
-        Standard deviations over the starts, of the errors with their signs.
-    members : tuple of MemberDrift
-        The runs, in the order of `Drift.starts`.
-    """
-
-    name: Text
-    formulation: Text
-    language: Text
-    setting: Values
-    us_per_period: Number | None = None
-    steps: Number | None = None
-    ended: Mapping[Text, Text] = field(default_factory=dict)
-    skipped: Text | None = None
-    spread: ErrorSeries | None = None
-    members: tuple[MemberDrift, ...] = ()
-
-    @cached_property
-    def energy_growth(self) -> Growth:
-        """With which power of the time the energy error grows."""
-        return growth(self.periods, self.energy)
-
-    @cached_property
-    def phase_growth(self) -> Growth:
-        """With which power of the time the phase error grows."""
-        return growth(self.periods, self.phase_s)
-
-    def document(self) -> dict[str, Any]:
-        """Return the method for JSON, with the powers of time."""
-        energy, phase = self.energy_growth, self.phase_growth
-        return super().document() | {
-            "energy_exponent": energy.exponent,
-            "phase_exponent": phase.exponent,
-            "stderr": {"energy": energy.stderr, "phase": phase.stderr},
-        }
+    def __str__(self) -> str:
+        """The exponent as physicists write it: 1.40(2) is 1.40 ± 0.02."""
+        if self.exponent is None:
+            return MISSING
+        error = self.stderr or 0.0
+        hundredths = max(1, round(100 * error))
+        if hundredths < 100:
+            return f"{self.exponent:.2f}({hundredths})"
+        return f"{self.exponent:.0f}({error:.0f})"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Drift(Result, Plotted):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Drift(Result):
     """The result of a drift study; ``drift["strang"]`` is one method.
 
     Attributes
     ----------
-    scene : Problem
+    scene : mapping
         The top, and the start beside which the others are.
     periods : float
         Nutation periods to go.
@@ -176,46 +73,132 @@ class Drift(Result, Plotted):
         How far the starts lie apart at most, relative.
     starts : tuple of mapping from str to float
         The initial conditions of every start, as doubles [rad, rad/s]; first the scene's own.
-    methods : tuple of MethodDrift
-        What was found of each, in the order asked.
+    methods : tuple of mapping
+        What was found of each, in the order asked: ``name``, ``formulation``, ``language``,
+        ``setting``, ``us_per_period`` [µs], mean ``steps`` of a run, why runs ``ended`` early by
+        the number of the start, why it was ``skipped``; at ``periods`` (times in nutation periods
+        of each run's own start) root mean squares over the starts of ``energy`` (E' relative to
+        max(|E'|, gMR)), ``p_phi``, ``p_psi``, other ``invariants``, ``phase_s`` [s] and
+        ``axis``; their standard deviations as ``spread``, and the errors of every run, with their
+        signs, as ``members``. None where the formulation does not determine an error or cannot
+        change it, and of the phase from where a run is off by a twentieth of a period.
+        ``energy_exponent``, ``phase_exponent`` and their ``stderr`` say how they grow.
     """
 
-    schema: Literal["heavytop/drift/1"] = "heavytop/drift/1"
-    scene: Problem
-    periods: Number
+    schema: ClassVar = "heavytop/drift/1"
+    heading: ClassVar = "Drift"
+    chart: ClassVar = Chart(
+        "studies.drift_figure", "errors over nutation periods, both logarithmic", "methods"
+    )
+    index: ClassVar = ("scheme", "periods")
+    goes_on: ClassVar = True
+
+    scene: Mapping[str, Any]
+    periods: float
     ensemble: int
     samples: int
     seed: int
-    spread: Number
-    starts: tuple[Mapping[Text, Number], ...]
-    methods: tuple[MethodDrift, ...]
+    spread: float
+    starts: tuple[Mapping[str, float], ...]
+    methods: tuple[Any, ...]
 
-    def __getitem__(self, name: str) -> MethodDrift:
+    def __getitem__(self, name: str) -> Any:
         """Return one method by its name; KeyError, with all names, if there is none."""
-        known = {each.name: each for each in self.methods}
-        if name not in known:
-            raise KeyError(f"{name!r}: this study has {', '.join(known)}")
-        return known[name]
+        methods = {each.name: each for each in self.methods}
+        if name not in methods:
+            raise KeyError(f"{name!r}: this study has {', '.join(methods)}")
+        return methods[name]
 
-    def document(
-        self, *, costs: bool = True, files: Mapping[str, str] | None = None
-    ) -> dict[str, Any]:
+    def facts(self) -> Iterator[Fact]:
+        """What was asked, what the columns mean, what was skipped and why."""
+        several = f"{self.ensemble} starts within {self.spread:.0%} (seed {self.seed}), RMS"
+        starts = "the scene's start" if self.ensemble == 1 else several
+        yield "drift", f"{self.periods:g} nutation periods, {starts}; errors at the last time"
+        yield "energy", error_of("energy").name
+        yield "lost", "a phase error of more than a twentieth of a period"
+        yield "as t^", QUANTITIES["energy_growth"].name
+        for each in self.methods:
+            if each.skipped is not None:
+                yield each.name, f"skipped: {each.skipped}"
+            elif each.periods and each.periods[-1] < 0.5 * self.periods:
+                yield each.name, f"to {each.periods[-1]:.4g} periods"
+            for start, why in each.ended.items():
+                which = f"start {start} " if self.ensemble > 1 else ""
+                yield each.name, f"{which}ended early: {why}"
+
+    def tables(self) -> Iterator[Table]:
+        """The errors of every method at the last time."""
+        about = {"name": quantity_of("scheme"), **{n: error_of(n) for n in ("energy", "axis")}}
+        rows = [_last(each) for each in self.methods if each.skipped is None]
+        yield Table(rows, COLUMNS, meanings=about)
+
+    def charts(self) -> Mapping[str, Callable[..., Any]]:
+        """The errors that grow, of those that are not zero."""
+        columns = [each for method in self.methods for each in _columns(method).items()]
+        names = dict.fromkeys(SERIES) | {name: None for name, _ in columns}
+        drawn = [name for name in names if any(any(x) for n, x in columns if n == name)]
+        return {name: draw("studies", "error_growth", self.document(), name) for name in drawn}
+
+    def problems(self) -> Iterator[tuple[Exit, str]]:
+        """Own methods that were skipped, and runs that ended early."""
+        for each in self.methods:
+            if each.skipped and ":" in each.name:  # of one's own
+                yield Exit.ENDED_EARLY, f"{each.name}: {each.skipped}"
+            for number, why in each.ended.items():
+                yield Exit.ENDED_EARLY, f"{each.name}, start {number}, ended early: {why}"
+
+    def unrun(self) -> Sequence[str]:
+        """The methods, if all of them were skipped."""
+        every = all(each.skipped for each in self.methods)
+        return [each.name for each in self.methods] if every else ()
+
+    def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the document heavytop/drift/1.
 
         Parameters
         ----------
         costs : bool
-            Whether with what a period took; without it there are no wall-clock values.
-        files : mapping, optional
-            Names of the files that were written, by what they are.
+            Whether with what it took; without it there are no wall-clock values.
         """
-        found = super().document(files=files)
-        for each in () if costs else found["methods"]:
-            del each["us_per_period"]
-        return found
+        found = super().document()
+        cut = [{k: x for k, x in each.items() if k != "us_per_period"} for each in self.methods]
+        return found if costs else found | {"methods": cut}
+
+    def save_data(self, folder: Path) -> dict[str, str]:
+        """Write ``drift.nc``.
+
+        Parameters
+        ----------
+        folder : Path
+        """
+        data = bytes(self.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
+        write_sealed(folder / "drift.nc", lambda part: part.write_bytes(data))
+        return {"errors": "drift.nc"}
+
+    def rows(self, members: bool = False) -> Table:
+        """The errors over time, a row for each method and each time.
+
+        Parameters
+        ----------
+        members : bool
+            Whether those of each run, with its ``start``, instead of those over all starts.
+        """
+        rows: list[dict[str, Any]] = []
+        for method in self.methods:
+            for start, run in enumerate(method.members if members else (method,)):
+                columns = _columns(run)
+                if not members:
+                    columns |= {f"{n}_spread": x for n, x in _columns(method.spread).items()}
+                for k, periods in enumerate(run.periods):
+                    row = {"scheme": method.name, "start": start, "periods": periods}
+                    rows.append(row | {name: x[k] for name, x in columns.items() if x})
+        index = MEMBER_INDEX if members else self.index
+        names = {n: None for row in rows for n in row if n not in MEMBER_INDEX}
+        errors = dict.fromkeys(SERIES) | names
+        return Table(rows, (*index, *errors), meanings={n: error_of(n) for n in errors})
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return errors over ``scheme`` and ``mark``, nan where there are none.
+        """Return errors over ``scheme`` and ``periods``, nan where there are none.
 
         ``energy`` and the others are root mean squares over the starts, ``energy_spread`` standard
         deviations, and ``member_energy``, over ``start`` too, the errors of each run; ``theta`` and
@@ -225,37 +208,20 @@ class Drift(Result, Plotted):
         """
         import xarray
 
-        each = self.methods
-        alone = [run for one in each for run in one.members or [ErrorSeries()] * self.ensemble]
-        spread = [one.spread or ErrorSeries() for one in each]
-        width = max(len(run.periods) for run in alone)
-        shape = (len(each), self.ensemble, width)
-        axes = ("scheme", "mark")
-        others = {name: None for one in each for name in one.invariants}
-        columns = COLUMNS | {name: (f"error of {name}, relative", "1") for name in others}
-        table: dict[str, Any] = {
-            name: ("start", [one[name] for one in self.starts], _about(f"initial {name}", unit))
-            for name, unit in STARTS.items()
-        }
-        for name, (what, unit) in columns.items():
-            table[name] = axes, _padded(each, name, width), _about(what, unit)
-            members = _padded(alone, name, width).reshape(shape)
-            about = _about(f"{what}, of each start", unit)
-            table[f"member_{name}"] = ("scheme", "start", "mark"), members, about
-            about = _about(f"{what}, standard deviation over the starts", unit)
-            table[f"{name}_spread"] = axes, _padded(spread, name, width), about
-        del table["periods_spread"]
-        schemes = [one.name for one in each]
-        return xarray.Dataset(
-            table,
-            coords={"scheme": ("scheme", schemes, _about("method that was followed", "1"))},
-            attrs={"title": self.scene.title,
-                   **{name: getattr(self, name)
-                      for name in ("schema", "spread", "ensemble", "samples", "seed")}},
-        )  # fmt: skip
+        members = self.rows(members=True).to_xarray(*MEMBER_INDEX)
+        starts = [{"start": k, **each} for k, each in enumerate(self.starts)]
+        initial = Table(starts, [*dict.fromkeys(k for row in starts for k in row)])
+        parts = [
+            self.rows().to_xarray(*self.index),
+            members.rename({name: f"member_{name}" for name in members}),
+            initial.to_xarray("start"),
+        ]
+        about = {n: getattr(self, n) for n in ("schema", "spread", "ensemble", "samples", "seed")}
+        found = xarray.merge(parts, join="outer").reindex(scheme=[m.name for m in self.methods])
+        return found.assign_attrs(title=self.scene["title"], **about)
 
     def to_pandas(self, *, members: bool = False) -> pandas.DataFrame:
-        """Return the errors that `to_xarray` has as a pandas DataFrame, units in its attributes.
+        """Return the errors over time as a pandas DataFrame, units in its attributes.
 
         Its index are ``scheme`` and ``periods``, the times; ``to_pandas().loc["strang"]`` is one
         method.
@@ -272,11 +238,32 @@ class Drift(Result, Plotted):
         >>> found.to_pandas().loc["strang", "energy"].size == len(found["strang"].energy)
         True
         """
-        over = ("scheme", "start", "mark") if members else ("scheme", "mark")
-        periods = "member_periods" if members else "periods"
-        table = frame(self.to_xarray(), *over).dropna(subset=periods)  # what a run did not reach
-        table = table.set_index(periods, append=True).droplevel("mark")
-        return table.rename_axis([*over[:-1], "periods"])
+        return self.rows(members).to_pandas(*(MEMBER_INDEX if members else self.index))
+
+
+def error_of(name: str) -> Quantity:
+    """What a column of errors is, or of their spread over the starts."""
+    base = name.removesuffix("_spread")
+    found = quantity_of(base if base == "phase_s" else f"{base}_error")
+    spread = f"{found.name}, standard deviation over the starts"
+    return found if base == name else found._replace(name=spread)
+
+
+def _columns(run: Any) -> dict[str, Sequence[float | None]]:
+    """The errors of a method, of one of its runs, or of nothing, by their names."""
+    return {**{name: run[name] for name in SERIES}, **run["invariants"]} if run else {}
+
+
+def _last(method: Any) -> dict[str, Any]:
+    """The errors of a method at its last time, and how they grow."""
+    row = {"name": method.name, "us_per_period": method.get("us_per_period")}
+    row |= {name: x[-1] for name, x in _columns(method).items() if x}
+    if method.periods and row["phase_s"] is None:
+        row["phase_s"] = "lost"
+    for name in ("energy", "phase"):
+        exponent, stderr = method[f"{name}_exponent"], method.stderr.get(name)
+        row[f"{name}_growth"] = str(Growth(exponent, stderr, 0))
+    return row
 
 
 def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:
@@ -297,9 +284,9 @@ def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:
     >>> growth(n, [0.0, None, 1e-15, 2.0])
     Growth(exponent=None, stderr=None, points=2)
     """
-    known = [(n, e) for n, e in zip(periods, errors, strict=True) if e]
-    from_here = max((n for n, _ in known), default=0.0) / 10**LAST_DECADES * 0.999
-    fitted = [(float(n), float(e)) for n, e in known if n >= from_here]
+    points = [(n, e) for n, e in zip(periods, errors, strict=True) if e]
+    from_here = max((n for n, _ in points), default=0.0) / 10**LAST_DECADES * 0.999
+    fitted = [(float(n), float(e)) for n, e in points if n >= from_here]
     if len(fitted) < LEAST_POINTS:
         return Growth(None, None, len(fitted))
     with np.errstate(invalid="raise", divide="raise"):  # of numbers in a file, any is possible
@@ -309,13 +296,3 @@ def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:
     residual = y - y.mean() - slope * spread
     variance = float(residual @ residual) / (len(fitted) - 2) / float(spread @ spread)
     return Growth(slope, float(np.sqrt(variance)), len(fitted))
-
-
-def _padded(rows: Iterable[ErrorSeries], name: str, width: int) -> Any:
-    """A column of each of several runs, filled up with nan."""
-    columns = [each.columns.get(name, ()) for each in rows]
-    return np.array([[*column, *[None] * (width - len(column))] for column in columns], float)
-
-
-def _about(what: str, units: str) -> dict[str, str]:
-    return {"long_name": what, "units": units}

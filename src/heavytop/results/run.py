@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.events import EVENTS
 from heavytop.errors import Outcome
 from heavytop.exact import decimals
 from heavytop.exact.decimals import context
 from heavytop.machine import version
-from heavytop.results.base import (
-    Number,
-    Part,
-    Result,
-    SceneTables,
-    Text,
-    Value,
-    Values,
-    finite,
-)
-from heavytop.results.classification import MotionSummary, PlanSummary, warnings_of
+from heavytop.results import run_texts
+from heavytop.results.base import Fact, Result, Table
+from heavytop.results.classification import motion_summary, plan_summary, warnings_of
 from heavytop.scene.quantities import RATES, Need, need_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
@@ -43,82 +35,71 @@ NOTHING: Final = dict.fromkeys(MEASURED) | {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class EventRow(Part):
-    """One event; more than 15 digits are a text."""
-
-    kind: Text
-    t: Value
-    theta: Value = None
-    phi: Value = None
-    phidot: Value = None
-    residual: Value = None
+NO_EVENTS: Final = {"turning": None, "reversal": None, "cusp": None, "table": (), "omitted": 0}
+NO_COST: Final = {
+    "steps": 0, "derive_s": 0.0, "compile_s": 0.0, "integrate_s": 0.0, "us_per_period": None
+}  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
-class EventTable(Part):
-    """How many events of each kind there are, and the first of them; None is not asked for."""
-
-    turning: int | None = None
-    reversal: int | None = None
-    cusp: int | None = None
-    table: tuple[EventRow, ...] = ()
-    omitted: int = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunCost(Part):
-    """Steps, and the time that each part of the work took."""
-
-    steps: int = 0
-    derive_s: Number = 0.0
-    compile_s: Number = 0.0
-    integrate_s: Number = 0.0
-    us_per_period: Number | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class RunResult(Result):
     """Everything a run has to say; where nothing is integrated, what is known without it.
 
     Attributes
     ----------
-    scene : SceneTables
-    motion : MotionSummary
+    scene : mapping
+        As `heavytop.Scene.document` gives it.
+    motion : mapping
+        As `heavytop.results.classification.motion_summary` gives it.
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
-    plan : PlanSummary
+    plan : mapping
+        As `heavytop.results.classification.plan_summary` gives it.
     final : mapping or None
         The motion at the end.
-    events : EventTable
+    events : mapping
+        How many events there are of each kind, None where they are not asked for; the first of
+        them as ``table``, and how many are ``omitted`` from it. More than 15 digits are a text.
     errors : mapping
         As in `heavytop.Errors`.
     missed_digits : mapping from str to float
         Wanted quantities that are farther off than the scene's digits allow.
     missed_events : mapping from str to (int, int)
         The least and the greatest true number of the events that are miscounted.
-    cost : RunCost
-    outcome : Outcome
+    cost : mapping
+        Steps, and the time that each part of the work took.
+    outcome : str
+        One of `heavytop.errors.Outcome`.
     warnings : tuple of str
         What no rigid body can be, and the scene is.
     source : {"integrated", "closed form"}
         What the end and the events are from.
     """
 
-    schema: Literal["heavytop/run/1"] = "heavytop/run/1"
-    scene: SceneTables
-    motion: MotionSummary
-    constants: Values
-    plan: PlanSummary
-    final: Mapping[Text, Value | tuple[Value, ...]] | None = None
-    events: EventTable = EventTable()
-    errors: Mapping[Text, Value | Values] = field(default_factory=lambda: NOTHING)
-    missed_digits: Values = field(default_factory=dict)
-    missed_events: Mapping[Text, tuple[int, ...]] = field(default_factory=dict)
-    cost: RunCost = RunCost()
-    outcome: Outcome = Outcome.FINISHED
-    warnings: tuple[Text, ...] = ()
-    source: Text = "integrated"
+    schema: ClassVar = "heavytop/run/1"
+    heading: ClassVar = "Run"
+
+    scene: Any
+    motion: Any
+    constants: Any
+    plan: Any
+    final: Any = None
+    events: Any = field(default_factory=lambda: NO_EVENTS)
+    errors: Any = field(default_factory=lambda: NOTHING)
+    missed_digits: Mapping[str, Any] = field(default_factory=dict)
+    missed_events: Mapping[str, Any] = field(default_factory=dict)
+    cost: Any = field(default_factory=lambda: NO_COST)
+    outcome: str = Outcome.FINISHED
+    warnings: tuple[str, ...] = ()
+    source: str = "integrated"
+
+    def facts(self) -> Iterator[Fact]:
+        """What is known without integrating, the plan, the end, the errors and the cost."""
+        return run_texts.run_facts(self)
+
+    def tables(self) -> Iterator[Table]:
+        """The events."""
+        yield from run_texts.event_tables(self.events)
 
 
 def exact_result(run: SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
@@ -138,17 +119,17 @@ def exact_result(run: SceneMotion, files: Mapping[str, str] | None = None) -> Ru
     known = replace(_known(run), files=dict(files or {}))
     if not run.moves:
         return known
-    return replace(known, final=_exact_final(run), events=EventTable(**run.counts))
+    return replace(known, final=_exact_final(run), events=NO_EVENTS | run.counts)
 
 
 def _known(run: Trajectory | SceneMotion) -> RunResult:
     """What is known of a scene and its plan without integrating."""
     scene, motion = run.scene, run.motion
     return RunResult(
-        scene=SceneTables(**scene.document()),
-        motion=MotionSummary.of(motion),
-        constants=finite(motion.constants._asdict()),
-        plan=PlanSummary.of(run.plan),
+        scene=scene.document(),
+        motion=motion_summary(motion),
+        constants=motion.constants._asdict(),
+        plan=plan_summary(run.plan),
         warnings=warnings_of(scene),
         source=run.source,
         versions={name: version(name) for name in LIBRARIES},
@@ -171,7 +152,7 @@ def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -
         _known(trajectory),
         final=_final_of(trajectory),
         events=_events(trajectory),
-        errors=finite(asdict(errors)),
+        errors=asdict(errors),
         missed_digits=missed_digits(trajectory, errors),
         missed_events=missed_events(trajectory),
         cost=_cost(trajectory),
@@ -204,7 +185,7 @@ def _final_of(trajectory: Trajectory) -> dict[str, Any]:
     attitude = need_of(trajectory.scene.quantities) >= Need.PSI
     if (many := trajectory.decimals) is None:
         end = trajectory(trajectory.orbit.end)
-        return _final(end, finite, math, attitude=attitude)
+        return _final(end, lambda x: x, math, attitude=attitude)
     return _final(many.samples[-1], partial(_shown, many), many.ctx, attitude=attitude)
 
 
@@ -228,20 +209,20 @@ def split(angle: Any, math: Any) -> tuple[int | None, Any]:
 # --- events and cost -----------------------------------------------------------------------------
 
 
-def _events(trajectory: Trajectory) -> EventTable:
+def _events(trajectory: Trajectory) -> dict[str, Any]:
     events, many = trajectory.events, trajectory.decimals
     if many is None:
-        table = tuple(EventRow(**finite(row)) for row in events.table(MOST_ROWS))
+        table = events.table(MOST_ROWS)
     else:
-        table = tuple(_row(many, event) for event in many.events[:MOST_ROWS])
+        table = [_row(many, event) for event in many.events[:MOST_ROWS]]
     counts = {event: events.count(event) for event in EVENTS}
-    return EventTable(**counts, table=table, omitted=len(events) - len(table))
+    return {**counts, "table": table, "omitted": len(events) - len(table)}
 
 
-def _row(many: Decimals, event: Event) -> EventRow:
+def _row(many: Decimals, event: Event) -> dict[str, Any]:
     names = ("t", "theta", "phi", "phidot")
     row = {name: _shown(many, getattr(event.sample, name)) for name in names}
-    return EventRow(kind=event.kind, residual=float(event.residual), **row)
+    return {"kind": event.kind, **row, "residual": float(event.residual)}
 
 
 def _shown(many: Decimals, x: decimals.Number) -> float | str | None:
@@ -250,12 +231,10 @@ def _shown(many: Decimals, x: decimals.Number) -> float | str | None:
     return text if text is None or many.digits > NUMBER_DIGITS else float(x)
 
 
-def _cost(trajectory: Trajectory) -> RunCost:
+def _cost(trajectory: Trajectory) -> dict[str, Any]:
     spent = trajectory.statistics
     period = trajectory.motion.period if spent.whole else None
     periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
     names = ("steps", "derive_s", "compile_s", "integrate_s")
-    return RunCost(
-        **{name: getattr(spent, name) for name in names},
-        us_per_period=finite(spent.integrate_s / periods * 1e6) if periods else None,
-    )
+    found = {name: getattr(spent, name) for name in names}
+    return found | {"us_per_period": spent.integrate_s / periods * 1e6 if periods else None}

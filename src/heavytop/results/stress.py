@@ -2,162 +2,112 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final
 
-from heavytop.display import Plotted
-from heavytop.results.base import Number, Part, Result, Text
+from heavytop.errors import Exit
+from heavytop.results.base import Chart, Fact, Result, Table, draw, given, grouped, plots
+from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity
 
 AUTO: Final = "auto"
 ASTRAY: Final = 0.1  # an error of the axis, of 2 at most
 MOST_LOST: Final = 2.0  # digits beyond the condition, of auto
 UNTOLD: Final = "?"
 UNDETERMINED: Final = "nothing-to-tell"
+UNTOLD_RULE: Final = "undetermined: conditioning leaves no digits, so that agreement is chance"
+HEADS: Final = "a method over its setting; a form alone is Taylor's; :a axis form, :l Lagrange's"
 
 
 class StressOutcome(StrEnum):
-    """How a run ended; `RULES` says when each is used."""
+    """How a run ended: its mark in tables and charts, and the rule when it is used."""
 
-    OK = "ok"
-    INACCURATE = "inaccurate"
-    SINGULAR = "singular"
-    STALLED = "stalled"
-    DIVERGED = "diverged"
-    STEP_LIMIT = "step-limit"
-    TIME_LIMIT = "time-limit"
-    REFUSED = "refused"
-    MISSED_EVENTS = "missed-events"
+    mark: str
+    rule: str
 
+    def __new__(cls, value: str, mark: str = "", rule: str = "") -> StressOutcome:
+        """Return the member of this value."""
+        found = str.__new__(cls, value)
+        found._value_, found.mark, found.rule = value, mark, rule
+        return found
 
-RULES: Final = {
-    StressOutcome.REFUSED: "the method says beforehand that it cannot run this case, and why",
-    StressOutcome.TIME_LIMIT: "the run exceeded its time limit",
-    StressOutcome.STEP_LIMIT: "the run reached or exceeded its limit of steps",
-    StressOutcome.SINGULAR: "the run stopped on the way: the equations gave numbers that are "
-    "not finite",
-    StressOutcome.STALLED: "the steps shrank to zero, or the equations of a step have no solution",
-    StressOutcome.DIVERGED: f"the run reports success, but its axis (φ or ψ, where they are "
-    f"judged) is off by {ASTRAY:g} or more, or its numbers are not finite",
-    StressOutcome.INACCURATE: "the run reports success, with fewer than half of the digits that "
-    "conditioning leaves",
-    StressOutcome.MISSED_EVENTS: "the end state is right, the number of events is wrong",
-    StressOutcome.OK: "the run reports success, with at least half of the digits that conditioning "
-    "leaves",
-}
-MARKS: Final = {
-    "inaccurate": "!",
-    "singular": "sing",
-    "stalled": "stall",
-    "diverged": "div",
-    "step-limit": "steps",
-    "time-limit": "time",
-    "refused": "no",
-    "missed-events": "ev",
-}
-"""Of tables and charts."""
+    REFUSED = "refused", "no", "the method says beforehand that it cannot run this case, and why"
+    TIME_LIMIT = "time-limit", "time", "the run exceeded its time limit"
+    STEP_LIMIT = "step-limit", "steps", "the run reached or exceeded its limit of steps"
+    SINGULAR = "singular", "sing", (
+        "the run stopped on the way: the equations gave numbers that are not finite"
+    )  # fmt: skip
+    STALLED = "stalled", "stall", (
+        "the steps shrank to zero, or the equations of a step have no solution"
+    )  # fmt: skip
+    DIVERGED = "diverged", "div", (
+        f"the run reports success, but its axis (φ or ψ, where they are judged) is off by "
+        f"{ASTRAY:g} or more, or its numbers are not finite"
+    )  # fmt: skip
+    INACCURATE = "inaccurate", "!", (
+        "the run reports success, with fewer than half of the digits that conditioning leaves"
+    )  # fmt: skip
+    MISSED_EVENTS = "missed-events", "ev", "the end state is right, the number of events is wrong"
+    OK = "ok", "", (
+        "the run reports success, with at least half of the digits that conditioning leaves"
+    )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
-class Run(Part):
-    """One run, judged.
-
-    Attributes
-    ----------
-    case, method : str
-    formulation : str
-    outcome : StressOutcome
-    error : float or None
-        Distance of the axis from the true one at the end; of the tilt, where only that is given;
-        of φ or ψ, where they are judged.
-    digits_lost : float or None
-        Decimal digits of the error beyond what conditioning allows.
-    condition : float or None
-    energy_error : float or None
-    steps : int or None
-    named : bool
-        Whether the run itself reported a problem, by an error or a warning.
-    untold : bool
-        Whether its outcome is undetermined: conditioning leaves no digits.
-    turns : (int, int), or None
-        Whole turns by which φ and ψ are wrong, where the run follows them.
-    plan, note : str
-        What auto chose; what the run says, and what is wrong with it.
-    """
-
-    case: Text
-    method: Text
-    formulation: Text
-    outcome: StressOutcome
-    error: Number | None = None
-    digits_lost: Number | None = None
-    condition: Number | None = None
-    energy_error: Number | None = None
-    steps: int | None = None
-    named: bool = False
-    untold: bool = False
-    turns: tuple[int, int] | None = None
-    plan: Text = ""
-    note: Text = ""
-
-    @property
-    def silently_wrong(self) -> bool:
-        """Whether it lost digits or events, or had none to lose, and did not say so."""
-        lost = (self.digits_lost or 0.0) > MOST_LOST
-        return not self.named and (lost or self.untold or self.outcome is not StressOutcome.OK)
-
-
-@dataclass(frozen=True, kw_only=True)
-class SkippedRun(Part):
-    """A run that was not done, and why; `lost` says that its process was."""
-
-    case: Text
-    method: Text
-    reason: Text
-    lost: bool = False
+NOTHING: Final[Mapping[str, Any]] = {
+    "error": None, "digits_lost": None, "condition": None, "energy_error": None, "steps": None,
+    "named": False, "untold": False, "turns": None, "plan": "", "note": "",
+}  # fmt: skip
+"""What is said of a run of which nothing more is known."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Stress(Result, Plotted):
+class Stress(Result):
     """The result of a stress test.
 
     Attributes
     ----------
-    limits : dict from str to float
+    limits : mapping from str to float
         ``time_s`` [s] and ``steps`` of a run, and the ``budget_s`` of all [s].
-    hard : dict from str to str
+    hard : mapping from str to str
         The cases, and why each is hard.
-    methods : dict from str to str
+    methods : mapping from str to str
         The methods with their headings: a short name, and a tolerance or steps in a period.
-    cases : tuple of Run
-        What became of each pair; ``stress["cusp", "auto"]`` is one.
-    skipped : tuple of SkippedRun
-        Runs that were not done.
+    cases : tuple of mapping
+        What became of each pair; ``stress["cusp", "auto"]`` is one: its ``case``, ``method``,
+        ``formulation`` and ``outcome``; its ``error`` at the end, that of the axis, of the tilt
+        where only that is given, of φ or ψ where they are judged; ``digits_lost`` beyond what
+        conditioning allows; ``condition``, ``energy_error``, ``steps``; whether it ``named`` a
+        problem itself, by an error or a warning; whether its outcome is undetermined (``untold``),
+        as conditioning leaves no digits; whole ``turns`` by which φ and ψ are wrong; the ``plan``
+        of auto; a ``note`` of what it says and what is wrong with it.
+    skipped : tuple of mapping
+        ``case``, ``method`` and ``reason`` of runs that were not done; whether their process was
+        ``lost``.
     """
 
-    schema: Literal["heavytop/stress/1"] = "heavytop/stress/1"
-    limits: Mapping[Text, Number]
-    hard: Mapping[Text, Text]
-    methods: Mapping[Text, Text]
-    cases: tuple[Run, ...]
-    skipped: tuple[SkippedRun, ...] = ()
+    schema: ClassVar = "heavytop/stress/1"
+    heading: ClassVar = "Where methods fail"
+    chart: ClassVar = Chart(
+        "studies.stress_figure", "digits lost at every case by every method", "cases"
+    )
+    table: ClassVar = "cases"
+    index: ClassVar = ("case", "method")
 
-    def __repr__(self) -> str:
-        """Return how much was done, in a line."""
-        return (
-            f"<Stress: {len(self.cases)} runs of {len(self.methods)} methods at "
-            f"{len(self.hard)} cases, {len(self.skipped)} skipped>"
-        )
+    limits: Mapping[str, float]
+    hard: Mapping[str, str]
+    methods: Mapping[str, str]
+    cases: tuple[Any, ...]
+    skipped: tuple[Any, ...] = ()
 
-    def __getitem__(self, key: tuple[str, str]) -> Run:
+    def __getitem__(self, key: tuple[str, str]) -> Any:
         """Return a run by the names of its case and its method; KeyError if it was not done."""
         return {(run.case, run.method): run for run in self.cases}[key]
 
     @property
-    def silently_wrong(self) -> tuple[Run, ...]:
+    def silently_wrong(self) -> tuple[Any, ...]:
         """Runs of auto that lost more than two digits, or events, and did not say so."""
-        return tuple(run for run in self.cases if run.formulation == AUTO and run.silently_wrong)
+        return tuple(run for run in self.cases if run.formulation == AUTO and silently_wrong(run))
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return how often each method had each outcome, and how often it was undetermined.
@@ -170,18 +120,120 @@ class Stress(Result, Plotted):
             found[each.method][UNDETERMINED if each.untold else str(each.outcome)] += 1
         return found
 
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the document heavytop/stress/1.
 
         Parameters
         ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
+        costs : bool
+            Whether with what it took; without it there are no wall-clock values.
         """
-        return super().document(files=files) | {
-            "rules": {str(outcome): rule for outcome, rule in RULES.items()},
-            "auto": {
-                "run": any(run.formulation == AUTO for run in self.cases),
-                "silently_wrong": [run.case for run in self.silently_wrong],
-            },
+        wrong = self.silently_wrong
+        return super().document(costs=costs) | {
+            "rules": {str(outcome): outcome.rule for outcome in StressOutcome},
+            "auto": {"run": self._has_auto, "silently_wrong": [run.case for run in wrong]},
         }
+
+    def facts(self) -> Iterator[Fact]:
+        """What the marks mean, what failed, what was skipped, and whether auto said all."""
+        yield "stress", "digits lost beyond what conditioning allows"
+        if any(":" not in name and name != AUTO for name in self.methods):  # not only one's own
+            yield "columns", HEADS
+        outcomes = {run.outcome for run in self.cases}
+        for outcome in StressOutcome:
+            if outcome in outcomes and outcome.mark:
+                yield f"{outcome.mark} {outcome}", outcome.rule
+        if any(run.untold for run in self.cases):
+            yield UNTOLD, UNTOLD_RULE
+        yield from self._failed()
+        for (reason,), some in grouped(self.skipped, "reason").items():
+            yield "skipped", f"{reason}: {', '.join(f'{x.case}/{x.method}' for x in some)}"
+        wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
+        yield AUTO, f"was silently wrong: {wrong}" if self._has_auto else "was not run"
+
+    @property
+    def _has_auto(self) -> bool:
+        return any(run.formulation == AUTO for run in self.cases)
+
+    def _failed(self) -> Iterator[Fact]:
+        """A line for each case, outcome and note, with the methods it befell."""
+        order = [*self.hard]
+        failed = [
+            run
+            for run in sorted(self.cases, key=lambda run: order.index(run.case))
+            if run.outcome != StressOutcome.OK or run.untold or any(run.turns or ())
+        ]
+        for (case, word, note), runs in grouped(failed, "case", "outcome", "note").items():
+            yield case, f"{word}: {', '.join(r.method for r in runs)}{note and f': {note}'}"
+
+    def tables(self) -> Iterator[Table]:
+        """A row for each case with a column for each method."""
+        rows: dict[str, dict[str, str]] = {case: {"case": case} for case in self.hard}
+        for run in self.cases:
+            rows[run.case][run.method] = cell(run)
+        used = {run.method for run in self.cases}
+        about = {n: Quantity(head, "") for n, head in self.methods.items() if n in used}
+        found = [row for row in rows.values() if len(row) > 1]
+        if about:
+            yield Table(found, ("case", *about), meanings=about)
+
+    def charts(self) -> Mapping[str, Callable[..., Any]]:
+        """The digits that every method lost at every case."""
+        return {"digits": draw("studies", "digits_lost", self.document())}
+
+    @property
+    def figure_size(self) -> tuple[float, float]:
+        """Width and height of a figure that has room for every case and method [inches]."""
+        size: tuple[float, float] = plots("studies").stress_size(self.document())
+        return size
+
+    def problems(self) -> Iterator[tuple[Exit, str]]:
+        """Auto was silently wrong, or nothing was run."""
+        yield from super().problems()
+        for run in self.silently_wrong:
+            why = f"auto was silently wrong at {run.case}: {run.outcome}, {run.note}"
+            yield Exit.OUT_OF_BOUND, why
+
+
+def silently_wrong(run: Any) -> bool:
+    """Whether a run lost digits or events, or had none to lose, and did not say so."""
+    lost = (run.digits_lost or 0.0) > MOST_LOST
+    return not run.named and (lost or run.untold or run.outcome != StressOutcome.OK)
+
+
+def cell(run: Mapping[str, Any] | None) -> str:
+    """One run in a few letters: the digits it lost, and a mark where it failed.
+
+    Examples
+    --------
+    >>> cell({"outcome": "inaccurate", "digits_lost": 9.42, "untold": False})
+    '9.4 !'
+    """
+    if run is None:
+        return MISSING
+    if run["untold"]:
+        return UNTOLD
+    lost = run["digits_lost"]
+    digits = "" if lost is None else QUANTITIES["digits_lost"].text(lost) if lost else "0"
+    return f"{digits} {StressOutcome(run['outcome']).mark}".strip()
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class StressCases(Result):
+    """The cases and the methods of a stress test."""
+
+    schema: ClassVar = "heavytop/stress-cases/1"
+    left_out: ClassVar = ("files", "versions")
+
+    cases: tuple[Any, ...]
+    methods: tuple[Any, ...]
+
+    def facts(self) -> Iterator[Fact]:
+        """The cases: top, start, span and why each is hard; and the methods."""
+        for case in self.cases:
+            numbers = {n: x for n, x in (case.top | case.start).items() if x != "0"}
+            yield case.name, f"{case.why}; {given(numbers)}; {case.span}"
+        for each in self.methods:
+            words = map(each.get, ("short", "formulation", "setting"))
+            yield each.name, ", ".join(filter(None, words))
+        yield "", "the cases are built in; for a scene of your own use drift or workprec"

@@ -3,53 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final
 
-from heavytop.results.base import Number, Part, Result, Text
+from heavytop.errors import Exit
+from heavytop.results.base import FAIL, Fact, Result, Table, grouped
+from heavytop.scene.quantities import QUANTITIES, Quantity
 
 OURS: Final = "this project"  # as an authority: of the claims that a script states of itself
+VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
+MEANINGS: Final = {"verdict": Quantity("", ""), "statement": Quantity("claim", ""),
+                   "bound": QUANTITIES["claim_bound"]}  # fmt: skip
+COLUMNS: Final = ("verdict", "statement", "numbers", "measured", "bound")
 
 
-@dataclass(frozen=True, kw_only=True)
-class CheckedClaim(Part):
-    """One claim, and what came of it.
-
-    Attributes
-    ----------
-    id, statement, authority, numbers, reason, script : str
-        As in the register.
-    bound : float or None
-    holds : tuple of str
-    needs : str or None
-    measured : float or None
-        None where it was skipped, and where nothing came out.
-    passed : bool or None
-        None where it was skipped.
-    skipped : str or None
-        Why, where it was.
-    failure : str or None
-        What went wrong, where that is not a number beyond its bound; a number that was measured
-        before it did is kept.
-    """
-
-    id: Text
-    statement: Text
-    authority: Text
-    numbers: Text
-    bound: Number | None
-    reason: Text = ""
-    script: Text = ""
-    holds: tuple[Text, ...] = ()
-    needs: Text | None = None
-    measured: Number | None = None
-    passed: bool | None = None
-    skipped: Text | None = None
-    failure: Text | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Validation(Result):
     """The claims that were looked at.
 
@@ -59,40 +28,83 @@ class Validation(Result):
         The names that were asked for; none where all registered claims were.
     proofs : bool
         Whether every script was asked for.
-    claims : tuple of CheckedClaim
-        In the order of the register.
+    claims : tuple of mapping
+        In the order of the register, of which they have ``id``, ``statement``, ``authority``,
+        ``numbers``, ``bound``, ``reason``, ``script``, ``holds`` and ``needs``. ``measured`` is
+        None where nothing came out; ``passed`` is None where it was skipped, and ``skipped`` says
+        why. ``failure`` says what went wrong, where that is not a number beyond its bound.
     """
 
-    schema: Literal["heavytop/validate/1"] = "heavytop/validate/1"
-    asked: tuple[Text, ...] = ()
+    schema: ClassVar = "heavytop/validate/1"
+    heading: ClassVar = "Claims"
+    table: ClassVar = "claims"
+    index: ClassVar = ("id",)
+
+    asked: tuple[str, ...] = ()
     proofs: bool = False
-    claims: tuple[CheckedClaim, ...]
+    claims: tuple[Any, ...]
 
     @property
-    def failed(self) -> tuple[CheckedClaim, ...]:
+    def failed(self) -> tuple[Any, ...]:
         """What does not hold."""
-        return tuple(each for each in self.claims if each.passed is False)
+        return tuple(each for each in self.claims if each["passed"] is False)
 
     @property
     def counts(self) -> dict[str, int]:
         """How many hold, do not hold, and were skipped."""
         return counts(self.claims)
 
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the document heavytop/validate/1, with what follows from the claims.
 
         Parameters
         ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
+        costs : bool
+            Whether with what it took; without it there are no wall-clock values.
         """
-        return super().document(files=files) | {
+        return super().document(costs=costs) | {
             "counts": self.counts,
-            "authorities": len({each.authority for each in self.claims} - {OURS}),
+            "authorities": len({each["authority"] for each in self.claims} - {OURS}),
         }
 
+    def facts(self) -> Iterator[Fact]:
+        """How many claims hold; what went wrong or was skipped, and why."""
+        yield "claims", summary(self.claims)
+        yield "", "a claim holds if the measured number is at most its bound"
+        for claim in self.claims:
+            if claim["skipped"]:
+                yield claim["id"], f"skipped: {claim['skipped']}"
+            elif claim["failure"] or claim["passed"] is False:
+                yield claim["id"], claim["failure"] or "out of its bound"
 
-def counts(claims: Iterable[CheckedClaim]) -> dict[str, int]:
+    def tables(self) -> Iterator[Table]:
+        """For each authority its claims."""
+        for (authority,), claims in grouped(self.claims, "authority").items():
+            rows = [{"verdict": VERDICTS[each["passed"]], **each} for each in claims]
+            yield Table(rows, COLUMNS, authority, MEANINGS, left=3)
+
+    def problems(self) -> Iterator[tuple[Exit, str]]:
+        """The claims that do not hold."""
+        for claim in self.failed:
+            why = f": {claim['failure']}" if claim["failure"] else ""
+            yield Exit.OUT_OF_BOUND, f"{claim['id']} does not hold{why}"
+
+
+def counts(claims: Iterable[Mapping[str, Any]]) -> dict[str, int]:
     """Return how many claims hold, do not hold, and were skipped."""
-    found = Counter(each.passed for each in claims)
+    found = Counter(each["passed"] for each in claims)
     return {"passed": found[True], "failed": found[False], "skipped": found[None]}
+
+
+def summary(claims: Iterable[Mapping[str, Any]]) -> str:
+    """How many claims hold, fail and were skipped.
+
+    Examples
+    --------
+    >>> summary([{"passed": True}, {"passed": None}])
+    '1 holds, none fails, 1 skipped'
+    """
+    count = counts(claims)
+    words = [f"{count['passed']} {'holds' if count['passed'] == 1 else 'hold'}"]
+    words.append(f"{count['failed'] or 'none'} {'fail' if count['failed'] > 1 else 'fails'}")
+    return ", ".join([*words, f"{count['skipped']} skipped"] if count["skipped"] else words)

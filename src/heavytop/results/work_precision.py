@@ -3,124 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final
 
-from heavytop.display import Plotted
 from heavytop.errors import Impossible
-from heavytop.results.base import Number, Part, Problem, Result, Text, Values
+from heavytop.results.base import Chart, Fact, Result, Table, draw, grouped
+from heavytop.scene.quantities import QUANTITIES, quantity_of
 
 TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
 ERRORS: Final = {"axis": "axis_error", "theta": "theta_error"}
 DOUBLE: Final = 53  # bits
-
-
-@dataclass(frozen=True, kw_only=True)
-class Point(Part):
-    """One method at one setting, as measured: medians over the starts, and spreads.
-
-    A spread is the distance of the upper quartile from the lower one.
-
-    Attributes
-    ----------
-    method : str
-        Its name; ``auto`` or ``auto=DIGITS`` of what a plan chose.
-    formulation, language : str
-        Of the right-hand side.
-    tolerance, steps_a_period : float or None
-        The setting, of which a method has one or the other.
-    bits : int
-        Of the numbers it computes in.
-    measures : str
-        ``axis`` or, where the states do not give the axis, ``theta``, of which `error` is.
-    rival : bool
-        Whether it is somebody else's.
-    us_per_period, us_spread : float
-        Best time of a start in the blocks of steps, over the periods they covered [µs].
-    rhs_evaluations, steps : int
-        Of the run from the scene's own start.
-    error, error_spread : float
-        Distance of the axis, a unit vector, from the exact one; or |Δθ| [rad].
-    starts : int
-    theta_error : float
-        |Δθ| [rad].
-    energy_error : float
-        Of E', relative to max(|E'|, gMR).
-    setup_s : float
-        To derive and to compile, in this process [s].
-    runs : int
-        Runs of each start of which the time is the best.
-    periods : float
-        Nutation periods that the blocks of a run from the scene's own start covered.
-    """
-
-    method: Text
-    formulation: Text
-    language: Text
-    tolerance: Number | None
-    steps_a_period: Number | None
-    bits: int
-    measures: Literal["axis", "theta"]
-    rival: bool
-    us_per_period: Number
-    us_spread: Number
-    rhs_evaluations: int | None
-    error: Number
-    error_spread: Number
-    starts: int
-    theta_error: Number
-    energy_error: Number
-    setup_s: Number
-    runs: int
-    periods: Number
-    steps: int
-
-    @property
-    def axis_error(self) -> Number | None:
-        """The error of the axis, where the states give it."""
-        return self.error if self.measures == "axis" else None
-
-    @property
-    def setting(self) -> Number | None:
-        """The tolerance, or the steps a period."""
-        return self.steps_a_period if self.tolerance is None else self.tolerance
-
-    @property
-    def label(self) -> str:
-        """The method with its setting, for a person."""
-        return f"{self.method}={self.setting:.3g}"
-
-
-@dataclass(frozen=True, kw_only=True)
-class SkippedSetting(Part):
-    """One method at one setting that gave no point, and why.
-
-    Attributes
-    ----------
-    method : str
-        Its name.
-    setting : mapping from str to float
-        Its tolerance, or its steps a period.
-    rival : bool
-        Whether it is somebody else's.
-    reason : str
-    """
-
-    method: Text
-    setting: Values
-    rival: bool = False
-    reason: Text
+COLUMNS: Final = ("method", *TARGETS, "error", "of", "us_per_period", "setup_s")
+FRONT: Final = ("method", "setting", "us_per_period", "error")
+LEADERS: Final = ("to", *FRONT, "next", "ratio")
+TIME: Final = QUANTITIES["us_per_period"]._replace(symbol="at")
+BESTS: Final = {name: TIME._replace(symbol=name) for name in TARGETS} | {
+    "error": QUANTITIES["error"]._replace(symbol="best"), "us_per_period": TIME
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class WorkPrecision(Result, Plotted):
+class WorkPrecision(Result):
     """What every method costs for what it attains.
 
     Attributes
     ----------
-    scene : Problem
+    scene : mapping
         Its top and start were integrated, and neighbouring starts.
     periods : float
         Nutation periods to go.
@@ -128,25 +37,36 @@ class WorkPrecision(Result, Plotted):
         Where the error is looked at, in nutation periods from the start: at no turning point.
     budget : float
         Time that was allowed [s].
-    points : tuple of Point
-        One method at one setting each: its time and its errors.
-    skipped : tuple of SkippedSetting
-        What gave no point, and why.
+    points : tuple of mapping
+        One method at one setting each: medians over the ``starts``, and spreads, distances of the
+        upper quartile from the lower one. ``method``, ``formulation`` and ``language`` of the
+        right-hand side; its ``tolerance`` or ``steps_a_period``; ``bits`` of its numbers; whether
+        it is a ``rival``; ``us_per_period`` and ``us_spread``, the best of ``runs`` of a start in
+        the blocks of steps over the ``periods`` they covered [µs]; ``rhs_evaluations`` and
+        ``steps`` of the run from the scene's own start; ``error`` and ``error_spread`` of what it
+        ``measures``, the axis or, where the states do not give it, theta [rad]; ``theta_error``
+        [rad]; ``energy_error``, relative to max(|E'|, gMR); ``setup_s``, to derive and to
+        compile [s].
+    skipped : tuple of mapping
+        The ``method`` and ``setting`` of what gave no point, and the ``reason``.
     """
 
-    schema: Literal["heavytop/workprec/1"] = "heavytop/workprec/1"
-    scene: Problem
-    periods: Number
-    phase: Number
-    budget: Number
-    points: tuple[Point, ...]
-    skipped: tuple[SkippedSetting, ...]
+    schema: ClassVar = "heavytop/workprec/1"
+    heading: ClassVar = "Work and precision"
+    chart: ClassVar = Chart(
+        "studies.workprec_figure", "time of a period over error, both logarithmic", "points"
+    )
+    table: ClassVar = "points"
+    index: ClassVar = ("method", "tolerance", "steps_a_period")
 
-    def __repr__(self) -> str:
-        of = f"{self.scene.name}, {self.periods:g} periods"
-        return f"<WorkPrecision of {of}: {len(self.points)} points, {len(self.skipped)} skipped>"
+    scene: Mapping[str, Any]
+    periods: float
+    phase: float
+    budget: float
+    points: tuple[Any, ...]
+    skipped: tuple[Any, ...]
 
-    @cached_property
+    @property
     def front(self) -> tuple[int, ...]:
         """Indices of the points that none beats in time and error of the axis, fastest first.
 
@@ -154,18 +74,18 @@ class WorkPrecision(Result, Plotted):
         """
         return front(self.points, self._error)
 
-    @cached_property
+    @property
     def front_theta(self) -> tuple[int, ...]:
         """Indices of the points that none beats in time and error of theta, fastest first."""
         return front(self.points, "theta_error")
 
-    def cheapest(self, bound: float, wants: str = "axis") -> Point | None:
+    def cheapest(self, bound: float, wants: str = "axis") -> Any:
         """Return the fastest point with an error of at most a bound, or None.
 
         Parameters
         ----------
         bound : float
-            Of the axis, as a length, or of theta [rad].
+            Of the axis, a unit vector, or of theta [rad].
         wants : str
             ``axis`` or ``theta``: the error of which; phi and psi are not measured.
 
@@ -179,41 +99,75 @@ class WorkPrecision(Result, Plotted):
         index = self._cheapest(ERRORS[wants], bound)
         return None if index is None else self.points[index]
 
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points.
 
         Parameters
         ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
+        costs : bool
+            Whether with what it took; without it there are no wall-clock values.
         """
-        return super().document(files=files) | {
-            "front": list(self.front),
-            "front_theta": list(self.front_theta),
+        return super().document(costs=costs) | {
+            "front": [*self.front],
+            "front_theta": [*self.front_theta],
             "cheapest": self._leaders(self._error),
             "cheapest_theta": self._leaders("theta_error"),
-            "rivals": self._rivals,
         }
 
-    @property
-    def _rivals(self) -> dict[str, list[str]]:
-        """Names of the rivals that were run at some setting, and of those that were at none."""
-        run, left = (
-            dict.fromkeys(each.method for each in some if each.rival)
-            for some in (self.points, self.skipped)
-        )
-        return {"run": list(run), "left_out": [name for name in left if name not in run]}
+    def facts(self) -> Iterator[Fact]:
+        """How it was measured; what was left out and why."""
+        yield "runs", f"{self.periods:g} nutation periods, all methods interleaved in one process"
+        yield "times", "µs a period to reach this error; then the least error, and its time"
+        yield "errors", "of the axis, or of θ [rad], where the states give no axis"
+        for (reason,), same in grouped(self.skipped, "reason").items():
+            words = []
+            for (name,), some in grouped(same, "method").items():
+                [(what, value)] = some[0].setting.items()
+                first = f"{value:.3g}{'' if what == 'tolerance' else f' {what}'}"
+                words.append(f"{name} ({len(some)} setting{'s'[: len(some) != 1]} from {first})")
+            yield "left out", f"{reason}: {', '.join(words)}"
+
+    def tables(self) -> Iterator[Table]:
+        """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
+        yield Table([*summaries(self.points)], COLUMNS, meanings=BESTS)
+        for error, side in self._sides.items():
+            points = (self.points[i] for i in front(self.points, error))
+            rows = [{**p, "error": _error_of(p, error), "setting": setting(p)} for p in points]
+            if rows:
+                yield Table(rows, FRONT, f"Pareto front, {side}")
+                yield Table([*self._leading_rows(error)], LEADERS, f"cheapest, {side}")
+
+    def _leading_rows(self, error: str) -> Iterator[dict[str, Any]]:
+        for target, first in self._leaders(error).items():
+            if first is not None:
+                other = first.get("against") or {"method": None}
+                yield {**first, "to": target, "setting": setting(first), "next": other["method"]}
+
+    def charts(self) -> Mapping[str, Callable[..., Any]]:
+        """Times against the error of the axis, where it is measured, and of theta."""
+        names = (error.removesuffix("_error") for error in self._sides)
+        return {name: draw("studies", "work_precision", self.document(), name) for name in names}
+
+    def unrun(self) -> Sequence[str]:
+        """The methods, if none of them was run."""
+        return () if self.points else [each.method for each in self.skipped]
 
     @property
     def _error(self) -> str:
-        return "axis_error" if any(p.measures == "axis" for p in self.points) else "theta_error"
+        axis = any(point["measures"] == "axis" for point in self.points)
+        return "axis_error" if axis else "theta_error"
+
+    @property
+    def _sides(self) -> dict[str, str]:
+        axis = {"axis_error": "axis", "theta_error": "θ alone"}
+        return axis if self._error == "axis_error" else {"theta_error": "θ"}
 
     def _cheapest(self, error: str, bound: float, rival: bool | None = None) -> int | None:
         """Return the index of the fastest point within a bound; of rivals, or of ours, alone."""
         within = [
             i
             for i, off in _errors(self.points, error).items()
-            if off <= bound and rival in (None, self.points[i].rival)
+            if off <= bound and rival in (None, self.points[i]["rival"])
         ]
         return min(within, key=lambda i: _rank(self.points[i]), default=None)
 
@@ -221,33 +175,32 @@ class WorkPrecision(Result, Plotted):
         """Return who is cheapest within each target, with the best of the other side; the best."""
         found: dict[str, Any] = {}
         for name, bound in TARGETS.items():
-            found[name] = first = self._told(self._cheapest(error, bound), error)
+            found[name] = first = self._leading(self._cheapest(error, bound), error)
             if first is not None:
-                other = self._told(self._cheapest(error, bound, not first["rival"]), error)
+                other = self._leading(self._cheapest(error, bound, not first["rival"]), error)
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
         off = _errors(self.points, error)
         for name, bits in (("best", math.inf), ("best_in_doubles", DOUBLE)):
-            among = [i for i in off if self.points[i].bits <= bits]
+            among = [i for i in off if self.points[i]["bits"] <= bits]
             best = min(among, key=lambda i: (off[i], _rank(self.points[i])), default=None)
-            found[name] = self._told(best, error)
+            found[name] = self._leading(best, error)
         return found
 
-    def _told(self, index: int | None, error: str) -> dict[str, Any] | None:
+    def _leading(self, index: int | None, error: str) -> dict[str, Any] | None:
         if index is None:
             return None
         point = self.points[index]
         names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        known = {name: getattr(point, name) for name in names}
-        return known | {"error": getattr(point, error), "point": index}
+        return {n: point[n] for n in names} | {"error": _error_of(point, error), "point": index}
 
 
-def front(points: Sequence[Point], error: str) -> tuple[int, ...]:
+def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
     """Return the indices of the points that none beats, from the fastest to the most accurate.
 
     Parameters
     ----------
-    points : sequence of Point
+    points : sequence of mapping
     error : str
         ``axis_error`` or ``theta_error``; who has none takes no part.
     """
@@ -258,11 +211,41 @@ def front(points: Sequence[Point], error: str) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _errors(points: Sequence[Point], error: str) -> dict[int, float]:
+def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
+    """A row for each method: its least time within each of `TARGETS`, and its least error.
+
+    Parameters
+    ----------
+    points : sequence of mapping
+    """
+    for (name, of), same in grouped(points, "method", "measures").items():
+        best = min(same, key=lambda point: point["error"])
+        within = {
+            target: min((p["us_per_period"] for p in same if p["error"] <= bound), default=None)
+            for target, bound in TARGETS.items()
+        }
+        setup = max(point["setup_s"] for point in same)
+        yield {**best, "method": name, "of": quantity_of(of).symbol, **within, "setup_s": setup}
+
+
+def setting(point: Mapping[str, Any]) -> str:
+    """The setting of a point in words."""
+    if point["tolerance"] is not None:
+        return f"{point['tolerance']:.2g}"
+    return f"{point['steps_a_period']:g} steps a period"
+
+
+def _error_of(point: Mapping[str, Any], error: str) -> float | None:
+    if error == "theta_error":
+        return point["theta_error"]  # type: ignore[no-any-return]
+    return point["error"] if point["measures"] == "axis" else None
+
+
+def _errors(points: Sequence[Any], error: str) -> dict[int, float]:
     """The errors of those points that have one, by their indices."""
-    return {i: getattr(p, error) for i, p in enumerate(points) if getattr(p, error) is not None}
+    return {i: off for i, p in enumerate(points) if (off := _error_of(p, error)) is not None}
 
 
-def _rank(point: Point, error: float = 0.0) -> tuple[float, float, str]:
+def _rank(point: Any, error: float = 0.0) -> tuple[float, float, str]:
     """What comes first."""
-    return point.us_per_period, error, point.method
+    return point["us_per_period"], error, point["method"]

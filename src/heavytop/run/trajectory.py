@@ -22,7 +22,6 @@ from heavytop.display import Played
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
-from heavytop.frames import frame
 from heavytop.integration import outputs
 from heavytop.integration.bits import bits_of, digits_of
 from heavytop.integration.compiled import Seen
@@ -444,7 +443,18 @@ class Trajectory(Played):
             met = {f"{n}".removeprefix("event_"): x for n, x in data.data_vars.items()
                    if x.dims[0] == "event"}  # fmt: skip
             data = data.drop_vars([*data.data_vars, "t"]).assign(met).swap_dims(event="t")
-        return frame(data, "t")
+        columns: dict[str, Any] = {"t": data["t"]}
+        for name, x in data.data_vars.items():
+            if x.dims == ("t",):
+                columns[f"{name}"] = x
+            elif x.dims[:1] == ("t",):
+                parts = enumerate(data[x.dims[1]].values)
+                columns |= {f"{name}_{p}": x.isel({x.dims[1]: k}, drop=True) for k, p in parts}
+        table = type(data)(columns).to_dataframe()
+        table.attrs = dict(data.attrs)
+        for key in ("units", "long_name"):
+            table.attrs[key] = {n: x.attrs[key] for n, x in columns.items() if key in x.attrs}
+        return table
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the trajectory to a netCDF file, whole or not at all.

@@ -32,7 +32,7 @@ from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import integrator_of
 from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.scene.arguments import path_of
-from heavytop.scene.quantities import ANGLES, COLUMNS, RATES
+from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.spelling import readable
 
@@ -42,15 +42,13 @@ if TYPE_CHECKING:
 SCHEMA: Final = "heavytop/trajectory/2"
 # of every variable, by the last word of its name: what it is, its unit, and a second dimension
 VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
-    **{n: (c.words, c.unit, *(["space"] if c.parts else [])) for n, c in COLUMNS.items()},
-    "t": ("time since the start", "s"),
+    **{n: (q.name, q.cf_unit, *(["space"] if q.parts else [])) for n, q in QUANTITIES.items()},
     "t_low": ("what the time has beyond a double", "s"),
     "time": ("time since the start, as words that add up", "s", "word"),
     "states": ("states of the formulation, each in its own unit", "various", "state"),
     "state": ("name of a state", "1"),
     "space": ("direction in space, z upwards", "1"),
     "kind": ("what happens: a turning point, a reversal or a cusp", "1"),
-    "residual": ("value of the event function where it was found", "s-1"),
     "steps": ("natural steps taken", "1"),
 }
 POINTS: Final = ("time", "states", "steps")  # the columns of checkpoints,
@@ -78,7 +76,8 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     import xarray
 
     run, events, decimals = trajectory.samples, trajectory.events, trajectory.decimals
-    samples = {name: getattr(run, name) for name in (*ANGLES, *RATES, "axis", "omega", "states")}
+    names = (*ANGLES, *RATES, "axis", "omega", "states", *derived(trajectory.scene.quantities))
+    samples = {name: values_of(run, name) for name in names}
     met = {name: getattr(events, name) for name in STORED}
     met["kind"] = np.array(events.kind, dtype="U10")
     if decimals is not None:
@@ -98,9 +97,9 @@ def exact_dataset(run: SceneMotion) -> xarray.Dataset:
     """Return the samples of a scene that was not integrated, under the names of `dataset`."""
     import xarray
 
-    names = (*ANGLES, *RATES, "axis", "omega")
+    names = (*ANGLES, *RATES, "axis", "omega", *derived(run.scene.quantities))
     return xarray.Dataset(
-        _over("t", {name: getattr(run.samples, name) for name in names}),
+        _over("t", {name: values_of(run.samples, name) for name in names}),
         coords=_over("t", {"t": run.samples.t}) | _over("space", {"space": list("xyz")}),
         attrs=_origin(run),
     )

@@ -1,19 +1,21 @@
-"""What can be wanted of a motion: how much of it must be followed, and the columns that hold it.
+"""The table of quantities: what a number is, wherever it stands, and what a scene may want.
 
-Whatever knows a quantity by its name asks here: a scene what there is, a formulation what it can
-give, a plan what it must follow, a comparison what is held to the digits, a file what its columns
-are. A new quantity is a line in `QUANTITIES`, and one in `COLUMNS` for each column that is new.
+Terminal, pages, figures, netCDF, JSON descriptions and the player take symbol, unit, name and
+format from here; runs and the closed form the columns that hold what is wanted, and how they get
+them. A new quantity is a row of `QUANTITIES`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping
+from decimal import ROUND_CEILING, Context
 from enum import IntEnum
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
+MISSING: Final = "–"
 
 
 class Need(IntEnum):
@@ -24,68 +26,221 @@ class Need(IntEnum):
     AXIS = 2  # the direction of the axis, phi modulo 2 pi
     PHI = 3  # phi, with all its turns
     PSI = 4  # psi, with all its turns
+    NEVER = 5  # no scene may want it
 
 
-class QuantityColumn(NamedTuple):
-    """What stands in a column, its unit, and of a vector the letters of its components."""
-
-    words: str
-    unit: str
-    parts: str = ""
-
-
-COLUMNS: Final[Mapping[str, QuantityColumn]] = {
-    "theta": QuantityColumn("tilt of the axis from the upward vertical", "rad"),
-    "phi": QuantityColumn("precession angle, continuous from the start", "rad"),
-    "psi": QuantityColumn("spin angle, continuous from the start", "rad"),
-    "thetadot": QuantityColumn("rate of the tilt", "rad s-1"),
-    "phidot": QuantityColumn("rate of precession", "rad s-1"),
-    "psidot": QuantityColumn("rate of the spin angle", "rad s-1"),
-    "axis": QuantityColumn("unit vector along the symmetry axis, in space", "1", "xyz"),
-    "omega": QuantityColumn("angular velocity, in space", "rad s-1", "xyz"),
-    "quaternion": QuantityColumn("attitude, body to space, scalar first", "1", "wxyz"),
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """What can be wanted by one name.
+class Quantity(NamedTuple):
+    """What a number is, and how it is shown.
 
     Attributes
     ----------
+    symbol : str
+        As a plain text, an index after ``_``; `latex` and HTML follow from it.
+    unit : str
+        As a plain text; "1" of a number without a unit.
+    name : str
+    format : str
+        As of `format`; after ``^`` that of a proved bound, which is rounded up.
+    parts : str
+        Of a vector the letters of its components.
     need : Need
-        How much of the motion must be followed to know it.
+        How much of the motion must be followed where a scene wants it.
     columns : tuple of str
-        The columns of a motion that hold it, as a run and the closed form both have them.
+        The columns of a motion that hold it where it is wanted.
     judged_by : tuple of str
         The quantities whose errors must meet the digits where this one is wanted.
+    of : callable or None
+        How a motion at given times has it; None where it is an attribute of its own.
     """
 
-    need: Need
+    symbol: str
+    unit: str = "1"
+    name: str = ""
+    format: str = ".12g"
+    parts: str = ""
+    need: Need = Need.NEVER
     columns: tuple[str, ...] = ()
     judged_by: tuple[str, ...] = ()
+    of: Callable[[Any], Any] | None = None
+
+    @property
+    def heading(self) -> str:
+        """The heading of a column, or the label of an axis of a chart."""
+        return f"{self.symbol} [{self.unit}]" if self.unit not in ("1", "") else self.symbol
+
+    @property
+    def label(self) -> str:
+        """The label of an axis of a chart that has room: the name with its unit."""
+        return self._replace(symbol=self.name or self.symbol).heading
+
+    @property
+    def latex(self) -> str:
+        r"""The symbol in LaTeX.
+
+        >>> print(QUANTITIES["p_phi"].latex, QUANTITIES["thetadot"].latex)
+        $p_\varphi$ $\dot{\theta}$
+        """
+        if self.symbol.isascii() and "_" not in self.symbol:
+            return self.symbol
+        dotted = DOTTED.sub(r"\\dot{\1}", self.symbol).translate(LATEX)
+        return f"${dotted.replace(' }', '}').strip()}$"
+
+    @property
+    def cf_unit(self) -> str:
+        """The unit as the CF conventions of netCDF spell it.
+
+        >>> QUANTITIES["p_phi"].cf_unit, QUANTITIES["axis"].cf_unit
+        ('kg m2 s-1', '1')
+        """
+        return (self.unit or "1").replace("/s²", " s-2").replace("/s", " s-1").replace("²", "2")
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """What a variable of a netCDF file says of itself."""
+        return {"long_name": self.name or self.symbol, "units": self.cf_unit}
+
+    def text(self, value: Any, digits: int = 17) -> str:
+        """A value as a person reads it, to so many digits at most; a text as it is.
+
+        A conversion to another unit belongs here and in `heading`.
+
+        >>> QUANTITIES["theta"].text(2 / 3, 3), QUANTITIES["bound"].text(1.41e-15)
+        ('0.667', '1.5e-15')
+        """
+        if value is None or value != value:
+            return MISSING
+        if isinstance(value, str | bool) or not self.format:
+            return str(value)
+        form = PRECISION.sub(lambda precision: str(min(int(precision[0]), digits)), self.format)
+        if form.startswith("^"):
+            up = Context(prec=int(form[2]) + 1, rounding=ROUND_CEILING)
+            return format(float(up.create_decimal_from_float(float(value))), form[1:])
+        text = format(value, form)
+        return f"{float(text):.0f}" if "e+0" in text and form.endswith("g") else text
 
 
+DOTTED: Final = re.compile("(.)\u0307")
+PRECISION: Final = re.compile(r"\d+(?=g)")
+LATEX: Final = str.maketrans({
+    "θ": r"\theta ", "φ": r"\varphi ", "ψ": r"\psi ", "ω": r"\omega ", "Δ": r"\Delta ",
+    "₃": "_3", "′": "'",
+})  # fmt: skip
+
+_ERROR: Final = ".1e"
 QUANTITIES: Final[Mapping[str, Quantity]] = {
-    "class": Quantity(Need.NOTHING),
-    "period": Quantity(Need.NOTHING),
-    "theta": Quantity(Need.TILT, ("theta",), ("theta",)),
-    "axis": Quantity(Need.AXIS, ("axis",), ("axis",)),
-    "phi": Quantity(Need.PHI, ("phi",), ("phi",)),
-    "psi": Quantity(Need.PSI, ("psi",), ("psi",)),
-    "rates": Quantity(Need.TILT, RATES, ("rates",)),
-    "attitude": Quantity(Need.PSI, ("quaternion",), ("phi", "psi", "axis")),
-}
+    # what a scene may want
+    "class": Quantity("class", "", "kind of motion", need=Need.NOTHING),
+    "period": Quantity("period", "s", "nutation period", need=Need.NOTHING),
+    "theta": Quantity("θ", "rad", "tilt of the axis from the upward vertical", need=Need.TILT,
+                      columns=("theta",), judged_by=("theta",)),
+    "axis": Quantity("axis", "1", "unit vector along the symmetry axis, in space", parts="xyz",
+                     need=Need.AXIS, columns=("axis",), judged_by=("axis",)),
+    "phi": Quantity("φ", "rad", "precession angle, continuous from the start", need=Need.PHI,
+                    columns=("phi",), judged_by=("phi",)),
+    "psi": Quantity("ψ", "rad", "spin angle, continuous from the start", need=Need.PSI,
+                    columns=("psi",), judged_by=("psi",)),
+    "rates": Quantity("rates", "rad/s", "rates of the Euler angles", need=Need.TILT,
+                      columns=RATES, judged_by=("rates",)),
+    "attitude": Quantity("attitude", "1", "attitude, body to space", need=Need.PSI,
+                         columns=("quaternion",), judged_by=("phi", "psi", "axis")),
+    # the motion
+    "t": Quantity("t", "s", "time since the start"),
+    "thetadot": Quantity("θ̇", "rad/s", "rate of the tilt"),
+    "phidot": Quantity("φ̇", "rad/s", "rate of precession"),
+    "psidot": Quantity("ψ̇", "rad/s", "rate of the spin angle"),
+    "omega": Quantity("ω", "rad/s", "angular velocity, in space", parts="xyz"),
+    "omega3": Quantity("ω₃", "rad/s", "angular velocity about the symmetry axis"),
+    "quaternion": Quantity("q", "1", "attitude, body to space, scalar first", parts="wxyz"),
+    "residual": Quantity("residual", "rad/s", "value of the event function where it was found",
+                         ".3g"),
+    "event": Quantity("event", "", "what happens: a turning point, a reversal or a cusp"),
+    # the top and its constants
+    "A": Quantity("A", "kg m²", "moment of inertia about the tip, across the axis"),
+    "C": Quantity("C", "kg m²", "moment of inertia along the axis"),
+    "gMR": Quantity("gMR", "J", "weight times the distance from the tip to the centre of mass"),
+    "E": Quantity("E", "J", "energy: kinetic, and the potential gMR cos θ"),
+    "E_prime": Quantity("E′", "J", "E − p_ψ²/2C: what is left without the constant spin"),
+    "p_phi": Quantity("p_φ", "kg m²/s", "angular momentum about the vertical"),
+    "p_psi": Quantity("p_ψ", "kg m²/s", "angular momentum about the axis"),
+    "theta_min": Quantity("least θ", "rad", "smallest tilt"),
+    "theta_max": Quantity("greatest θ", "rad", "largest tilt"),
+    "round": Quantity("once round", "s", "time in which the axis goes once round the vertical"),
+    "amplitude": Quantity("amplitude", "rad", "how far the axis nods"),
+    "precession": Quantity("Δφ per period", "rad", "advance of φ in a nutation period"),
+    "spin": Quantity("Δψ per period", "rad", "advance of ψ in a nutation period"),
+    "kind": Quantity("kind", "1", "kind of motion", ""),
+    "detail": Quantity("detail", "1", "distinguishes motions of one kind", ""),
+    "certified": Quantity("proved", "1", "1 where the kind is proved", ""),
+    "tags": Quantity("tags", "1", "tags that hold, as bits", ""),
+    "open_tags": Quantity("open tags", "1", "tags neither proved nor disproved, as bits", ""),
+    # errors
+    "energy": Quantity("energy", "1", "E', relative to max(|E'|, gMR)"),
+    "p_phi_error": Quantity("p_φ", "1", "error of p_phi, relative", _ERROR),
+    "p_psi_error": Quantity("p_ψ", "1", "error of p_psi, relative", _ERROR),
+    "axis_error": Quantity("axis", "1", "distance of the axis, a unit vector, from the exact one",
+                           _ERROR),
+    "phase_s": Quantity("phase", "s", "phase error of the nutation", _ERROR),
+    "input_rounding": Quantity("input rounding", "rad", "what binary numbers change at the end"),
+    "event_time": Quantity("event time", "s", "largest error of a time of an event", ".3g"),
+    "energy_growth": Quantity("as t^", "1", "power of time; 1.40(2) is 1.40 ± 0.02", ""),
+    "phase_growth": Quantity("as t^", "1", "", ""),
+    "error": Quantity("error", "1", "of the axis; of θ [rad] where θ is measured", _ERROR),
+    "bound": Quantity("proved bound", "", "at all times, of axis and of angles [rad]", "^.1e"),
+    "rounding": Quantity("part from adding turns", "", "", "^.1e"),
+    "observed": Quantity("largest error without it", "", "", _ERROR),
+    # studies
+    "periods": Quantity("periods", "1", "time in nutation periods"),
+    "us_per_period": Quantity("time", "µs", "of a nutation period, in the steps", ".3g"),
+    "setup_s": Quantity("setup", "s", "to derive and to compile", ".2g"),
+    "ratio": Quantity("slower", "1", "times the cheapest", ".3g"),
+    "setting": Quantity("setting", "", "tolerance, or steps a period", ".3g"),
+    "digits_lost": Quantity("digits lost", "1", "beyond what conditioning allows", ".1f"),
+    "scheme": Quantity("method", "1", "method that was followed", ""),
+    "start": Quantity("start", "1", "number of the start", ""),
+    "share": Quantity("share", "", "", ".3%"),
+    "pixels": Quantity("pixels", "1", "", ""),
+    "measured": Quantity("measured", "", "", ".2g"),
+    "claim_bound": Quantity("bound", "", "", ".2g"),
+}  # fmt: skip
+
+WANTED: Final = tuple(name for name, quantity in QUANTITIES.items() if quantity.need < Need.NEVER)
+"""What a scene may want."""
 
 
-def spelled(columns: tuple[str, ...]) -> tuple[str, ...]:
+def quantity_of(name: str) -> Quantity:
+    """What a name stands for; of an error, or of a name without a row, what follows from it.
+
+    >>> quantity_of("theta_error").name, quantity_of("digits").heading
+    ('error of tilt of the axis from the upward vertical', 'digits')
+    """
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    if name.endswith("_error"):
+        of = quantity_of(name.removesuffix("_error"))
+        return Quantity(of.symbol, of.unit, f"error of {of.name or of.symbol}", _ERROR)
+    return Quantity(name.replace("_", " "), "", format="")
+
+
+def values_of(motion: Any, name: str) -> Any:
+    """The values of a column that a motion has at its times, be it a run or the closed form."""
+    of = quantity_of(name).of
+    return getattr(motion, name) if of is None else of(motion)
+
+
+def derived(quantities: tuple[str, ...]) -> tuple[str, ...]:
+    """Columns of what is wanted that follow from others, which a file has anyway."""
+    columns = (name for wanted in quantities for name in QUANTITIES[wanted].columns)
+    return tuple(dict.fromkeys(name for name in columns if QUANTITIES[name].of is not None))
+
+
+def component_names(columns: tuple[str, ...]) -> tuple[str, ...]:
     """The names of columns of numbers, one for each component of a vector.
 
-    >>> spelled(("t", "axis"))
+    >>> component_names(("t", "axis"))
     ('t', 'axis_x', 'axis_y', 'axis_z')
     """
-    parts = {name: [f"{name}_{x}" for x in column.parts] for name, column in COLUMNS.items()}
-    return tuple(each for name in columns for each in parts.get(name) or [name])
+    parts = {name: [f"{name}_{x}" for x in quantity_of(name).parts] for name in columns}
+    return tuple(each for name in columns for each in parts[name] or [name])
 
 
 def need_of(quantities: tuple[str, ...]) -> Need:

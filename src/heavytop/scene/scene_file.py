@@ -19,7 +19,7 @@ from heavytop.exact import Exact
 from heavytop.names import nearest
 from heavytop.scene import arguments
 from heavytop.scene.arguments import NumberText, Range, Reader, Refused, Wrong, faults
-from heavytop.scene.quantities import QUANTITIES, RATES
+from heavytop.scene.quantities import RATES, WANTED
 from heavytop.scene.state import START, State, broken_start
 from heavytop.scene.top import Top, broken_body
 from heavytop.spelling import harmless
@@ -141,7 +141,7 @@ TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "start": START,
     "span": dict.fromkeys(("time", "periods"), _length),
     "want": {
-        "quantities": _names(tuple(QUANTITIES), least=1),
+        "quantities": _names(WANTED, least=1),
         "events": _names(EVENTS, least=0),
         "samples": Range(2, MAX_SAMPLES, whole=True),
         "digits": Range(1, MAX_DIGITS, whole=True),

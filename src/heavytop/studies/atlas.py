@@ -16,7 +16,7 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,15 +25,14 @@ from heavytop import __version__
 from heavytop.analytic.many import Motions, motions_many
 from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
 from heavytop.classification.many import classify_many
-from heavytop.display import Plotted
 from heavytop.errors import BadScene, Fault, ForeignFile
-from heavytop.frames import frame
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
-from heavytop.results.atlas import AtlasResult, BoundaryCurve
-from heavytop.results.base import Problem
+from heavytop.results.atlas import AtlasResult
+from heavytop.results.base import Table, draw, plots
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
+from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, no_scene, scene_of
 from heavytop.studies.atlas_plane import (
     ROLES,
@@ -64,29 +63,22 @@ if TYPE_CHECKING:
 KIND: Final = "atlas"
 TILE: Final = {"kind": 2**20, "rows": 2**16}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
-COSTS: Final = ("kinds_per_s", "rows_per_s", "jobs")
 
 
 class PixelColumn(NamedTuple):
-    """What is known of every pixel: its type on the disk, unit and name, and what codes mean."""
+    """What is known of every pixel: its type on the disk, and what codes or bits mean."""
 
     dtype: str
-    unit: str
-    text: str
     meanings: tuple[str, ...] = ()
 
 
 COLUMNS: Final = {
-    "kind": PixelColumn("u1", "1", "kind of motion", NAMES),
-    "detail": PixelColumn("u1", "1", "distinguishes motions of one kind", ("none", *DETAILS[1:])),
-    "certified": PixelColumn("u1", "1", "1 where the kind is proved"),
-    "tags": PixelColumn("u1", "1", "tags that hold, as bits", TAG_NAMES),
-    "open_tags": PixelColumn("u1", "1", "tags neither proved nor disproved, as bits", TAG_NAMES),
-    "theta_min": PixelColumn("<f8", "rad", "smallest tilt"),
-    "theta_max": PixelColumn("<f8", "rad", "largest tilt"),
-    "period": PixelColumn("<f8", "s", "nutation period; nan where nothing nutates"),
-    "precession": PixelColumn("<f8", "rad", "advance of φ in a nutation period"),
-    "spin": PixelColumn("<f8", "rad", "advance of ψ in a nutation period"),
+    "kind": PixelColumn("u1", NAMES),
+    "detail": PixelColumn("u1", ("none", *DETAILS[1:])),
+    "certified": PixelColumn("u1"),
+    "tags": PixelColumn("u1", TAG_NAMES),
+    "open_tags": PixelColumn("u1", TAG_NAMES),
+    **dict.fromkeys(("theta_min", "theta_max", "period", "precession", "spin"), PixelColumn("<f8")),
 }
 SETS: Final = {
     "kind": tuple(COLUMNS)[:3],
@@ -170,7 +162,7 @@ def _unpacked(row: Mapping[str, Any], tile: Tile, names: Sequence[str]) -> Colum
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Atlas(AtlasResult, Plotted):
+class Atlas(AtlasResult):
     """A plane of tops and what kind of motion each of its pixels is.
 
     ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
@@ -184,6 +176,8 @@ class Atlas(AtlasResult, Plotted):
     journal : Journal
         Where the tiles are kept: a folder, or memory.
     """
+
+    left_out: ClassVar = ("plane", "journal")
 
     plane: Plane
     journal: Journal
@@ -220,22 +214,23 @@ class Atlas(AtlasResult, Plotted):
                 columns = _unpacked(self.journal.load(task).rows[0], tile, self.columns)
             yield tile, columns
 
-    def document(
-        self, *, files: Mapping[str, str] | None = None, costs: bool = True
-    ) -> dict[str, Any]:
-        """Return what was found, for JSON; the map itself is in ``atlas.nc``.
+    def charts(self) -> Mapping[str, Callable[..., Any]]:
+        """The map."""
+        return {"map": draw("atlas", "kinds_map", self)}
+
+    def figure(self) -> Any:
+        """The map, with paths of the axis beside it."""
+        return plots("atlas").atlas_figure(self)
+
+    def save_data(self, folder: Path) -> dict[str, str]:
+        """Write ``atlas.nc``.
 
         Parameters
         ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
+        folder : Path
         """
-        found = super().document(files=files)
-        for name in ("plane", "journal"):
-            del found[name]
-        return found if costs else found | dict.fromkeys(COSTS)
+        self.save_map(folder / "atlas.nc")
+        return {"map": "atlas.nc"}
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the columns as an xarray Dataset, dimensions named as the axes, y first."""
@@ -245,7 +240,10 @@ class Atlas(AtlasResult, Plotted):
         dims = tuple(axis.name for axis in axes)
         return xarray.Dataset(
             {name: (dims, self[name], _attributes(name)) for name in self.columns},
-            {axis.name: (axis.name, axis.values, _axis_attributes(axis)) for axis in axes},
+            {
+                axis.name: (axis.name, axis.values, quantity_of(axis.name).attributes)
+                for axis in axes
+            },
         )
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -253,7 +251,10 @@ class Atlas(AtlasResult, Plotted):
 
         Its index are the values of both axes, y first.
         """
-        return frame(self.to_xarray(), self.plane.y.name, self.plane.x.name)
+        over = (self.plane.y.name, self.plane.x.name)
+        found = self.to_xarray().to_dataframe(dim_order=over)
+        found.attrs = Table((), (*over, *self.columns)).to_pandas().attrs
+        return found
 
     def save_map(self, path: Path) -> None:
         """Write the map as netCDF: a tile at a time in memory, whole or not at all.
@@ -282,7 +283,7 @@ class Atlas(AtlasResult, Plotted):
             file.dimensions = {axis.name: axis.count for axis in axes}
             for axis in axes:
                 variable = file.create_variable(axis.name, (axis.name,), data=axis.values)
-                variable.attrs.update(_axis_attributes(axis))
+                variable.attrs.update(quantity_of(axis.name).attributes)
             for name in self.columns:
                 variable = file.create_variable(
                     name, tuple(file.dimensions), COLUMNS[name].dtype, chunks=chunk,
@@ -320,7 +321,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
     seconds = sum(journal.state(task).seconds for task in tiles)
     rate = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
     return Atlas(
-        scene=Problem(**parameters["scene"]),
+        scene=parameters["scene"],
         axes={"x": plane.x.range, "y": plane.y.range},
         shape=plane.shape,
         what=what,
@@ -328,8 +329,9 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         details={pair: count for pair, count in pairs.items() if "," in pair},
         sent=others["sent"],
         uncertified=others["uncertified"],
-        curves=tuple(BoundaryCurve(name=name, x=(*x.tolist(),), y=(*y.tolist(),))
-                     for name, x, y in curves(plane)),
+        curves=tuple(
+            {"name": name, "x": x.tolist(), "y": y.tolist()} for name, x, y in curves(plane)
+        ),
         kinds_per_s=rate,
         rows_per_s=rate if what == "rows" else None,
         jobs=jobs,
@@ -342,17 +344,12 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
 def _attributes(name: str) -> dict[str, Any]:
     """What a map says of a column, by the CF conventions."""
     column = COLUMNS[name]
-    found: dict[str, Any] = {"long_name": column.text, "units": column.unit}
+    found: dict[str, Any] = dict(quantity_of(name).attributes)
     if not column.meanings:
         return found
     codes = np.arange(len(column.meanings), dtype=np.uint8)
     flags = {"flag_masks": 1 << codes} if column.meanings == TAG_NAMES else {"flag_values": codes}
     return found | flags | {"flag_meanings": " ".join(column.meanings)}
-
-
-def _axis_attributes(axis: Axis) -> dict[str, str]:
-    unit = ROLES[axis.name].unit.replace("/s", " s⁻¹")
-    return {"long_name": axis.name, "units": unit.translate(str.maketrans("²¹⁻", "21-"))}
 
 
 # --- making an atlas ------------------------------------------------------------------------------
@@ -506,8 +503,8 @@ _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
 def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
     """Two axes that set the same thing; more pixels than the memory has room for."""
     x, y, file = plane.x, plane.y, plane.scene.name
-    if ROLES[x.name].sets == ROLES[y.name].sets:
-        rule = f"x = {x.name} and y = {y.name} both set the {ROLES[x.name].sets}"
+    if ROLES[x.name] == ROLES[y.name]:
+        rule = f"x = {x.name} and y = {y.name} both set the {ROLES[x.name]}"
         yield Fault(file, None, "y", y.name, rule)
     with suppress(AttributeError, ValueError, OSError):  # a system may not say
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")

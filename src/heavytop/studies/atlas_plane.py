@@ -23,7 +23,7 @@ from heavytop.classification.arrays import IMPOSSIBLE, NAMES, TAG_NAMES
 from heavytop.classification.kinds import Kind
 from heavytop.exact import Exact
 from heavytop.names import nearest
-from heavytop.results.atlas import AxisRange
+from heavytop.results.atlas import ROLES as ROLES
 from heavytop.scene.arguments import PLAIN, STATE, Refused
 from heavytop.scene.scene import Scene
 
@@ -42,29 +42,6 @@ ROUNDING: Final = (
 
 # --- axes -----------------------------------------------------------------------------------------
 
-
-class Role(NamedTuple):
-    """What a number of a scene sets, its unit, and how a chart writes it."""
-
-    sets: str
-    unit: str
-    sign: str
-
-
-ROLES: Final = {
-    "theta": Role("tilt", "rad", r"$\theta$"),
-    "thetadot": Role("nodding", "rad/s", r"$\dot{\theta}$"),
-    "phidot": Role("precession", "rad/s", r"$\dot{\varphi}$"),
-    "psidot": Role("spin", "rad/s", r"$\dot{\psi}$"),
-    "omega3": Role("spin", "rad/s", r"$\omega_3$"),
-    "p_phi": Role("precession", "kg m² s⁻¹", r"$p_\varphi$"),
-    "p_psi": Role("spin", "kg m² s⁻¹", r"$p_\psi$"),
-    "E": Role("nodding", "J", "E"),
-    "A": Role("A", "kg m²", "A"),
-    "C": Role("C", "kg m²", "C"),
-    "gMR": Role("gMR", "kg m² s⁻²", "gMR"),
-}
-"""What may change along an axis. Two axes of a plane set different things."""
 
 FORM: Final = "NAME=FROM:TO:COUNT, such as phidot=-20:20:2000 (or …:COUNT:log)"
 _TEXT: Final = re.compile(
@@ -129,10 +106,10 @@ class Axis:
         return f"{self.name}={self.low}:{self.high}:{self.count}{':log' if self.log else ''}"
 
     @property
-    def range(self) -> AxisRange:
+    def range(self) -> dict[str, Any]:
         """The axis in a result."""
-        low, high = float(self.low), float(self.high)
-        return AxisRange(name=self.name, low=low, high=high, count=self.count, log=self.log)
+        ends = {"low": float(self.low), "high": float(self.high)}
+        return {"name": self.name, **ends, "count": self.count, "log": self.log}
 
     @cached_property
     def values(self) -> Array:
@@ -228,10 +205,8 @@ class Plane:
         numbers = {name: getattr(top, name) for name in ("A", "C", "gMR")} | {
             name: getattr(start, name) for name in ("theta", "thetadot", "phidot", start.held)
         }
-        changed = {ROLES[axis.name].sets for axis in (self.x, self.y)}
-        return {
-            name: float(value) for name, value in numbers.items() if ROLES[name].sets not in changed
-        }
+        changed = {ROLES[axis.name] for axis in (self.x, self.y)}
+        return {name: float(value) for name, value in numbers.items() if ROLES[name] not in changed}
 
     @property
     def place(self) -> tuple[float, float]:

@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import asdict
 from fractions import Fraction
 from functools import lru_cache
 from hashlib import sha256
@@ -29,8 +30,7 @@ from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
 from heavytop.integration.integrator import Checkpoint
 from heavytop.integration.outputs import sample
 from heavytop.machine import versions
-from heavytop.results.base import Problem
-from heavytop.results.certificate import QUANTITIES, Certificate, EventProof, ProvedEvents
+from heavytop.results.certificate import QUANTITIES, Certificate
 from heavytop.run.estimates import MOST_DIGITS
 from heavytop.run.events import KINDS_OF
 from heavytop.run.planning import plan
@@ -184,7 +184,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     parameters = {
         "kind": KIND,
         "scene": trajectory.scene.problem(),
-        "run": own.document(),
+        "run": asdict(own),
         "legs": legs,
         "last": _place(points[-1]),
         "steps": orbit.steps,
@@ -462,17 +462,19 @@ def collect(journal: Journal) -> Certificate:
         turns = False
         why.append("whole turns are not proved: counted from step to step they are others")
     why += [proof["why"] for proof in events_held.values() if proof["why"]]
-    events = {
-        event: EventProof(count=count, proved=events_held.get(event, {}).get("proved"))
+    events: dict[str, Any] = {
+        event: {"count": count, "proved": events_held.get(event, {}).get("proved")}
         for event, count in asked["counts"].items()
     }
     if "cusp" in events and "turning" in events:  # each is a turning point
-        events["cusp"] = EventProof(count=events["cusp"].count, proved=events["turning"].proved)
+        events["cusp"]["proved"] = events["turning"]["proved"]
+    verdicts = [each["proved"] for each in events.values()]
+    late = max((proof["off"] for proof in events_held.values()), default=None)
     if asked["steps"] == 0 and not flow.rests:
         raise NotCertified("the run took no step, though the axis moves")
     least = [n for n in ("axis", "theta") if n in names]
     return Certificate(
-        scene=Problem(**asked["scene"]),
+        scene=asked["scene"],
         formulation=own.formulation,
         projected=own.projected,
         tolerance=own.tolerance,
@@ -482,12 +484,8 @@ def collect(journal: Journal) -> Certificate:
         rounding={n: None if bounds.get(n) is None else rounding[n] for n in QUANTITIES},
         observed={n: observed.get(n) for n in QUANTITIES},
         turns=turns if own.quadrature or own.formulation != "cubic" else None,
-        events=ProvedEvents(
-            **events,
-            time_bound_s=max((proof["off"] for proof in events_held.values()), default=None),
-        ),
-        proved=all(bounds[n] is not None for n in least)
-        and all(each.proved is not False for each in events.values()),
+        events=dict.fromkeys(KINDS_OF) | events | {"time_bound_s": late},
+        proved=all(bounds[n] is not None for n in least) and False not in verdicts,
         why=tuple(why),
         versions=asked["versions"],
     )

@@ -22,10 +22,10 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import BadScene, HeavyTopError, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
-from heavytop.results.base import Column, Problem
-from heavytop.results.drift import COLUMNS, STARTS, Drift, ErrorSeries, MemberDrift, MethodDrift
+from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.planning import closed_form_of
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
@@ -35,11 +35,12 @@ from heavytop.studies.study import (
     Journal,
     Parameters,
     Progress,
-    Record,
     open_journal,
     run,
 )
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
+
+Columns = dict[str, tuple[float | None, ...]]
 
 KIND: Final = "drift"
 OPTIONS: Final = {
@@ -53,6 +54,7 @@ CHUNK_S: Final = 0.5  # of integration between two checkpoints
 LIMIT_S: Final = 60.0  # of a chunk of one's own method: a step that takes longer never returns
 SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
 PHASE: Final = 0.6180339887498949  # of a period: no turning point, where a time error is not seen
+STARTS: Final = (*ANGLES, *RATES, "omega3")
 LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no measure of it
 
 
@@ -356,7 +358,7 @@ def collect(journal: Journal) -> Drift:
     period = float(closed_form_of(scene).period or 0.0)
     states = [neighbour(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
     return Drift(
-        scene=Problem(**asked["scene"]),
+        scene=asked["scene"],
         **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
         spread=SPREAD,
         starts=tuple({name: float(getattr(each, name)) for name in STARTS} for each in states),
@@ -369,33 +371,48 @@ def task_name(text: str, number: int) -> str:
     return f"{text}/{number:04d}"
 
 
-def _method(journal: Journal, text: str, lost: float) -> MethodDrift:
-    chosen = method(text)
-    known: dict[str, Any] = {
+def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
+    """What was found of a method, as a row of the result."""
+    chosen, none = method(text), _series({"periods": ()})
+    row: dict[str, Any] = {
         "name": chosen.text,
         "formulation": chosen.states,
         "language": chosen.language,
         "setting": {chosen.set_by: chosen.setting},
+        "us_per_period": None,
+        "steps": None,
+        "ended": {},
+        "skipped": None,
+        "spread": None,
+        "members": (),
+        **none,
     }
-    if chosen.absent:
-        return MethodDrift(**known, skipped=str(MissingPackage(chosen.name, chosen.absent)))
     tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
-    records = [journal.load(task) for task in tasks]
-    if failed := [record.failed for record in records if record.failed]:
-        return MethodDrift(**known, skipped=failed[0])
-    members = tuple(_member(record, lost) for record in records)
-    gone = sum(record.checkpoint["periods"] for record in records)
-    seconds = sum(record.seconds for record in records)
-    ended = [record.checkpoint["ended"] for record in records]
-    return MethodDrift(
-        **known,
-        **_over(members, _rms),
-        members=members,
-        spread=ErrorSeries(**_over(members, lambda x: _rms(x - np.mean(x)))),
-        steps=float(np.mean([each.steps for each in members])),
-        us_per_period=seconds / gone * 1e6 if gone else None,
-        ended={str(number): why for number, why in enumerate(ended) if why},
-    )
+    if chosen.absent:
+        row["skipped"] = str(MissingPackage(chosen.name, chosen.absent))
+    elif failed := [why for task in tasks if (why := journal.load(task).failed)]:
+        row["skipped"] = failed[0]
+    else:
+        records = [journal.load(task) for task in tasks]
+        columns = [_columns(record.rows, lost) for record in records]
+        steps = [record.checkpoint["state"]["steps"] for record in records]
+        gone = sum(record.checkpoint["periods"] for record in records)
+        seconds = sum(record.seconds for record in records)
+        ended = [record.checkpoint["ended"] for record in records]
+        row |= _series(_over(columns, _rms))
+        row |= {
+            "members": tuple(
+                _series(x) | {"steps": n} for x, n in zip(columns, steps, strict=True)
+            ),
+            "spread": _series(_over(columns, lambda x: _rms(x - np.mean(x)))),
+            "steps": float(np.mean(steps)),
+            "us_per_period": seconds / gone * 1e6 if gone else None,
+            "ended": {str(number): why for number, why in enumerate(ended) if why},
+        }
+    energy, phase = (growth(row["periods"], row[name]) for name in ("energy", "phase_s"))
+    stderr = {"energy": energy.stderr, "phase": phase.stderr}
+    exponents = {"energy_exponent": energy.exponent, "phase_exponent": phase.exponent}
+    return row | exponents | {"stderr": stderr}
 
 
 def _rms(x: Any) -> float:
@@ -404,30 +421,27 @@ def _rms(x: Any) -> float:
     return size * float(np.sqrt(np.mean(np.square(x / size))))
 
 
-def _member(record: Record, lost: float) -> MemberDrift:
+def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
     """The errors of a run, without phases from where the first is lost."""
-    rows = record.rows
-    columns = {name: tuple(row[name] for row in rows) for name in ("periods", "energy", "axis")}
-    phases = [row["phase_s"] for row in rows]
-    known = [*takewhile(lambda phase: abs(phase) < lost, phases)]
-    columns["phase_s"] = (*known, *[None] * (len(rows) - len(known)))
-    for name in rows[0]["invariants"] if rows else ():
-        columns[name] = tuple(row["invariants"][name] for row in rows)
-    return MemberDrift(**_fields(columns), steps=record.checkpoint["state"]["steps"])
+    names = rows[0]["invariants"] if rows else ()
+    columns = {name: tuple(row["invariants"][name] for row in rows) for name in names}
+    columns |= {name: tuple(row[name] for row in rows) for name in ("periods", "energy", "axis")}
+    phases = [*takewhile(lambda phase: abs(phase) < lost, (row["phase_s"] for row in rows))]
+    return columns | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
 
 
-def _over(members: Sequence[ErrorSeries], mean: Callable[[Any], Any]) -> dict[str, Any]:
-    """Errors over all runs, at the times that all of them reached, as fields of a series."""
-    shortest = min((each.columns for each in members), key=lambda columns: len(columns["periods"]))
+def _over(members: Sequence[Columns], mean: Callable[[Any], Any]) -> Columns:
+    """Errors over all runs, at the times that all of them reached."""
+    shortest = min(members, key=lambda columns: len(columns["periods"]))
     found = {}
     for name in shortest:
-        every = zip(*(each.columns[name] for each in members), strict=False)
+        every = zip(*(each[name] for each in members), strict=False)
         found[name] = tuple(None if None in x else float(mean(np.array(x))) for x in every)
-    return _fields(found | {"periods": shortest["periods"]})
+    return found | {"periods": shortest["periods"]}
 
 
-def _fields(columns: Mapping[str, Column]) -> dict[str, Any]:
-    """Columns as the fields of a series: None for momenta that cannot change."""
+def _series(columns: Columns) -> dict[str, Any]:
+    """Columns by their names in a result: None for momenta that cannot change."""
     none = (None,) * len(columns["periods"])
-    own = {name: columns.get(name, none) for name in COLUMNS}
-    return own | {"invariants": {name: x for name, x in columns.items() if name not in COLUMNS}}
+    found = {name: columns.get(name, none) for name in ("periods", *SERIES)}
+    return found | {"invariants": {n: x for n, x in columns.items() if n not in found}}

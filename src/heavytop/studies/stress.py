@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from heavytop import errors
 from heavytop.comparison import own
@@ -36,7 +35,8 @@ from heavytop.comparison.steppers import (
 from heavytop.exact.pairs import Array, two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.machine import versions
-from heavytop.results.stress import ASTRAY, AUTO, Run, SkippedRun, Stress, StressOutcome
+from heavytop.results.base import Row
+from heavytop.results.stress import ASTRAY, AUTO, NOTHING, Stress, StressCases, StressOutcome
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
@@ -65,7 +65,6 @@ from heavytop.studies.study import (
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
 
 KIND: Final = "stress"
-LISTED: Final = "heavytop/stress-cases/1"
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
 STEPS: Final = 2_000_000
@@ -225,12 +224,12 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
             if record.done:
                 with reading(f"run {record.task}"):
                     [row] = record.rows
-                    runs.append(TypeAdapter(Run).validate_python(row))
+                    runs.append(run_row(**row))
                 continue
             absent = method.absent and f"{', '.join(method.absent)} is not installed"
             reason = absent or record.failed or "the budget was spent"
             lost = record.failed is not None
-            skipped.append(SkippedRun(case=case, method=method.name, reason=reason, lost=lost))
+            skipped.append(Row(case=case, method=method.name, reason=reason, lost=lost))
     limits = {"time_s": parameters["time_limit"], "steps": parameters["step_limit"]}
     return Stress(
         limits={"budget_s": budget, **limits},
@@ -252,11 +251,11 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
         found = TIMED_WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
     except TimedOut:
         form = stress_method(method).states
-        found = Run(case=case, method=method, formulation=form, outcome=StressOutcome.TIME_LIMIT,
-                    named=True, note=f"killed after {limit:g} s")  # fmt: skip
+        what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
+        found = run_row(case=case, method=method, formulation=form, named=True, **what)
     except Lost as death:
         raise errors.HeavyTopError(f"its process was lost: {death}") from None
-    yield Chunk(rows=[found.document()], done=True)
+    yield Chunk(rows=[found], done=True)
 
 
 def get_ready(
@@ -275,30 +274,34 @@ def get_ready(
 _PREPARED: Final[dict[str, tuple[Stepper, int]]] = {}  # in a worker: what the next run takes
 
 
-def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Run:
+def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Row:
     """In the worker: do a run, and judge it."""
     chosen = stress_method(method)
     return judged(run_case(cases()[case], chosen, truth, step_limit), truth, case, chosen)
 
 
-def listing() -> dict[str, Any]:
-    """Return all cases and methods as the document heavytop/stress-cases/1.
+def run_row(*, case: str, method: str, formulation: str, outcome: str, **more: Any) -> Row:
+    """Return what is said of a run, with nothing where nothing is known."""
+    names = {"case": case, "method": method, "formulation": formulation}
+    return Row(**names, outcome=StressOutcome(outcome), **{**NOTHING, **more})
+
+
+def listing() -> StressCases:
+    """Return all cases and methods.
 
     Examples
     --------
-    >>> [found] = [case for case in listing()["cases"] if case["name"] == "cusp"]
-    >>> found["start"]["psidot"], found["span"]
+    >>> [found] = [case for case in listing().cases if case.name == "cusp"]
+    >>> found.start.psidot, found.span
     ('140', '2.618 periods')
     """
-    methods = stress_methods().values()
-    return {
-        "schema": LISTED,
-        "cases": [case.document() for case in cases().values()],
-        "methods": [
+    return StressCases(
+        cases=tuple(case.document() for case in cases().values()),
+        methods=tuple(
             {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.set_to}
-            for m in methods
-        ],
-    }
+            for m in stress_methods().values()
+        ),
+    )
 
 
 # --- one run ---------------------------------------------------------------------------------
@@ -488,7 +491,7 @@ def _with_motion(result: Attempt, seen: Any) -> Attempt:
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSetting) -> Run:
+def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSetting) -> Row:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
@@ -499,7 +502,7 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     method : MethodSetting
     """
     told = partial(
-        Run,
+        run_row,
         case=case,
         method=method.name,
         formulation=method.formulation,

@@ -19,8 +19,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
-from heavytop.results.base import Problem
-from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision
+from heavytop.results.work_precision import WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import neighbour
@@ -289,7 +288,7 @@ def complete(
         else:
             points.append(_point(each, timed[each], derived[each.formulation]))
     return WorkPrecision(
-        scene=Problem(**parameters["scene"]),
+        scene=parameters["scene"],
         periods=parameters["periods"],
         phase=parameters["periods"] - BEFORE,
         budget=budget,
@@ -420,7 +419,7 @@ def _in_turn(tried: Sequence[MethodSetting]) -> Iterator[MethodSetting]:
         yield from filter(None, turn)
 
 
-def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Point:
+def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> dict[str, Any]:
     """Return the medians and spreads over the starts."""
     own, costs = timed[0], [one.us_per_period for one in timed]
     axis, theta, energy = (
@@ -429,33 +428,33 @@ def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Poi
     errors = theta if None in axis else axis
     stepper: Any = own.run.stepper
     by_tolerance = each.set_by == TOLERANCE
-    return Point(
-        method=each.name,
-        formulation=each.states,
-        language=each.language,
-        tolerance=each.setting if by_tolerance else None,
-        steps_a_period=None if by_tolerance else each.setting,
-        bits=each.bits,
-        measures="theta" if None in axis else "axis",
-        rival=each.is_rival,
-        us_per_period=median(costs),
-        us_spread=_spread(costs),
-        rhs_evaluations=own.measured["evaluations"],
-        error=median(errors),
-        error_spread=_spread(errors),
-        starts=len(timed),
-        theta_error=median(theta),
-        energy_error=median(energy),
-        setup_s=derived_s + float(getattr(stepper, "engine", stepper).compile_s),
-        runs=min(len(one.seconds) for one in timed),
-        periods=own.periods,
-        steps=own.measured["steps"],
-    )
+    return {
+        "method": each.name,
+        "formulation": each.states,
+        "language": each.language,
+        "tolerance": each.setting if by_tolerance else None,
+        "steps_a_period": None if by_tolerance else each.setting,
+        "bits": each.bits,
+        "measures": "theta" if None in axis else "axis",
+        "rival": each.is_rival,
+        "us_per_period": median(costs),
+        "us_spread": _spread(costs),
+        "rhs_evaluations": own.measured["evaluations"],
+        "error": median(errors),
+        "error_spread": _spread(errors),
+        "starts": len(timed),
+        "theta_error": median(theta),
+        "energy_error": median(energy),
+        "setup_s": derived_s + float(getattr(stepper, "engine", stepper).compile_s),
+        "runs": min(len(one.seconds) for one in timed),
+        "periods": own.periods,
+        "steps": own.measured["steps"],
+    }
 
 
-def _skipped(each: MethodSetting, reason: str) -> SkippedSetting:
+def _skipped(each: MethodSetting, reason: str) -> dict[str, Any]:
     setting = {each.set_by: each.setting}
-    return SkippedSetting(method=each.name, setting=setting, rival=each.is_rival, reason=reason)
+    return {"method": each.name, "setting": setting, "rival": each.is_rival, "reason": reason}
 
 
 def _spread(values: Sequence[float]) -> float:
@@ -480,7 +479,7 @@ class Timed:
     end : (float, float)
         The time at which it is looked at [s].
     measured : dict
-        For JSON: ``axis_error``, ``theta_error``, ``energy_error`` as those of a `Point`; the
+        For JSON: ``axis_error``, ``theta_error``, ``energy_error`` as those of a point; the
         ``time`` [s], ``steps`` and ``evaluations`` where its last block ended; and of each run
         the ``seconds`` in the blocks of steps.
     """

@@ -444,16 +444,16 @@
     const psidot = own.omega3 - own.phidot * Math.cos(own.theta);
     const spins = [psidot, own.omega3].map((each) => short(heavytop.settled(each,
       Math.abs(state.spin) + Math.abs(own.phidot))));
-    const facts = [
+    const Q = DATA.quantities, facts = [
       ["Tilt", still ? angle(own.theta) : ends[0] === ends[1] ? angle(ends[0])
         : `${angle(ends[0])} to ${angle(ends[1])}`],
       ["Period of nutation", still || !period ? "–" : `${short(period)} s`],
       ["Axis goes round", still || rate === null ? "–" : `${short(rate)} rad/s on average`
         + (rate ? `, once in ${short((2 * Math.PI) / Math.abs(rate))} s` : "")],
       ["ψ̇ and ω₃ at the start", `${spins.join(" and ")} rad/s`],
-      ["p_φ, p_ψ", `${short(pPhi)}, ${short(pPsi)} kg m²/s`],
-      ["E′", `${short(energy)} J`],
-      ["A, C, gMR", `${short(own.A)} kg m², ${short(own.C)} kg m², ${short(own.gMR)} kg m²/s²`],
+      [`${Q.p_phi.symbol}, ${Q.p_psi.symbol}`, `${short(pPhi)}, ${short(pPsi)} ${Q.p_psi.unit}`],
+      [Q.E_prime.symbol, `${short(energy)} ${Q.E_prime.unit}`],
+      ["A, C, gMR", ["A", "C", "gMR"].map((n) => `${short(own[n])} ${Q[n].unit}`).join(", ")],
     ];
     $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
       const [term, text] = ["dt", "dd"].map((each) => document.createElement(each));

@@ -6,8 +6,9 @@ import pytest
 from typer.testing import CliRunner
 
 from heavytop.cli import app
-from heavytop.report.run import between, events
-from heavytop.report.tables import MISSING, Fitting
+from heavytop.results.base import Row
+from heavytop.results.run_texts import between, event_tables
+from heavytop.scene.quantities import MISSING
 
 
 def printed(*words):
@@ -29,9 +30,9 @@ def test_numbers_of_a_run_have_units_and_digits(two_periods):
     headings = re.split(r"\s{2,}", line(two_periods, "event  ").strip())
     assert headings == ["event", "t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual [rad/s]"]
     words = " ".join(two_periods.split("closed form: ")[1].split("cost")[0].split())
-    named = re.findall(r"([a-z ]+) [\d.e+-]+ (rad|s|\(a length\)|\(relative\))(?:, |$)", words)
-    assert {name.strip(): unit for name, unit in named} == {
-        "theta": "rad", "phi": "rad", "psi": "rad", "axis": "(a length)", "energy": "(relative)",
+    named = re.findall(r"([a-z ]+) [\d.e+-]+( rad| s|)(?:, |$)", words)
+    assert {name.strip(): unit.strip() for name, unit in named} == {
+        "theta": "rad", "phi": "rad", "psi": "rad", "axis": "", "energy": "",
         "event time": "s", "input rounding": "rad",
     }  # fmt: skip
     shown = line(two_periods, "at t = ").split()[3]
@@ -85,14 +86,14 @@ def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_e
     assert "no digit right" not in text
 
 
-def test_the_best_form_of_events_has_all_digits_and_the_rest_fewer():
+def test_events_have_all_digits_and_where_it_is_narrow_fewer():
     row = {"kind": "cusp", "t": 1 / 3, "theta": 0.1, "phi": None, "phidot": 1e-17, "residual": 0}
-    found = events([row, row | {"phidot": 5.0}], omitted=7)
-    assert isinstance(found, Fitting)
-    (best,), *_, (last,) = found.forms
-    assert best.rows[0] == ("cusp", "0.333333333333", "0.1", MISSING, "0", "0")
-    assert last.rows[0][1] == "0.333"
-    assert (best.more, best.head[1], last.head[1]) == (7, "t [s]", "t\n[s]")
+    rows = Row(table=[Row(row), Row(row, phidot=5.0)], omitted=7)
+    [table] = event_tables(rows)
+    assert table.texts()[0] == ["cusp", "0.333333333333", "0.1", MISSING, "0", "0"]
+    assert table.texts(3)[0][1] == "0.333"
+    assert (table.more, table.head[1]) == (7, "t [s]")
+    assert [*event_tables(Row(table=(), omitted=0))] == []
 
 
 @pytest.mark.parametrize(

@@ -1,40 +1,24 @@
-"""A run, a plan, and what is known of a motion without integrating: as facts and tables."""
+"""What a run, a plan and a classification say, as facts and tables."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from decimal import Decimal
 from typing import Any, Final
 
-from heavytop.report.tables import (
-    MISSING,
-    SYMBOLS,
-    Fitting,
-    Known,
-    Line,
-    Row,
-    Table,
-    headed,
-    number,
-    quantities,
-    short,
-    size,
-)
+from heavytop.results.base import Fact, Table, with_unit
+from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity, quantity_of
 from heavytop.spelling import duration
 
 ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
 MANY_TURNS: Final = 1000  # from which on an angle is also told as turns and a rest
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
-MOST_DIGITS, FEWEST_DIGITS = 12, 3  # of the numbers of an event
 PROVED_DIGITS: Final = 17  # shown of what is enclosed
 CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
-OFF: Final = {  # what distances from the closed form are measured in
-    "axis": "(a length)", "rates": "rad/s", "energy": "(relative)", "event_time": "s",
-}  # fmt: skip
 FACTS: Final = (
     ("nutation", "{nutation_frequency} rad/s"),
     ("", "range of cos θ {nutation_amplitude}"),
@@ -56,31 +40,27 @@ ESTIMATES: Final = {
 """Of a fast top: what textbooks estimate, in words."""
 
 
-def run_parts(document: Known) -> Iterator[Line]:
-    """A run: what is known without integrating, the plan, the end, the events, the errors."""
-    motion, rows, cost = document["motion"], document["events"]["table"], document["cost"]
-    proved = ", proved" if motion["certified"] else ""
-    tags = f" ({', '.join(motion['tags'])})" if motion["tags"] else ""
-    yield "kind", f"{motion['kind']}{tags}{proved}"
-    if motion["why"]:
-        yield "why", motion["why"]
+def run_facts(run: Any) -> Iterator[Fact]:
+    """A run: what follows without integrating, the plan, the end, the errors, the cost."""
+    motion, cost = run.motion, run.cost
+    proved = ", proved" if motion.certified else ""
+    tags = f" ({', '.join(motion.tags)})" if motion.tags else ""
+    yield "kind", f"{motion.kind}{tags}{proved}"
+    if motion.why:
+        yield "why", motion.why
     yield from course_rows(motion, motion)
-    yield from quantities(document["constants"], *CONSTANTS)
-    yield from _estimates(motion["estimates"])
-    yield from _plan(document["plan"])
-    yield from _end(document)
-    if rows:
-        yield events(rows, document["events"]["omitted"])
-    yield "errors", f"against the closed form: {_errors(document['errors'])}"
-    if rows and motion["kind"].startswith("through-"):
+    yield from quantities(run.constants, *CONSTANTS)
+    yield from _estimates(motion.estimates)
+    yield from _plan(run.plan)
+    yield from _end(run)
+    yield "errors", f"against the closed form: {_errors(run.errors)}"
+    if run.events.table and motion.kind.startswith("through-"):
         yield "at the pole", "φ jumps by π: the value before or after it is given; φ̇ is the limit"
-    if "derive_s" in cost:
-        yield "cost", _cost(cost)
+    yield "cost", _cost(cost)
 
 
-def plan_parts(document: Known) -> Iterator[Line]:
+def plan_facts(plan: Mapping[str, Any]) -> Iterator[Fact]:
     """A plan: the equations, their precision, why, and what is expected."""
-    plan = document["plan"]
     yield from _plan(plan)
     for warning in plan["warnings"]:
         yield "warning", warning
@@ -89,20 +69,20 @@ def plan_parts(document: Known) -> Iterator[Line]:
         yield "expected", f"{duration(plan['cost_s'])} of steps, {off} at the end"
 
 
-def classify_parts(document: Known) -> Iterator[Line]:
+def classify_facts(found: Any) -> Iterator[Fact]:
     """A classification: kind and why, range of tilt and means per period, constants, rates."""
-    motion, enclosure = document["motion"], document["enclosure"]
+    motion, enclosure = found.motion, found.enclosure
     yield from verdict_rows(motion)
     yield from course_rows(motion, {
         name: motion[name] if enclosure[name] is None else between(*enclosure[name])
         for name in COURSE
     })  # fmt: skip
-    yield from quantities(document["constants"], *CONSTANTS)
-    yield from _facts(document["facts"])
+    yield from quantities(found.constants, *CONSTANTS)
+    yield from _facts(found.motion_facts)
     yield from _estimates(motion["estimates"])
 
 
-def course_rows(motion: Known, values: Known) -> Iterator[Row]:
+def course_rows(motion: Mapping[str, Any], values: Mapping[str, Any]) -> Iterator[Fact]:
     """Range of tilt, period, and means per period, of those there are, with their values."""
     low, high = (number(values[name]) for name in COURSE[:2])
     if MISSING not in (low, high):
@@ -119,7 +99,7 @@ def course_rows(motion: Known, values: Known) -> Iterator[Row]:
     yield from quantities(motion, "round", "amplitude")
 
 
-def _plan(plan: Known) -> Iterator[Row]:
+def _plan(plan: Mapping[str, Any]) -> Iterator[Fact]:
     marks = ["projected"] if plan["projected"] else []
     tolerance = f"tolerance {short(plan['tolerance'])}"
     how = (plan["precision"], f"{plan['states']} states", tolerance) if plan["states"] else ()
@@ -128,40 +108,35 @@ def _plan(plan: Known) -> Iterator[Row]:
         yield "", f"· {reason}"
 
 
-def _end(document: Known) -> Iterator[Row]:
+def _end(run: Any) -> Iterator[Fact]:
     """The state at the end, the events that were counted, and what went wrong."""
-    if final := document["final"]:
+    if final := run.final:
         angles = [name for name in ("theta", "phi", "psi") if final.get(name) is not None]
-        known = ", ".join(f"{SYMBOLS[name][0]} = {number(final[name])}" for name in angles)
+        known = ", ".join(f"{QUANTITIES[name].symbol} = {number(final[name])}" for name in angles)
         yield f"at t = {number(final['t'])} s", f"{known} rad" if known else MISSING
         for name in ("phi", "psi"):
             if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
                 rest = number(final[f"{name}_mod"])
-                yield "", f"{SYMBOLS[name][0]} = {turns} turns and {rest} rad"
-        counts = ((document["events"][name], name) for name in ("turning", "reversal", "cusp"))
+                yield "", f"{QUANTITIES[name].symbol} = {turns} turns and {rest} rad"
+        counts = ((run.events[name], name) for name in ("turning", "reversal", "cusp"))
         asked = [f"{count} {name}" for count, name in counts if count is not None]
         yield "events", ", ".join(asked) or "none requested"
-    if missed := document["missed_digits"]:
-        yield "digits missed", ", ".join(f"{name} {size(off)}" for name, off in missed.items())
-    if document["outcome"] != "finished":
-        yield "outcome", document["outcome"]
+    if missed := run.missed_digits:
+        yield "digits missed", ", ".join(f"{name} {off:.1e}" for name, off in missed.items())
+    if run.outcome != "finished":
+        yield "outcome", run.outcome
 
 
-def events(rows: list[Known], omitted: int) -> Fitting:
-    """The events, with as many digits as fit; units below the headings where it is narrow."""
-    columns = {name: settled(row[name] for row in rows) for name in ("t", "theta", "phi", "phidot")}
-    heads = ("event", *map(headed, (*columns, "residual")))
-    kinds, residuals = ([write(row[name]) for row in rows]
-                        for name, write in (("kind", str), ("residual", short)))  # fmt: skip
-
-    def table(digits: int) -> Table:
-        below = "\n" if digits < MOST_DIGITS else " "
-        numbers = ([number(x, digits) for x in column] for column in columns.values())
-        cells = tuple(zip(kinds, *numbers, residuals, strict=True))
-        head = tuple(head.replace(" ", below) for head in heads)
-        return Table(head, cells, first=FIRST_EVENTS, more=omitted)
-
-    return Fitting(tuple((table(n),) for n in range(MOST_DIGITS, FEWEST_DIGITS - 1, -1)))
+def event_tables(events: Any) -> Iterator[Table]:
+    """The events, with as many digits as fit."""
+    if not events.table:
+        return
+    columns = {n: settled(row[n] for row in events.table) for n in ("t", "theta", "phi", "phidot")}
+    rows = [
+        {"event": row.kind, "residual": row.residual} | {n: x[k] for n, x in columns.items()}
+        for k, row in enumerate(events.table)
+    ]
+    yield Table(rows, ("event", *columns, "residual"), first=FIRST_EVENTS, more=events.omitted)
 
 
 def settled(values: Iterable[Any]) -> list[float | None]:
@@ -177,16 +152,16 @@ def settled(values: Iterable[Any]) -> list[float | None]:
     return [0.0 if value is not None and abs(value) < least else value for value in found]
 
 
-def _errors(found: Known) -> str:
+def _errors(found: Mapping[str, Any]) -> str:
     known = (
-        f"{name.replace('_', ' ')} {short(off)} {OFF.get(name, 'rad')}"
+        f"{name.replace('_', ' ')} {short(off)} {quantity_of(name).unit}".removesuffix(" 1")
         for name, off in found.items()
         if isinstance(off, int | float)
     )
     return ", ".join(filter(None, (*known, found.get("why_not"))))
 
 
-def _cost(cost: Known) -> str:
+def _cost(cost: Mapping[str, Any]) -> str:
     parts = [f"{cost['steps']} step{'s'[: cost['steps'] != 1]}"]
     for label, name in (("derive", "derive_s"), ("compile", "compile_s"), ("run", "integrate_s")):
         if cost[name] is not None:
@@ -196,10 +171,10 @@ def _cost(cost: Known) -> str:
     return ", ".join(parts)
 
 
-# --- what is known without integrating -----------------------------------------------------------
+# --- without integrating -------------------------------------------------------------------------
 
 
-def verdict_rows(motion: Known) -> Iterator[Row]:
+def verdict_rows(motion: Mapping[str, Any]) -> Iterator[Fact]:
     """The kind of a motion, its tags, and why."""
     proof = "proved" if motion["certified"] else f"|x| < {number(motion['bound'])}"
     yield "kind", f"{motion['kind']}, {proof}"
@@ -227,7 +202,7 @@ def between(low: str, high: str) -> str:
     return f"{text:f}" if -6 < text.adjusted() < PROVED_DIGITS else f"{text:e}"
 
 
-def _facts(facts: Known) -> Iterator[Row]:
+def _facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
     """The facts that are known, each in the words of `FACTS`."""
     shown = {name: number(x) for name, x in facts.items() if x is not None and name != "estimates"}
     if facts["steady_branch"] is None:
@@ -246,8 +221,8 @@ def _facts(facts: Known) -> Iterator[Row]:
             yield label, words.format_map(shown)
 
 
-def _range(facts: Known, name: str, mean: str) -> Iterator[Row]:
-    label, (low, high) = SYMBOLS[name][0], (facts[f"{name}_{end}"] for end in ("min", "max"))
+def _range(facts: Mapping[str, Any], name: str, mean: str) -> Iterator[Fact]:
+    label, (low, high) = QUANTITIES[name].symbol, (facts[f"{name}_{end}"] for end in ("min", "max"))
     if low is None or high is None:
         return
     if low == high:
@@ -263,8 +238,29 @@ def _range(facts: Known, name: str, mean: str) -> Iterator[Row]:
         yield "", f"reverses at θ = {number(facts[f'{name}_reversal_theta'])} rad"
 
 
-def _estimates(estimates: Known) -> Iterator[Row]:
+def _estimates(estimates: Mapping[str, Any]) -> Iterator[Fact]:
     """What textbooks give for a fast top, with their errors."""
     for name, known in estimates.items():
         off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
         yield "", f"fast-top estimate: {ESTIMATES[name].format(short(known['estimate']))}{off}"
+
+
+def quantities(values: Mapping[str, Any], *names: str) -> Iterator[Fact]:
+    """Quantities that have a value, by their symbols, with their units."""
+    for name in names:
+        if values[name] is not None:
+            yield QUANTITIES[name].symbol, with_unit(name, values[name])
+
+
+def number(value: Any) -> str:
+    """A number to 12 digits; a decimal text as it is.
+
+    >>> number(2 / 3), number("0.66666666666666666667"), number(None)
+    ('0.666666666667', '0.66666666666666666667', '–')
+    """
+    return Quantity("").text(value)
+
+
+def short(value: Any) -> str:
+    """A value to 3 digits."""
+    return Quantity("", format=".3g").text(value if value is None else float(value))

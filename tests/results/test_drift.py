@@ -1,0 +1,83 @@
+"""What a drift says, and its numbers as tables, are those of its methods."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.results.base import Row
+from heavytop.results.drift import Drift
+from heavytop.scene.quantities import MISSING
+
+SCENE = ht.load_scene("sicm-kicked", ["span.time=0.6"])
+NONE = dict.fromkeys(("p_phi", "p_psi"), ())
+STRANG = {
+    "name": "strang", "skipped": None, "periods": [1.0, 10.0], "energy": [1e-9, 2e-9],
+    "phase_s": [1e-3, None], "axis": [1e-9, 3e-2], "energy_exponent": 0.5, "invariants": {},
+    "phase_exponent": None, "stderr": {"energy": 0.031, "phase": None}, "ended": {},
+    "us_per_period": 1234.5, "spread": None, "members": [], **NONE,
+}  # fmt: skip
+SHORT = STRANG | {"name": "short", "periods": [1.0, 4.0], "ended": {"3": "it diverged"},
+                  "us_per_period": None, "phase_exponent": 12.3,
+                  "stderr": {"energy": None, "phase": 2.0}}  # fmt: skip
+OTHER = STRANG | {"name": "a.py:mine", "skipped": "no package"}
+
+
+def of(*methods):
+    return Drift(scene=SCENE.problem(), periods=10, ensemble=4, samples=2, seed=7, spread=0.01,
+                 starts=(), methods=methods)  # fmt: skip
+
+
+def test_it_says_what_is_lost_skipped_and_ended_early():
+    found = of(STRANG, SHORT, OTHER)
+    facts = [*found.facts()]
+    assert facts[0][1].startswith("10 nutation periods, 4 starts within 1% (seed 7), RMS")
+    assert facts[-3:] == [
+        ("short", "to 4 periods"), ("short", "start 3 ended early: it diverged"),
+        ("a.py:mine", "skipped: no package"),
+    ]  # fmt: skip
+    [table] = found.tables()
+    assert table.texts() == [
+        ["strang", "1230", "2.0e-09", "0.50(3)", "lost", MISSING, "3.0e-02"],
+        ["short", MISSING, "2.0e-09", "0.50(1)", "lost", "12(2)", "3.0e-02"],
+    ]
+    assert [code for code, _ in found.problems()] == [4, 4]
+    assert (found.unrun(), of(OTHER).unrun()) == ((), ["a.py:mine"])
+    assert "us_per_period" not in found.document(costs=False)["methods"][0]
+
+
+@pytest.fixture(scope="module")
+def drift():
+    methods = ["taylor-axis", "taylor-cubic"]
+    return ht.drift(SCENE, methods=methods, periods=5, ensemble=2, samples=5)
+
+
+def test_errors_are_by_method_and_time_in_every_form(drift):
+    table, data = drift.to_pandas(), drift.to_xarray()
+    assert table.index.names == ["scheme", "periods"]
+    for method in drift.methods:
+        one = table.loc[method.name]
+        assert one.index.tolist() == list(method.periods)
+        for name in table:
+            np.testing.assert_array_equal(one[name], data[name].sel(scheme=method.name))
+        np.testing.assert_array_equal(one["energy"], method.energy)
+        np.testing.assert_array_equal(one["energy_spread"], method.spread.energy)
+    assert table.attrs["units"]["phase_s"] == data["phase_s"].attrs["units"] == "s"
+    assert table.attrs["units"]["axis"] == data["member_axis"].attrs["units"] == "1"
+
+
+def test_errors_of_every_run_are_by_start_too(drift):
+    table = drift.to_pandas(members=True)
+    assert table.index.names == ["scheme", "start", "periods"]
+    for method in drift.methods:
+        for k, member in enumerate(method.members):
+            one = table.loc[method.name, k]
+            assert one.index.tolist() == list(member.periods)
+            np.testing.assert_array_equal(one["energy"], member.energy)
+
+
+def test_a_run_that_ended_early_has_no_empty_rows(drift):
+    short = Row(drift.methods[1], periods=drift.methods[1].periods[:2])
+    table = replace(drift, methods=(drift.methods[0], short)).to_pandas()
+    assert table.loc[short.name].index.tolist() == list(short.periods)

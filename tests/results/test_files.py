@@ -1,0 +1,52 @@
+"""Every result is read back from its file as it was written."""
+
+import json
+
+import numpy as np
+import pytest
+
+from heavytop.analytic.motion import Motion
+from heavytop.checking.judge import check
+from heavytop.claims.validate import validate
+from heavytop.results.base import FILES, load_result
+from heavytop.results.check import CheckResult
+from heavytop.results.run import run_result
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
+from heavytop.studies.atlas import atlas
+from heavytop.studies.certificate import certify
+from heavytop.studies.drift import drift
+from heavytop.studies.stress import stress
+
+KICKED = load_scene("sicm-kicked")
+
+
+def checked():
+    t = np.linspace(0, 2, 2001)
+    record = Motion(KICKED.top, KICKED.start).at(t * 1.0001)
+    found = check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED)
+    return CheckResult.from_document(found.document())
+
+
+MADE = {
+    "run.json": lambda: run_result(propagate(KICKED)),
+    "drift.json": lambda: drift(KICKED, methods=["strang"], periods=10, samples=4),
+    "stress.json": lambda: stress(cases=["cusp"], methods=["auto"]),
+    "atlas.json": lambda: atlas(KICKED, "phidot=-30:40:6", "theta=0.1:1.5:4"),
+    "check.json": checked,
+    "certify.json": lambda: certify(KICKED),
+    "validate.json": lambda: validate(["betsch-cone"]),
+}
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_result_is_read_back_as_it_was_written(tmp_path, name):
+    found = MADE[name]()
+    found.save(tmp_path / name)
+    read = load_result(tmp_path / name)
+    text = json.dumps(found.document(), allow_nan=False)
+    assert json.dumps(read.document(), allow_nan=False) == text
+    assert [table.texts() for table in read.tables()] == [t.texts() for t in found.tables()]
+    assert [*read.facts()] == [*found.facts()]
+    assert len(read.to_pandas()) == len(read.rows().rows)
+    assert name in FILES

@@ -1,0 +1,36 @@
+"""A stress test says what the marks mean, what failed, and whether auto was silently wrong."""
+
+from heavytop.results.base import Row
+from heavytop.results.stress import NOTHING, Stress
+
+RUN = Row(NOTHING, case="cusp", method="auto", formulation="auto", outcome="ok", digits_lost=0.5)
+
+
+def of(*runs, **more):
+    names = {"auto": "A", "m": "M 1e-9", "n": "N"}
+    return Stress(limits={}, hard={"cusp": "", "unused": ""}, methods=names, cases=runs, **more)
+
+
+def test_it_explains_the_marks_that_occur_and_what_failed():
+    bad = Row(RUN, method="m", formulation="axis", outcome="singular", note="stopped")
+    chance = Row(bad, method="n", untold=True, digits_lost=None)
+    found = of(RUN, bad, chance, skipped=({"case": "x", "method": "y", "reason": "no time"},))
+    [table] = found.tables()
+    assert table.head == ["case", "A", "M 1e-9", "N"]
+    assert table.texts() == [["cusp", "0.5", "0.5 sing", "?"]]
+    facts = dict(found.facts())
+    assert facts["sing singular"].startswith("the run stopped")
+    assert facts["?"].startswith("undetermined")
+    assert facts["cusp"] == "singular: m, n: stopped"
+    assert facts["skipped"] == "no time: x/y"
+    assert facts["auto"] == "was silently wrong: nowhere"
+    assert "stall stalled" not in facts
+
+
+def test_its_exit_code_is_that_of_what_auto_did():
+    assert [code for code, _ in of().problems()] == [4]
+    assert [*of(RUN).problems()] == []
+    wrong = of(Row(RUN, outcome="diverged"))
+    assert [code for code, _ in wrong.problems()] == [5]
+    assert wrong.document()["auto"] == {"run": True, "silently_wrong": ["cusp"]}
+    assert of(RUN).to_pandas().loc[("cusp", "auto"), "digits_lost"] == 0.5

@@ -1,0 +1,54 @@
+"""A diagram names the cheapest, the next of the other side, and what was left out."""
+
+from heavytop.results.work_precision import WorkPrecision, summaries
+
+from ..report.conftest import POINT
+
+
+def of(*points, skipped=()):
+    scene = {"name": "n", "title": ""}
+    return WorkPrecision(scene=scene, periods=100, phase=99.6, budget=4.0, points=points,
+                         skipped=skipped)  # fmt: skip
+
+
+def cells(table):
+    return [dict(zip(table.columns, row, strict=True)) for row in table.texts()]
+
+
+def test_it_names_the_cheapest_the_next_and_what_was_left_out():
+    ours = POINT | {"method": "auto", "rival": False, "us_per_period": 3.0, "tolerance": 1e-9,
+                    "steps_a_period": None}  # fmt: skip
+    left = [{"method": "gauss8", "reason": "no time", "setting": {"tolerance": 1e-9}}] * 2
+    found = of(POINT, ours, skipped=left)
+    _, front, leaders, *others = found.tables()
+    assert [row["method"] for row in cells(front)] == ["auto"]
+    first = cells(leaders)[0]
+    assert (first["to"], first["method"], first["next"], first["ratio"]) == (
+        "1e-6", "auto", "strang", "3",
+    )  # fmt: skip
+    assert [table.title for table in others] == ["Pareto front, θ alone", "cheapest, θ alone"]
+    assert dict(found.facts())["left out"] == "no time: gauss8 (2 settings from 1e-09)"
+    assert [*found.problems()] == []
+    assert [*found.charts()] == ["axis", "theta"]
+    alone = of(POINT | {"measures": "theta"})
+    assert [table.title for table in alone.tables()][1] == "Pareto front, θ"
+    assert [*alone.charts()] == ["theta"]
+    nothing = of(skipped=left)
+    assert [code for code, _ in nothing.problems()] == [4]
+    assert (nothing.unrun(), found.unrun()) == (["gauss8"] * 2, ())
+
+
+def test_a_method_is_summed_up_by_its_cheapest_and_its_best():
+    points = [POINT | {"error": error, "us_per_period": us, "setup_s": us}
+              for error, us in ((1e-7, 4.0), (1e-6, 3.0), (1e-10, 1234.0))]  # fmt: skip
+    [one] = summaries(points)
+    assert [one[target] for target in ("1e-6", "1e-9", "1e-12")] == [3.0, 1234.0, None]
+    assert (one["method"], one["error"], one["setup_s"]) == ("strang", 1e-10, 1234.0)
+    [row] = cells(next(of(*points).tables()))
+    assert (row["1e-9"], row["error"], row["of"]) == ("1230", "1.0e-10", "axis")
+
+
+def test_the_points_are_a_table_in_every_form():
+    frame = of(POINT).to_pandas()
+    assert frame.attrs["units"]["us_per_period"] == "µs"
+    assert frame["error"].tolist() == [1e-6]
