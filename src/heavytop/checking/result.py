@@ -20,7 +20,7 @@ MOST_NAMED: Final = 6  # columns that are ignored, in a line
 MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 START: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
-UNITS: Final = {"axis": "a length", "energy": "of max(|E'|, gMR)"} | dict.fromkeys(
+UNITS: Final = {"axis": "1", "energy": "of max(|E'|, gMR)"} | dict.fromkeys(
     ("p_phi", "p_psi"), "relative"
 )
 EVENTS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
