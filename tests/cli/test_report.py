@@ -138,7 +138,10 @@ def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
     assert needed.exit_code == 3
     assert "give the scene of the data, or a file with only its [top]" in needed.stderr
     assert heavytop_("check", tmp_path / "none.csv").exit_code == 3
-    assert "t: a column of at least 5 times" in heavytop_(*mine[:4]).stderr
+    assert heavytop_(*mine[:4]).exit_code == 0  # what Zeit is, is understood
+    nothing = tmp_path / "nothing.csv"
+    nothing.write_text("theta,phi\n" + "1,2\n" * 9, "utf-8")
+    assert "a column t of at least 5 times" in heavytop_("check", nothing, *mine[2:4]).stderr
 
 
 @pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 4), (errno.EACCES, 2)])

@@ -28,7 +28,6 @@ from heavytop.scene.top import Top
 
 TURNED: Final = 0.02  # rad, from which on an angle is counted from another origin
 UPRIGHT: Final = 0.05  # sin θ below which an azimuth is not read off
-FEWER_DEGREES: Final = 4.0  # rad: angles in degrees reach farther
 LEAST_PART: Final = 0.02  # of A, by which a moment about the centre of mass is smaller at least
 AHEAD: Final = 0.5  # decades, by which it has to explain more than a clock or another gMR
 GRID: Final = 24

@@ -232,7 +232,9 @@ def _numbers(column: Any) -> Array | None:
 def _drop_masked(values: dict[str, Array]) -> list[str]:
     """Take rows without a value away, and quantities without any."""
     rows = values["t"].shape if "t" in values else ()
-    for name in [name for name, x in values.items() if np.isnan(x).all() or x.shape[:1] != rows]:
+    for name in [
+        name for name, x in values.items() if x.shape[:1] != rows or np.isnan(x).all(axis=0).any()
+    ]:
         del values[name]
     if not values:
         return []

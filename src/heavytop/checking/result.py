@@ -97,7 +97,7 @@ class Check(Plotted):
         (precession), psi (spin) [rad]; energy E' of max(|E'|, gMR), p_phi and p_psi of the larger
         momentum.
     digits, digits_as_given : float
-        Decimal digits of everything that is compared, where they are fewest: with the conventions
+        Decimal digits [1] of all that is compared, where they are fewest: with the conventions
         undone, and as the data are.
     phase : Phase or None
         How far the data run ahead; None where they do not tell it.

@@ -1,0 +1,113 @@
+"""Conventions: each is named where it was planted, none where it was not, and no wrong one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from heavytop.checking.comparison import Comparison
+from heavytop.checking.conventions import LAST, TABLE
+from heavytop.checking.judge import check
+from heavytop.checking.reading import read
+from heavytop.checking.search import Explanation, Step, judge, undo
+from heavytop.errors import BadScene
+
+from .made import SCENE, exact
+
+T = np.linspace(0, 1.5, 151)
+NAMES = [row.name for row in TABLE]
+
+
+@pytest.fixture
+def plants(monkeypatch):
+    """The plants of the validation script, which share no code with the package."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
+    import fuzz_conventions
+
+    return fuzz_conventions
+
+
+ALONE = sorted({name for name in NAMES if "+" not in name} | {"motor", "friction"})
+ALONE.remove("time-origin")
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_a_convention_that_is_planted_alone_is_named(plants, name):
+    rng = np.random.default_rng([3, *map(ord, name)])
+    scene = plants.random_scene(rng)
+    data, form = plants.planted(scene, "exact", (name,), rng)
+    assert plants.verdict(data, scene, (name,))[0] == "named", form
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ALONE)
+def test_it_is_named_in_spite_of_the_error_of_a_coarse_step(plants, name):
+    rng = np.random.default_rng([4, *map(ord, name)])
+    scene = plants.random_scene(rng)
+    data, _ = plants.planted(scene, plants.QUALITIES[2], (name,), rng)
+    assert plants.verdict(data, scene, (name,))[0] in ("named", "ambiguous", "none")
+
+
+@pytest.mark.slow
+def test_of_pairs_and_in_good_data_no_wrong_name_is_sure(plants):
+    for found in (plants.pairs(7, 12), plants.good(7, 12)):
+        counts, wrong = plants.counted(found)
+        assert wrong == []
+        assert counts.total() == 12
+
+
+def test_a_planted_error_of_the_table_is_seen(plants, monkeypatch):
+    """A row that undoes nothing: its convention is not named any more."""
+    row = NAMES.index("omega-sign")
+    idle = TABLE[row]._replace(undo=lambda c: iter([("", c)]))
+    monkeypatch.setattr("heavytop.checking.search.TABLE", (*TABLE[:row], idle, *TABLE[row + 1 :]))
+    rng = np.random.default_rng(5)
+    scene = plants.random_scene(rng)
+    data, _ = plants.planted(scene, "exact", ("omega-sign",), rng)
+    assert plants.verdict(data, scene, ("omega-sign",))[0] == "none"
+
+
+def explanation(misfit, *names):
+    steps = tuple(Step(NAMES.index(name), 0, "", 1.0) for name in names)
+    return Explanation(steps, {"attitude": misfit})
+
+
+@pytest.mark.parametrize(
+    ("found", "sure", "alike"),
+    [
+        ([explanation(-8.0, "y-up")], {"y-up"}, 0),
+        ([explanation(-8.0, "y-up"), explanation(-7.9, "spin-sign")], set(), 2),
+        ([explanation(-8.0, "y-up"), explanation(-8.2, "y-up", "degrees")], {"y-up"}, 0),
+        ([explanation(-4.0, "y-up"), explanation(-8.0, "y-up", "rpm")], {"y-up", "rpm"}, 0),
+        ([explanation(-4.0, "rpm", "y-up"), explanation(-4.2, "rpm", "degrees")], {"rpm"}, 2),
+        ([explanation(-8.0, "y-up"), explanation(-8.0, "spin-held", "degrees")], {"y-up"}, 0),
+        ([explanation(-0.5, "y-up")], set(), 0),  # better, and no good
+        ([explanation(-0.3, "y-up")], set(), 0),
+    ],
+)
+def test_only_what_all_good_explanations_share_is_sure(found, sure, alike):
+    verdict = judge([explanation(0.0), *found])
+    assert (verdict.sure, len(verdict.alike)) == (sure, alike)
+
+
+def test_a_world_that_is_mirrored_or_upside_down_with_the_body_is_both():
+    q = exact(T).quaternion * [1, 1, -1, -1]
+    found = check({"t": T, "quaternion": q}, SCENE)
+    others = [{x.name for x in each} for each in found.alternatives]
+    assert (found.conventions, {"mirrored"} in others, {"z-down"} in others) == ((), True, True)
+
+
+def test_a_part_of_a_tenth_of_a_radian_is_told_from_a_step():
+    """The first row is off at once, by less than a coarse integrator is later."""
+    moved = exact(T * 1.001)
+    found = check({"t": T, "theta": moved.theta, "phi": moved.phi + 0.1}, SCENE)
+    assert [each.name for each in found.conventions] == ["azimuth-origin"]
+
+
+def test_names_are_undone_where_asked_and_unknown_ones_refused():
+    data = read({"t": 1000 * T, "theta": np.degrees(exact(T).theta)})
+    undone = undo(Comparison(data, SCENE.top, SCENE.start), ["degrees", "milliseconds"])
+    assert abs(undone.data.values["theta"] - exact(T).theta).max() < 1e-14
+    with pytest.raises(BadScene, match="one of time-origin, milliseconds"):
+        check({"t": T, "theta": exact(T).theta}, SCENE, undone=["radians"])
+    assert TABLE[LAST].name == "inertia-about-centre"
