@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, overload
 from flint import arb
 
 from heavytop.analytic.closed_form import ClosedForm, Constants, constants
-from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, Rising
-from heavytop.analytic.solution import ExactRecord
+from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, Rising, itself
+from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FEW_BITS, FromScene, Reduced
@@ -166,6 +166,32 @@ class Motion(Played, MotionNumbers[float]):
             return self.precession / self.period, self.spin / self.period
         start = self.at(0.0)
         return float(start.phidot), float(start.psidot)
+
+    @cached_property
+    def amplitude(self) -> float | None:
+        """How far the axis nods, θ_max − θ_min [rad]; None where nothing nutates."""
+        if not self.nutates:
+            return None
+
+        def between(found: Solution, _: int) -> arb:
+            one, other = found.tilts
+            return abs(one - other)
+
+        return self._number(
+            self.rising.settled("the amplitude", between, self._digits, size=itself)
+        )
+
+    @property
+    def round(self) -> float | None:
+        """The time [s] in which the axis goes once round, 2π over the mean of |φ̇|.
+
+        None where that is zero, on the vertical, and where a motion that tends to it has no mean.
+        """
+        vertical = self.rising.regime.steady and 0.0 in self.nearest
+        if self.regime == "asymptotic" or vertical:
+            return None
+        rate = abs(self.mean_angle_rates[0])
+        return 2 * math.pi / rate if rate else None
 
     def mean_rate(self, angle: str) -> float:
         """The mean of (φ + ψ)˙ − κ, or of (φ − ψ)˙ + κ [rad/s], without jumps at poles.
