@@ -32,6 +32,7 @@ from .errors import (
     BadScene as BadScene,
     DoubtfulWarning as DoubtfulWarning,
     EndedEarly as EndedEarly,
+    FoldedTiltWarning as FoldedTiltWarning,
     ForeignFile as ForeignFile,
     HeavyTopError as HeavyTopError,
     ImpossibleBodyWarning as ImpossibleBodyWarning,

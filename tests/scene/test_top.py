@@ -37,7 +37,7 @@ BROKEN = [
     (Top.from_parts, {"C_cm": -1}, {"C_cm"}),
     (Top.from_parts, {"gravity": "fast", "mass": -1}, {"gravity", "mass"}),
     (disk, {"mass": 0}, {"mass"}),
-    (disk, {"radius": -1, "thickness": "1 m", "base": 0, "mass": None},
+    (disk, {"radius": -1, "thickness": "1 kg", "base": 0, "mass": None},
      {"centre or base", "density or mass", "radius", "thickness"}),
 ]  # fmt: skip
 

@@ -8,6 +8,6 @@ question is answered by ball arithmetic at rising precision.
 flint is imported only when an irrational number has to be evaluated.
 """
 
-from heavytop.numbers.exact import ONE, PI, Exact, Number, cos, sin, sqrt
+from heavytop.numbers.exact import ONE, PI, Exact, Number, acos, asin, atan, cos, sin, sqrt
 
-__all__ = ["ONE", "PI", "Exact", "Number", "cos", "sin", "sqrt"]
+__all__ = ["ONE", "PI", "Exact", "Number", "acos", "asin", "atan", "cos", "sin", "sqrt"]

@@ -281,6 +281,35 @@ def sin(x: Number) -> Exact:
     return Exact(normal_form.wave("sin", Exact.of(x).terms))
 
 
+def acos(x: Number) -> Exact:
+    """The angle in [0, π] [rad] whose cosine is `x`; its cosine is `x` again.
+
+    Examples
+    --------
+    >>> print(acos("1/2"), cos(acos("3/4")), sin(acos("3/5")))
+    1/3*pi 0.75 0.8
+    """
+    cosine = Exact.of(x)
+    beyond = (ONE - cosine).sign(), (ONE + cosine).sign()
+    if -1 in beyond:
+        raise NotANumber("a cosine lies within [-1, 1]")
+    if 0 in beyond:
+        return NOTHING if beyond[0] == 0 else PI
+    return Exact(normal_form.acos(cosine.terms))
+
+
+def asin(x: Number) -> Exact:
+    """The angle in [−π/2, π/2] [rad] whose sine is `x`."""
+    return PI / 2 - acos(x)
+
+
+def atan(x: Number) -> Exact:
+    """The angle in (−π/2, π/2) [rad] whose tangent is `x`."""
+    tangent = Exact.of(x)
+    angle = acos(1 / sqrt(1 + tangent**2))
+    return -angle if tangent.sign() == -1 else angle
+
+
 NOTHING: Final = Exact(normal_form.ZERO)
 ONE: Final = Exact(normal_form.ONE)
 PI: Final = Exact(normal_form.PI)

@@ -88,6 +88,8 @@ def _atom(atom: Atom) -> arb:
     argument = ball_of(atom.argument)
     if atom.name == "sqrt" and not argument > 0:  # what lies below zero is only width
         return arb(0).union(argument.upper().nonnegative_part().sqrt())
+    if atom.name == "acos":  # of what lies beyond ±1 too, which is only width
+        return arb.atan2((1 - argument * argument).nonnegative_part().sqrt(), argument)
     value: arb = getattr(argument, atom.name)()
     return value
 

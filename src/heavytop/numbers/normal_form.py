@@ -1,7 +1,7 @@
 """Normal form of exact numbers: like terms and equal roots merged; and proof that a form is zero.
 
 A form is a sum of terms, a term a rational coefficient times a monomial, a monomial a product of
-whole powers of atoms; and an atom is π, a square root, cosine or sine of a form, or a sum again.
+whole powers of atoms; and an atom is π, a root, cosine, sine or acos of a form, or a sum again.
 Roots stand above the line and to the first power, one of them at most of a rational number. All of
 it is plain tuples, ordered by how they are written, so that equal forms compare and hash alike. No
 term is zero: the form of 0 is empty.
@@ -30,9 +30,9 @@ if TYPE_CHECKING:  # slow to import, and needed for proofs only
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """sqrt, cos or sin of a form that has no simpler one."""
+    """sqrt, cos, sin or acos of a form that has no simpler one."""
 
-    name: Literal["sqrt", "cos", "sin"]
+    name: Literal["sqrt", "cos", "sin", "acos"]
     argument: Form
 
 
@@ -150,9 +150,39 @@ def sqrt(x: Form) -> Form:
 def wave(name: Literal["cos", "sin"], x: Form) -> Form:
     """Return cos x or sin x."""
     half_turns = _multiple(x, PI_ALONE)
-    if half_turns is None:
-        return _single(Function(name, x))
-    return _cos_pi(half_turns if name == "cos" else Fraction(1, 2) - half_turns)
+    if half_turns is not None:
+        return _cos_pi(half_turns if name == "cos" else Fraction(1, 2) - half_turns)
+    return _wave_of_inverse(name, dict(x)) or _single(Function(name, x))
+
+
+def _wave_of_inverse(name: Literal["cos", "sin"], x: dict[Monomial, Fraction]) -> Form:
+    """Return cos or sin of ±acos y + nπ/2; an empty form for any other angle."""
+    quarters = 2 * x.pop(PI_ALONE, Fraction(0)) - (name == "sin")
+    if len(x) != 1 or quarters.denominator != 1 or (sign := _one_inverse(*x.items())) is None:
+        return ()
+    ((((inverse, _),), _),) = x.items()
+    cosine = inverse.argument  # type: ignore[union-attr]
+    sine = sqrt(add(ONE, scaled(multiply(cosine, cosine), -1)))
+    way = int(quarters) % 4
+    return scaled(sine if way % 2 else cosine, (1, -sign, -1, sign)[way])
+
+
+def _one_inverse(term: tuple[Monomial, Fraction]) -> Fraction | None:
+    """The factor ±1 of a term that is one acos and nothing else."""
+    monomial, c = term
+    alone = len(monomial) == 1 and monomial[0][1] == 1 and abs(c) == 1
+    inverse = alone and isinstance(monomial[0][0], Function) and monomial[0][0].name == "acos"
+    return c if inverse else None
+
+
+def acos(x: Form) -> Form:
+    """Return acos x, in closed form at the cosines of multiples of π/6 and π/4."""
+    if x and x[0][1] < 0:
+        return add(PI, scaled(acos(scaled(x, -1)), -1))
+    for q, n in _COSINES.items():
+        if sqrt(rational(Fraction(n, 4))) == x:
+            return scaled(PI, q)
+    return _single(Function("acos", x))
 
 
 def _cos_pi(q: Fraction) -> Form:
@@ -227,7 +257,7 @@ def _surd(q: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def written(x: Form) -> str:
-    """A text that says x in the grammar of scenes, with cos( ) and sin( ) added."""
+    """A text that says x in the grammar of scenes."""
     return " + ".join(_term_text(*term) for term in x).replace("+ -", "- ") or "0"
 
 
@@ -291,7 +321,8 @@ class _Expansion:
         functions = [atom for atom in atoms if isinstance(atom, Function)]
         radicands = [fraction(each.argument) for each in functions if each.name == "sqrt"]
         integers = _coprime_base({int(n) for n in radicands if n is not None})
-        self.multiples = _multiples(each.argument for each in functions if each.name != "sqrt")
+        waves = [each for each in functions if each.name in ("cos", "sin")]
+        self.multiples = _multiples(each.argument for each in waves)
         count = len(integers) + len(atoms) + len(self.multiples)  # at most
         if count > _MAX_GENERATORS:
             raise OverflowError
@@ -327,7 +358,7 @@ class _Expansion:
         """The value of an atom that is met for the first time."""
         if isinstance(atom, tuple):
             return self.quotient(atom)
-        if isinstance(atom, str):
+        if isinstance(atom, str) or atom.name == "acos":  # of which nothing is used
             return _Quotient(next(self.unused), self.one)
         if atom.name != "sqrt":
             return _Quotient(self._wave(atom), self.one)

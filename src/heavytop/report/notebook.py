@@ -14,7 +14,18 @@ from heavytop.plots.sphere import motion_figure
 from heavytop.report.player import PERIODS
 from heavytop.report.run import course_rows, plan_parts, verdict_rows
 from heavytop.report.studies import RESULTS, kind_of, parts_of
-from heavytop.report.tables import SYMBOLS, Fitting, Part, Table, facts, given, headed, number, size
+from heavytop.report.tables import (
+    SYMBOLS,
+    Fitting,
+    Part,
+    Table,
+    facts,
+    given,
+    headed,
+    number,
+    size,
+    with_unit,
+)
 from heavytop.results.classification import MotionSummary, PlanSummary
 
 if TYPE_CHECKING:
@@ -89,6 +100,8 @@ def _top(top: Top) -> Cell:
 
 def _exact(x: Any) -> str:
     """A number as it was given; a long expression, as sums of solids are, to six digits."""
+    if isinstance(x, tuple):
+        return f"[{', '.join(map(_exact, x))}]"
     text = str(x)
     formula = not isinstance(x, str) and set(text) & set("/*")
     return number(float(x), 6) if formula and len(text) > LONGEST else text
@@ -96,7 +109,8 @@ def _exact(x: Any) -> str:
 
 def _state(state: State) -> Cell:
     told = [(name, x) for name, x in state.given if str(x) != "0"] or [("theta", state.theta)]
-    return [facts((SYMBOLS[name][0], f"{_exact(x)} {SYMBOLS[name][1]}") for name, x in told)], None
+    rows = ((SYMBOLS.get(name, (name,))[0], with_unit(name, _exact(x))) for name, x in told)
+    return [facts(rows)], None
 
 
 def _scene(scene: Scene) -> Cell:

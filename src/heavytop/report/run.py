@@ -61,6 +61,7 @@ def run_parts(document: Known) -> Iterator[Line]:
     yield from course_rows(motion, motion)
     yield from quantities(document["constants"], *CONSTANTS)
     yield from _plan(document["plan"])
+    yield from _notes(document)
     yield from _end(document)
     if rows:
         yield events(rows, document["events"]["omitted"])
@@ -92,6 +93,12 @@ def classify_parts(document: Known) -> Iterator[Line]:
     })  # fmt: skip
     yield from quantities(document["constants"], *CONSTANTS)
     yield from _facts(document["facts"])
+    yield from _notes(document)
+
+
+def _notes(document: Known) -> Iterator[Row]:
+    for text in document.get("warnings", ()):
+        yield "note", text
 
 
 def course_rows(motion: Known, values: Known) -> Iterator[Row]:

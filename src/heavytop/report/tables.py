@@ -158,6 +158,8 @@ def number(value: Any, digits: int = 12) -> str:
     """
     if value is None:
         return MISSING
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(number(each, digits) for each in value)}]"
     return value if isinstance(value, str) else f"{value:.{digits}g}"
 
 

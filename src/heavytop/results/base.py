@@ -123,7 +123,7 @@ class Problem(Part):
     title: Text
     source: Text
     top: Values
-    start: Values
+    start: Mapping[Text, Any]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +135,7 @@ class SceneTables(Part):
     title: Text
     source: Text
     top: Values
-    start: Values
+    start: Mapping[Text, Any]
     span: Values
     want: Mapping[Text, Value | tuple[Value, ...]]
 

@@ -100,7 +100,7 @@ class RunResult(Result):
     cost : RunCost
     outcome : Outcome
     warnings : tuple of str
-        What no rigid body can be, and the scene is.
+        What no rigid body can be, a θ that was folded, what another kick would do.
     source : {"integrated", "closed form"}
         What the end and the events are from.
     """
