@@ -8,6 +8,7 @@ from .analytic.facts import (
     Facts as Facts,
     facts as facts,
 )
+from .analytic.find import find as find
 from .analytic.many_motions import (
     Motions as Motions,
     motions_many as motions_many,
@@ -86,6 +87,7 @@ from .studies.certificate import certify as certify
 from .studies.drift import drift as drift
 from .studies.runner import resume as resume
 from .studies.stress import stress as stress
+from .studies.sweep import sweep as sweep
 from .studies.work_precision import work_precision as work_precision
 
 __version__: str

@@ -26,6 +26,8 @@ from typer.core import TyperGroup
 
 from heavytop import errors
 from heavytop.results.base import spelt, typing, with_command
+from heavytop.scene.arguments import Refused
+from heavytop.scene.quantities import SI, Units, read_units
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
@@ -34,6 +36,9 @@ if TYPE_CHECKING:
     from heavytop.studies.runner import Progress
 
 Verb = Callable[..., None]
+
+
+UNIT: Final = "Show tables, CSV and charts in these units, such as deg,rpm,ms; JSON stays SI."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +50,16 @@ class Manner:
     verbose: Annotated[bool, Option("-v", "--verbose", help="Print what the command is doing.")] = (
         False
     )
+    unit: Annotated[str, Option("--unit", metavar="NAME,…", help=UNIT)] = ""
     debug: Annotated[bool, Option("--debug", help="Print the traceback of an error.")] = False
+
+    @property
+    def units(self) -> Units:
+        """The units that are to be shown in place of those of SI."""
+        try:
+            return read_units(self.unit) if self.unit else SI
+        except Refused as wrong:
+            raise BadParameter(str(wrong), param_hint="--unit") from None
 
 
 _MANNER: ContextVar[Manner] = ContextVar("manner", default=Manner())  # noqa: B039 (it is frozen)
@@ -170,8 +184,11 @@ def show(document: Mapping[str, Any]) -> None:
 
     def tables() -> None:
         from heavytop.report.studies import rendered
+        from heavytop.report.tables import SHOWN
 
+        token = SHOWN.set(manner().units)
         print_table(rendered(document))
+        SHOWN.reset(token)
 
     answer(with_command(document), tables)
 

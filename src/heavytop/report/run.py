@@ -18,9 +18,11 @@ from heavytop.report.tables import (
     Row,
     Table,
     headed,
+    in_units,
     number,
     quantities,
     short,
+    shown_unit,
     size,
 )
 from heavytop.spelling import duration
@@ -130,8 +132,13 @@ def _end(document: Known) -> Iterator[Row]:
     """The state at the end, the events that were counted, and what went wrong."""
     if final := document["final"]:
         angles = [name for name in ("theta", "phi", "psi") if final.get(name) is not None]
-        known = ", ".join(f"{SYMBOLS[name][0]} = {number(final[name])}" for name in angles)
-        yield f"at t = {number(final['t'])} s", f"{known} rad" if known else MISSING
+        shown = (number(_shown(name, final[name])) for name in ("t", *angles))
+        t, *values = shown
+        known = ", ".join(f"{SYMBOLS[n][0]} = {x}" for n, x in zip(angles, values, strict=True))
+        yield (
+            f"at t = {t} {shown_unit('t')}",
+            f"{known} {shown_unit('theta')}" if known else MISSING,
+        )
         for name in ("phi", "psi"):
             if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
                 rest = number(final[f"{name}_mod"])
@@ -145,12 +152,18 @@ def _end(document: Known) -> Iterator[Row]:
         yield "outcome", document["outcome"]
 
 
+def _shown(name: str, value: Any) -> Any:
+    """A value as it is, or in the unit that was asked for."""
+    return value if shown_unit(name) == SYMBOLS[name][1] else in_units(name, value)
+
+
 def events(rows: list[Known], omitted: int) -> Fitting:
     """The events, with as many digits as fit; units below the headings where it is narrow."""
-    columns = {name: settled(row[name] for row in rows) for name in ("t", "theta", "phi", "phidot")}
+    names = ("t", "theta", "phi", "phidot")
+    columns = {name: settled(_shown(name, row[name]) for row in rows) for name in names}
     heads = ("event", *map(headed, (*columns, "residual")))
-    kinds, residuals = ([write(row[name]) for row in rows]
-                        for name, write in (("kind", str), ("residual", short)))  # fmt: skip
+    kinds = [str(row["kind"]) for row in rows]
+    residuals = [short(_shown("residual", row["residual"])) for row in rows]
 
     def table(digits: int) -> Table:
         below = "\n" if digits < MOST_DIGITS else " "

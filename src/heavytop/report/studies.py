@@ -15,6 +15,7 @@ from heavytop.report.run import classify_parts, plan_parts, run_parts
 from heavytop.report.tables import (
     FAIL,
     MISSING,
+    SHOWN,
     Fitting,
     Known,
     Line,
@@ -33,6 +34,8 @@ from heavytop.report.tables import (
     with_unit,
 )
 from heavytop.results.stress import MARKS, UNTOLD
+from heavytop.scene.quantities import scaled
+from heavytop.studies.sweep import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -364,6 +367,43 @@ def _map(document: Known) -> Iterator[Row]:
             yield label, number(document[name], 3 if name == "kinds_per_s" else 12)
 
 
+# --- the other way round, and over a range -------------------------------------------------------
+
+
+def find_parts(document: Known) -> Iterator[Line]:
+    """The solutions, and the facts of each."""
+    key = document["vary"].partition("=")[0].strip()
+    yield "so that", document["so_that"]
+    for each in document["solutions"]:
+        value, (low, high) = in_unit(key, each["value"]), each["bracket"]
+        yield key, f"{value}, proved between {low!r} and {high!r}"
+        known = ((name, x) for name, x in each["facts"].items() if x is not None)
+        yield "", ", ".join(f"{name.replace('_', ' ')} {in_unit(name, x, 6)}" for name, x in known)
+    if document["why"]:
+        yield "", document["why"]
+
+
+def sweep_parts(document: Known) -> Iterator[Line]:
+    """A row for each value: the kind of motion and its facts."""
+    rows = document["rows"]
+    names = [*rows[0]]
+    units = {name: scaled(unit_of(name), SHOWN.get()) for name in names}
+    heads = (f"{name} [{unit}]" if unit else name for name, (unit, _) in units.items())
+    cells = (
+        tuple(
+            number(x * units[name][1] if isinstance(x, float) else x, 8) for name, x in row.items()
+        )
+        for row in rows
+    )
+    yield Table(tuple(heads), tuple(cells), left=0)
+
+
+def in_unit(name: str, value: float, digits: int = 12) -> str:
+    """A value of a fact or of a key of a scene, with its unit."""
+    unit, factor = scaled(unit_of(name), SHOWN.get())
+    return f"{number(value * factor, digits)} {unit}".rstrip()
+
+
 # --- a trajectory of somebody else ----------------------------------------------------------------
 
 
@@ -457,6 +497,9 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
     "stress": ResultKind("Where methods fail", stress_parts, (
         Chart("studies.stress_figure", "digits lost at every case by every method",
               "cases"),)),
+    "find": ResultKind("Found", find_parts),
+    "sweep": ResultKind("Sweep", sweep_parts, (
+        Chart("studies.sweep_figure", "facts over the range", "rows"),)),
     "stress-cases": ResultKind("Cases", stress_cases_parts),
     "atlas": ResultKind("Atlas", atlas_parts, (
         Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "counts"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from decimal import ROUND_CEILING, Context
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -13,6 +14,7 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from heavytop.numbers.parse import UNITS
+from heavytop.scene.quantities import SI, Units, scaled
 
 Known: TypeAlias = Mapping[str, Any]
 Row: TypeAlias = tuple[str, ...]
@@ -32,6 +34,10 @@ SYMBOLS: Final = {
     "spin": ("Δψ per period", "rad"), "residual": ("residual", "rad/s"),
 }  # fmt: skip
 """By the name of a quantity in a document: its symbol, and its unit."""
+
+
+SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
+"""The units that people asked for, in place of those of SI."""
 
 
 class Table(NamedTuple):
@@ -181,8 +187,18 @@ def at_most(bound: float) -> str:
 def headed(name: str) -> str:
     """The heading of a column: the symbol of a quantity with its unit, else its name in words."""
     if name in SYMBOLS:
-        return "{} [{}]".format(*SYMBOLS[name])
+        return f"{SYMBOLS[name][0]} [{shown_unit(name)}]"
     return name.replace("_", " ")
+
+
+def shown_unit(name: str) -> str:
+    """The unit in which a quantity is shown."""
+    return scaled(SYMBOLS[name][1], SHOWN.get())[0]
+
+
+def in_units(name: str, value: Any) -> Any:
+    """A value in the unit in which its quantity is shown."""
+    return value if value is None else float(value) * scaled(SYMBOLS[name][1], SHOWN.get())[1]
 
 
 def with_unit(name: str, text: str) -> str:
@@ -194,8 +210,10 @@ def with_unit(name: str, text: str) -> str:
 def quantities(values: Known, *names: str) -> Iterator[Row]:
     """Quantities that are known, by their symbols, with their units."""
     for name in names:
-        if values[name] is not None:
+        if values[name] is not None and shown_unit(name) == SYMBOLS[name][1]:
             yield SYMBOLS[name][0], with_unit(name, number(values[name]))
+        elif values[name] is not None:
+            yield SYMBOLS[name][0], f"{number(in_units(name, values[name]))} {shown_unit(name)}"
 
 
 def given(values: Known, digits: int = 6) -> str:

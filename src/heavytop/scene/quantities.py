@@ -10,7 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeAlias
+
+from heavytop.names import nearest
+from heavytop.numbers import parse
+from heavytop.scene.arguments import Refused
 
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
@@ -76,6 +80,37 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     "rates": Quantity(Need.TILT, RATES, ("rates",)),
     "attitude": Quantity(Need.PSI, ("quaternion",), ("phi", "psi", "axis")),
 }
+
+
+Units: TypeAlias = Mapping[str, tuple[str, float]]
+"""By a unit of SI another one, and how many of it one of SI is."""
+
+SI: Final[Units] = {}
+UNITS_OF: Final = {
+    "rad": parse.ANGLES, "rad/s": parse.RATES, "s": parse.TIMES, "kg": parse.MASSES,
+    "m": parse.LENGTHS, "kg m²": parse.MOMENTS,
+}  # fmt: skip
+
+
+def read_units(names: str) -> Units:
+    """Read a list such as deg,rpm,ms; `Refused` where one of them is no unit.
+
+    >>> read_units("deg,ms")["s"]
+    ('ms', 1000.0)
+    """
+    found = {}
+    for name in (each.strip() for each in names.split(",")):
+        si = next((si for si, units in UNITS_OF.items() if name in units), "")
+        if not si:
+            known = [each for units in UNITS_OF.values() for each in units]
+            raise Refused(f"units out of {', '.join(known)}", nearest(name, known))
+        found[si] = name, float(1 / parse.UNITS[name])
+    return found
+
+
+def scaled(unit: str, units: Units) -> tuple[str, float]:
+    """The unit to show in place of one of SI, and how many of it one of SI is."""
+    return units.get(unit, (unit, 1.0))
 
 
 def spelled(columns: tuple[str, ...]) -> tuple[str, ...]:

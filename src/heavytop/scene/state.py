@@ -9,7 +9,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Self, TypeAlias
+from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 
 from heavytop.display import Shown
 from heavytop.errors import FoldedTiltWarning, ImpossibleStart
@@ -20,6 +20,17 @@ from heavytop.scene.top import Top
 
 Branch: TypeAlias = Literal["falling", "rising", "forward", "backward"]
 Vector: TypeAlias = "Sequence[Number]"
+
+
+class Rates(TypedDict, total=False):
+    """How the body turns: an angular velocity, or Euler's rates."""
+
+    omega_body: Vector
+    omega_space: Vector
+    thetadot: Number
+    phidot: Number
+    psidot: Number
+    omega3: Number
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
@@ -97,12 +108,13 @@ class State(Shown):
         omega_space: Any = None,
     ) -> None:
         angles = {"theta": theta, "phi": phi, "psi": psi}
-        rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot, "omega3": omega3}
-        turning = {"omega_body": omega_body, "omega_space": omega_space}
-        omegas = {name: omega for name, omega in turning.items() if omega is not None}
-        unset = (None, 0) if omegas else (None,)
-        said = {name: rate for name, rate in rates.items() if rate not in unset}
-        self._read({**angles, **said, **omegas}, None)
+        rates = {"thetadot": thetadot, "phidot": phidot}
+        choices = {"psidot": psidot, "omega3": omega3}
+        choices |= {"omega_body": omega_body, "omega_space": omega_space}
+        chosen = {name: choice for name, choice in choices.items() if choice is not None}
+        if chosen.keys() & {"omega_body", "omega_space"}:
+            rates = {name: rate for name, rate in rates.items() if rate != 0}
+        self._read({**angles, **rates, **chosen}, None)
 
     @classmethod
     def of(cls, given: Mapping[str, object], top: Top | None = None) -> Self:
@@ -199,15 +211,17 @@ class State(Shown):
         return cls(theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, omega3=omega3)
 
     @classmethod
-    def from_quaternion(cls, quaternion: Vector, **rates: Any) -> Self:
+    def from_quaternion(cls, quaternion: Vector, **rates: Unpack[Rates]) -> Self:
         """The start in an attitude that a quaternion gives.
 
         Parameters
         ----------
         quaternion : sequence of 4 number
             Body to space, scalar first; of any length but 0.
-        **rates
-            `omega_body` or `omega_space`, or thetadot, phidot and psidot or omega3 [rad/s].
+        omega_body, omega_space : sequence of 3 number, optional
+            The angular velocity [rad/s], along the axes of the body or of space; or
+        thetadot, phidot, psidot, omega3 : number, optional
+            rates [rad/s], the spin as one of the last two.
 
         Raises
         ------
@@ -223,15 +237,17 @@ class State(Shown):
         return cls.of({"quaternion": quaternion, **rates})
 
     @classmethod
-    def from_rotation(cls, rotation: Sequence[Vector], **rates: Any) -> Self:
+    def from_rotation(cls, rotation: Sequence[Vector], **rates: Unpack[Rates]) -> Self:
         """The start in an attitude that a rotation matrix gives.
 
         Parameters
         ----------
         rotation : sequence of 3 rows
             Body to space; its columns are the body's axes. It may be rounded: within 1e-6.
-        **rates
-            As of `from_quaternion`.
+        omega_body, omega_space : sequence of 3 number, optional
+            The angular velocity [rad/s], along the axes of the body or of space; or
+        thetadot, phidot, psidot, omega3 : number, optional
+            rates [rad/s], the spin as one of the last two.
 
         Raises
         ------

@@ -77,7 +77,7 @@ class Top(Shown):
     mass: Exact | None = field(compare=False)
     distance: Exact | None = field(compare=False)
     given: tuple[tuple[str, Any], ...] = field(compare=False)
-    impossible: str = field(compare=False)
+    impossible: str = field(compare=False, repr=False)
     """The inequality of rigid bodies that it breaks; empty where it breaks none."""
 
     def __init__(
@@ -119,11 +119,11 @@ class Top(Shown):
         given: Mapping[str, object] | None = None,
     ) -> None:
         mass, distance = (None, None) if mass is None or distance is None else (mass, distance)
-        every = {"A": A, "C": C, "gMR": gMR, "mass": mass, "distance": distance}
-        there = {name: x for name, x in every.items() if x is not None}
-        values = exact_numbers(ImpossibleTop, there, broken_body)
+        pair = {"mass": mass, "distance": distance}
+        every = {"A": A, "C": C, "gMR": gMR} | ({} if mass is None else pair)
+        values = exact_numbers(ImpossibleTop, every, broken_body)
         impossible, source = _impossible(values), tuple((given or values).items())
-        set_fields(self, every | values | {"given": source, "impossible": impossible})
+        set_fields(self, pair | values | {"given": source, "impossible": impossible})
 
     def _warn(self) -> None:
         if self.impossible:
