@@ -237,6 +237,35 @@ class Motion(Played, MotionNumbers[float]):
         """How far the nearest other verdict is, relative."""
         return self.verdict.margin
 
+    def reaction(self, t: Any, digits: int | None = None) -> Any:
+        """The force of the pivot on the top at the time or times t [s], in space.
+
+        Parameters
+        ----------
+        t : number or array_like
+            Times since the start.
+        digits : int, optional
+            Decimal digits; without it doubles.
+
+        Returns
+        -------
+        ndarray, shape (…, 3)
+            [N].
+
+        Raises
+        ------
+        ImpossibleTop
+            Mass and distance of the top are not given.
+        """
+        found = self.at(t, digits) if digits is not None else self.at(t)
+        if digits is None:
+            return self.top.reaction(found.axis, found.omega)  # type: ignore[union-attr]
+        ctx = self.form(digits).ctx
+        if not isinstance(found, tuple):
+            return self.top.reaction(found.axis, found.omega, lambda x: x.mpf(ctx))
+        axes, omegas = ([getattr(each, name) for each in found] for name in ("axis", "omega"))
+        return self.top.reaction(axes, omegas, lambda x: x.mpf(ctx))
+
     @overload
     def at(self, t: npt.ArrayLike, digits: None = None) -> DoubleRecord: ...
     @overload

@@ -139,6 +139,8 @@ def _end(document: Known) -> Iterator[Row]:
             f"at t = {t} {shown_unit('t')}",
             f"{known} {shown_unit('theta')}" if known else MISSING,
         )
+        if final.get("reaction"):
+            yield "", f"force of the pivot {number(final['reaction'], 8)} N"
         for name in ("phi", "psi"):
             if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
                 rest = number(final[f"{name}_mod"])

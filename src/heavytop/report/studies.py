@@ -375,8 +375,9 @@ def find_parts(document: Known) -> Iterator[Line]:
     key = document["vary"].partition("=")[0].strip()
     yield "so that", document["so_that"]
     for each in document["solutions"]:
-        value, (low, high) = in_unit(key, each["value"]), each["bracket"]
-        yield key, f"{value}, proved between {low!r} and {high!r}"
+        value, factor = in_unit(key, each["value"]), scaled(unit_of(key), SHOWN.get())[1]
+        low, high = (factor * end for end in each["bracket"])
+        yield key, f"{value}, proved between {number(low, 17)} and {number(high, 17)}"
         known = ((name, x) for name, x in each["facts"].items() if x is not None)
         yield "", ", ".join(f"{name.replace('_', ' ')} {in_unit(name, x, 6)}" for name, x in known)
     if document["why"]:

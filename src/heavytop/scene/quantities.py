@@ -47,6 +47,7 @@ COLUMNS: Final[Mapping[str, QuantityColumn]] = {
     "psidot": QuantityColumn("rate of the spin angle", "rad s-1"),
     "axis": QuantityColumn("unit vector along the symmetry axis, in space", "1", "xyz"),
     "omega": QuantityColumn("angular velocity, in space", "rad s-1", "xyz"),
+    "reaction": QuantityColumn("force of the pivot on the top, in space", "N", "xyz"),
     "quaternion": QuantityColumn("attitude, body to space, scalar first", "1", "wxyz"),
 }
 
@@ -78,6 +79,7 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     "phi": Quantity(Need.PHI, ("phi",), ("phi",)),
     "psi": Quantity(Need.PSI, ("psi",), ("psi",)),
     "rates": Quantity(Need.TILT, RATES, ("rates",)),
+    "reaction": Quantity(Need.AXIS, judged_by=("axis", "rates")),
     "attitude": Quantity(Need.PSI, ("quaternion",), ("phi", "psi", "axis")),
 }
 

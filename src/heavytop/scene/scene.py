@@ -64,7 +64,7 @@ class Scene(Shown):
         The span in nutation periods; at most one of `time` and `periods` is given, and what
         integrates the scene needs one.
     quantities : sequence of str
-        Any of class, period, theta, axis, phi, psi, rates, attitude.
+        Any of class, period, theta, axis, phi, psi, rates, attitude, reaction.
     events : sequence of str
         Any of turning, reversal, cusp.
     samples : int
@@ -119,6 +119,10 @@ class Scene(Shown):
         others = {key: given[key] for key in _ARGUMENTS}
         span, wrong = scene_file.read_table("span", spans, "Scene")
         values, more = scene_file.read_keys(_ARGUMENTS, others, "Scene")
+        known = isinstance(top, Top) and top.mass is not None
+        if "reaction" in values.get("quantities", ()) and not known:
+            rule = "a top with mass and distance, where the force on the pivot is wanted"
+            more.append(Fault("Scene", None, "top", arguments.shown(top), rule))
         if wrong or more:
             raise BadScene((*wrong, *more))
         arguments.set_fields(self, {"time": None, "periods": None} | span | values)

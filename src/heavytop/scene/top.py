@@ -7,7 +7,7 @@ gMR is weight times the distance from the pivot to the centre of mass. Numbers a
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -133,6 +133,46 @@ class Top(Shown):
     def warning(self) -> str:
         """That no rigid body has these moments, and why; empty where some body has them."""
         return self.impossible and f"{self.impossible}: no rigid body has these moments of inertia"
+
+    def reaction(self, axis: Any, omega: Any, number: Callable[[Exact], Any] = float) -> Any:
+        """The force of the pivot on the top, in space, by Newton's law: M R ë + M g.
+
+        Parameters
+        ----------
+        axis, omega : array_like, shape (…, 3)
+            The axis e and the angular velocity [rad/s], in space.
+        number : callable
+            What makes the numbers of the top those of the arrays.
+
+        Returns
+        -------
+        ndarray, shape (…, 3)
+            [N].
+
+        Raises
+        ------
+        ImpossibleTop
+            Mass and distance are not given.
+
+        Examples
+        --------
+        >>> top = Top.from_parts(mass=2, distance="0.5", A=1, C=1, gravity=10)
+        >>> [float(force) for force in top.reaction([0, 0, 1], [0, 0, 3])]
+        [0.0, 0.0, 20.0]
+        """
+        import numpy as np
+
+        if self.mass is None or self.distance is None:
+            rule = "missing: the force on the pivot needs mass and distance"
+            raise ImpossibleTop([("mass", rule)])
+        A, C, gMR, M, R = map(number, (self.A, self.C, self.gMR, self.mass, self.distance))
+        gravity = dict(self.given).get("gravity")
+        weight = number(self.gMR / self.distance if gravity is None else self.mass * gravity)
+        e, turning, up = np.asarray(axis), np.asarray(omega), np.array([0, 0, 1])
+        rate, spin = np.cross(turning, e), np.sum(turning * e, axis=-1, keepdims=True)
+        across = gMR / A * np.cross(up, e) - C / A * spin * rate  # e × ë, of the torque about e
+        bent = np.cross(across, e) - np.sum(rate * rate, axis=-1, keepdims=True) * e
+        return M * R * bent + weight * up
 
     def __repr__(self) -> str:
         return as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
