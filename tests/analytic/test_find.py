@@ -11,6 +11,8 @@ from heavytop.analytic.find import FACTS, find, read_range
 from heavytop.errors import BadScene
 from heavytop.scene.scene import read_scene
 
+pytestmark = pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")
+
 KICKED = ht.load_scene("sicm-kicked")
 DROPPED = ht.load_scene("sicm-dropped")
 KEYS = ["start.psidot", "start.phidot", "start.theta", "start.thetadot", "top.gMR", "top.C"]

@@ -24,7 +24,7 @@ from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.names import nearest
 from heavytop.numbers import Exact
 from heavytop.numbers.intervals import working
-from heavytop.scene.arguments import NUMBERS, Refused, expect, one_of, read_values
+from heavytop.scene.arguments import NUMBERS, Reader, Refused, expect, one_of, read_values
 from heavytop.scene.quantities import UNITS_OF
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
@@ -101,10 +101,10 @@ class Found(Shown):
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/find/1``."""
-        asked = {"vary": self.vary, "so_that": self.so_that}
+        request = {"vary": self.vary, "so_that": self.so_that}
         solutions = [asdict(each) | {"bracket": [*each.bracket]} for each in self.solutions]
         found = {"solutions": solutions, "why": self.why}
-        return {"schema": SCHEMA, "scene": self.scene.problem(), **asked, **found}
+        return {"schema": SCHEMA, "scene": self.scene.problem(), **request, **found}
 
 
 def find(scene: Scene, vary: str, so_that: str) -> Found:
@@ -143,8 +143,8 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     ([156.855673], 'holds from 156.856 to 200')
     """
     expect("scene", scene, Scene, "load_scene gives one")
-    given, readers = {"vary": vary, "so_that": so_that}, {"vary": read_range, "so_that": _read_wish}
-    read, faults = read_values(given, readers, scene.name)
+    readers: dict[str, Reader] = {"vary": read_range, "so_that": _read_wish}
+    read, faults = read_values({"vary": vary, "so_that": so_that}, readers, scene.name)
     if faults:
         raise BadScene(tuple(faults))
     (key, points), (name, relation, wanted) = read["vary"], read["so_that"]

@@ -24,7 +24,7 @@ def find(
     so_that: Annotated[str, option("WISH", SO_THAT)],
     changes: options.Changes = None,
 ) -> None:
-    """Find the values of one number of a scene for which its motion is as asked."""
+    """Find which value of a scene gives the motion you want."""
     from heavytop.analytic import find as module
 
     show(module.find(read(scene, changes), vary, so_that).document())
@@ -38,7 +38,7 @@ def sweep(
     file: Annotated[Path | None, TABLE] = None,
     changes: options.Changes = None,
 ) -> None:
-    """Tabulate facts of the motion over a range of one number of a scene."""
+    """Tabulate facts of the motion over a range."""
     from heavytop.studies import sweep as module
 
     names = options.names("--facts", facts) or ()

@@ -41,7 +41,8 @@ _BITS: Final = 128  # to which an irrational number is known when its size is ch
 _FEW: Final = Exact.of(Decimal("1e-3"))
 _ANGLES: Final = {"deg": PI / 180, "rad": ONE, "rev": 2 * PI}
 _RATES: Final = {
-    "rpm": PI / 30, "deg/s": PI / 180, "rad/s": ONE, "rev/s": 2 * PI, "Hz": 2 * PI,
+    "rpm": PI / 30, "rev/min": PI / 30, "rev/s": 2 * PI, "Hz": 2 * PI,
+    "deg/s": PI / 180, "rad/s": ONE,
 }  # fmt: skip
 _MASSES: Final = {"kg": ONE, "g": _FEW}
 _LENGTHS: Final = {"m": ONE, "cm": 10 * _FEW, "mm": _FEW}
@@ -70,7 +71,9 @@ _TOKEN: Final = re.compile(
 _COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
 _THOUSANDS: Final = re.compile(r"(?<![0-9.])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9])")
 _DIGITS: Final = frozenset(".0123456789")
-_PLAIN: Final = str.maketrans({"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi "})
+_PLAIN: Final = str.maketrans(
+    {"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi ", "°": " deg", "²": "^2", "³": "^3"}
+)
 
 
 class _Unexpected(Exception):

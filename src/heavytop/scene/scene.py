@@ -119,8 +119,8 @@ class Scene(Shown):
         others = {key: given[key] for key in _ARGUMENTS}
         span, wrong = scene_file.read_table("span", spans, "Scene")
         values, more = scene_file.read_keys(_ARGUMENTS, others, "Scene")
-        known = isinstance(top, Top) and top.mass is not None
-        if "reaction" in values.get("quantities", ()) and not known:
+        body = values.get("top")
+        if "reaction" in values.get("quantities", ()) and body and body.mass is None:
             rule = "a top with mass and distance, where the force on the pivot is wanted"
             more.append(Fault("Scene", None, "top", arguments.shown(top), rule))
         if wrong or more:

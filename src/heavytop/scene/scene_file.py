@@ -213,28 +213,28 @@ def read_table(
     It is None where anything is, and where it needs a `top` that is not known.
     """
     values, faults = read_keys(TABLES[name], raw, file, table)
-    known = {key: raw[key] for key in raw if key in TABLES[name]}
-    strange = raw and not known  # unknown keys say enough
+    there = {key: raw[key] for key in raw if key in TABLES[name]}
+    strange = raw and not there  # unknown keys say enough
     make: Callable[..., Any] = dict
     broken: Broken = []
     if name == "start":
-        way, every = starts.way_of(known), starts.completed(known)
+        way, every = starts.way_of(there), starts.completed(there)
         broken = way.broken(every)
         if way.on_top and top is None and not broken:
             return None, faults
         make = partial(_start, top=top)
     elif name in _WAYS:
-        needed = min(_WAYS[name], key=lambda keys: len({*keys} ^ known.keys()))
+        needed = min(_WAYS[name], key=lambda keys: len({*keys} ^ there.keys()))
         broken = [
             (key, f"missing: a {name} is {_listed(name)}") for key in needed if key not in raw
         ]
         broken += [
-            (key, f"does not go with {', '.join(needed)}") for key in known if key not in needed
+            (key, f"does not go with {', '.join(needed)}") for key in there if key not in needed
         ]
         make = _WAYS[name][needed]
     if name == "top":
         broken += broken_body(values)
-    broken = [each for each in broken if each[0] in known or not strange]
+    broken = [each for each in broken if each[0] in there or not strange]
     try:
         if not faults and not broken:
             return make(**values), []

@@ -48,16 +48,16 @@ class Way(NamedTuple):
             first, *more = [name for name in slot if name in given] or [""]
             broken += [(name, f"give {first} or {name}, not both") for name in more]
         filled = [slot for slot in self.slots if {*slot} & {*given}]
-        known = {name for slot in (*self.slots, *self.optional) for name in slot}
+        names = {name for slot in (*self.slots, *self.optional) for name in slot}
         if {"quaternion", "rotation"} & {*given}:
-            known -= {"phi", "psi"}
-        foreign = [name for name in given if name not in known]
+            names -= {"phi", "psi"}
+        foreign = [name for name in given if name not in names]
         broken += [(name, f"does not go with {self.name}") for name in foreign]
         lacking = [slot for slot in self.slots if slot not in filled]
         if (count := self.needed - len(filled)) > 0:
-            names = ", ".join(" or ".join(slot) for slot in lacking)
+            listed = ", ".join(" or ".join(slot) for slot in lacking)
             which = "" if count == len(lacking) else f"{count} more of "
-            broken.append((lacking[0][0], f"missing: {self.name} takes {which}{names}"))
+            broken.append((lacking[0][0], f"missing: {self.name} takes {which}{listed}"))
         if len(filled) > self.needed:
             broken.append((filled[0][0], f"one too many: {self.needed} constants say a start"))
         return broken
@@ -110,7 +110,7 @@ def _folded(given: Values) -> tuple[Values, str]:
     tilt = 2 * PI - around if beyond else around
     if (theta - tilt).sign() == 0:
         return given, ""
-    values = {**given, "theta": Exact(tilt.terms)}
+    values = {**given, "theta": tilt}
     if beyond:
         values |= {name: values.get(name, ZERO) + PI for name in ("phi", "psi")}
         values |= {name: -values[name] for name in ("thetadot",) if name in values}
