@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -51,11 +51,6 @@ def _per_weight(motion: Motion, power: int, factor: float) -> float | None:
     return factor * abs(momentum) ** power / weight if momentum and weight else None
 
 
-def _of_nutation(motion: Motion) -> float | None:
-    momentum = abs(float(motion.constants.p_psi))
-    return 2 * math.pi * float(motion.top.A) / momentum if momentum else None
-
-
 FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {
     "period": (lambda m: m.period, "s"),
     "round": (lambda m: m.round, "s"),
@@ -66,9 +61,8 @@ FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {
     "spin": (lambda m: m.spin, "rad"),
     "ratio": (lambda m: _per_weight(m, 2, 1 / (4 * float(m.top.A))), ""),
     "round_estimate": (lambda m: _per_weight(m, 1, 2 * math.pi), "s"),
-    "period_estimate": (_of_nutation, "s"),
 }
-"""Facts and their units: of the motion, p_ψ²/4A gMR, and what formulas of fast tops give."""
+"""Facts and their units: of the motion, p_ψ²/4A gMR, and what the formula of a fast top gives."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +148,8 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     else:
         distance = partial(_fact_distance, motion_at, name, wanted)
         brackets, why = _of_fact(distance, points, relation, name, wanted)
-    solutions = [_solution(motion_at, *bracket) for bracket in brackets]
+    middles = [(low + (high - low) / 2, (low, high)) for low, high in brackets]
+    solutions = [Solution(x, bracket, facts_of(motion_at(x), FACTS)) for x, bracket in middles]
     return Found(scene, vary, so_that, tuple(solutions), why)
 
 
@@ -177,9 +172,9 @@ def value_of(motion: Motion | None, name: str) -> float | None:
         return None
 
 
-def _solution(motion_at: MotionAt, low: float, high: float) -> Solution:
-    value = low + (high - low) / 2
-    return Solution(value, (low, high), {name: value_of(motion_at(value), name) for name in FACTS})
+def facts_of(motion: Motion | None, names: Iterable[str]) -> dict[str, float | None]:
+    """Facts of a motion by name."""
+    return {name: value_of(motion, name) for name in names}
 
 
 # --- a fact, and a kind ----------------------------------------------------------------------

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from math import floor, pi
-from operator import mul
 from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ImpossibleStart
@@ -447,13 +446,13 @@ def _quaternion_given(value: object) -> tuple[Exact, ...]:
 def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 3:
         raise Refused("three rows of three numbers")
+    import numpy as np  # as few scenes need
+
     R = tuple(_vector("p_phi", 3, row) for row in value)  # type: ignore[attr-defined]
-    rows = [[float(x) for x in row] for row in R]
-    products = [[sum(map(mul, one, other)) for other in rows] for one in rows]
-    if any(abs(products[i][k] - (i == k)) > _NEARLY for i in range(3) for k in range(3)):
+    rows = np.array(R, dtype=float)
+    if np.abs(rows @ rows.T - np.eye(3)).max() > _NEARLY:
         raise Refused("a rotation: rows of length 1, at right angles")
-    (a, b, c), (d, e, f), third = rows
-    if third[0] * (b * f - c * e) + third[1] * (c * d - a * f) + third[2] * (a * e - b * d) < 0:
+    if np.linalg.det(rows) < 0:
         raise Refused("a rotation, and no reflection")
     return R
 

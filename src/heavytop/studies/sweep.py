@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from heavytop.analytic.find import FACTS, motion_of, read_range, value_of
+from heavytop.analytic.find import FACTS, facts_of, motion_of, read_range
 from heavytop.display import Shown
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.files import write_document, write_text
@@ -121,16 +121,14 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:
     motion = motion_of(scene, key, x)
-    facts = {name: value_of(motion, name) for name in names}
-    return {key: x, "kind": motion and str(motion.kind)} | facts
+    return {key: x, "kind": motion and str(motion.kind)} | facts_of(motion, names)
 
 
 def unit_of(name: str) -> str:
     """The SI unit of a column: of a fact, or of a key of the scene."""
     if name in FACTS:
         return FACTS[name][1]
-    last = name.rpartition(".")[2]
-    return KEY_UNITS.get(last, "")
+    return KEY_UNITS.get(name.rpartition(".")[2], "")
 
 
 KEY_UNITS: Final = {
