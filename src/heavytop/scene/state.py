@@ -258,7 +258,7 @@ class State(Shown):
         --------
         >>> rows = [[1, 0, 0], [0, "0.8", "-0.6"], [0, "0.6", "0.8"]]
         >>> print(State.from_rotation(rows, omega_space=(0, 3, 4)).phidot)
-        10/3
+        8
         """
         return cls.of({"rotation": rotation, **rates})
 
