@@ -12,7 +12,7 @@ from claim import claim, finish, interleaved
 
 import heavytop as ht
 from heavytop.analytic.enclosure import enclose
-from heavytop.numbers.intervals import Interval
+from heavytop.exact.balls import Interval
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
 REPEATS = 20

@@ -49,7 +49,7 @@ from .errors import (
     WrongType as WrongType,
 )
 from .integration.outputs import Sample as Sample
-from .numbers import Exact as Exact
+from .exact import Exact as Exact
 from .plots.film import film as film
 from .report.explorer import explore as explore
 from .results.certificate import Certificate as Certificate

@@ -10,8 +10,8 @@ Nothing here knows roots, elliptic functions or the package's closed form.
 
 from functools import cache
 
-from heavytop.numbers import Exact
-from heavytop.numbers.decimals import context
+from heavytop.exact import Exact
+from heavytop.exact.decimals import context
 
 WORK = context(45)
 

@@ -13,9 +13,9 @@ import sympy as sp
 import heavytop as ht
 from heavytop.analytic.closed_form import constants
 from heavytop.equations import lagrangian as lag
-from heavytop.numbers import PI
-from heavytop.numbers.decimals import context
-from heavytop.numbers.intervals import Interval, rational
+from heavytop.exact import PI
+from heavytop.exact.balls import Interval, rational
+from heavytop.exact.decimals import context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

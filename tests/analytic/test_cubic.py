@@ -8,9 +8,9 @@ import pytest
 
 from heavytop.analytic.cubic import Roots
 from heavytop.classification.reduced import FromScene, Regime
-from heavytop.numbers import Exact
-from heavytop.numbers.decimals import context
-from heavytop.numbers.intervals import Interval, working
+from heavytop.exact import Exact
+from heavytop.exact.balls import Interval, working
+from heavytop.exact.decimals import context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -14,7 +14,7 @@ from flint import acb, arb
 import heavytop as ht
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.elliptic import Jacobi
-from heavytop.numbers.intervals import Interval, working
+from heavytop.exact.balls import Interval, working
 
 from ..by_hand import ByHand
 from ..motions import named

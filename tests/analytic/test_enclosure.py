@@ -19,8 +19,8 @@ from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis
 from heavytop.errors import Impossible, NotANumber, Unseparated, WrongType
-from heavytop.numbers import sqrt
-from heavytop.numbers.intervals import Interval
+from heavytop.exact import cos, sqrt
+from heavytop.exact.balls import Interval
 
 from ..motions import BOOK, CONE, KICKED, SCENES, shipped
 
@@ -134,8 +134,8 @@ def test_too_few_bits_name_what_is_known():
 
 
 def test_what_cannot_be_proved_is_refused_by_name():
-    """√(5 + 2√6) = √2 + √3 is beyond the algebra of exact numbers."""
-    nothing = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)
+    """√cos²2 = −cos 2 is beyond the algebra of exact numbers."""
+    nothing = sqrt(cos(2) ** 2) + cos(2)
     with pytest.raises(
         Unseparated, match=r"udot0 is less than .* with 4096 bits, and could not"
     ) as told:

@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import Impossible, Unseparated
-from heavytop.numbers import Exact
+from heavytop.exact import Exact
 from heavytop.run.events import tally
 
 from ..by_hand import ByHand

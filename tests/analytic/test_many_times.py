@@ -20,7 +20,7 @@ from heavytop.analytic.many_times import CHUNK, FARTHEST, DoubleForm
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis, FromScene
 from heavytop.errors import NoClosedForm, NotANumber
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
 
 from ..motions import SCENES, named, shipped
 

@@ -12,7 +12,7 @@ import pytest
 from mpmath import mp
 
 import heavytop as ht
-from heavytop.numbers.intervals import Interval
+from heavytop.exact.balls import Interval
 
 from ..motions import CONE, LIE, LIE_START, MARGINAL, WHITTAKER, shipped
 

@@ -27,8 +27,8 @@ from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import _nearest
 from heavytop.classification.reduced import FromScene, Through
 from heavytop.errors import NoClosedForm
-from heavytop.numbers import Exact, cos
-from heavytop.numbers.intervals import working
+from heavytop.exact import Exact, cos
+from heavytop.exact.balls import working
 
 from ..motions import motion, product
 

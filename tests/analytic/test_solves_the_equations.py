@@ -15,7 +15,7 @@ from flint import acb, arb
 
 from heavytop.analytic import cubic, elliptic, solution
 from heavytop.equations import lagrangian as lag
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
 
 from .symbols import (
     HALF,

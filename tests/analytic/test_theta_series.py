@@ -6,8 +6,8 @@ import pytest
 from flint import arb
 
 from heavytop.analytic.theta_series import ThetaSeries
-from heavytop.numbers.double_double import double_double
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
+from heavytop.exact.pairs import double_double
 
 pytestmark = pytest.mark.reference
 

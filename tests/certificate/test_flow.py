@@ -8,8 +8,8 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.certificate.balls import TooCoarse, larger, up
 from heavytop.certificate.flow import SMALL, Flow
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.numbers.double_double import add, two_product
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
+from heavytop.exact.pairs import add, two_product
 from heavytop.run.own_motion import own_motion
 
 from ..certificates import flow_of, run_of

@@ -10,7 +10,7 @@ from flint import arb
 from heavytop.certificate.bounds import _of_attitude, bound
 from heavytop.certificate.steps import BEYOND, Steps, defects
 from heavytop.certificate.system import ONE
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
 
 from ..certificates import flow_of, run_of
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import classify
-from heavytop.numbers import Exact, sqrt
+from heavytop.exact import Exact, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -128,19 +128,40 @@ def test_cusps(high, low):
             assert off.margin < 10.0 ** (1 - exponent)
 
 
-def test_what_cannot_be_proved_is_undecided():
-    """A cusp whose P₊ and P₋ are two roots of nested roots: zero, for all that 4096 bits say."""
+def test_a_cusp_of_nested_roots_is_decided():
+    """P₊ and P₋ are two roots of nested roots, of which no identity of polynomials shows zero."""
     u1, u2 = ANGLES["pi/4"], ANGLES["pi/6"]
     ratio = (1 - u2) * (1 + u1) / ((1 + u2) * (1 - u1))
     third = (1 + ratio) / (1 - ratio)
     found = classify(*built("pi/4", u2, third, (1, -1)))
+    assert (found.kind, found.certified) == (Kind.CUSPS, True)
+    off = classify(*built("pi/4", u2, third + X("1e-30"), (1, -1)))
+    assert off.certified
+    top, nothing = Top(1, 1, 1), "sqrt(3+2*sqrt(2))-1-sqrt(2)"
+    found = classify(top, State("0.3", phidot=nothing, psidot=10))
+    assert (found.kind, found.certified) == (Kind.CUSPS, True)
+    assert classify(top, State(nothing, psidot=1)).kind is Kind.SLEEPING
+
+
+def test_what_cannot_be_proved_is_undecided():
+    """|cos 2| + cos 2 is 0 for all that 4096 bits say, and by no identity."""
+    found = classify(Top(1, 1, 1), State("0.3", phidot="sqrt(cos(2)^2)+cos(2)", psidot=10))
     assert found.kind is Kind.UNDECIDED
     assert not found.certified
     assert found.tags == ()
     assert found.bound.endswith("e-1221") or float(found.bound) < 1e-300
     assert found.bound in found.why
-    off = classify(*built("pi/4", u2, third + X("1e-30"), (1, -1)))
-    assert off.certified
+
+
+def test_tilts_given_by_their_cosine():
+    """cosθ = 3/4: between two steady precessions, and at a cusp, all is algebraic."""
+    for which in ("slow", "fast"):
+        start = State.steady(BOOK, "acos(3/4)", "140", which)
+        assert classify(BOOK, start).kind is Kind.UNIFORM_PRECESSION
+        off = State("acos(3/4)", phidot=start.phidot + X("1e-200"), omega3=140)
+        assert classify(BOOK, off).kind is not Kind.UNIFORM_PRECESSION
+    assert classify(BOOK, State("acos(1/3)", psidot=140)).kind is Kind.CUSPS
+    assert classify(BOOK, State("acos(1)", psidot=1)).kind is Kind.SLEEPING
 
 
 @pytest.mark.parametrize("theta", ["pi/6", "pi/3", "pi/2", "3*pi/4"])
@@ -180,7 +201,7 @@ def test_zeros_that_only_a_proof_sees():
     found = classify(top, State("0.3", phidot=seen, thetadot="(pi+1)^2-pi^2-2*pi-1", psidot=10))
     assert (found.kind, found.certified) == (Kind.CUSPS, True)
     assert 0 < found.margin <= 1
-    assert classify(top, State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1)).kind is Kind.UNDECIDED
+    assert classify(top, State("sqrt(cos(2)^2)+cos(2)", psidot=1)).kind is Kind.UNDECIDED
 
 
 @pytest.mark.parametrize(

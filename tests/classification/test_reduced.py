@@ -13,9 +13,9 @@ from heavytop.classification.reduced import (
     Regime,
     Through,
 )
-from heavytop.numbers import Exact
-from heavytop.numbers.decimals import context
-from heavytop.numbers.intervals import Interval, rational, working
+from heavytop.exact import Exact
+from heavytop.exact.balls import Interval, rational, working
+from heavytop.exact.decimals import context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

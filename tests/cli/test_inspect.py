@@ -45,8 +45,8 @@ def test_the_table_of_a_scene_says_all_of_it():
 
 
 def test_what_is_not_proved_is_said():
-    """The square of √2 + √3 is 5 + 2√6, and no identity that the package knows shows it."""
-    nothing = "start.phidot=sqrt(5 + 2*sqrt(6)) - sqrt(2) - sqrt(3)"
+    """√cos²2 is −cos 2, and no identity that the package knows shows it."""
+    nothing = "start.phidot=sqrt(cos(2)^2) + cos(2)"
     for verb in ("classify", "run"):
         result = heavytop_(verb, "sicm-kicked", "--set", nothing)
         assert result.exit_code == 0, result.stderr

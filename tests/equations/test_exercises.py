@@ -7,7 +7,7 @@ import sympy as sp
 import heavytop as ht
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
-from heavytop.numbers import Exact, sin
+from heavytop.exact import Exact, sin
 from heavytop.scene.top import ALUMINIUM, STEEL, cone, ring, rod
 
 from ..motions import BOOK

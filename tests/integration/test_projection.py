@@ -11,9 +11,9 @@ import sympy as sp
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
+from heavytop.exact.pairs import add
 from heavytop.integration import bits, projection
 from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
-from heavytop.numbers.double_double import add
 from heavytop.run.verify import closed_form, phase_error, run_errors
 from heavytop.scene.quantities import Need
 

@@ -11,8 +11,8 @@ from heavytop.cli import app
 from heavytop.results.classification import classified
 from heavytop.scene.scene import load_scene, shipped_scenes
 
-# This is 0, as the square of √2 + √3 is 5 + 2√6, and no identity that the package knows shows it.
-NOTHING = "sqrt(5 + 2*sqrt(6)) - sqrt(2) - sqrt(3)"
+# This is 0, as √cos²2 is −cos 2, and no identity that the package knows shows it.
+NOTHING = "sqrt(cos(2)^2) + cos(2)"
 THRESHOLD = "2*sqrt(3.28e-4*0.0456)/6.60e-5"
 COURSE = ("theta_min", "theta_max", "period", "precession", "spin")
 

@@ -10,7 +10,7 @@ import xarray
 
 import heavytop as ht
 from heavytop.errors import BadScene, ForeignFile
-from heavytop.numbers.decimals import context
+from heavytop.exact.decimals import context
 from heavytop.run.events import EVENTS, count_exactly
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import BadScene, MissedDigitsWarning
-from heavytop.numbers import PI, sqrt
+from heavytop.exact import PI, sqrt
 from heavytop.run.verify import missed_digits, run_errors
 
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",), ("rates",))

@@ -13,7 +13,7 @@ import pytest
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly, MissedDigitsWarning
-from heavytop.numbers import Exact
+from heavytop.exact import Exact
 from heavytop.run.events import tally
 from heavytop.run.propagation import completed
 from heavytop.run.verify import missed_digits

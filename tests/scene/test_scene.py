@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heavytop.numbers import PI, Exact, acos, cos, sqrt
+from heavytop.exact import PI, Exact, cos, sqrt, tan
 from heavytop.scene.scene import Scene, load_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -157,7 +157,7 @@ def test_irrational_numbers_and_quotes_survive_being_written() -> None:
     scene = Scene(BOOK, START, time=1, title='a "b" \\n c # [top]', source="θ – φ")
     assert tomllib.loads(scene.to_toml())["title"] == scene.title
     assert read_scene(scene.to_toml()) == scene
-    scene = Scene(BOOK, State(acos("3/4"), phidot=cos(0.3)))
+    scene = Scene(BOOK, State("acos(3/4)", phidot=cos(0.3) - PI, psidot=tan(2) / 7), time=1)
     assert read_scene(scene.to_toml()) == scene
 
 

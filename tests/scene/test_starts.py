@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene, FoldedTiltWarning, ImpossibleStart
-from heavytop.numbers import PI
+from heavytop.exact import PI
 from heavytop.scene.scene import read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -219,7 +219,7 @@ WRONG = {  # what is wrong, the key that is named, and a word of its sentence
     'steady = "slow"\ntheta = 1\nomega3 = 9\nE = 1': ("E", "does not go with"),
     "steady = false\ntheta = 1\nomega3 = 9": ("steady", "one of slow, fast"),
     'theta = "1,000"': ("theta", "a comma before three digits"),
-    'theta = "acos(2)"': ("theta", "a cosine lies within"),
+    'theta = "acos(2)"': ("theta", "within -1"),
     'psidot = "3 kg"': ("psidot", "a unit here is rpm"),
     'theta = "25 Hz"': ("theta", "a unit here is deg"),
     "quaternions = [1, 0, 0, 0]": ("quaternions", 'did you mean "quaternion"?'),

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from heavytop.errors import ImpossibleStart
-from heavytop.numbers import Exact, cos, sin, sqrt
+from heavytop.exact import Exact, cos, sin, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

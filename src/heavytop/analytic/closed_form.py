@@ -13,8 +13,8 @@ from heavytop.analytic.rising import MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification.reduced import FromScene, Reduced
 from heavytop.classification.signs import ball_of
-from heavytop.numbers.decimals import Context, Number, binary, context
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
+from heavytop.exact.decimals import Context, Number, binary, context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from flint import arb, arb_poly
 
 from heavytop.classification.reduced import Reduced, Regime
-from heavytop.numbers.intervals import Interval, above
+from heavytop.exact.balls import Interval, above
 
 
 class TooFewBits(Exception):

@@ -19,8 +19,8 @@ from heavytop.analytic.rising import LIMIT, MOST_DIGITS, MotionNumbers, Rising, 
 from heavytop.analytic.solution import Nutating, Solution, floor
 from heavytop.classification.reduced import FromAxis, FromScene, MotionSource
 from heavytop.errors import Impossible
-from heavytop.numbers import Number
-from heavytop.numbers.intervals import Interval, outward, rational
+from heavytop.exact import Number
+from heavytop.exact.balls import Interval, outward, rational
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

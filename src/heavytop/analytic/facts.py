@@ -32,7 +32,7 @@ from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.solution import Nutating, Solution, SteadyPath
 from heavytop.classification.reduced import Reduced
-from heavytop.numbers import sqrt
+from heavytop.exact import sqrt
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

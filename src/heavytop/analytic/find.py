@@ -21,9 +21,9 @@ from heavytop.classification.kinds import RULES, Number, sum_of
 from heavytop.classification.signs import FEW_BITS, SceneSigns, UndecidedError
 from heavytop.display import Shown
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
+from heavytop.exact import Exact
+from heavytop.exact.balls import working
 from heavytop.names import nearest
-from heavytop.numbers import Exact
-from heavytop.numbers.intervals import working
 from heavytop.scene.arguments import NUMBERS, Reader, Refused, expect, one_of, read_values
 from heavytop.scene.quantities import UNITS_OF
 from heavytop.scene.scene import Scene

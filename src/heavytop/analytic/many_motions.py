@@ -30,7 +30,7 @@ from heavytop.classification.arrays import (
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts, classify_many, impossible
 from heavytop.errors import NoClosedForm
-from heavytop.numbers.double_double import LongArray, sine, two_sum
+from heavytop.exact.pairs import LongArray, sine, two_sum
 from heavytop.scene.arguments import expect
 
 CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few

@@ -39,7 +39,7 @@ from heavytop.analytic.solution import (
 )
 from heavytop.analytic.theta_series import Argument, Sweep, ThetaSeries
 from heavytop.errors import NoClosedForm, NotANumber
-from heavytop.numbers.double_double import Array, Linear, modulo_circle, two_sum
+from heavytop.exact.pairs import Array, Linear, modulo_circle, two_sum
 
 __all__ = ["MOST_PERIODS", "NO_TIMES", "DoubleForm", "DoubleRecord"]
 

@@ -18,7 +18,7 @@ from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FEW_BITS, FromScene, Reduced
 from heavytop.classification.signs import ball_of
 from heavytop.display import Played
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

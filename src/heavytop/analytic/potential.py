@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from heavytop.classification.reduced import MotionSource, Reduced, vanishes
-from heavytop.numbers.intervals import Interval, working
+from heavytop.exact.balls import Interval, working
 
 _BITS: Final = 256  # of the constants
 

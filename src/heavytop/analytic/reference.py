@@ -14,9 +14,9 @@ from typing import Any, Final
 
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
 from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
+from heavytop.exact import Exact, Number
+from heavytop.exact.balls import Interval
 from heavytop.files import write_document, write_text
-from heavytop.numbers import Exact, Number
-from heavytop.numbers.intervals import Interval
 from heavytop.scene.arguments import (
     Range,
     Refused,

@@ -19,9 +19,9 @@ from heavytop.analytic.cubic import TooFewBits, sign_of
 from heavytop.analytic.solution import Solution, each
 from heavytop.classification.reduced import FEW_BITS, MotionSource, Regime, vanishes
 from heavytop.errors import Unseparated
-from heavytop.numbers import Exact
-from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, rational_ball, working
+from heavytop.exact import Exact
+from heavytop.exact.balls import Interval, above, rational_ball, working
+from heavytop.exact.number import rational_value
 
 N = TypeVar("N")
 Size = Callable[[arb], arb]

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, ImpossibleStart, ImpossibleTop
-from heavytop.numbers import Exact
+from heavytop.exact import Exact
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -32,7 +32,7 @@ from flint import arb, fmpz
 from heavytop.analytic.cubic import Roots, TooFewBits, root_of, sign_of
 from heavytop.analytic.elliptic import Jacobi, first_kind, third_kind
 from heavytop.classification.reduced import Reduced, Regime
-from heavytop.numbers.decimals import Number
+from heavytop.exact.decimals import Number
 
 T = TypeVar("T")
 Pair = tuple[arb, arb]

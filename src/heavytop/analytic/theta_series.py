@@ -25,7 +25,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 import numpy as np
 from flint import arb
 
-from heavytop.numbers.double_double import Array
+from heavytop.exact.pairs import Array
 
 _TINY: Final = 1e-19  # what the terms that are left out add up to, beside the first
 _FARTHEST: Final = 700.0  # z whose sinh is a double; sech is nothing beyond

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import MARGIN, READ, Flow, Quadrature
 from heavytop.certificate.steps import UP, Steps, defects, residuals
-from heavytop.numbers.double_double import add
+from heavytop.exact.pairs import add
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from heavytop.certificate.balls import UNIT, TooCoarse, pair
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import UP
-from heavytop.numbers.double_double import add, two_product
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
+from heavytop.exact.pairs import add, two_product
 
 Array = NDArray[np.float64]
 

@@ -42,8 +42,8 @@ from heavytop.certificate.balls import (
 from heavytop.certificate.system import QuadraticSystem
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
-from heavytop.numbers.double_double import add, multiply, two_product
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
+from heavytop.exact.pairs import add, multiply, two_product
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]

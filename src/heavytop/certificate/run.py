@@ -16,9 +16,9 @@ from heavytop.certificate.flow import READ, Flow, Quadrature
 from heavytop.certificate.steps import Steps
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
+from heavytop.exact.pairs import add
 from heavytop.integration.compiled import Polynomials, compiled
 from heavytop.integration.integrator import Checkpoint, Integrator
-from heavytop.numbers.double_double import add
 from heavytop.results.base import Part
 
 Array = NDArray[np.float64]

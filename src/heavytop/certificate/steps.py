@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import Quadrature
 from heavytop.certificate.system import ONE, QuadraticSystem
-from heavytop.numbers.double_double import add, two_product
+from heavytop.exact.pairs import add, two_product
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]

@@ -22,9 +22,9 @@ from heavytop.classification.signs import (
     ball_sign,
     unproved,
 )
-from heavytop.numbers import sqrt
-from heavytop.numbers.exact import Exact, Sign
-from heavytop.numbers.intervals import working
+from heavytop.exact import sqrt
+from heavytop.exact.balls import working
+from heavytop.exact.number import Exact, Sign
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

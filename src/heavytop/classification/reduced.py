@@ -31,9 +31,9 @@ from heavytop.classification.signs import (
     ball_sign,
 )
 from heavytop.errors import Impossible, Unseparated
-from heavytop.numbers import Exact, Number, normal_form, sqrt
-from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, rational_ball, working
+from heavytop.exact import Exact, Number, sqrt
+from heavytop.exact.balls import Interval, above, rational_ball, working
+from heavytop.exact.number import rational, rational_value
 from heavytop.scene.arguments import wrong_type
 
 Real: TypeAlias = Any
@@ -453,7 +453,7 @@ def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
 
 
 def _exact(q: fmpq) -> Exact:
-    return Exact(normal_form.rational(Fraction(int(q.p), int(q.q))))  # of any size
+    return rational(Fraction(int(q.p), int(q.q)))  # of any size
 
 
 def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:

@@ -14,9 +14,9 @@ from typing import Any, Final, TypeAlias
 from flint import arb
 
 from heavytop.classification.kinds import Given, Number, sum_of
-from heavytop.numbers import ONE, PI, Exact, cos
-from heavytop.numbers.exact import Sign
-from heavytop.numbers.intervals import rational_ball, working
+from heavytop.exact import ONE, PI, Exact, cos
+from heavytop.exact.balls import rational_ball, working
+from heavytop.exact.number import Sign
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

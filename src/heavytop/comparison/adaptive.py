@@ -28,7 +28,7 @@ from heavytop.comparison.steppers import (
     constants,
     derivatives,
 )
-from heavytop.numbers.double_double import Array, DoubleDouble, add
+from heavytop.exact.pairs import Array, DoubleDouble, add
 
 if TYPE_CHECKING:
     from heavytop.equations.formulation import Formulation

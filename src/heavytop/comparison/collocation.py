@@ -13,8 +13,8 @@ import numpy as np
 from flint import arb
 
 from heavytop.comparison.steppers import FixedStep, InitialValueProblem, Kernel, compiled, summation
-from heavytop.numbers.double_double import Array, two_product
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
+from heavytop.exact.pairs import Array, two_product
 
 _BITS = 256
 _SWEEPS = 200

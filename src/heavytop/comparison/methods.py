@@ -22,7 +22,7 @@ from heavytop.errors import Impossible, MissingPackage
 
 if TYPE_CHECKING:
     from heavytop.equations.formulation import Formulation
-    from heavytop.numbers.double_double import Array
+    from heavytop.exact.pairs import Array
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
 

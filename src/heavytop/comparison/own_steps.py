@@ -23,7 +23,7 @@ from heavytop.comparison.steppers import (
     compiled_derivatives,
     derivatives,
 )
-from heavytop.numbers.double_double import Array, DoubleDouble, two_product
+from heavytop.exact.pairs import Array, DoubleDouble, two_product
 
 Rates = Callable[[Array], Array]
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from heavytop.errors import Impossible
-from heavytop.numbers.double_double import Array, DoubleDouble, two_product
+from heavytop.exact.pairs import Array, DoubleDouble, two_product
 
 if TYPE_CHECKING:
     from heavytop.equations.formulation import Formulation

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from heavytop.comparison.steppers import FixedStep, InitialValueProblem, Kernel, compiled, summation
-from heavytop.numbers.double_double import Array
+from heavytop.exact.pairs import Array
 
 Turn = Literal["exact", "cayley"]
 

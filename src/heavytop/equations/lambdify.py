@@ -17,11 +17,11 @@ import numpy as np
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-from heavytop import numbers as exact
+from heavytop import exact
 from heavytop.errors import WrongType
-from heavytop.numbers import Exact
-from heavytop.numbers.decimals import Context
-from heavytop.numbers.intervals import working
+from heavytop.exact import Exact
+from heavytop.exact.balls import working
+from heavytop.exact.decimals import Context
 
 Functions = Mapping[str, Callable[..., Any]]
 

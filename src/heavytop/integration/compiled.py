@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
+from heavytop.exact.pairs import DoubleDouble, add
 from heavytop.integration.bits import DOUBLE
 from heavytop.integration.library import hy
-from heavytop.numbers.double_double import DoubleDouble, add
 
 T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits

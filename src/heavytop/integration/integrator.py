@@ -25,6 +25,7 @@ import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
+from heavytop.exact.pairs import DoubleDouble, add
 from heavytop.integration.compiled import (
     Array,
     Block,
@@ -36,7 +37,6 @@ from heavytop.integration.compiled import (
 from heavytop.integration.paces import in_units, paces_of
 from heavytop.integration.projection import Projected, Projection
 from heavytop.integration.turns import distinct, turns_of
-from heavytop.numbers.double_double import DoubleDouble, add
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation, spin
 from heavytop.equations.lambdify import lambdified
+from heavytop.exact.pairs import two_product
 from heavytop.integration.bits import DOUBLE
-from heavytop.numbers.double_double import two_product
 from heavytop.scene.quantities import ANGLES, RATES
 
 Array = NDArray[np.float64]

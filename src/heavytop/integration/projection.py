@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
+from heavytop.exact.pairs import DoubleDouble, add
 from heavytop.integration.bits import ROOM, extended, why_not
 from heavytop.integration.compiled import (
     Array,
@@ -44,7 +45,6 @@ from heavytop.integration.compiled import (
     translated,
 )
 from heavytop.integration.library import hy
-from heavytop.numbers.double_double import DoubleDouble, add
 
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
 DOUBLE = float(np.finfo(float).eps)

@@ -42,8 +42,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
+from heavytop.exact.pairs import plus_turns
 from heavytop.integration.outputs import hypot
-from heavytop.numbers.double_double import plus_turns
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -15,8 +15,8 @@ from typing import Any, Final
 from heavytop.classification import kinds
 from heavytop.classification.kinds import Kind, Number
 from heavytop.errors import BadScene, Fault, NotANumber
+from heavytop.exact import Exact
 from heavytop.files import write_text
-from heavytop.numbers import Exact
 from heavytop.plots.sphere import PUSH, STILL
 from heavytop.plots.style import EVENTS, KINDS, PATH
 from heavytop.report.page import rendered

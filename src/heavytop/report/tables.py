@@ -13,7 +13,7 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from heavytop.numbers.parse import UNITS
+from heavytop.exact.parse import UNITS
 from heavytop.scene.quantities import SI, Units, scaled
 
 Known: TypeAlias = Mapping[str, Any]

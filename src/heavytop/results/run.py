@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from heavytop.analytic.enclosure import EVENTS
 from heavytop.errors import Outcome
+from heavytop.exact import decimals
+from heavytop.exact.decimals import context
 from heavytop.machine import version
-from heavytop.numbers import decimals
-from heavytop.numbers.decimals import context
 from heavytop.results.base import (
     Number,
     Part,

@@ -25,6 +25,8 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.equations.formulation import Formulation
+from heavytop.exact import Exact
+from heavytop.exact.decimals import Number
 from heavytop.integration.compiled import Seen
 from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import (
@@ -34,8 +36,6 @@ from heavytop.integration.outputs import (
     sample,
     spin_momentum,
 )
-from heavytop.numbers import Exact
-from heavytop.numbers.decimals import Number
 from heavytop.run.planning import EPSILON, Plan
 from heavytop.scene.scene import Scene
 

@@ -13,7 +13,7 @@ import numpy as np
 from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.rising import MOST_DIGITS
-from heavytop.numbers.decimals import context
+from heavytop.exact.decimals import context
 from heavytop.run.planning import Plan, exact_span, span
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene

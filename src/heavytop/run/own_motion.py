@@ -21,8 +21,8 @@ from heavytop.classification.reduced import (
     Reduced,
     Through,
 )
-from heavytop.numbers.decimals import Context, context, number
-from heavytop.numbers.intervals import rational
+from heavytop.exact.balls import rational
+from heavytop.exact.decimals import Context, context, number
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.state import State

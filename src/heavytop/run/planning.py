@@ -19,9 +19,9 @@ from heavytop.display import Shown
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
+from heavytop.exact import PI, Exact
+from heavytop.exact.decimals import Context, Number
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
-from heavytop.numbers import PI, Exact
-from heavytop.numbers.decimals import Context, Number
 from heavytop.run.estimates import (
     MEASURED,
     MOST_TURNS,

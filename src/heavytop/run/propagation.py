@@ -19,6 +19,8 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
 from heavytop.errors import EndedEarly, Outcome
+from heavytop.exact import Number
+from heavytop.exact.decimals import Context
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Seen, compiled
 from heavytop.integration.high_precision import Unfinished
@@ -30,8 +32,6 @@ from heavytop.integration.integrator import (
     not_begun,
 )
 from heavytop.integration.turns import turns_of
-from heavytop.numbers import Number
-from heavytop.numbers.decimals import Context
 from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import Events, no_events, orbit_events, precise_events, schedule
 from heavytop.run.planning import (

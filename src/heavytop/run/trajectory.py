@@ -21,6 +21,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.display import Played
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Impossible, NotANumber, Outcome
+from heavytop.exact.decimals import Context, Number, context, number
 from heavytop.frames import frame
 from heavytop.integration import outputs
 from heavytop.integration.bits import bits_of, digits_of
@@ -30,7 +31,6 @@ from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import VECTORS, Sample, sample
 from heavytop.integration.projection import GOLDEN
 from heavytop.integration.turns import GRAIN_BITS, in_bits
-from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.run.events import Event, Events
 from heavytop.run.planning import Plan, rounded_start, start_values
 from heavytop.scene.quantities import ANGLES, RATES

@@ -30,7 +30,7 @@ from heavytop.errors import (
     MissedDigitsWarning,
     NoClosedForm,
 )
-from heavytop.numbers.decimals import Number, context
+from heavytop.exact.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
 from heavytop.run.own_motion import SPARE_DIGITS, closed_form, own_motion
 from heavytop.run.planning import Plan

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
+from heavytop.exact import Exact, Number, parse
+from heavytop.exact.number import written
 from heavytop.names import LONGEST, article, listed, nearest
-from heavytop.numbers import Exact, Number, parse
 from heavytop.spelling import cut, harmless
 
 T = TypeVar("T")
@@ -62,7 +63,7 @@ def _a(kind: type) -> str:
 
 def short(x: Exact) -> str:
     """Return a number for a message, exactly where that is short, so that it can be copied."""
-    exact = str(Exact(x.terms))
+    exact = written(x)
     return exact if x.fraction is not None and len(exact) <= 24 else f"{float(x):.17g}"
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, NamedTuple, TypeAlias
 
+from heavytop.exact import parse
 from heavytop.names import nearest
-from heavytop.numbers import parse
 from heavytop.scene.arguments import Refused
 
 ANGLES: Final = ("theta", "phi", "psi")

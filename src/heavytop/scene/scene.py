@@ -13,8 +13,8 @@ from typing import Any, Final, NoReturn
 
 from heavytop.display import Shown
 from heavytop.errors import BadScene, Fault
+from heavytop.exact import Exact, Number
 from heavytop.names import closest, nearest
-from heavytop.numbers import Exact, Number
 from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE, TABLES
 from heavytop.scene.state import State

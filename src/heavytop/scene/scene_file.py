@@ -16,8 +16,8 @@ from functools import partial
 from typing import Any, Final
 
 from heavytop.errors import Fault, Impossible, ImpossibleTop
+from heavytop.exact import Exact
 from heavytop.names import nearest
-from heavytop.numbers import Exact
 from heavytop.scene import arguments, starts
 from heavytop.scene.arguments import NUMBERS, Broken, NumberText, Range, Reader, Refused, shown
 from heavytop.scene.quantities import QUANTITIES, RATES

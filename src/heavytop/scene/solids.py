@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from heavytop.errors import ImpossibleTop
+from heavytop.exact import PI, Exact, Number
 from heavytop.names import nearest
-from heavytop.numbers import PI, Exact, Number
 from heavytop.scene.arguments import Broken, exact_numbers, not_positive
 
 ALUMINIUM = Exact.of(2700)

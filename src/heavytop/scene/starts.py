@@ -12,7 +12,7 @@ from math import floor, pi
 from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ImpossibleStart
-from heavytop.numbers import ONE, PI, Exact, acos, cos, sin, sqrt
+from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
 from heavytop.scene.arguments import NUMBERS, Broken, Reader, Refused, one_of, short
 from heavytop.scene.top import Top
 

@@ -13,7 +13,7 @@ from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 
 from heavytop.display import Shown
 from heavytop.errors import FoldedTiltWarning, ImpossibleStart
-from heavytop.numbers import Exact, Number, cos
+from heavytop.exact import Exact, Number, cos
 from heavytop.scene import arguments, starts
 from heavytop.scene.arguments import as_call, exact_numbers, set_fields
 from heavytop.scene.top import Top

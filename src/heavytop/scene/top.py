@@ -13,7 +13,7 @@ from typing import Any
 
 from heavytop.display import Shown
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
-from heavytop.numbers import Exact, Number
+from heavytop.exact import Exact, Number
 from heavytop.scene.arguments import (
     Broken,
     as_call,

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import IMPOSSIBLE, NAMES, TAG_NAMES
 from heavytop.classification.kinds import Kind
+from heavytop.exact import Exact
 from heavytop.names import nearest
-from heavytop.numbers import Exact
 from heavytop.results.atlas import AxisRange
 from heavytop.scene.arguments import PLAIN, STATE, Refused
 from heavytop.scene.scene import Scene

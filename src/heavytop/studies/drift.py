@@ -20,8 +20,8 @@ import numpy as np
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import BadScene, HeavyTopError, MissingPackage
+from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
-from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Column, Problem
 from heavytop.results.drift import COLUMNS, STARTS, Drift, ErrorSeries, MemberDrift, MethodDrift
 from heavytop.run.planning import closed_form_of

@@ -25,11 +25,11 @@ from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperStat
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault
+from heavytop.exact.decimals import Context, context
+from heavytop.exact.pairs import Array, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished
 from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
-from heavytop.numbers.decimals import Context, context
-from heavytop.numbers.double_double import Array, DoubleDouble, add
 from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import EPSILON, closed_form_of, plan, rounded_start, start_values
 from heavytop.run.propagation import binary_start, integrator_of

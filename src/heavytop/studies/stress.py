@@ -33,9 +33,9 @@ from heavytop.comparison.steppers import (
     IntegrationFailed,
     Stepper,
 )
+from heavytop.exact.pairs import Array, two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.machine import versions
-from heavytop.numbers.double_double import Array, two_product
 from heavytop.results.stress import ASTRAY, AUTO, Run, SkippedRun, Stress, StressOutcome
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan

@@ -21,7 +21,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.solution import ExactRecord
-from heavytop.numbers import Exact
+from heavytop.exact import Exact
 from heavytop.run.planning import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.state import State

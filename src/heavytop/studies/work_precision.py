@@ -16,8 +16,8 @@ from heavytop.comparison.methods import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
+from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
-from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of

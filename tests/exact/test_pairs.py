@@ -9,7 +9,8 @@ from flint import arb, fmpq
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heavytop.numbers.double_double import (
+from heavytop.exact.balls import working
+from heavytop.exact.pairs import (
     Linear,
     LongArray,
     add,
@@ -19,8 +20,7 @@ from heavytop.numbers.double_double import (
     sine,
     two_sum,
 )
-from heavytop.numbers.double_double import total as sum_of
-from heavytop.numbers.intervals import working
+from heavytop.exact.pairs import total as sum_of
 
 SOURCE = np.random.default_rng(7)
 TWO_PI = Fraction("6.2831853071795864769252867665590057683943387987502116419498891846")

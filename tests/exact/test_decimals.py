@@ -7,7 +7,7 @@ import mpmath
 import pytest
 
 from heavytop.errors import NotANumber
-from heavytop.numbers.decimals import context, number
+from heavytop.exact.decimals import context, number
 
 
 def test_a_copied_number_is_exact_and_of_its_own_precision():

@@ -14,28 +14,15 @@ from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
-from heavytop.numbers.exact import (
-    ONE,
-    PI,
-    Exact,
-    acos,
-    asin,
-    atan,
-    cos,
-    in_range,
-    out_of_range,
-    sin,
-    sqrt,
-)
-from heavytop.numbers.normal_form import terms
+from heavytop.exact.number import FUNCTIONS, ONE, PI, Exact, in_range, out_of_range
 from heavytop.spelling import harmless
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
 MAX_TOKENS: Final = 500
 _MAX_HEIGHT: Final = 2**16384  # of any rational,
-_MAX_POWER: Final = 64  # of an exponent as it is written, and
-_MAX_BUILT_POWER: Final = 4096  # of one that results
+_MAX_POWER: Final = 64  # of an exponent and its denominator as they are written, and
+_MAX_BUILT_POWER: Final = 4096  # of what results
 _BITS: Final = 128  # to which an irrational number is known when its size is checked
 
 _FEW: Final = Exact.of(Decimal("1e-3"))
@@ -55,18 +42,14 @@ ANGLES, RATES, MASSES = tuple(_ANGLES), tuple(_RATES), tuple(_MASSES)
 LENGTHS, TIMES, MOMENTS = tuple(_LENGTHS), tuple(_TIMES), tuple(_MOMENTS)
 
 RULE: Final = (
-    "a number may use digits, pi, sqrt( ), cos( ), sin( ), acos( ), asin( ), atan( ), "
-    "+ - * / ** (or ^) and parentheses"
+    f"a number may use digits, pi, {', '.join(FUNCTIONS)}, + - * / ** (or ^) and parentheses"
 )
 
-_FUNCTIONS: Final = {
-    "": lambda x: x, "sqrt": sqrt, "cos": cos, "sin": sin, "acos": acos, "asin": asin, "atan": atan,
-}  # fmt: skip
 _LONGEST_FIRST: Final = map(re.escape, sorted(UNITS, key=len, reverse=True))
 _UNIT: Final = re.compile(rf"(?<![^\W\d_])(?:{'|'.join(_LONGEST_FIRST)})$")
 _TOKEN: Final = re.compile(
     r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-    r"|(?:(?:sqrt|a?cos|a?sin|atan)\s*)?\(|\*\*|\w+|\S"
+    r"|(?:(?:sqrt|a?cos|a?sin|a?tan)\s*)?\(|\*\*|\w+|\S"
 )
 _COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
 _THOUSANDS: Final = re.compile(r"(?<![0-9.])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9])")
@@ -130,7 +113,7 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
         inner = _expression(tokens, depth=depth + 1)
         if (end := tokens.pop()) != ")":
             raise _Unexpected(end)
-        value = _limited(_FUNCTIONS[token[:-1].rstrip()](inner))
+        value = _limited(FUNCTIONS[token[:-1].rstrip()](inner)) if token[:-1] else inner
     elif token == "pi":
         value = PI
     elif token[:1] in _DIGITS:
@@ -148,8 +131,10 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
 def _power(base: Exact, exponent: Exact) -> Exact:
     """Return base to the exponent, which has to be small."""
     e = exponent.fraction
-    if e is None or e.denominator > 2 or abs(e) > _MAX_POWER:
-        raise NotANumber(f"an exponent is whole, or half of it, and at most {_MAX_POWER}")
+    if e is None or _height(e) > _MAX_POWER:
+        raise NotANumber(
+            f"an exponent is a whole number or a fraction p/q, both at most {_MAX_POWER}"
+        )
     return base**e
 
 
@@ -168,10 +153,12 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 
 
 def _limited(x: Exact) -> Exact:
-    """The number itself, if it is within the limits."""
-    for monomial, c in terms(x.terms):
-        if _height(c) > _MAX_HEIGHT or any(abs(n) > _MAX_BUILT_POWER for _, n in monomial):
-            raise NotANumber("a number is too large to be held exactly")
+    """The number itself, if it is within the limits, as what it is made of is."""
+    parts = x.args if x.op in ("+", "*") else (x,)
+    if any(part.op == "rational" and _height(part.args[0]) > _MAX_HEIGHT for part in parts) or any(
+        part.op == "^" and _height(part.args[1]) > _MAX_BUILT_POWER for part in parts
+    ):
+        raise NotANumber("a number is too large to be held exactly")
     if (q := x.fraction) is not None:
         return in_range(q)
     size = x.ball(_BITS).abs_upper()

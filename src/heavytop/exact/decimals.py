@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from mpmath.ctx_mp import MPContext
 from mpmath.libmp import from_man_exp
 
-from heavytop.numbers.exact import Exact, rational_value
+from heavytop.exact.number import Exact, rational_value
 
 Context: TypeAlias = Any
 """An mpmath context of its own precision (mpmath has no types)."""

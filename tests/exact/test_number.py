@@ -17,11 +17,11 @@ from hypothesis import strategies as st
 from mpmath import MPContext, libmp
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import PI, Exact, cos, sin, sqrt
+from heavytop.exact import PI, Exact, acos, asin, atan, cos, sin, sqrt, tan
 
 rationals = st.fractions() | st.fractions(-1000, 1000, max_denominator=1000)
 doubles = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290) | st.just(0.0)
-UNPROVED = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)  # zero, for all that 4096 bits say
+UNPROVED = sqrt(cos(2) ** 2) + cos(2)  # zero, for all that 4096 bits say
 
 
 def context(bits: int) -> MPContext:
@@ -72,9 +72,13 @@ def test_what_is_no_number_is_refused(x: object, rule: str) -> None:
 
 
 def test_equal_numbers_hash_alike_and_survive_pickling() -> None:
-    for x in (sqrt(8), Exact.of("pi/3"), Exact.of(0.5), cos(0.3)):
-        assert pickle.loads(pickle.dumps(x)) == x
+    for x in (sqrt(8), Exact.of("pi/3"), Exact.of(0.5), cos(0.3), acos("3/4"), 1 / (1 + PI) ** 2):
+        again = pickle.loads(pickle.dumps(x))
+        assert (again, str(again), hash(again)) == (x, str(x), hash(x))
         assert hash(x * 2 / 2) == hash(x)
+        assert Exact.of(str(x * 1)) == x
+    assert PI + sqrt(2) + 1 == 1 + PI + sqrt(2) != PI + sqrt(2)
+    assert PI * sqrt(2) * cos(1) == cos(1) * PI * sqrt(2) != PI * sqrt(2) + cos(1)
     assert hash(Exact.of(0.5)) == hash(0.5)
     assert len({sqrt(8), 2 * sqrt(2)}) == 1
 
@@ -88,7 +92,7 @@ def test_arithmetic_takes_python_and_numpy_numbers_and_refuses_texts() -> None:
         PI + math.nan
 
 
-EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin}
+EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin, "acos": acos, "atan": atan}
 
 
 @st.composite
@@ -97,14 +101,27 @@ def formulas(draw: st.DrawFn, depth: int = 3) -> str:
     if depth == 0 or draw(st.booleans()):
         return draw(st.sampled_from(["pi", "n('2')", "n('0.1')", "n('-7.5e-3')", "sqrt(n('6'))"]))
     inner = formulas(depth=depth - 1)
-    shapes = ["({a} + {b})", "({a} - {b})", "{a}*{b}", "({a})**3", "cos({a})", "sin({a})"]
-    shape = draw(st.sampled_from([*shapes, "sqrt(1 + ({a})**2)", "{a}/(1 + ({b})**2)"]))
+    shapes = [
+        "({a} + {b})",
+        "({a} - {b})",
+        "{a}*{b}",
+        "({a})**3",
+        "cos({a})",
+        "sin({a})",
+        "atan({a})",
+    ]
+    shape = draw(
+        st.sampled_from(
+            [*shapes, "sqrt(1 + ({a})**2)", "{a}/(1 + ({b})**2)", "acos({a}/sqrt(({a})**2 + 1))"]
+        )
+    )
     return shape.format(a=draw(inner), b=draw(inner))
 
 
 def by_mpmath(formula: str, bits: int) -> Fraction:
     mp = context(bits)
     names = {"n": mp.mpf, "pi": +mp.pi, "sqrt": mp.sqrt, "cos": mp.cos, "sin": mp.sin}
+    names |= {"acos": mp.acos, "atan": mp.atan}
     value = Fraction(*libmp.to_rational(eval(formula, names)._mpf_))  # our own formula
     return value if abs(value) > Fraction(1, 2**1500) else Fraction(0)
 
@@ -131,6 +148,27 @@ def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, b
 
 def libmp_rounded(q: Fraction, bits: int) -> object:
     return context(bits).make_mpf(libmp.from_rational(q.numerator, q.denominator, bits, "n"))
+
+
+@pytest.mark.parametrize(
+    ("arc", "value"),
+    [(acos("-1/2"), PI * 2 / 3), (acos(1), 0), (acos(-1), PI), (asin("1/2"), PI / 6),
+     (asin(-1), -PI / 2), (atan(1), PI / 4), (atan(0), 0), (acos("sqrt(3)/sqrt(3)"), 0),
+     (cos(acos("3/4")), Fraction(3, 4)), (sin(acos("3/5")), Fraction(4, 5)),
+     (cos(asin("3/5")), Fraction(4, 5)), (tan(atan("-7/3")), Fraction(-7, 3)),
+     (sin(asin("-1/3")), Fraction(-1, 3)), (cos(PI - acos("1/3")), Fraction(-1, 3)),
+     (sin(2 * acos("3/5")), Fraction(24, 25)), (sin(acos(PI / 4)), sqrt(1 - PI**2 / 16))],
+    ids=str,
+)  # fmt: skip
+def test_arcs_and_their_cosines_simplify(arc: Exact, value: Exact | Fraction | int) -> None:
+    assert arc == value
+
+
+@pytest.mark.parametrize("x", ["1.0000001", "-sqrt(2)", "1 + 1e-200*sqrt(2)"])
+def test_an_arc_cosine_has_an_end(x: str) -> None:
+    for arc in (acos, asin):
+        with pytest.raises(NotANumber, match="within"):
+            arc(x)
 
 
 def test_a_number_beyond_the_doubles_is_said_so() -> None:
@@ -173,11 +211,11 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
 
 
 @pytest.mark.processes
-def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
+def test_neither_flint_nor_mpmath_is_imported_for_rationals() -> None:
     code = (
-        "import sys; from heavytop.numbers import Exact, PI, cos, sqrt;"
-        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); (PI - x).sign(); sqrt(x).sign();"
-        "str(PI - x); cos(PI).sign();"
+        "import sys; from heavytop.exact import Exact, PI, cos, sqrt;"
+        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); sqrt(x); str(PI - x);"
+        "cos(PI).sign();"
         "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -1,4 +1,4 @@
-"""Ball arithmetic: working precision, exact numbers as balls, and `Interval`, which rounds outward.
+"""Balls and decimals: working precision, exact numbers as balls, `Interval`, mpmath's contexts.
 
 Balls are those of python-flint (Arb): a middle and a radius that takes up every rounding error.
 """
@@ -15,8 +15,7 @@ from typing import Any, Final
 from flint import arb, ctx, fmpq
 
 from heavytop.errors import NotANumber
-from heavytop.numbers.exact import Exact, rational_value
-from heavytop.numbers.normal_form import Atom, Form
+from heavytop.exact.number import Exact, rational_value
 
 _LOCK: Final = RLock()  # flint keeps one working precision for the whole process
 _TINY: Final = arb(2) ** -(1 << 16)  # what is smaller is not worth its bits
@@ -63,35 +62,34 @@ class working:
 # --- exact numbers as balls, at the working precision -----------------------------------------
 
 
-def ball_of(x: Form) -> arb:
-    """A ball that holds x; not finite where a divisor's ball holds zero."""
-    total = arb(0)
-    for monomial, c in x:
-        term = rational_ball(c)
-        for atom, n in monomial:
-            base = _atom(atom)  # flint's power of a ball that holds 0 is not finite
-            term *= math.prod([base] * n) if n > 0 and base.contains(0) else base**n
-        total += term
-    return total
-
-
 def rational_ball(q: Fraction) -> arb:
-    """A ball of a rational number, at the working precision."""
+    """Return a ball of a rational number, at the working precision."""
     return arb(fmpq(q.numerator, q.denominator))
 
 
-def _atom(atom: Atom) -> arb:
-    if isinstance(atom, str):
-        return arb.pi()
-    if isinstance(atom, tuple):
-        return ball_of(atom)
-    argument = ball_of(atom.argument)
-    if atom.name == "sqrt" and not argument > 0:  # what lies below zero is only width
-        return arb(0).union(argument.upper().nonnegative_part().sqrt())
-    if atom.name == "acos":  # of what lies beyond ±1 too, which is only width
-        return arb.atan2((1 - argument * argument).nonnegative_part().sqrt(), argument)
-    value: arb = getattr(argument, atom.name)()
-    return value
+def ball_of(x: Exact, known: dict[Exact, arb] | None = None) -> arb:
+    """Return a ball that holds x, each part computed once; not finite where a divisor's holds 0."""
+    known = {} if known is None else known
+    if x not in known:
+        if x.op == "rational":
+            known[x] = rational_ball(x.args[0])
+        elif x.op == "^":
+            known[x] = _power(ball_of(x.args[0], known), x.args[1])
+        elif x.op in ("+", "*"):
+            parts = [ball_of(each, known) for each in x.args]
+            known[x] = sum(parts, arb(0)) if x.op == "+" else math.prod(parts, start=arb(1))
+        else:
+            known[x] = getattr(ball_of(x.args[0], known), x.op)() if x.args else arb.pi()
+    return known[x]
+
+
+def _power(base: arb, exponent: Fraction) -> arb:
+    n, k = exponent.numerator, exponent.denominator
+    if k > 1:  # what lies below zero is only width
+        base = base.root(k) if base > 0 else arb(0).union(base.upper().nonnegative_part().root(k))
+    if n > 0 and base.contains(0):  # flint's power of such a ball is not finite
+        return math.prod([base] * n, start=arb(1))
+    return base**n
 
 
 # --- intervals --------------------------------------------------------------------------------
@@ -134,8 +132,11 @@ class Interval:
         """
         if not ball.is_finite():
             raise ValueError("an interval is finite")
-        (middle, lost), (spread, more) = _dyadic(ball.mid()), _dyadic(ball.rad())
-        return cls(middle, spread + lost + more)
+        middle, radius = ball.mid(), ball.rad()
+        if abs(middle) < _TINY:
+            middle, radius = arb(0), radius + (0 if middle.is_zero() else _TINY)
+        spread = radius if radius.is_zero() or radius > _TINY else _TINY
+        return cls(*(Fraction(int(q.p), int(q.q)) for q in (middle.fmpq(), spread.upper().fmpq())))
 
     @property
     def mid(self) -> float:
@@ -160,12 +161,12 @@ class Interval:
     @property
     def digits(self) -> float:
         """The largest n with spread ≤ 10⁻ⁿ max(1, |middle|); infinite where the spread is 0."""
-        return _decimals(self.spread / max(Fraction(1), abs(self.middle)))
+        return _places(self.spread / max(Fraction(1), abs(self.middle)))
 
     @property
     def decimals(self) -> float:
         """The largest n with spread ≤ 10⁻ⁿ; infinite where the spread is 0."""
-        return _decimals(self.spread)
+        return _places(self.spread)
 
     def bounds(self, digits: int) -> tuple[str, str]:
         """Two decimal numbers of so many significant digits with the interval between them.
@@ -176,8 +177,8 @@ class Interval:
             How many, at least 1.
         """
         ends = (self.middle - self.spread, ROUND_FLOOR), (self.middle + self.spread, ROUND_CEILING)
-        low, high = (str(_decimal(end, digits, way)) for end, way in ends)
-        return low.replace("E", "e"), high.replace("E", "e")
+        low, high = (str(_decimal(end, digits, way)).replace("E", "e") for end, way in ends)
+        return low, high
 
     def rounded(self, digits: int) -> str:
         """A decimal number that no number of the interval is off by more than its last digit.
@@ -198,14 +199,12 @@ class Interval:
         >>> third.rounded(6), Interval(100 * third.middle, third.spread).rounded(6)
         ('0.333333', '33.3333')
         """
-        whole = int(abs(self.middle))
-        places = max(digits - len(str(whole)), 0) if whole else digits
+        integer = int(abs(self.middle))
+        places = max(digits - len(str(integer)), 0) if integer else digits
         last = round(self.middle * 10**places)
         if abs(last - self.middle * 10**places) + self.spread * 10**places > 1:
             raise ValueError(f"{self}: not known to {digits} digits")
-        shown = f"{abs(last):0{places + 1}d}"
-        point = f".{shown[-places:]}" if places else ""
-        return f"{'-' if last < 0 else ''}{shown[: len(shown) - places]}{point}"
+        return f"{Decimal((last < 0, (*map(int, str(abs(last))),), -places)):f}"
 
     def __contains__(self, x: object) -> bool:
         """Whether the number `x`, or every number of the interval `x`, is in this one.
@@ -226,11 +225,11 @@ class Interval:
 
     def __str__(self) -> str:
         """The digits that are known, without zeros at the end, and a radius, rounded outward."""
-        places = int(_decimals(2 * self.spread)) if self.spread else _PLACES
-        unit = Fraction(10) ** -places
+        unit = Fraction(10) ** -int(_places(2 * self.spread) if self.spread else _PLACES)
         shown = round(self.middle / unit) * unit
-        digits = 1 + int(max(0, -_decimals(abs(shown / unit))))
-        text = _decimal(shown, digits, ROUND_HALF_EVEN)
+        text = _decimal(
+            shown, 1 + max(0, -int(_places(abs(shown / unit) or Fraction(1)))), ROUND_HALF_EVEN
+        )
         error = self.spread + abs(self.middle - shown)
         if not error:
             return f"{text:f}"
@@ -241,19 +240,27 @@ class Interval:
 
 
 def above(bound: float) -> str:
-    """Two digits of a number that is not smaller than the bound."""
+    """Return two digits of a number that is not smaller than the bound."""
     return str(Context(2, ROUND_CEILING).create_decimal(bound)).replace("E", "e")
 
 
-def _dyadic(exact: arb) -> tuple[Fraction, Fraction]:
-    """The value of a ball without radius, and a bound on what is lost where it is tiny."""
-    if abs(exact) < _TINY:
-        return Fraction(0), Fraction(0) if exact.is_zero() else _dyadic(_TINY)[0]
-    q = exact.fmpq()
-    return Fraction(int(q.p), int(q.q)), Fraction(0)
+def outward(q: Fraction, way: int) -> float:
+    """Return the nearest double that is not on the wrong side of q."""
+    near = _double(q)
+    wrong = near < q if way > 0 else near > q
+    return math.nextafter(near, way * math.inf) if wrong else near
 
 
-def _decimals(size: Fraction) -> float:
+def rational(x: Any) -> Fraction:
+    """Return the exact value of a number of any kind that has a rational one."""
+    try:
+        value = x.fraction if isinstance(x, Exact) else x
+        return rational_value(Decimal(value) if isinstance(value, str) else value)
+    except (NotANumber, ArithmeticError):
+        raise NotANumber(f"an interval holds finite rational numbers, not {x!r}") from None
+
+
+def _places(size: Fraction) -> float:
     """The largest n with size ≤ 10⁻ⁿ."""
     if not size:
         return math.inf
@@ -272,19 +279,3 @@ def _double(q: Fraction) -> float:
         return float(q)
     except OverflowError:
         return math.inf if q > 0 else -math.inf
-
-
-def outward(q: Fraction, way: int) -> float:
-    """The nearest double that is not on the wrong side of q."""
-    near = _double(q)
-    wrong = near < q if way > 0 else near > q
-    return math.nextafter(near, way * math.inf) if wrong else near
-
-
-def rational(x: Any) -> Fraction:
-    """The exact value of a number of any kind that has a rational one."""
-    try:
-        value = x.fraction if isinstance(x, Exact) else x
-        return rational_value(Decimal(value) if isinstance(value, str) else value)
-    except (NotANumber, ArithmeticError):
-        raise NotANumber(f"an interval holds finite rational numbers, not {x!r}") from None

@@ -14,7 +14,7 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from heavytop.numbers.intervals import working
+from heavytop.exact.balls import working
 
 Array: TypeAlias = NDArray[np.float64]
 Words = TypeVar("Words", float, NDArray[np.float64])

@@ -1,0 +1,555 @@
+"""Exact, the exact real number: a rational, or a tree of operations on others.
+
+Rationals fold, and a product has one rational factor, in front; little else is simplified.
+The sign is decided in `heavytop.exact.zero`, the value in `heavytop.exact.balls`.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from dataclasses import dataclass, field
+from decimal import Context, Decimal
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
+
+from heavytop.errors import NotANumber
+from heavytop.names import article
+
+if TYPE_CHECKING:  # slow to import, and needed for irrational numbers only
+    from flint import arb
+
+T = TypeVar("T")
+Sign: TypeAlias = Literal[-1, 0, 1]
+Number: TypeAlias = "int | float | str | Fraction | Decimal | Exact"
+
+MAX_DECIMAL_EXPONENT: Final = 400
+_LARGEST: Final = 10**300
+_EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
+_SMALL_PRIMES: Final = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47)
+_MAX_MULTIPLE: Final = 16  # of an arc whose cosine is algebraic
+_COSINES: Final = {Fraction(k, 12): n for k, n in ((0, 4), (2, 3), (3, 2), (4, 1), (6, 0))}
+"""n by q where cos πq = √n / 2."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Exact:
+    """An exact real number, immutable and hashable; made by `Exact.of`, `PI` and functions.
+
+    Two of them are equal when their trees are: equal numbers that are merely *different to look at*
+    may compare unequal, so ask for the sign of the difference where that matters.
+
+    Parameters
+    ----------
+    op : str
+        "rational", "pi", "+", "*", "^", or the name of a function: "cos", "sin", "acos", "atan".
+    args : tuple
+        A Fraction; nothing; two numbers; a base and its exponent, a Fraction; or the argument.
+    text : str, optional
+        What it was read from.
+
+    Examples
+    --------
+    >>> third = Exact.of("1/3")
+    >>> print(third + third + third, float(2 / sqrt(3)), cos(PI / 3).fraction)
+    1 1.1547005383792515 1/2
+    """
+
+    op: str
+    args: tuple[Any, ...]
+    text: str | None = None
+    _hash: int | None = field(default=None, init=False)
+
+    __array_ufunc__: ClassVar[None] = None  # numpy scalars leave the arithmetic to us
+
+    @staticmethod
+    def of(x: Number, units: Collection[str] | None = None) -> Exact:
+        """The exact number `x`: floats mean their binary value, texts what they say.
+
+        Parameters
+        ----------
+        x : int, float, Fraction, Decimal, str, numpy number, mpmath number or Exact
+            Texts are expressions such as ``"pi/3"``, ``"acos(3/4)"`` or ``"6 deg"``.
+        units : collection of str
+            The units a text may end in; by default those of angles and rates.
+
+        Raises
+        ------
+        NotANumber
+            `x` is not a finite real number, or lies outside 1e-300 … 1e300 and is not 0.
+
+        Examples
+        --------
+        >>> Exact.of("6 deg") == PI / 30
+        True
+        >>> print(Exact.of(0.1))
+        0.1000000000000000055511151231257827021181583404541015625
+        """
+        if isinstance(x, Exact):
+            return x
+        if (isinstance(x, float) or type(x) is int) and (x == 0 or 1e-300 < abs(x) < 1e300):
+            return rational(Fraction(x))  # at once, as most are
+        if isinstance(x, str):
+            from heavytop.exact import parse  # which makes its numbers with what stands here
+
+            value = parse.read(x, parse.UNITS if units is None else units)
+            return Exact(value.op, value.args, " ".join(x.split()))
+        if isinstance(x, Decimal) and x.is_finite() and abs(x.adjusted()) > MAX_DECIMAL_EXPONENT:
+            raise out_of_range()  # before the power of ten is built
+        return in_range(rational_value(x))
+
+    @property
+    def fraction(self) -> Fraction | None:
+        """The number as a Fraction, or None where it is irrational or not folded to a rational."""
+        return self.args[0] if self.op == "rational" else None
+
+    def __add__(self, other: Number) -> Exact:
+        b, total = _operand(other), dict[Exact, Fraction]()
+        if self.op == b.op == "rational":
+            return rational(self.args[0] + b.args[0])
+        for term in (*_parts("+", self), *_parts("+", b)):
+            q, rest = split(term)
+            total[rest] = total[rest] + q if rest in total else q
+        terms = tuple(_scaled(rest, q) for rest, q in total.items() if q)
+        return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else NOTHING
+
+    def __mul__(self, other: Number) -> Exact:
+        b, q, factors = _operand(other), _ONE, dict[Exact, Exact]()
+        if self.op == b.op == "rational":
+            return rational(self.args[0] * b.args[0])
+        for factor in (*_parts("*", self), *_parts("*", b)):
+            if factor.op == "rational":
+                q *= factor.args[0]
+                continue
+            base, exponent = _base_of(factor)
+            known = factors.get(base)
+            factors[base] = factor if known is None else base ** (exponent + _base_of(known)[1])
+        found = [part for factor in factors.values() for part in _parts("*", factor)]
+        q *= math.prod(part.args[0] for part in found if part.op == "rational")
+        rest = tuple(part for part in found if part.op != "rational")
+        return _scaled(Exact("*", rest) if len(rest) > 1 else rest[0] if rest else ONE, q)
+
+    def __pow__(self, exponent: int | Fraction) -> Exact:
+        if isinstance(exponent, bool) or not isinstance(exponent, (int, Fraction)):
+            return NotImplemented
+        return _power(self, Fraction(exponent))
+
+    def __neg__(self) -> Exact:
+        return self * -1
+
+    def __sub__(self, other: Number) -> Exact:
+        return self + -_operand(other)
+
+    def __truediv__(self, other: Number) -> Exact:
+        return self * _operand(other) ** -1
+
+    def __rsub__(self, other: Number) -> Exact:
+        return -self + other
+
+    def __rtruediv__(self, other: Number) -> Exact:
+        return self**-1 * other
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if isinstance(other, Exact):
+            alike = self.op == other.op and hash(self) == hash(other)
+            return alike and {*self.args} == {*other.args}
+        if isinstance(other, (int, float, Fraction)):
+            return self.fraction == other
+        return NotImplemented
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            q = self.fraction
+            found = hash((self.op, frozenset(self.args)) if q is None else q)
+            object.__setattr__(self, "_hash", found)
+        return self._hash  # type: ignore[return-value]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Exact, (self.op, self.args, self.text)  # hashes of texts differ between processes
+
+    def sign(self) -> Sign | None:
+        """−1, 0 or 1, or None where it is undecided.
+
+        Algebraic numbers are decided by a bound on how near to zero they can come, others by 4096
+        bits or by an identity, within limits on the size of the expression.
+
+        Examples
+        --------
+        >>> (sqrt(3 + 2 * sqrt(2)) - 1 - sqrt(2)).sign(), (PI - Exact.of("3.1416")).sign()
+        (0, -1)
+        """
+        if (q := self.fraction) is not None:
+            return 1 if q.numerator > 0 else -1 if q.numerator < 0 else 0
+        from heavytop.exact.zero import sign_of
+
+        return sign_of(self)
+
+    def ball(self, bits: int) -> arb:
+        """A ball that holds the number, evaluated once at `bits` of working precision.
+
+        A rational comes out within an ulp of that precision. Otherwise no width is promised: it
+        grows with every operation and where terms cancel, and where a divisor's own ball holds
+        zero the result is indeterminate (``is_finite()`` is false): ask at more bits. Go on to
+        compute inside `heavytop.exact.balls.working`.
+
+        Parameters
+        ----------
+        bits : int
+            At least 2.
+
+        Returns
+        -------
+        flint.arb
+
+        Raises
+        ------
+        ValueError
+            `bits` is less than 2.
+
+        Examples
+        --------
+        >>> root = sqrt(2).ball(100)
+        >>> print(root.contains(float(sqrt(2))), root.rel_accuracy_bits() >= 97)
+        False True
+        """
+        from heavytop.exact.balls import ball_of, working
+
+        with working(bits):
+            return ball_of(self)
+
+    def mpf(self, ctx: Any) -> Any:
+        """The number in the mpmath context `ctx`, correctly rounded to its precision.
+
+        A number that 2000 bits beyond that precision cannot tell from zero comes out as zero.
+
+        Parameters
+        ----------
+        ctx : mpmath context
+            Such as ``mpmath.mp``; its precision is that of the result.
+        """
+        if (q := self.fraction) is not None:
+            return ctx.fdiv(q.numerator, q.denominator)
+        return self._nearest(ctx.prec, lambda end: +ctx.convert(end))
+
+    def __float__(self) -> float:
+        """The nearest double.
+
+        Raises
+        ------
+        NotANumber
+            The number is larger than any double.
+        """
+        value = math.inf
+        with suppress(OverflowError):
+            value = self._nearest(64, float) if (q := self.fraction) is None else float(q)
+        if math.isinf(value):
+            raise NotANumber("a number is larger than any double")
+        return value
+
+    def _nearest(self, precision: int, rounded: Callable[[arb], T]) -> T:
+        """The value on which both ends of a ball agree once each is rounded."""
+        from flint import arb
+
+        from heavytop.exact.balls import ball_of, working
+
+        for extra in _EXTRA_BITS:
+            with working(precision + extra):
+                ball = ball_of(self)
+                if ball.is_finite() and rounded(ball.lower()) == rounded(ball.upper()):
+                    return rounded(ball.upper())  # not −0 where the ball holds 0
+        apart = ball.is_finite() and not ball.contains(0)
+        return rounded(ball.mid() if apart else arb(0))  # a tie, or zero that is not proved
+
+    def __str__(self) -> str:
+        """The text it was read from, or one that `Exact.of` reads back to the same number."""
+        return self.text if self.text is not None else written(self)
+
+    def __repr__(self) -> str:
+        return f"Exact.of({str(self)!r})"
+
+
+# --- functions ---------------------------------------------------------------------------------
+
+
+def sqrt(x: Number) -> Exact:
+    """The square root of `x`; a negative `x` raises `NotANumber`."""
+    return Exact.of(x) ** Fraction(1, 2)
+
+
+def cos(x: Number) -> Exact:
+    """The cosine of `x` [rad], in closed form at multiples of π/6 and π/4 and of an arc.
+
+    Examples
+    --------
+    >>> print(cos(PI / 2), cos(-PI / 6), cos(0.5), cos(acos("3/4")))
+    0 0.5*sqrt(3) cos(0.5) 3/4
+    """
+    return _circle_point(Exact.of(x))[0]
+
+
+def sin(x: Number) -> Exact:
+    """The sine of `x` [rad], in closed form at multiples of π/6 and π/4 and of an arc.
+
+    Examples
+    --------
+    >>> print(sin(PI), sin("30 deg"), sin("pi/4"), sin(acos("3/5")))
+    0 0.5 0.5*sqrt(2) 0.8
+    """
+    return _circle_point(Exact.of(x))[1]
+
+
+def tan(x: Number) -> Exact:
+    """The tangent of `x` [rad].
+
+    Examples
+    --------
+    >>> print(tan("pi/4"), tan(atan(3)))
+    1 3
+    """
+    cosine, sine = _circle_point(Exact.of(x))
+    return sine / cosine
+
+
+def acos(x: Number) -> Exact:
+    """The arc cosine of `x` [rad], in 0 … π; outside of −1 … 1 it raises `NotANumber`.
+
+    Examples
+    --------
+    >>> print(acos("-1/2"), acos("3/4"), acos(1))
+    2/3*pi acos(0.75) 0
+    """
+    cosine = Exact.of(x)
+    inside = (1 - cosine * cosine).sign()
+    if inside == -1:
+        raise NotANumber("an arc cosine or sine is of a number within -1 … 1")
+    if inside == 0:
+        return NOTHING if cosine.sign() == 1 else PI
+    for thirds, known in ((2, Fraction(1, 2)), (3, 0), (4, -Fraction(1, 2))):
+        if cosine == known:
+            return PI * Fraction(thirds, 6)
+    return Exact("acos", (cosine,))
+
+
+def asin(x: Number) -> Exact:
+    """The arc sine of `x` [rad], π/2 − acos x; outside of −1 … 1 it raises `NotANumber`."""
+    return PI / 2 - acos(x)
+
+
+def atan(x: Number) -> Exact:
+    """The arc tangent of `x` [rad], in −π/2 … π/2."""
+    tangent = Exact.of(x)
+    if tangent in (-1, 0, 1):
+        return PI / 4 * tangent
+    return Exact("atan", (tangent,))
+
+
+def _circle_point(x: Exact) -> tuple[Exact, Exact]:
+    """Return cos x and sin x, of a sum by those of its terms."""
+    times, angle = split(x)
+    arc = angle.op in ("acos", "atan")
+    if x.op == "+" or (arc and 1 < times <= _MAX_MULTIPLE):
+        first = x.args[0] if x.op == "+" else angle
+        (c, s), (cosine, sine) = map(_circle_point, (first, x - first))
+        return cosine * c - sine * s, sine * c + cosine * s
+    if times < 0:
+        cosine, sine = _circle_point(-x)
+        return cosine, -sine
+    if angle.op == "pi":
+        return _cos_pi(times), _cos_pi(Fraction(1, 2) - times)
+    if arc and times == 1:
+        (y,) = angle.args
+        near = sqrt(1 - y * y if angle.op == "acos" else 1 + y * y)
+        return (y, near) if angle.op == "acos" else (1 / near, y / near)
+    return (Exact("cos", (x,)), Exact("sin", (x,))) if times else (ONE, NOTHING)
+
+
+@lru_cache(64)
+def _cos_pi(q: Fraction) -> Exact:
+    """Return cos πq, the angle brought to the first quadrant."""
+    q = abs((q + 1) % 2 - 1)
+    if 2 * q > 1:
+        return -_cos_pi(1 - q)
+    if q in _COSINES:
+        return sqrt(_COSINES[q]) / 2
+    return Exact("cos", (PI * q,))
+
+
+# --- the tree ----------------------------------------------------------------------------------
+
+
+def rational(q: Fraction) -> Exact:
+    """The number q, of any size."""
+    return Exact("rational", (q,))
+
+
+_ONE: Final = Fraction(1)
+NOTHING: Final = rational(Fraction(0))
+ONE: Final = rational(_ONE)
+PI: Final = Exact("pi", ())
+
+
+def _parts(op: str, x: Exact) -> tuple[Exact, ...]:
+    """The terms of a sum or the factors of a product; of another number itself."""
+    return x.args if x.op == op else (x,)
+
+
+def _base_of(factor: Exact) -> tuple[Exact, Fraction]:
+    return factor.args if factor.op == "^" else (factor, _ONE)
+
+
+def split(x: Exact) -> tuple[Fraction, Exact]:
+    """Write x as a rational times what has no rational factor; a rational is times 1."""
+    if x.op == "rational":
+        return x.args[0], ONE
+    if x.op == "*" and x.args[0].op == "rational":
+        return x.args[0].args[0], x.args[1] if len(x.args) == 2 else Exact("*", x.args[1:])
+    return _ONE, x
+
+
+def _scaled(x: Exact, q: Fraction) -> Exact:
+    """Return q x, of an x that has no rational factor; a sum term by term."""
+    if x == ONE or q == 0 or q == 1:
+        return x if q == 1 else rational(q)
+    if x.op == "+":
+        return Exact("+", tuple(term * rational(q) for term in x.args))
+    return Exact("*", (rational(q), *_parts("*", x)))
+
+
+def _power(x: Exact, exponent: Fraction) -> Exact:
+    """Return x to the exponent; rational factors and powers of π are taken out of a root."""
+    integer = exponent.denominator == 1
+    if exponent < 0 or not integer:
+        sign = x.sign()
+        if sign == -1 and not integer:
+            raise NotANumber("a root of a negative number is not real")
+        if not sign and exponent < 0:
+            what = "zero" if sign == 0 else "a number that cannot be told from zero"
+            raise NotANumber(f"division by {what}")
+        if sign == 0:
+            return NOTHING
+    if exponent in (0, 1):
+        return x if exponent else ONE
+    if x.op == "rational":
+        power, exponent = divmod(exponent, 1)
+        factor = rational(x.args[0] ** power)
+        return factor * _root(x.args[0], exponent) if exponent else factor
+    if x.op == "^" and (integer or x.args[0] == PI or x.args[1].denominator > 1):
+        return _power(x.args[0], x.args[1] * exponent)
+    for factor in _parts("*", x):
+        if factor != x and (integer or _positive(factor)):
+            return _power(factor, exponent) * _power(x / factor, exponent)
+    return Exact("^", (x, exponent))
+
+
+def _positive(factor: Exact) -> bool:
+    """Whether a factor is a power of π, or a positive rational."""
+    return factor.args[0] > 0 if factor.op == "rational" else _base_of(factor)[0] == PI
+
+
+def _root(q: Fraction, exponent: Fraction) -> Exact:
+    """Return q > 0 to an exponent between 0 and 1, the radicand an integer without small powers."""
+    k = exponent.denominator
+    radicand, outer = q.numerator * q.denominator ** (k - 1), Fraction(1, q.denominator)
+    if (root := _whole_root(radicand, k)) ** k == radicand:
+        radicand, outer = 1, outer * root
+    for prime in _SMALL_PRIMES:
+        while radicand % prime**k == 0:
+            radicand, outer = radicand // prime**k, outer * prime
+    factor = rational(outer**exponent.numerator)
+    return (
+        factor if radicand == 1 else factor * Exact("^", (rational(Fraction(radicand)), exponent))
+    )
+
+
+def _whole_root(n: int, k: int) -> int:
+    """The largest integer whose k-th power is at most n > 0, by Newton's method from above."""
+    if n.bit_length() <= k:
+        return 1
+    root = 1 << -(-n.bit_length() // k)
+    while (lower := ((k - 1) * root + n // root ** (k - 1)) // k) < root:
+        root = lower
+    return root
+
+
+FUNCTIONS: Final = {each.__name__: each for each in (sqrt, cos, sin, tan, acos, asin, atan)}
+"""What a text may call, by name."""
+
+
+# --- from other numbers, and to text -----------------------------------------------------------
+
+
+def _operand(x: Any) -> Exact:
+    """An operand of the arithmetic; texts are refused here, they must be read on purpose."""
+    if isinstance(x, Exact):
+        return x
+    if not isinstance(x, (numbers.Real, Decimal)):
+        raise TypeError(
+            f"an exact number is combined with numbers, not with {article(type(x).__name__)}"
+        )
+    return Exact.of(x)  # type: ignore[arg-type]
+
+
+def rational_value(x: Any) -> Fraction:
+    """The exact value of a number of Python, numpy or mpmath, finite and of any size."""
+    if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
+        kind = type(x).__name__
+        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, article(kind))
+        raise NotANumber(f"a number is not {what}")
+    value: Any = x
+    try:
+        if isinstance(x, numbers.Rational):
+            return Fraction(int(x.numerator), int(x.denominator))
+        if hasattr(value, "_mpf_") and value.context.isfinite(value):
+            sign, man, exponent, _ = value._mpf_
+            value = Fraction(int(-man if sign else man)) * Fraction(2) ** int(exponent)
+        return Fraction(*value.as_integer_ratio())
+    except (AttributeError, OverflowError, ValueError):  # infinite, or of another library
+        raise NotANumber(f"a number is finite, not {x}") from None
+
+
+def in_range(q: Fraction) -> Exact:
+    """The number q, which has to be 0 or within 1e-300 … 1e300."""
+    if q and not q.denominator <= abs(q.numerator) * _LARGEST <= q.denominator * _LARGEST**2:
+        raise out_of_range()
+    return rational(q)
+
+
+def out_of_range() -> NotANumber:
+    """The error of a number that is too large or too small."""
+    return NotANumber("the magnitude of a number is 0 or within 1e-300 … 1e300")
+
+
+def written(x: Exact) -> str:
+    """The text of a number that was computed."""
+    if x.op == "rational":
+        return _decimal(x.args[0])
+    if x.op == "+":
+        return " + ".join(map(written, x.args)).replace(" + -", " - ")
+    if x.op == "*":
+        factors = (f"({written(each)})" if each.op == "+" else written(each) for each in x.args)
+        text = "*".join(factors)
+        return f"-{text[3:]}" if text.startswith("-1*") else text
+    if x.op == "^":
+        base, exponent = x.args
+        if exponent == Fraction(1, 2):
+            return f"sqrt({written(base)})"
+        text = f"({written(base)})" if base.op in ("+", "*") else written(base)
+        return f"{text}^{exponent}" if exponent.denominator == 1 else f"{text}^({exponent})"
+    return f"{x.op}({written(x.args[0])})" if x.args else x.op
+
+
+def _decimal(q: Fraction) -> str:
+    """A decimal where the expansion ends, else p/q; through Decimal, which knows no longest int."""
+    p, d = Decimal(q.numerator), Decimal(q.denominator)
+    places = q.denominator.bit_length()
+    if pow(10, places, q.denominator):
+        return f"{p}/{d}"
+    return str(Context(q.numerator.bit_length() + places).divide(p, d))

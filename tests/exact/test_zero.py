@@ -1,0 +1,223 @@
+"""Signs of exact numbers: zeros that are proved, and numbers near zero that must not be."""
+
+import math
+import random
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heavytop.exact import ONE, PI, Exact, acos, asin, atan, cos, sin, sqrt, tan
+from heavytop.exact.zero import is_identity, separation
+
+HALF, FOURTH = Fraction(1, 2), sqrt(sqrt(2))
+TINY = Exact.of(10) ** -1000
+CUBE = Exact.of("2^(1/3)")
+
+ALGEBRAIC = [
+    sqrt(2) * sqrt(3) - sqrt(6),
+    sqrt("1/3") - sqrt(3) / 3,
+    Exact.of("sqrt(4^(1/2))") - sqrt(2),
+    FOURTH**5 / 2 - FOURTH,
+    cos(PI / 3) - HALF,
+    cos("225 deg") + sqrt(2) / 2,
+    (1 + sqrt(2)) * (sqrt(2) - 1) - 1,
+    (FOURTH - 1) * (1 + FOURTH + FOURTH**2 + FOURTH**3) - 1,
+    (sqrt(53) + sqrt(59)) ** 2 - 112 - 2 * sqrt(3127),
+    sqrt(53**2 * 59) - 53 * sqrt(59),
+    1 / (1 + 1 / (1 + sqrt(2))) - 1 / sqrt(2),
+    cos(PI / 7) - cos(PI * 2 / 7) + cos(PI * 3 / 7) - HALF,
+    cos(PI / 5) - (1 + sqrt(5)) / 4,
+    (sqrt(2 + sqrt(3)) + 1) * (sqrt(2 + sqrt(3)) - 1) - 1 - sqrt(3),
+    sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3),
+    sqrt(3 + 2 * sqrt(2)) - 1 - sqrt(2),
+    Exact.of("(7 + 5*sqrt(2))^(1/3)") - 1 - sqrt(2),
+    (CUBE - 1) * (CUBE**2 + CUBE + 1) - 1,
+    cos(2 * acos("3/5")) + Exact.of("7/25"),
+    sin(acos("3/5") + PI / 6) - Exact.of("0.4*sqrt(3) + 0.3"),
+    tan(atan("1/2") + atan("1/3")) - 1,
+    sin(asin("-2/3")) + Exact.of("2/3"),
+]
+IDENTITIES = [
+    sqrt(PI**2 * 12) - 2 * sqrt(3) * PI,
+    sqrt(1 + PI) ** 2 - 1 - PI,
+    (1 - PI) ** 2 / (PI - 1) - PI + 1,
+    (1 + cos(1)) ** HALF * (1 + cos(1)) ** (3 * HALF) - (1 + cos(1)) ** 2,
+    (sqrt(PI) + 1) * (sqrt(PI) - 1) - PI + 1,
+    sin(1) ** 2 + cos(1) ** 2 - 1,
+    1 / sin(1) ** 4 - (1 - cos(1) ** 2) ** -2,
+    cos("0.2") - 2 * cos("0.1") ** 2 + 1,
+    sin("0.3") - 3 * sin("0.1") + 4 * sin("0.1") ** 3,
+    sin("0.2") * cos("20.3") - 2 * sin("0.1") * cos("0.1") * cos("20.3"),
+    sin(-2) + 2 * sin(1) * cos(1),
+    sin(sqrt(8)) - 2 * sin(sqrt(2)) * cos(sqrt(2)),
+    sqrt((1 + cos(1)) * (1 - cos(1))) - sqrt(1 - cos(1) ** 2),
+    sqrt(1 + 1 / PI) * sqrt(PI) * sqrt(1 + 1 / PI) - (1 + PI) / sqrt(PI),
+    (sqrt(5 + 2 * sqrt(6)) - sqrt(2)) * cos(1) - sqrt(3) * cos(1),
+    sqrt(8) * PI + cos(PI / 5) * cos(1) - 2 * sqrt(2) * PI - (1 + sqrt(5)) / 4 * cos(1),
+    sqrt(4 + 4 * cos(1)) - 2 * sqrt(1 + cos(1)),
+    cos(1 + PI / 3) - cos(1) / 2 + sqrt(3) / 2 * sin(1),
+    sin(acos("1/3") + 1) - sqrt(8) / 3 * cos(1) - sin(1) / 3,
+    (1 + PI + acos("0.3")) ** 2 - (1 + PI) ** 2 - 2 * (1 + PI) * acos("0.3") - acos("0.3") ** 2,
+]
+
+
+@pytest.mark.parametrize("zero", [*ALGEBRAIC, *IDENTITIES], ids=str)
+def test_zeros_are_decided_and_so_is_what_is_beside_them(zero: Exact) -> None:
+    assert zero.sign() == 0
+    assert ((zero + TINY).sign(), (zero - TINY).sign()) == (1, -1)
+
+
+def test_which_numbers_are_algebraic() -> None:
+    assert all(separation(x) < 10_000 for x in ALGEBRAIC)
+    assert {separation(x) for x in IDENTITIES if x != 0} == {math.inf}
+
+
+@pytest.mark.parametrize(
+    ("x", "sign"),
+    [
+        (PI - Exact.of(math.pi), 1),
+        (PI - Exact.of(math.nextafter(math.pi, 4)), -1),
+        (Exact.of("3.14159265358979323846264338327950289") - PI, 1),
+        (Exact.of("3.14159265358979323846264338327950288") - PI, -1),
+        (sqrt(2) + sqrt(3) - PI, 1),
+        (cos(2), -1),
+        (-sqrt(2) - PI, -1),
+        (sqrt("1 + 1e-200") - 1, 1),
+        (1 - sqrt("1 + 1e-299") ** 3, -1),
+        (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + Exact.of("1e-200") ** 9, 1),
+        (acos("0.9999999999") - PI / 2, -1),
+        (sqrt(cos(2) ** 2) + cos(2), None),  # |x| + x: zero, and no identity
+    ],
+    ids=str,
+)
+def test_signs(x: Exact, sign: int | None) -> None:
+    assert x.sign() == sign
+
+
+@pytest.mark.parametrize(
+    "different",
+    [
+        sqrt((1 + cos(1)) * (1 - cos(1))) - (1 - cos(1) ** 2) ** (3 * HALF),
+        sqrt(2 + sqrt(3)) - sqrt(3 + sqrt(2)),
+        cos(1) - cos(2),
+        sin(1) + sin(-2),
+        sqrt(1 + cos(1)) - sqrt(2 + 2 * cos(1)),
+        sqrt(1 + cos(1)) - sqrt(2 + cos(1)),
+        (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + TINY) * cos(1),
+        acos("0.3") - acos("0.4"),
+    ],
+    ids=str,
+)
+def test_generators_that_differ_are_not_taken_for_one(different: Exact) -> None:
+    assert not is_identity(different)
+
+
+def test_roots_of_fractions_too_large_to_be_factored() -> None:
+    q = Fraction(10**3000 + 1, 10**3001 + 9)
+    root = sqrt(ONE * q)
+    assert ((root + 1) * (root - 1) - q + 1).sign() == 0
+
+
+def test_expressions_beyond_the_limits_are_undecided() -> None:
+    long = sum((sqrt(n) for n in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31)), PI)
+    assert ((long + 1) ** 64 * (long - 1) ** 64 - (long**2 - 1) ** 64).sign() is None
+    roots = sum((sqrt(n) for n in range(2, 40)), Exact.of(0))
+    assert separation((roots + 1) * (roots - 1) - roots**2 + 1) > 1e9
+    many = sum((sqrt(PI + n) for n in range(60)), PI)
+    assert ((many + 1) * (many - 1) - many**2 + 1).sign() is None
+
+
+def test_the_bound_holds_of_what_is_nearest_to_zero() -> None:
+    """Powers of 1 − √2 + δ, which shrink as fast as the bound allows but for a factor."""
+    for n in range(1, 40):
+        power = (sqrt(2) - 1) ** n
+        size = -math.log2(abs(float(power)))
+        assert separation(power) - 64 >= size >= (separation(power) - 64) / 3
+        p, q = round(float((1 + sqrt(2)) ** n)), (1 + sqrt(2)) ** n
+        assert (q - p).sign() == (1 if n % 2 else -1)
+
+
+leaves = st.sampled_from(
+    [Exact.of(2), Exact.of("-7/3"), PI, sqrt(6), sqrt(2), FOURTH, CUBE, acos("0.3")]
+) | st.sampled_from(
+    [cos("0.1"), sin("0.1"), cos("0.2"), sin("0.05"), cos(PI / 5), cos(PI * 2 / 5), cos(2)]
+)
+
+
+@st.composite
+def numbers(draw: st.DrawFn, depth: int = 2) -> Exact:
+    if depth == 0 or draw(st.booleans()):
+        return draw(leaves)
+    a, b = (draw(numbers(depth=depth - 1)) for _ in range(2))
+    made = [a + b, a - b, a * b, a**2, sqrt(1 + a**2), 1 / (1 + b**2), a / sqrt(2 + b**2)]
+    return draw(st.sampled_from(made))
+
+
+@settings(deadline=None, max_examples=40)
+@given(numbers(), numbers(), numbers())
+def test_what_holds_of_all_numbers_is_proved(a: Exact, b: Exact, c: Exact) -> None:
+    assert ((a + b) * (a - b) - a**2 + b**2).sign() == 0
+    assert ((a + b) * c - a * c - b * c).sign() == 0
+    d = 1 + c**2
+    assert (a / d + d / (1 + b**2) - (a * (1 + b**2) + d**2) / (d * (1 + b**2))).sign() == 0
+
+
+@settings(deadline=None, max_examples=40)
+@given(numbers(), numbers())
+def test_nothing_else_is_proved_zero(a: Exact, b: Exact) -> None:
+    near = (a + b) * (a - b) - a**2 + b**2 + Exact.of(10) ** -500
+    assert near.sign() == 1
+    assert not is_identity(near)
+
+
+def drawn(random: random.Random, depth: int) -> Exact:
+    """A number that may well be zero: what is added and subtracted is often alike."""
+    if depth == 0 or random.random() < 0.15:
+        angle = random.choice(["0.1", "0.2", "pi/5", "pi/7", "acos(3/5)", "pi/4 + 0.1"])
+        k = random.randint(-3, 3)
+        return random.choice(
+            [Exact.of(k), sqrt(random.randint(1, 12)), cos(angle), sin(angle), PI / 3 * k]
+        )
+    a, b = drawn(random, depth - 1), drawn(random, depth - 1)
+    match random.randrange(8):
+        case 0 | 1:
+            return a - b
+        case 2:
+            return (a + b) * (a - b) - a * a + b * b
+        case 3:
+            return sqrt(a * a + 2 * a * b + b * b) - a - b  # 2|a + b| or 0
+        case 4:
+            return a / (1 + b * b)
+        case 5:
+            return Exact.of(1 + a * a) ** Fraction(1, 3) * b
+        case _:
+            return a * b + random.randint(-2, 2)
+
+
+def check_signs(seed: int, count: int, depths: range) -> dict[int | None, int]:
+    """Signs of random numbers against balls of 4096 bits, and how many there are of each."""
+    source, found = random.Random(seed), dict.fromkeys((-1, 0, 1, None), 0)
+    for _ in range(count):
+        x = drawn(source, source.choice(depths))
+        ball, sign = x.ball(4096), x.sign()
+        found[sign] += 1
+        if ball > 0 or ball < 0:
+            assert sign == (1 if ball > 0 else -1), x
+        else:
+            assert abs(ball) < TINY.ball(64), x
+            assert sign in (0, None), x
+    return found
+
+
+def test_signs_are_those_of_4096_bits() -> None:
+    found = check_signs(seed=20261127, count=300, depths=range(1, 4))
+    assert min(found[-1], found[0], found[1]) > 30
+    assert found[None] <= 60, found
+
+
+@pytest.mark.slow
+def test_signs_of_many_are_those_of_4096_bits() -> None:
+    found = check_signs(seed=1, count=40_000, depths=range(2))
+    assert found[None] <= 4_000, found
