@@ -24,13 +24,13 @@ def test_a_motion_is_like_itself_and_every_planted_difference_is_seen(compare, m
     new["arrays"]["theta"][3] = math.nextafter(new["arrays"]["theta"][3], 9)
     new["exact"][0]["theta"] = "0.100" + new["exact"][0]["theta"][5:]
     new["kind"] = "waves"
-    del new["classify"]["document"]["motion"]["margin"]
+    del new["classify"]["document"]["motion"]["why"]
     keys = [key for key, *_ in compare.differences(old, new)]
     assert keys == [
         ".kind",
         ".exact[0].theta",
         ".arrays.theta[3]",
-        ".classify.document.motion.margin",
+        ".classify.document.motion.why",
     ]
 
 

@@ -75,7 +75,7 @@ for _ in range(TOPS):
     if observed == "cusps":  # phidot is too small at a turn for doubles to tell its sign
         blurred += 1
     else:
-        wrong.append((numbers, str(verdict.kind), observed, verdict.margin))
+        wrong.append((numbers, str(verdict.kind), observed, verdict.why))
 print(dict(kinds))
 for case in wrong[:10]:
     print(case)

@@ -12,7 +12,7 @@ from pathlib import Path
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.studies.executors import executor_at
+from heavytop.studies.workers import executor_at
 
 METHODS = ("taylor-axis", "taylor-axis-projected", "sofroniou-spaletta10", "dop853-cyrk")
 ASKED = {"methods": METHODS, "periods": 1e5, "ensemble": 2, "samples": 13}

@@ -31,7 +31,8 @@ from mpmath import nstr
 
 FROZEN = "c09d51c87203c5b02902c4b4729e93bc8469b7f4"
 EXPLAINED: dict[str, str] = {  # pattern of a line of the list -> why it may stand there
-    r"margin_enclosure|\.margin: .* gone|integrated|differing": "intervals of margins are gone",
+    r"margin_enclosure|\.margin: .* gone|integrated|differing": "margins are gone",
+    r"\.why: ": "a reason names its numbers",
     r"plan\.folded": "nothing is folded",
     r"(warnings|source): gone ->": "impossible bodies are warned of; a run says what it is from",
     r"^run (near-separatrix|planar-asymptotic|separatrix) ": "64 bits instead of long doubles",
@@ -139,7 +140,7 @@ def cases(scenes: dict[str, str]) -> Iterator[tuple[str, str, dict[str, str]]]:
 RECORD = ("t", "theta", "phi", "psi", "thetadot", "phidot", "psidot", "axis", "omega", "quaternion")
 EVENTS = ("kind", "t", "t_low", "theta", "phi", "phidot", "axis")
 PLAN = ("formulation", "precision", "tolerance", "projected")
-MOTION = ("tags", "certified", "margin", "period", "precession", "spin", "theta_min", "theta_max")
+MOTION = ("tags", "certified", "period", "precession", "spin", "theta_min", "theta_max")
 
 
 def columns(thing: Any, names: tuple[str, ...]) -> dict[str, Any]:

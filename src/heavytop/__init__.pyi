@@ -85,7 +85,7 @@ from .studies.atlas import (
 )
 from .studies.certificate import certify as certify
 from .studies.drift import drift as drift
-from .studies.runner import resume as resume
+from .studies.study import resume as resume
 from .studies.stress import stress as stress
 from .studies.sweep import sweep as sweep
 from .studies.work_precision import work_precision as work_precision

@@ -7,7 +7,7 @@ import mpmath
 import pytest
 
 from heavytop.analytic.cubic import Roots
-from heavytop.classification.reduced import FromScene, Regime
+from heavytop.classification.reduced import Regime, reduced_from_scene
 from heavytop.exact import Exact
 from heavytop.exact.balls import Interval, working
 from heavytop.exact.decimals import context
@@ -22,11 +22,12 @@ BITS = 256
 
 
 def motion(top, theta, phidot, psidot, thetadot=0):
-    return FromScene(top, State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot))
+    return top, State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
 
 
-def roots_of(source, bits=BITS):
+def roots_of(motion, bits=BITS):
     """The roots of a motion seen with g ≥ 0, each distance an interval."""
+    source = reduced_from_scene(*motion)
     with working(bits):
         regime, over = Regime.of(source), source.reduced(bits)
         found = Roots.of(over.mirrored() if regime.mirrored else over, regime)
@@ -62,7 +63,7 @@ KINDS = {
 def test_roots_hold_those_of_mpmath(name):
     """Every interval holds the polynomial roots found at 400 digits; each is narrow."""
     found = roots_of(KINDS[name], 640)
-    by_hand = ByHand(KINDS[name].top, KINDS[name].start, 400, True)
+    by_hand = ByHand(*KINDS[name], 400, True)
     u1, u2, u3 = by_hand.roots
     with mpmath.workdps(400):
         g = by_hand.g
@@ -81,7 +82,7 @@ def test_roots_hold_those_of_mpmath(name):
 
 def test_without_weight_there_are_two():
     source = motion(Top(2, 1, 0), "0.7", 2, 5, "0.3")
-    found, f = roots_of(source), ByHand(source.top, source.start, 60).cubic
+    found, f = roots_of(source), ByHand(*source, 60).cubic
     assert found["u3"] is None
     for name in ("u1", "u2"):
         assert abs(CTX.polyval(f, mpf(found[name]))) < CTX.mpf("1e-50")

@@ -17,7 +17,7 @@ import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.rising import Rising
-from heavytop.classification.reduced import FromAxis
+from heavytop.classification.reduced import reduced_from_axis
 from heavytop.errors import Impossible, NotANumber, Unseparated, WrongType
 from heavytop.exact import cos, sqrt
 from heavytop.exact.balls import Interval
@@ -114,7 +114,7 @@ doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3
 @settings(max_examples=100, deadline=None)
 @given(st.tuples(*[doubles] * 3).filter(any), st.tuples(*[doubles] * 3), doubles, doubles)
 def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
-    form = ClosedForm(Rising(FromAxis(e, l, g, kappa)), 100)
+    form = ClosedForm(Rising(reduced_from_axis(e, l, g, kappa)), 100)
     compare(enclose_axis(e, l, g, kappa, digits=30), form)
 
 

@@ -18,7 +18,7 @@ from heavytop.analytic import many_times
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.many_times import CHUNK, FARTHEST, DoubleForm
 from heavytop.analytic.rising import Rising
-from heavytop.classification.reduced import FromAxis, FromScene
+from heavytop.classification.reduced import reduced_from_axis, reduced_from_scene
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.exact.balls import working
 
@@ -31,12 +31,12 @@ RATES = ("thetadot", "phidot", "psidot", "udot", "uddot")
 def rising_of(name):
     """A motion by name, its kind not proved."""
     begun = named(name)
-    return Rising(FromScene(begun.top, begun.start), proved=False)
+    return Rising(reduced_from_scene(begun.top, begun.start), proved=False)
 
 
 def start(top, theta, phidot, psidot, thetadot=0):
     rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
-    return Rising(FromScene(ht.Top(*top), ht.State(theta, **rates)), proved=False)
+    return Rising(reduced_from_scene(ht.Top(*top), ht.State(theta, **rates)), proved=False)
 
 
 def exact(rising, t, digits=60):
@@ -255,7 +255,7 @@ def test_an_axis_longer_by_an_ulp():
     """The axis form's own binary start, |e|² ≠ 1: the closed form is that of those numbers."""
     e, l = (0.09983341664682815, 0.0, 0.9950041652780259), (3.0, -0.5, 28.0)  # noqa: E741
     assert sum(Fraction(x) ** 2 for x in e) != 1
-    rising = Rising(FromAxis(e, l, 139.02439024390245, phi0=0.25))
+    rising = Rising(reduced_from_axis(e, l, 139.02439024390245, phi0=0.25))
     assert_holds(rising, [-1.0, 0.1, 3.0, 1000.0])
 
 

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 from heavytop.analytic.potential import Potential
-from heavytop.classification.reduced import FromScene
+from heavytop.classification.reduced import reduced_from_scene
 from heavytop.equations import lagrangian as lag
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -29,7 +29,7 @@ STARTS = {
 
 
 def potential(top, start):
-    return Potential(FromScene(top, start))
+    return Potential(reduced_from_scene(top, start))
 
 
 def test_is_the_routhians_at_random_points():

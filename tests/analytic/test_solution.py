@@ -12,6 +12,7 @@ the top, where φ + ψ is what is defined, and by +π at the bottom, where φ �
 body to space turns with ω on either side and at the pass itself.
 """
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
@@ -25,7 +26,7 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import _nearest
-from heavytop.classification.reduced import FromScene, Through
+from heavytop.classification.reduced import reduced_from_scene, through_poles
 from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact, cos
 from heavytop.exact.balls import working
@@ -51,7 +52,7 @@ class Start(NamedTuple):
         """The motion, from exact numbers."""
         rates = {"thetadot": self.thetadot, "phidot": self.phidot, "omega3": self.omega3}
         state = ht.State(self.theta, phi="0.3", psi="-0.7", **rates)
-        return Rising(FromScene(ht.Top(*self.top), state))
+        return Rising(reduced_from_scene(ht.Top(*self.top), state))
 
     def given(self, ctx):
         """A, C, gMR, θ, φ̇, ω3, θ̇ as numbers of a context."""
@@ -217,7 +218,10 @@ def test_a_motion_through_a_pole_by_decree(below):
     start = (
         Start((2, 1, -2), X("pi") - 1, phidot, -8, -5) if below else Start(UNIT, 1, phidot, 8, 5)
     )
-    plain, told = start.rising, Rising(Through(start.rising.source, top=not below, bottom=below))
+    plain, told = (
+        start.rising,
+        Rising(through_poles(start.rising.source, top=not below, bottom=below)),
+    )
     assert (plain.regime.misses_top, told.regime.misses_top) == (True, False)
     with working(300):
         assert abs(turns(told)[1] - arb.pi()) < arb("1e-80")
@@ -235,17 +239,12 @@ def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
     assert float(DoubleForm(rising)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
 
 
-class Told(FromScene):
-    """Numbers of which none is known to vanish."""
-
-    def vanishes(self, name):
-        return False
-
-
 def test_the_limit_of_bits_is_named():
     """Told that it nutates where it is steady, either form says how many bits were tried."""
     start = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).rising.source
-    told = Rising(Told(start.top, start.start), limit=1024)
+    nods = Start(BETSCH, X("pi/3"), 10, Fraction("141")).rising.source  # its exact numbers
+    mixed = replace(start, reduced=lambda bits: (start if bits else nods).reduced(bits))
+    told = Rising(mixed, limit=1024)
     for ask in (lambda: DoubleForm(told), lambda: ClosedForm(told, 30)(1)):
         with pytest.raises(NoClosedForm, match="1024 bits"):
             ask()

@@ -44,7 +44,6 @@ def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, h
     top, start = Top(*moments, gMR), State(theta, thetadot=thetadot, phidot=phidot, **{held: spin})
     found = classify(top, start)
     assert found.certified
-    assert 0 < found.margin <= 1
     numbers = [X(x).mpf(CTX) for x in (*moments, gMR, theta, thetadot, phidot, spin)]
     kind, detail = kind_of(*numbers, held=held)
     assert found.kind == kind
@@ -125,7 +124,6 @@ def test_cusps(high, low):
             rate = start.phidot + way * X(f"1e-{exponent}")
             off = classify(top, State(low, phidot=rate, omega3=start.omega3))
             assert off.kind is kind
-            assert off.margin < 10.0 ** (1 - exponent)
 
 
 def test_a_cusp_of_nested_roots_is_decided():
@@ -175,13 +173,12 @@ def test_double_root_at_the_start(theta):
 
 @pytest.mark.parametrize("exponent", [4, 15, 60])
 def test_next_to_the_poles(exponent):
-    """With a root 1e-4 … 1e-60 off a pole nothing passes it, and the margin knows."""
+    """With a root 1e-4 … 1e-60 off a pole nothing passes it."""
     off = X(f"1e-{exponent}")
     for other, third in ((1 - off, X(2)), (off - 1, X(2)), (1 - off, 1 + off)):
         found = classify(*built("pi/3", other, third, (1, -1)))
         assert found.kind in (Kind.LOOPS, Kind.WAVES)
         assert found.certified
-        assert 10.0 ** (-exponent - 2) < found.margin < 100 * 10.0 ** (-exponent / 2)
 
 
 def test_near_separatrix():
@@ -200,7 +197,7 @@ def test_zeros_that_only_a_proof_sees():
     top, seen = Top(1, 1, 1), "(1+sqrt(2))*(sqrt(2)-1)-1"
     found = classify(top, State("0.3", phidot=seen, thetadot="(pi+1)^2-pi^2-2*pi-1", psidot=10))
     assert (found.kind, found.certified) == (Kind.CUSPS, True)
-    assert 0 < found.margin <= 1
+    assert classify(top, State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1)).kind is Kind.SLEEPING
     assert classify(top, State("sqrt(cos(2)^2)+cos(2)", psidot=1)).kind is Kind.UNDECIDED
 
 

@@ -148,7 +148,7 @@ def test_only_what_doubles_cannot_tell_is_sent(monkeypatch):
 
 def test_undecided_stays_undecided(monkeypatch):
     """What balls cannot prove is not certified."""
-    shrug = ht.Verdict(ht.Kind.UNDECIDED, (), ("spin-reversal",), False, 0.0, "")
+    shrug = ht.Verdict(ht.Kind.UNDECIDED, (), ("spin-reversal",), False, "")
     monkeypatch.setattr(many, "classify", lambda top, start: shrug)
     found = classify_many(A=1, C=1, gMR=1, theta=[1.0, 1e-40], omega3=1.0, phidot=0.3, tags=True)
     assert [found.names[code] for code in found.kind] == ["waves", "undecided"]
@@ -175,7 +175,7 @@ def test_ladder_of_kicks():
         "waves", "loops", "loops", "cusps", "waves", "waves", "loops", "loops", "loops", "waves"
     ]  # fmt: skip
     assert found.certified.all()
-    assert found.sent <= 4  # of the six that are 1e-14 off
+    assert found.sent <= 5  # of the six that are 1e-14 off
 
 
 EVERY = [

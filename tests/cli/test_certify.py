@@ -13,6 +13,7 @@ import heavytop as ht
 from heavytop.results.certificate import Certificate
 
 from ..commands import heavytop_
+from ..studies.toy import results
 
 
 def test_a_scene_is_run_and_certified():
@@ -92,25 +93,21 @@ def test_killed_at_any_moment_and_resumed_it_is_the_certificate_that_was_not(job
     process = _started(*asked, "-o", folder, "-j", jobs)
     for count in (1, 4):
         until = time.monotonic() + 120
-        while len(_records(folder)) < count and process.poll() is None and time.monotonic() < until:
+        while len(results(folder)) < count and process.poll() is None and time.monotonic() < until:
             time.sleep(0.02)
         time.sleep(draw.uniform(0.0, 0.3))
         process.kill()
         process.communicate(timeout=120)
-        assert _records(folder)
+        assert results(folder)
         process = _started("resume", folder, "--json", "-j", jobs)
     out, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
     known, made = json.loads(out), json.loads(whole.stdout)
     assert {name for name in made if made[name] != known[name]} <= {"command", "files"}
-    assert _records(folder) == _records(tmp_path / "whole")
+    assert results(folder) == results(tmp_path / "whole")
 
 
 def _started(*words):
     command = [sys.executable, "-c", "from heavytop.cli import main; main()", *map(str, words)]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
-
-
-def _records(folder):
-    return {path.name: path.read_bytes() for path in folder.glob("tasks/[0-9a-f]*.json")}

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heavytop.comparison import IntegrationFailed, named, own
+from heavytop.comparison import IntegrationFailed, named, own, own_steps
+from heavytop.comparison.steppers import MethodError, TopConstants
 from heavytop.errors import Impossible
 
 from ..integrators import dop853, midpoint_on_rotations, rk4
@@ -54,6 +55,78 @@ def test_a_compiled_step_has_the_bits_of_the_plain_one():
     assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
 
 
+@pytest.mark.parametrize("formulation", ["rotation", "quaternion"])
+def test_a_compiled_step_has_the_bits_of_the_plain_one_in_the_body_forms(formulation):
+    numba = pytest.importorskip("numba")
+    compiled = own.Method(numba.njit(rk4), name="compiled", formulation=formulation)
+    plain = set_up(own.Method(rk4, formulation=formulation), 100, steps=30)
+    fast = set_up(compiled, 100, steps=30)
+    assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
+
+
+def test_the_body_forms_are_the_equations_of_the_axis_form():
+    """Along a run of small steps the axis form's derivatives are those of what is computed."""
+    stepper = set_up(own.Method(rk4, formulation="rotation"), 4000, steps=200)
+    y = np.array(stepper.block(stepper.begin()).state)
+    f, form, eps = (
+        own_steps._rates(stepper.form.derivatives, stepper.form.constants, 12),
+        stepper.form,
+        1e-6,
+    )
+    slope = (form.axis_states(y + eps * f(y)) - form.axis_states(y - eps * f(y))) / (2 * eps)
+    (e, across), g = np.split(form.axis_states(y), [3]), form.constants[0]
+    l_z = stepper.form.parameters["l_z"]
+    exact = [*np.cross([*across, l_z], e), -g * e[1], g * e[0]]
+    assert slope == pytest.approx(exact, abs=1e-6)
+
+
+def test_what_a_body_form_says_of_itself_follows_from_its_own_states():
+    """Momenta and energy against matrices in numpy, of states that are no motion's at all."""
+    form = set_up(own.Method(rk4, formulation="rotation"), 100).form
+    g, inertia = form.constants
+    R, w = np.random.default_rng(1).normal(size=(3, 3)), np.array([0.3, -2.0, 5.0])
+    u, udot, energy, p_phi, p_psi, length, off, *axis = form.observe([*R.ravel(), *w], math.sqrt)
+    space = R @ np.diag([1, 1, inertia]) @ w
+    kinetic = w @ np.diag([1, 1, inertia]) @ w / 2 - inertia * form.omega3**2 / 2
+    hat = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    assert (u, *axis) == (R[2, 2], *R[:, 2])
+    assert udot == pytest.approx((R @ hat)[2, 2])
+    assert energy == pytest.approx(kinetic + g * R[2, 2])
+    assert (p_phi, p_psi) == pytest.approx((space[2], inertia * w[2]))
+    assert length == pytest.approx(np.linalg.norm(R[:, 2]))
+    assert off == pytest.approx(np.linalg.norm(R.T @ R - np.eye(3)))
+
+
+def test_a_step_and_a_solver_may_read_the_top():
+    found = []
+
+    def step(f, y, h):
+        found.append(f.top)
+        return y + h * f(y)
+
+    def solver(fun, t_span, y0, **options):
+        found.append(fun.top)
+        return dop853(fun, t_span, y0, **options)
+
+    top = TopConstants(2.0, 1.0, 3.0)
+    for asked, setting in ((step, 100), (own.Method(solver, solver=True), 1e-6)):
+        set_up(asked, setting, top=top)
+    assert found[0] is found[-1] is top
+
+
+def test_what_a_first_step_takes_is_no_part_of_a_block():
+    taken = []
+
+    def step(f, y, h):
+        taken.append(h)
+        return y + h * f(y)
+
+    stepper = set_up(step, 100, steps=7)
+    assert len(taken) == 1
+    assert stepper.block(stepper.begin()).steps == 7
+    assert len(taken) == 8
+
+
 def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_stored():
     assert axis_error(dop853, 1e-11) < 1e-9 < axis_error(dop853, 1e-5) < 1e-1
     for asked, setting in ((rk4, 100), (dop853, 1e-8)):
@@ -98,8 +171,11 @@ def stops(fun, t_span, y0, **_):
 )
 def test_what_a_method_does_wrong_is_named(function, setting, said):
     stepper = set_up(function, setting)
-    with pytest.raises(IntegrationFailed, match=said):
+    with pytest.raises(IntegrationFailed, match=said) as failed:
         stepper.block(stepper.begin())
+    assert isinstance(failed.value, MethodError) == said.startswith(
+        ("it raises", "it ch", "it ret")
+    )
 
 
 # --- how a method is had -------------------------------------------------------------------------

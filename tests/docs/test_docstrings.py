@@ -25,7 +25,6 @@ NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Plan": {"tolerance"},
     "Sample": {"quaternion", "states"},
     "Scene": {"periods"},
-    "Verdict": {"margin"},
     "WorkPrecision": {"periods", "phase"},
     "Method": {"setting"},
     "drift": {"periods"},

@@ -23,6 +23,13 @@ from .conftest import HOSTILE
 pytestmark = pytest.mark.slow
 RANDOM, SEED = 320, 5
 NAMES = ("theta", "phi", "psi", "thetadot", "phidot")
+BESIDE = {
+    "within 1e-9 of the separatrix",
+    "1e-9 off uniform",
+    "1e-20 past the top",
+    "1e-20 off uniform",
+    "1e-30 beyond the separatrix",
+}  # of another kind: doubles cannot tell
 APART = 1e-9  # of a boundary, and of an angle [rad]
 STILL = ("at-rest", "sleeping", "hanging")  # φ and ψ of a vertical axis are not told apart
 SHOWN = "Boolean(window.explorer?.shown() && window.explorer.settled())"
@@ -126,21 +133,16 @@ def asked(page, motions):
 
 
 def hold_kinds(motions, found):
-    held = 0
     for motion, each in zip(motions, found, strict=True):
-        verdict = motion.verdict
-        if verdict.margin > APART:
-            held += 1
-            assert each["kind"] == str(verdict.kind), motion
-            assert each["detail"] is None or each["detail"] in verdict.tags, motion
-            assert each["margin"] == pytest.approx(verdict.margin, rel=1e-9, abs=1e-12), motion
-    return held
+        assert each["kind"] == str(motion.kind), motion
+        assert each["detail"] is None or each["detail"] in motion.tags, motion
 
 
 def test_random_tops_have_the_kinds_and_the_angles_of_the_package(page):
     motions = list(random_motions())
     found = asked(page, motions)
-    assert hold_kinds(motions, found) == RANDOM
+    hold_kinds(motions, found)
+    assert min(each["margin"] for each in found) > APART
     worst = 0.0
     for motion, each in zip(motions, found, strict=True):
         there = motion.at(times(motion))
@@ -151,14 +153,14 @@ def test_random_tops_have_the_kinds_and_the_angles_of_the_package(page):
 
 def test_special_tops_have_the_kinds_and_the_angles_of_the_package(page):
     """Cusps, steady, sleeping, asymptotic, passing: their exact numbers as doubles."""
-    motions = [*map(named, MOTIONS | FURTHER), *map(shipped, SCENES)]
+    motions = [*map(named, (MOTIONS | FURTHER).keys() - BESIDE), *map(shipped, SCENES)]
     found = asked(page, motions)
     assert {each["kind"] for each in found} == {str(kind) for kind in ht.Kind} - {"undecided"}
-    assert hold_kinds(motions, found) > len(motions) - 8
+    hold_kinds(motions, found)
     held = 0
     for motion, each in zip(motions, found, strict=True):
         tags, kind, there = motion.tags, str(motion.kind), motion.at(times(motion))
-        if motion.margin < APART or kind in STILL or "near-separatrix" in tags:
+        if kind in STILL or "near-separatrix" in tags:
             continue
         creeping = kind == "separatrix" or "asymptotic" in tags
         upto = 1 if creeping else len(there.t)  # errors grow there as exp(λt)

@@ -36,7 +36,7 @@ def test_numbers_of_a_run_have_units_and_digits(two_periods):
     }  # fmt: skip
     shown = line(two_periods, "at t = ").split()[3]
     assert shown == f"{2 * 0.542895518188230:.12g}"
-    assert "loops, proved, margin 0.0998" in line(two_periods, "kind")
+    assert "loops, proved" in line(two_periods, "kind")
     assert "0.1 and 0.517231318238 rad (5.73° to 29.64°)" in line(two_periods, "θ between")
     assert line(two_periods, "events").split()[1:3] == ["5", "turning,"]
     assert re.search(

@@ -201,7 +201,7 @@ def test_force_replaces(tmp_path):
     ("name", "text", "forced", "told"),
     [
         ("run.json", "{}", "", "run.json: scene: Field required (--force replaces it)"),
-        ("study.json", "{}", "--force", "holds a study; a run needs a folder of its own"),
+        ("study.jsonl", "{}", "--force", "holds a study; a run needs a folder of its own"),
         ("request.json", '{"mine": 1}', "", "request.json"),
         ("overview.png", "mine", "", "overview.png"),
     ],

@@ -12,7 +12,9 @@ import xarray
 import heavytop as ht
 from heavytop.classification.arrays import NAMES
 from heavytop.studies import atlas as atlas_module
-from heavytop.studies.store import Store
+from heavytop.studies.study import Journal
+
+from .toy import change_parameters, drop_line
 
 KICKED = ht.load_scene("sicm-kicked")
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
@@ -105,14 +107,14 @@ def test_tiles_workers_and_executors_change_nothing(rows):
 def test_an_atlas_is_read_whole_or_not_at_all(rows, tmp_path):
     ht.atlas(KICKED, **AXES, folder=tmp_path, jobs=1)
     assert same(rows, ht.load_atlas(tmp_path))
-    next((tmp_path / "tasks").iterdir()).unlink()
+    drop_line(tmp_path)
     with pytest.raises(ht.ForeignFile, match="not computed yet; heavytop resume"):
         ht.load_atlas(tmp_path)
     assert same(rows, ht.resume(tmp_path))
 
 
 def test_another_kind_of_study_is_no_atlas(tmp_path):
-    with Store.open(tmp_path, {"kind": "drift", "versions": {}}):
+    with Journal.open(tmp_path, {"kind": "drift", "versions": {}}):
         pass
     with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
         ht.load_atlas(tmp_path)
@@ -123,21 +125,17 @@ def test_another_kind_of_study_is_no_atlas(tmp_path):
 )
 def test_parameters_of_no_atlas_are_refused(change, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    path = tmp_path / "study.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | change))
-    with pytest.raises(ht.ForeignFile, match=r"study\.json: damaged"):
+    change_parameters(tmp_path, lambda known: known.update(change))
+    with pytest.raises(ht.ForeignFile, match=r"study\.jsonl: damaged"):
         ht.load_atlas(tmp_path)
 
 
 @pytest.mark.parametrize("key", ["x", "scene", "what", "tile"])
 def test_parameters_without_a_key_are_refused(key, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    path = tmp_path / "study.json"
-    known = json.loads(path.read_text())
-    del known[key]
-    path.write_text(json.dumps(known))
+    change_parameters(tmp_path, lambda known: known.pop(key))
     for read in (ht.load_atlas, ht.resume):
-        with pytest.raises(ht.ForeignFile, match=r"study\.json: damaged"):
+        with pytest.raises(ht.ForeignFile, match=r"study\.jsonl: damaged"):
             read(tmp_path)
 
 
@@ -167,13 +165,13 @@ SHORT = b64encode(zlib.compress(b"7")).decode()
 )
 def test_a_damaged_record_is_refused(rows, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    [path] = (tmp_path / "tasks").iterdir()
-    record = json.loads(path.read_text())
+    path = tmp_path / "study.jsonl"
+    first, record = map(json.loads, path.read_text().splitlines())
     if rows and rows != 7 and "detail" in rows[0]:
         whole = record["rows"][0]
         rows = [whole | {"columns": whole["columns"] | rows[0]}]
-    path.write_text(json.dumps(record | {"rows": rows}))
-    with pytest.raises(ht.ForeignFile, match=r"damaged|rows: Input should be a valid array"):
+    path.write_text(f"{json.dumps(first)}\n{json.dumps(record | {'rows': rows})}\n")
+    with pytest.raises(ht.ForeignFile, match="damaged"):
         ht.load_atlas(tmp_path)["kind"]
 
 

@@ -18,13 +18,13 @@ from functools import cache
 import pytest
 
 from heavytop.results.stress import SkippedRun, Stress, StressOutcome
-from heavytop.studies import executors, runner
 from heavytop.studies import methods as registry
+from heavytop.studies import study, workers
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases
 
 from ..commands import heavytop_
-from .toy import results
+from .toy import change_parameters, results
 
 PLANE = ("sicm-kicked", "--x", "phidot=-20:20:21", "--y", "psidot=-150:150:19")
 QUICK = {
@@ -60,14 +60,11 @@ def started(*words):
     )
 
 
-def records(folder):
-    return {path.name: path.read_bytes() for path in folder.glob("tasks/[0-9a-f]*.json")}
-
-
 def files(folder):
-    """What lies in a folder, without the command, which names the folder."""
-    command = re.compile(rb'\n  "command": .*')
-    return {name: command.sub(b"", data) for name, data in results(folder).items()}
+    """What lies in a folder, without the command, which names the folder, and without costs."""
+    changes = re.compile(rb'\n *"(command|us_per_period)": .*')
+    there = (path for path in folder.iterdir() if path.name not in ("study.jsonl", "lock"))
+    return results(folder), {path.name: changes.sub(b"", path.read_bytes()) for path in there}
 
 
 def read(text):
@@ -100,7 +97,7 @@ def test_json_is_one_document_with_its_files_and_what_is_finished_does_not_chang
     assert printed["versions"]
     assert printed["files"] == kept["files"]
     assert {"document", "chart_svg", "chart_png"} <= printed["files"].keys()
-    there = {path.name for path in folder.iterdir()} - {"study.json", "tasks", "lock"}
+    there = {path.name for path in folder.iterdir()} - {"study.jsonl", "lock"}
     assert there == set(printed["files"].values())
     asked = [verb, *map(str, QUICK[verb]), "--json", "-o", str(folder)]
     assert shlex.split(kept["command"]) == ["heavytop", *asked]
@@ -143,7 +140,7 @@ def timeless(value):
 
 def wait_for_records(folder, count, process):
     until = time.monotonic() + 120
-    while len(records(folder)) < count and process.poll() is None and time.monotonic() < until:
+    while len(results(folder)) < count and process.poll() is None and time.monotonic() < until:
         time.sleep(0.02)
 
 
@@ -163,18 +160,18 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
         time.sleep(draw.uniform(0.0, 0.5))
         process.kill()
         process.communicate(timeout=300)
-        before = records(folder)
+        before = results(folder)
         assert before
         process = started("resume", folder, "--json", "-j", jobs)
     out, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
     assert timeless(json.loads(out)) == timeless(json.loads(complete.stdout))
     if verb == "workprec":
-        assert records(folder).keys() == records(whole).keys()
+        assert results(folder).keys() == results(whole).keys()
     else:
-        assert records(folder) == records(whole)
+        assert results(folder) == results(whole)
     if verb in ("workprec", "stress"):
-        assert before.items() <= records(folder).items()  # what was run is not run again
+        assert before.items() <= results(folder).items()  # what was run is not run again
     assert shlex.split(json.loads(out)["command"]) == ["heavytop", *map(str, asked)]
 
 
@@ -286,8 +283,8 @@ def test_another_study_or_other_versions_in_a_folder_are_refused(made, monkeypat
     before = files(folder)
     more = ("--seed", 3, "--set", "start.theta=0.2", "-o", folder)
     other = heavytop_("drift", *QUICK["drift"], *more)
-    here = runner._versions()
-    monkeypatch.setattr(runner, "_versions", lambda: here | {"heyoka": "99"})
+    here = study._versions()
+    monkeypatch.setattr(study, "_versions", lambda: here | {"heyoka": "99"})
     newer = heavytop_("resume", folder)
     assert (other.exit_code, newer.exit_code) == (3, 3)
     assert "scene.start.theta" in other.stderr
@@ -297,9 +294,9 @@ def test_another_study_or_other_versions_in_a_folder_are_refused(made, monkeypat
 
 @pytest.mark.parametrize("change", [{"methods": ["no-such"]}, {"kind": []}, {"ensemble": None}])
 def test_a_study_that_cannot_be_read_is_refused_by_name(made, tmp_path, change):
-    file = tmp_path / "study.json"
-    known = json.loads((made("drift")[0] / "study.json").read_text())
-    file.write_text(json.dumps(known | change))
+    file = tmp_path / "study.jsonl"
+    file.write_bytes((made("drift")[0] / file.name).read_bytes())
+    change_parameters(tmp_path, lambda known: known.update(change))
     refused = heavytop_("resume", tmp_path)
     assert refused.exit_code == 3, refused.output
     assert str(file) in refused.stderr
@@ -402,12 +399,12 @@ def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeyp
         with ThreadPoolExecutor(1) as pool:
             yield pool
 
-    monkeypatch.setattr(executors, "executor_at", at)
+    monkeypatch.setattr(workers, "executor_at", at)
     words = (*QUICK["drift"], "-o", tmp_path, "--scheduler", ADDRESS)
     assert heavytop_("drift", *words).exit_code == 0
     assert heavytop_("resume", tmp_path, "--scheduler", ADDRESS).exit_code == 0
     assert called == [ADDRESS, ADDRESS]
-    assert records(tmp_path) == records(made("drift")[0])
+    assert results(tmp_path) == results(made("drift")[0])
     run = tmp_path / "run"
     run.mkdir()
     (run / "trajectory.nc").touch()
@@ -418,7 +415,7 @@ def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeyp
 
 
 def test_dask_that_is_missing_is_named_before_anything_is_made(monkeypatch, tmp_path):
-    monkeypatch.setattr(executors, "find_spec", lambda name: None)
+    monkeypatch.setattr(workers, "find_spec", lambda name: None)
     words = ("drift", *QUICK["drift"], "-o", tmp_path / "a", "--scheduler", ADDRESS)
     without = heavytop_(*words)
     assert without.exit_code == 2

@@ -1,6 +1,5 @@
 """Methods of your own in every study: judged as all others; a stored study never starts one."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,11 +8,11 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
-from heavytop.files import write_document
 
 from .. import integrators
 from ..commands import heavytop_
 from ..integrators import rk4
+from .toy import change_parameters
 
 RK4 = Path(integrators.__file__).read_text()
 
@@ -44,6 +43,25 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
     assert 1e-7 < mine_.axis[-1] < 1e-4
     assert 1e-11 < solver.axis[-1] < 1e-6
     assert exact.axis[-1] < 1e-12
+
+
+@pytest.mark.parametrize("formulation", ["rotation", "quaternion"])
+def test_a_body_frame_method_is_judged_by_its_own_momenta(scene, formulation):
+    """RK4 keeps omega3, whose rate is 0, exactly; what it loses is p_phi and the energy."""
+    mine = ht.Method(rk4, setting=200, formulation=formulation)
+    found = ht.drift(scene, methods=[mine], periods=20, samples=4)["own:rk4"]
+    assert found.formulation == formulation
+    assert max(map(abs, found.p_psi)) < 1e-15
+    assert 1e-9 < abs(found.p_phi[-1]) < 1e-1
+    assert 1e-9 < abs(found.energy[-1]) < 1e-1
+
+
+def test_compiling_is_no_part_of_the_time_of_a_period(scene):
+    numba = pytest.importorskip("numba")
+    mine = ht.Method(numba.njit(rk4), name="compiled", setting=100)
+    found = [ht.drift(scene, methods=[mine], periods=n, samples=2) for n in (5, 2000)]
+    short, long = (each["own:compiled"].us_per_period for each in found)
+    assert short < 20 * long  # compiling takes a second, 1e5 times a period
 
 
 def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(scene):
@@ -91,9 +109,7 @@ def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
     mine.write_text(f"open({str(ran)!r}, 'w')\n{RK4}")
     place = tmp_path / "study"
     ht.drift(scene, methods=["taylor-axis"], periods=5, samples=2, folder=place)
-    stored = json.loads((place / "study.json").read_text())
-    stored["methods"] = [f"{mine}:rk4"]
-    write_document(place / "study.json", stored)
+    change_parameters(place, lambda known: known.update(methods=[f"{mine}:rk4"]))
     assert heavytop_("resume", place).exit_code == 3
     assert not ran.exists()
 
@@ -101,7 +117,8 @@ def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
 @pytest.mark.slow
 @pytest.mark.processes
 def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkeypatch):
-    monkeypatch.setattr("heavytop.studies.drift.LIMIT_S", 5.0)
+    for limit in ("LIMIT_S", "SET_UP_S"):
+        monkeypatch.setattr(f"heavytop.studies.drift.{limit}", 5.0)
     methods = [f"{mine}:hangs", "taylor-axis", f"{mine}:rk4=50"]
     found = ht.drift(scene, methods=methods, periods=5, samples=2)
     said = [each.skipped for each in found.methods]

@@ -19,7 +19,7 @@ from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies import stress_cases
 from heavytop.studies.methods import stress_methods
-from heavytop.studies.stress import Attempt, judged, missed_events, run, stress
+from heavytop.studies.stress import Attempt, judged, missed_events, run_case, stress
 from heavytop.studies.stress_cases import CaseReference, cases, reference
 
 LONG = ("1e5-periods",)
@@ -29,7 +29,7 @@ UNDER = 200_000  # steps
 
 def found(case, method, step_limit=UNDER):
     truth, chosen = reference(case), stress_methods()[method]
-    return judged(run(cases()[case], chosen, truth, step_limit), truth, case, chosen)
+    return judged(run_case(cases()[case], chosen, truth, step_limit), truth, case, chosen)
 
 
 def verdict(result, truth, method="auto"):

@@ -1,25 +1,46 @@
-"""A toy study for the tests of the store and the runner, and what is seen of it from outside."""
+"""A toy study for the tests of the journal and the runner, and what is seen of it from outside."""
 
+import json
 import time
 from contextlib import suppress
 from pathlib import Path
 
-from heavytop.studies import runner
-from heavytop.studies.store import Store
+from heavytop.studies import study
+from heavytop.studies.study import Journal
 
 TOYS = Path(__file__).parent / "toys"
 
 
 def results(path):
-    """Return every file that must be the same: all but the lock."""
-    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
-    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
+    """Return what must be the same of each task, however often its work was interrupted."""
+    found, file = {}, path / "study.jsonl"
+    *lines, _ = file.read_text().split("\n") if file.exists() else [""]
+    for line in map(json.loads, lines[1:]):
+        rows = found.get(line["task"], ([],))[0]
+        rows += line["rows"]
+        state = (line[name] for name in ("checkpoint", "done", "failed"))
+        found[line["task"]] = (rows, *state)
+    return found
+
+
+def drop_line(path):
+    """Take the last line of a study away, as if it had been killed before it."""
+    *lines, _ = (path / "study.jsonl").read_text().splitlines()
+    (path / "study.jsonl").write_text("\n".join([*lines, ""]))
+
+
+def change_parameters(path, change):
+    """Change what stands in the first line of a study."""
+    first, *lines = (path / "study.jsonl").read_text().splitlines()
+    line = json.loads(first)
+    change(line["parameters"])
+    (path / "study.jsonl").write_text("\n".join([json.dumps(line), *lines, ""]))
 
 
 def done(path, parameters, **how):
     """Do a study, and return its folder."""
-    with Store.open(path, parameters) as store:
-        runner.run(store, **how)
+    with Journal.open(path, parameters) as journal:
+        study.run(journal, **how)
     return path
 
 
@@ -49,18 +70,23 @@ class Killed(BaseException):
     """What nobody catches."""
 
 
-def kills(monkeypatch, moments, do):
-    """Do what is killed after so many renamings, until it is done; return how often it was."""
-    rename, left = Path.replace, [0]
+def tears(monkeypatch, cuts, do):
+    """Do what is killed in the middle of a line, until it is done; return how often it was.
 
-    def replace(self, target):
+    Each cut is how many lines are written before it, and which part of the next one.
+    """
+    write, left = study._write_line, [0, 0.0]
+
+    def torn(file, line):
         left[0] -= 1
         if left[0] < 0:
+            text = study.canonical_json(line).encode() + b"\n"
+            file.write(text[: int(left[1] * len(text))])
             raise Killed
-        return rename(self, target)
+        return write(file, line)
 
-    monkeypatch.setattr(Path, "replace", replace)
-    for count, left[0] in enumerate(moments):
+    monkeypatch.setattr(study, "_write_line", torn)
+    for count, left[:] in enumerate(cuts):
         with suppress(Killed):
             do()
             return count

@@ -11,8 +11,7 @@ from flint import arb
 
 from heavytop.analytic.rising import MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord, Solution
-from heavytop.classification.reduced import FromScene, Reduced
-from heavytop.classification.signs import ball_of
+from heavytop.classification.reduced import Reduced, ball_of, reduced_from_scene
 from heavytop.exact.balls import working
 from heavytop.exact.decimals import Context, Number, binary, context
 from heavytop.scene.state import State
@@ -80,7 +79,7 @@ class ClosedForm(MotionNumbers[Number]):
     --------
     >>> from heavytop.scene.state import State
     >>> top, start = Top("3.28e-4", "6.6e-5", "0.0456"), State("0.1", phidot=-15, psidot=140)
-    >>> form = ClosedForm(Rising(FromScene(top, start)), 30)
+    >>> form = ClosedForm(Rising(reduced_from_scene(top, start)), 30)
     >>> form.ctx.nstr(form(2).theta, 20), form.ctx.nstr(form.period, 20)
     ('0.42694370530965690245', '0.54289551818821995785')
     """
@@ -129,7 +128,7 @@ def constants(top: Top, start: State, digits: int = 60) -> Constants:
     """The constants E, E', p_φ, p_ψ of the motion of `top` from `start`, to so many digits."""
     bits, ctx = context(digits).prec + 64, context(digits)
     with working(bits):
-        reduced = FromScene(top, start).reduced(bits)
+        reduced = reduced_from_scene(top, start).reduced(bits)
         balls = reduced.energy, reduced.h, reduced.a, reduced.b
         A = ball_of(top.A, bits)
         return Constants(*(midpoint(ctx, A * ball) for ball in balls))

@@ -17,7 +17,7 @@ from flint import arb
 from heavytop.analytic.cubic import TooFewBits, sign_of
 from heavytop.analytic.rising import LIMIT, MOST_DIGITS, MotionNumbers, Rising, one
 from heavytop.analytic.solution import Nutating, Solution, floor
-from heavytop.classification.reduced import FromAxis, FromScene, MotionSource
+from heavytop.classification.reduced import ReducedMotion, reduced_from_axis, reduced_from_scene
 from heavytop.errors import Impossible
 from heavytop.exact import Number
 from heavytop.exact.balls import Interval, outward, rational
@@ -43,7 +43,7 @@ class Enclosure(MotionNumbers[Interval]):
 
     Parameters
     ----------
-    source : MotionSource
+    source : ReducedMotion
         The exact numbers.
     digits : int
         Decimal digits of every interval.
@@ -69,7 +69,7 @@ class Enclosure(MotionNumbers[Interval]):
     Transactions on Computers* 66 (2017).
     """
 
-    def __init__(self, source: MotionSource, digits: int = 15, limit: int = LIMIT) -> None:
+    def __init__(self, source: ReducedMotion, digits: int = 15, limit: int = LIMIT) -> None:
         self.source = source
         self.digits = self._digits = whole("digits", digits, 2, MOST_DIGITS)
         self.limit = whole("limit", limit, 2, _MOST_BITS)
@@ -391,7 +391,7 @@ def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enc
     """
     expect("top", top, Top)
     expect("start", start, State)
-    return Enclosure(FromScene(top, start), digits, limit)
+    return Enclosure(reduced_from_scene(top, start), digits, limit)
 
 
 def enclose_axis(
@@ -427,4 +427,4 @@ def enclose_axis(
     >>> print(motion.period.bounds(12))
     ('1.30737052675', '1.30737052676')
     """
-    return Enclosure(FromAxis(e, l, g, kappa, phi0, psi0), digits, limit)
+    return Enclosure(reduced_from_axis(e, l, g, kappa, phi0, psi0), digits, limit)

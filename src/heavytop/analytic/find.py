@@ -17,8 +17,8 @@ from typing import Any, Final, TypeAlias
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
-from heavytop.classification.kinds import RULES, Number, sum_of
-from heavytop.classification.signs import FEW_BITS, SceneSigns, UndecidedError
+from heavytop.classification.kinds import RULES, Number
+from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
 from heavytop.display import Shown
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
@@ -239,9 +239,9 @@ def _number(motion_at: MotionAt, number: Number, x: float) -> float | None:
     if (motion := motion_at(x)) is None:
         return None
     signs = SceneSigns(motion.top, motion.start)
-    with working(FEW_BITS):
+    with working(SIGN_BITS):
         try:
-            return signs.sign(number) * (abs(float(sum_of(number.terms(signs.few)))) or 1.0)
+            return signs.sign(number) * (abs(float(number.value(signs.few))) or 1.0)
         except UndecidedError:
             return None
 

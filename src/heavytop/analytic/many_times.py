@@ -166,11 +166,12 @@ class DoubleForm:
 
     Examples
     --------
-    >>> from heavytop.classification.reduced import FromScene
+    >>> from heavytop.classification.reduced import reduced_from_scene
     >>> from heavytop.scene.state import State
     >>> from heavytop.scene.top import Top
     >>> top = Top(A="3.28e-4", C="6.6e-5", gMR="0.0456")
-    >>> form = DoubleForm(Rising(FromScene(top, State(theta="0.1", phidot=-15, psidot=140))))
+    >>> start = State(theta="0.1", phidot=-15, psidot=140)
+    >>> form = DoubleForm(Rising(reduced_from_scene(top, start)))
     >>> form([0.0, 2.0]).phi
     array([ 0.       , 15.1169641])
     >>> form.theta([0.0, 2.0])

@@ -15,8 +15,7 @@ from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, R
 from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
-from heavytop.classification.reduced import FEW_BITS, FromScene, Reduced
-from heavytop.classification.signs import ball_of
+from heavytop.classification.reduced import FEW_BITS, Reduced, ball_of, reduced_from_scene
 from heavytop.display import Played
 from heavytop.exact.balls import working
 from heavytop.scene.arguments import expect, text_of, whole
@@ -86,7 +85,7 @@ class Motion(Played, MotionNumbers[float]):
     @cached_property
     def rising(self) -> Rising:  # type: ignore[override]
         """The closed form at any precision; what cannot be told from zero counts as zero."""
-        return Rising(FromScene(self.top, self.start), proved=False)
+        return Rising(reduced_from_scene(self.top, self.start), proved=False)
 
     @property
     def regime(self) -> str:
@@ -231,11 +230,6 @@ class Motion(Played, MotionNumbers[float]):
     def certified(self) -> bool:
         """Whether the kind is proved."""
         return self.verdict.certified
-
-    @property
-    def margin(self) -> float:
-        """How far the nearest other verdict is, relative."""
-        return self.verdict.margin
 
     def reaction(self, t: Any, digits: int | None = None) -> Any:
         """The force of the pivot on the top at the time or times t [s], in space.

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.classification.reduced import MotionSource, Reduced, vanishes
+from heavytop.classification.reduced import Reduced, ReducedMotion, vanishes
 from heavytop.exact.balls import Interval, working
 
 _BITS: Final = 256  # of the constants
@@ -27,7 +27,7 @@ class Potential:
 
     Parameters
     ----------
-    source : MotionSource
+    source : ReducedMotion
         The exact numbers of the motion, `Motion.rising.source`.
 
     Attributes
@@ -48,7 +48,7 @@ class Potential:
     2.0
     """
 
-    def __init__(self, source: MotionSource) -> None:
+    def __init__(self, source: ReducedMotion) -> None:
         with working(_BITS):
             start = source.reduced(_BITS)
             self.g = float(Interval.of(start.g).middle)
@@ -73,7 +73,7 @@ class Potential:
         return (0.0, turn) if self.g > 0 else (pi - turn, pi)
 
 
-def _momentum(source: MotionSource, start: Reduced, name: str) -> float:
+def _momentum(source: ReducedMotion, start: Reduced, name: str) -> float:
     """P₊ or P₋; exactly 0 where it is 0, and where it is less than any double."""
     middle = float(Interval.of(getattr(start, name)).middle)
     gone = not middle or vanishes(source, name, proved=False, reduced=start)

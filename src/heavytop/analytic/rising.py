@@ -17,7 +17,7 @@ from flint import arb
 
 from heavytop.analytic.cubic import TooFewBits, sign_of
 from heavytop.analytic.solution import Solution, each
-from heavytop.classification.reduced import FEW_BITS, MotionSource, Regime, vanishes
+from heavytop.classification.reduced import FEW_BITS, ReducedMotion, Regime, vanishes
 from heavytop.errors import Unseparated
 from heavytop.exact import Exact
 from heavytop.exact.balls import Interval, above, rational_ball, working
@@ -44,7 +44,7 @@ class Rising:
 
     Parameters
     ----------
-    source : MotionSource
+    source : ReducedMotion
         The exact numbers of the motion.
     proved : bool
         Whether a number that is neither told from 0 nor proved to be 0 is an error.
@@ -52,7 +52,7 @@ class Rising:
         Bits at which to give up.
     """
 
-    def __init__(self, source: MotionSource, proved: bool = True, limit: int = LIMIT) -> None:
+    def __init__(self, source: ReducedMotion, proved: bool = True, limit: int = LIMIT) -> None:
         self.source, self.proved, self.limit = source, proved, limit
         with working(FEW_BITS):
             self.start = source.reduced(FEW_BITS)

@@ -12,8 +12,11 @@ import math
 import os
 import shutil
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -34,7 +37,6 @@ from heavytop.machine import versions
 from heavytop.names import LONGEST, nearest
 from heavytop.results.validation import OURS, CheckedClaim, Validation, counts
 from heavytop.scene.arguments import wrong_type
-from heavytop.studies.executors import LETTERS, begin, end, tail
 
 LIMIT: Final = 120.0  # s for a script of registered claims
 PROOF_LIMIT: Final = 7200.0  # s for any other: some of them time what takes minutes
@@ -44,6 +46,10 @@ TAIL: Final = 65536  # bytes of what a script said: its last line is in them
 FAILED: Final = 5  # the code of a script one of whose claims does not hold
 ASKED, TOLD, OF = (f"HEAVYTOP_CLAIMS_{name}" for name in ("ASKED", "TOLD", "OF"))
 FOREIGN: Final = (ASKED, TOLD, OF, "PYTHONSAFEPATH")  # with the last, no script finds its helpers
+
+
+LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
+"""Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
 
 
 class UnknownClaim(HeavyTopError, ValueError):
@@ -303,3 +309,49 @@ def _own(script: _Script, name: str, line: Mapping[str, Any]) -> Claim:
         script=script.path.name,
         holds=(),
     )
+
+
+# --- programs --------------------------------------------------------------------------------
+
+
+def begin(
+    words: Sequence[str], said: Path, environment: Mapping[str, str], cwd: Path
+) -> subprocess.Popen[bytes]:
+    """Begin what Python runs; its stderr goes to the file `said`, and its stdout is not kept."""
+    with said.open("wb") as file:
+        return subprocess.Popen(
+            [sys.executable, *words],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=file,
+            env=environment,
+            cwd=cwd,
+            start_new_session=True,
+        )
+
+
+def end(processes: Sequence[subprocess.Popen[bytes]], grace: float) -> None:
+    """End processes, and what they began: first asked, and `grace` seconds later killed."""
+    try:
+        for each in processes:
+            _send(each, signal.SIGTERM)
+        until = time.monotonic() + grace
+        for each in processes:
+            with suppress(subprocess.TimeoutExpired):
+                each.wait(max(0.0, until - time.monotonic()))
+    finally:  # even where Ctrl-C is pressed twice
+        for each in processes:
+            _send(each, signal.SIGKILL)
+            each.wait()
+
+
+def tail(said: Path, most: int) -> str:
+    """The end of what was said, of so many bytes."""
+    with said.open("rb") as file:
+        file.seek(max(0, said.stat().st_size - most))
+        return file.read().decode("utf-8", "replace")
+
+
+def _send(process: subprocess.Popen[bytes], number: int) -> None:
+    with suppress(ProcessLookupError, PermissionError):  # the latter where all are zombies
+        os.killpg(process.pid, number)

@@ -1,27 +1,15 @@
-"""Certified classification of one motion: its kind, its tags and its margin, each proved.
-
-The kinds are asked for in their order. A special kind asks for several numbers to be zero; by the
-largest of their relative sizes it is missed, and the margin is the least by which a kind is missed.
-"""
+"""Certified classification of one motion: its kind, its tags and the reason, each proved."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, TypeAlias
-
-from flint import arb
+from typing import Any, Final
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import DETAILS, RULES, TAGS, WHY, Given, Kind, Number, Verdict
-from heavytop.classification.signs import (
-    FEW_BITS,
-    MOST_BITS,
-    Ball,
-    SceneSigns,
-    UndecidedError,
-    ball_sign,
-    unproved,
-)
+from heavytop.classification.kinds import DETAILS, RULES, TAGS, Kind, Rule, Verdict
+from heavytop.classification.reduced import MOST_BITS, Real, Reduced, ball_sign
+from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
+from heavytop.classification.why import reason
 from heavytop.exact import sqrt
 from heavytop.exact.balls import working
 from heavytop.exact.number import Exact, Sign
@@ -29,15 +17,9 @@ from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-_MORE_BITS: Final = (256, 1024, MOST_BITS)  # of the balls that a margin is made of
-_GOOD_BITS: Final = 54  # of a margin
-
-Missed: TypeAlias = dict[tuple[Number, ...], None]
-"""Conditions that were missed, in their order: of each the numbers that are not zero."""
-
 
 def classify(top: Top, start: State) -> Verdict:
-    """The kind of motion of `top` from `start`, with tags, margin and the reason, proved.
+    """The kind of motion of `top` from `start`, with tags and the reason, proved.
 
     Parameters
     ----------
@@ -82,75 +64,36 @@ def classify(top: Top, start: State) -> Verdict:
     expect("top", top, Top)
     expect("start", start, State)
     signs = SceneSigns(top, start)
-    with working(FEW_BITS):
+    with working(SIGN_BITS):
         try:
-            kind, missed = _kind(signs)
+            rule = _rule(signs)
         except UndecidedError as unknown:
-            return _undecided(unknown.bound)
-        details, open_details = _detail(signs, kind, missed)
-        tags, open_tags = _tags(signs, kind)
-        least = _margin(signs.few, missed)
-    for bits in _MORE_BITS:
-        if least.rel_accuracy_bits() >= _GOOD_BITS:
-            break
-        with working(bits):
-            least = _margin(signs.balls(bits), missed)
-    return Verdict(
-        kind, (*details, *tags), (*open_details, *open_tags), True, float(least.mid()), WHY[kind]
+            return Verdict(Kind.UNDECIDED, (), (), False, str(unknown), unknown.bound)
+        side, details, open_details = _detail(signs, rule.kind)
+        tags, open_tags = _tags(signs, rule.kind)
+        why = reason(signs, rule, side)
+    return Verdict(rule.kind, (*details, *tags), (*open_details, *open_tags), True, why)
+
+
+def _rule(signs: SceneSigns) -> Rule:
+    """The first rule that fits."""
+    return next(
+        rule
+        for rule in RULES
+        if signs.vanish(rule.zeros) and (not rule.positive or signs.product(rule.positive) > 0)
     )
 
 
-def _undecided(bound: str) -> Verdict:
-    why = f"{WHY[Kind.UNDECIDED]}: beside its terms it is at most {bound}"
-    return Verdict(Kind.UNDECIDED, (), (), False, 0.0, why, bound)
-
-
-# --- the kind and its margin ---------------------------------------------------------------------
-
-
-def _kind(signs: SceneSigns) -> tuple[Kind, Missed]:
-    """The first kind that fits, and of each condition that was missed what is not zero."""
-    missed: Missed = {}
-    signs.expect_told()
-    for rule in RULES:
-        if left := signs.nonzero(rule.zeros):
-            missed[left] = None
-        elif not rule.positive or _side(signs, rule.positive, missed) > 0:
-            return rule.kind, missed
-    raise AssertionError("the last rule fits always")
-
-
-def _detail(
-    signs: SceneSigns, kind: Kind, missed: Missed
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What tells motions of one kind apart; where that is undecided, what it may be."""
+def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...], tuple[str, ...]]:
+    """What tells motions of one kind apart: the sign, its name, and where open what it may be."""
     if kind not in DETAILS:
-        return (), ()
-    names, product = DETAILS[kind]
+        return None, (), ()
+    names, product, *_ = DETAILS[kind]
     try:
-        return (names[_side(signs, product, missed)],), ()
+        side = signs.product(product)
     except UndecidedError:
-        return (), (names[0],)
-
-
-def _side(signs: SceneSigns, numbers: tuple[Number, ...], missed: Missed) -> int:
-    """The sign of a product, whose factors are remembered."""
-    side = signs.product(numbers)
-    missed.update(((number,), None) for number in numbers if signs.sign(number))
-    return side
-
-
-def _margin(given: Given, missed: Missed) -> Ball:
-    """The least by which a condition was missed; each is by the largest of its numbers."""
-    least = arb(1)
-    for first, *others in sorted(missed, key=len):
-        largest = first.size(given)
-        for number in others:
-            if largest > least:
-                break
-            largest = largest.max(number.size(given))
-        least = least.min(largest)
-    return least
+        return None, (), (names[0],)
+    return side, (names[side],), ()
 
 
 # --- tags --------------------------------------------------------------------------------------
@@ -163,7 +106,7 @@ def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ..
         try:
             if (
                 kind in tag.kinds
-                and not signs.nonzero(tag.zeros)
+                and signs.vanish(tag.zeros)
                 and signs.product(tag.positive) > 0
                 and (name not in _FURTHER or _FURTHER[name](signs, kind))
             ):
@@ -174,20 +117,19 @@ def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ..
 
 
 def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
-    return signs.top.A == signs.top.C or signs.sign(kinds.FLATNESS) == 0
+    return signs.top.A == signs.top.C or (signs.top.A - signs.top.C).sign() == 0
 
 
 def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
     """Whether the axis is known to run along a closed curve: a circle, or to and fro."""
     if kind is Kind.PLANAR_PENDULUM:
         return signs.product(DETAILS[kind].product) != 0
-    return bool(signs.nonzero(TAGS["start-at-rest"].zeros))
+    return not signs.vanish(TAGS["start-at-rest"].zeros)
 
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
     over = kinds.OVER_BOTTOM if signs.sign(kinds.INVERTED) > 0 else kinds.OVER_TOP
-    spare = kinds.sum_of(over.terms(signs.few))
-    if kinds.FAR * abs(spare) > abs(signs.few.gMR):
+    if 2 * kinds.FAR * abs(over.value(signs.few)) > abs(signs.few.g):
         return False
     if kind is Kind.PLANAR_PENDULUM and signs.sign(over) == 0:
         return False
@@ -197,17 +139,17 @@ def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
 def _reverses(signs: SceneSigns, _: Kind) -> bool:
     """Whether f is positive at a zero of ψ̇; a turning point with ψ̇ = 0 is the zero itself."""
     one = signs.product((kinds.PASS_TOP, kinds.PASS_BOTTOM)) > 0
-    if not one and (2 * signs.top.A - signs.top.C).sign() != -1:
+    if not one and signs.sign(kinds.FLATTER) <= 0:
         return False
-    if one and not signs.nonzero((kinds.THETA_RATE,)) and _sign(signs.start.psidot) == 0:
+    if one and signs.vanish((kinds.THETA_RATE, kinds.SPIN_STOPS)):
         return False
     try:
         return _rises_at_a_zero(signs.few, lambda x: x.sqrt(), one)
     except UndecidedError:
-        return _rises_at_a_zero(signs.exact, sqrt, one)
+        return _rises_at_a_zero(signs.source.exact, sqrt, one)
 
 
-def _rises_at_a_zero(x: Given, root: Callable[[Any], Any], one: bool) -> bool:
+def _rises_at_a_zero(x: Reduced, root: Callable[[Any], Any], one: bool) -> bool:
     """Whether f is positive at a zero of q between the poles, in the form that does not cancel."""
     free, linear, square = kinds.spin_rate(x)
     inside = linear * linear - 4 * free * square
@@ -218,14 +160,12 @@ def _rises_at_a_zero(x: Given, root: Callable[[Any], Any], one: bool) -> bool:
     return any(_sign(kinds.speed_at(x, u)) > 0 for u in zeros)
 
 
-def _sign(value: Ball | Exact) -> Sign:
+def _sign(value: Real) -> Sign:
     """The sign of a ball or of an exact number, or `UndecidedError`."""
-    if isinstance(value, Exact):
-        if (sign := value.sign()) is None:
-            raise unproved(value)
-    elif (sign := ball_sign(value)) is None:
-        raise UndecidedError(value)
-    return sign
+    side = value.sign() if isinstance(value, Exact) else ball_sign(value)
+    if side is None:
+        raise UndecidedError("ψ̇", value.ball(MOST_BITS) if isinstance(value, Exact) else value)
+    return side
 
 
 _FURTHER: Final[dict[str, Callable[[SceneSigns, Kind], bool]]] = {

@@ -11,7 +11,7 @@ open here: separatrix, through-bottom, uniform precession, and the kinds between
 
 from __future__ import annotations
 
-from dataclasses import fields
+from collections.abc import Callable
 from functools import reduce
 from math import pi
 from typing import Any, Final, NamedTuple
@@ -20,7 +20,8 @@ import numpy as np
 
 from heavytop.classification import kinds
 from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts
-from heavytop.classification.kinds import Given, Kind, Number, sum_of
+from heavytop.classification.kinds import Kind, Number, Rule, Tag
+from heavytop.classification.reduced import Reduced
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
@@ -39,8 +40,9 @@ class Sized:
 
     |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, and to n₁ + n₂ + 1 in a
     product. One more is for what m itself was rounded, n u, for products of errors, and for the
-    comparison. So `looping`, the longest criterion, has 82: sin²θ 49 (`cosines`), 2K 53,
-    p_ψ = C (ψ̇ + φ̇ cosθ) 27; and f at a given height 110.
+    comparison. So `pull`, the longest criterion of a kind, has 83: sin²θ 49
+    (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28; of a detail 152, and f at a given
+    height 112.
     """
 
     __slots__ = ("magnitude", "roundings", "value")
@@ -74,7 +76,11 @@ class Sized:
         return self._with(other, np.add, max(self.roundings, other.roundings) + 1)
 
     def __sub__(self, other: Sized) -> Sized:
-        return self + -other
+        roundings = max(self.roundings, other.roundings) + 1
+        return Sized(self.value - other.value, roundings, self.magnitude + other.magnitude)
+
+    def __rsub__(self, integer: int) -> Sized:
+        return Sized(np.full(1, float(integer))) - self
 
     def __mul__(self, other: Sized) -> Sized:
         if self is other and not self.roundings:  # a square of given numbers
@@ -94,20 +100,31 @@ class Sized:
     def __abs__(self) -> Sized:
         return Sized(np.abs(self.value), self.roundings, self.magnitude)
 
+    def __truediv__(self, divisor: Sized | int) -> Sized:
+        """By given numbers, which are positive, or by a power of 2."""
+        by, roundings = (divisor, 0) if isinstance(divisor, int) else (divisor.value, 1)
+        if self.magnitude is self.value:
+            return Sized(quotient := self.value / by, self.roundings + roundings, quotient)
+        return Sized(self.value / by, self.roundings + roundings, self.magnitude / by)
+
     def __rmul__(self, factor: int) -> Sized:
         """An integer, which may be rounded too, times the numbers."""
         known = float(factor)
         return Sized(known * self.value, self.roundings + 2, abs(known) * self.magnitude)
 
 
-def given(starts: Starts) -> Given:
-    """What the criteria are made of."""
-    heights = cosines(starts.theta)
+def reduced(starts: Starts) -> Reduced:
+    """The constants of the motions; as u̇₀ something that has its zeros and its sign."""
+    u, below, above = cosines(starts.theta)
     A, C = (Sized.of(moment, positive=True) for moment in (starts.A, starts.C))
     rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
     gMR, thetadot, phidot, spin = map(Sized.of, rates)
-    omega3 = spin if starts.held == "omega3" else spin + phidot * heights[0]
-    return Given(A, C, gMR, *heights, thetadot, phidot, omega3)
+    omega3 = spin if starts.held == "omega3" else spin + phidot * u
+    sin2, b = below * above, C * omega3 / A
+    across = phidot * sin2
+    kinetic = (thetadot * thetadot + phidot * phidot * sin2) / 2
+    udot = -(thetadot * sin2)
+    return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
 
 def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
@@ -152,43 +169,60 @@ class Sign(NamedTuple):
     zero: Mask
 
 
+class Answer(NamedTuple):
+    """Where something is certainly so, and where it is certainly not; elsewhere it is unsure."""
+
+    yes: Mask
+    no: Mask
+
+
 class ArraySigns:
     """The numbers that tell kinds apart, for arrays of tops and starts; 0 where all terms are."""
 
     def __init__(self, starts: Starts) -> None:
-        self.starts, self.given = starts, given(starts)
+        self.starts, self.reduced = starts, reduced(starts)
         self._found: dict[Number, Sign] = {}
 
     def sign(self, number: Number) -> Sign:
         """What is told of one number."""
         if number not in self._found:
-            whole = sum_of(number.terms(self.given))
-            zero = np.equal(whole.magnitude, 0)
-            if number.factor:
-                zero = zero | np.equal(number.factor(self.given).value, 0)
-            self._found[number] = Sign(whole, whole.least > 0, zero)
+            total = number.value(self.reduced)
+            self._found[number] = Sign(total, total.least > 0, np.equal(total.magnitude, 0))
         return self._found[number]
 
-    def vanish(self, numbers: tuple[Number, ...]) -> tuple[Mask, Mask]:
-        """Where all of some numbers are 0, and where one of them is certainly not."""
-        if not numbers:
-            return _TRUE, ~_TRUE
-        _, certain, zeros = zip(*map(self.sign, numbers), strict=True)
-        return reduce(np.logical_and, zeros), reduce(np.logical_or, certain)
+    def vanish(self, numbers: tuple[Number, ...]) -> Answer:
+        """Whether all of some numbers are 0; they are asked in their order, until none can be."""
+        yes, no = _TRUE, ~_TRUE
+        for number in numbers:
+            _, certain, zero = self.sign(number)
+            yes, no = yes & zero, no | certain
+            if no.all():
+                break
+        return Answer(yes, no)
 
-    def positive(self, numbers: tuple[Number, ...]) -> tuple[Mask, Mask]:
-        """Where a product is positive, and where the signs of all its factors are certain."""
+    def positive(self, numbers: tuple[Number, ...]) -> Answer:
+        """Whether a product is positive; where a factor is exactly 0, it is not."""
         if not numbers:
-            return _TRUE, _TRUE
-        sums, certain, _ = zip(*map(self.sign, numbers), strict=True)
-        positive = reduce(np.equal, (each.value > 0 for each in sums))
-        return positive, reduce(np.logical_and, certain)
+            return Answer(_TRUE, ~_TRUE)
+        sums, certain, zeros = zip(*map(self.sign, numbers), strict=True)
+        sure = reduce(np.logical_and, certain)
+        side = reduce(np.equal, (each.value > 0 for each in sums))
+        yes = sure & side
+        return Answer(yes, reduce(np.logical_or, zeros, sure ^ yes))
+
+    def fit(self, rule: Rule | Tag) -> Answer:
+        """Whether a rule fits: all its zeros are zero, and its product is positive."""
+        zero, missed = self.vanish(rule.zeros)
+        if not rule.positive or missed.all():
+            return Answer(zero, missed)
+        positive, negative = self.positive(rule.positive)
+        return Answer(zero & positive, missed | negative)
 
     @property
-    def known(self) -> Mask:
+    def in_range(self) -> Mask:
         """Where all that is given is in range."""
-        given = (getattr(self.given, field.name) for field in fields(self.given))
-        found: Mask = ~np.isnan(sum(each.magnitude for each in given))
+        x = self.reduced  # what is given is in these, and nan stays
+        found: Mask = ~np.isnan(x.g.value + x.b.value + x.kinetic0.value)
         return found
 
 
@@ -220,51 +254,30 @@ def filtered(starts: Starts, tagged: bool = False) -> Filtered:
     found = Filtered.empty(np.broadcast_shapes(*(each.shape for each in starts.arrays)))
     with np.errstate(all="ignore"):  # nan is what is not known
         signs = ArraySigns(starts)
-        _put_kinds(signs, found)
-        np.logical_and(found.certain, signs.known, out=found.certain)
+        for rule in reversed(kinds.RULES[:-1]):
+            _put(signs, found, rule)
+        np.logical_and(found.certain, signs.in_range, out=found.certain)
         if tagged:
             _put_tags(signs, found)
     return found
 
 
-def _put_kinds(signs: ArraySigns, found: Filtered) -> None:
-    """Put each kind where it fits over those after it, and whether all on the way is certain.
-
-    A rule is left out that asks for all that one after it asks: where that one is certainly missed,
-    it is too.
-    """
-    nowhere: list[set[Number]] = []
-    everywhere = np.ones(found.kind.shape, np.bool_)
-    for rule in reversed(kinds.RULES[:-1]):
-        if any(asked.issubset(rule.zeros) for asked in nowhere):
-            continue
-        zero, missed = signs.vanish(rule.zeros)
-        if not zero.any():
-            nowhere.append(set(rule.zeros))
-            np.logical_and(found.certain, missed, out=found.certain)
-            continue
-        positive, certain = signs.positive(rule.positive)
-        here = everywhere & zero & positive
-        if not zero.all():
-            certain = np.where(zero, certain, missed)
-        np.logical_and(found.certain, certain, out=found.certain)
-        if here.any():
-            nowhere.clear()
-            _put(signs, found, rule.kind, here, certain)
-
-
-def _put(signs: ArraySigns, found: Filtered, kind: Kind, where: Mask, certain: Mask) -> None:
-    """Put a kind and its detail; to put a mask is faster than to copy where it holds."""
-    if kind in kinds.DETAILS:
-        (_, *sides), product = kinds.DETAILS[kind]
-        positive, sure = signs.positive(product)
-        codes = (np.uint8(DETAILS.index(side)) for side in sides)
-        np.putmask(found.detail, where, np.where(positive, *codes))
-        certain = certain & sure
+def _put(signs: ArraySigns, found: Filtered, rule: Rule) -> None:
+    """Put a kind over those after it, but where it certainly does not fit."""
+    yes, no = signs.fit(rule)
+    if no.all():
+        return
+    may = ~no & np.ones(found.kind.shape, np.bool_)
+    np.putmask(found.kind, may, NAMES.index(rule.kind))
+    if rule.kind in kinds.DETAILS:
+        names, product, *_ = kinds.DETAILS[rule.kind]
+        positive, negative = signs.positive(product)
+        codes = (np.uint8(DETAILS.index(name)) for name in names[1:])
+        np.putmask(found.detail, may, np.where(positive, *codes))
+        yes = yes & (positive | negative)
     elif found.detail.any():
-        np.putmask(found.detail, where, 0)
-    np.putmask(found.kind, where, NAMES.index(kind))
-    np.putmask(found.certain, where, certain)
+        np.putmask(found.detail, may, 0)
+    np.putmask(found.certain, may, yes)
 
 
 # --- tags --------------------------------------------------------------------------------------
@@ -275,58 +288,49 @@ _MAY: Final = {name: np.isin(NAMES, list(tag.kinds)) for name, tag in kinds.TAGS
 def _put_tags(signs: ArraySigns, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
     for bit, (name, tag) in enumerate(kinds.TAGS.items()):
-        zero, missed = signs.vanish(tag.zeros)
-        positive, certain = signs.positive(tag.positive)
-        yes, no = zero & positive & certain, missed | ~positive & certain
-        for number in tag.positive:
-            no = no | signs.sign(number).zero
+        yes, no = signs.fit(tag)
         if name in _FURTHER:
-            further, never = _FURTHER[name](signs, found)
-            yes, no = yes & further, no | never
+            further = _FURTHER[name](signs, found)
+            yes, no = yes & further.yes, no | further.no
         may = _MAY[name][found.kind]
         for array, mask in ((found.tags, may & yes), (found.open_tags, may & ~yes & ~no)):
             array |= mask * np.uint8(1 << bit)
 
 
-def _spherical_top(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
+def _spherical_top(signs: ArraySigns, _: Filtered) -> Answer:
     equal = np.equal(signs.starts.A, signs.starts.C)
-    return equal, ~equal
+    return Answer(equal, ~equal)
 
 
-def _closed_orbit(signs: ArraySigns, found: Filtered) -> tuple[Mask, Mask]:
+def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
     """A pendulum swings or rotates where its kind is certain."""
-    resting, _ = signs.vanish(kinds.TAGS["start-at-rest"].zeros)
+    resting = signs.vanish(kinds.TAGS["start-at-rest"].zeros).yes
     holds = np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting
-    return holds, ~holds
+    return Answer(holds, ~holds)
 
 
-def _near_separatrix(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
+def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
     """It is told only that it is not near: how near it is, is beyond doubles."""
-    given = signs.given
-    up, weight = given.gMR.value > 0, np.abs(given.gMR.value)
+    up, weight = signs.reduced.g.value > 0, np.abs(signs.reduced.g.value)
     over, passed = (
         [signs.sign(number).sum.least for number in numbers]
-        for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), (kinds.PASS_TOP, kinds.PASS_BOTTOM))
+        for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), _POLES)
     )
-    height = np.where(up, given.one_minus_cos.value, given.one_plus_cos.value)
-    missed = height * np.where(up, *passed)
-    passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * given.A.value * weight)
-    return ~_TRUE, (kinds.FAR * np.where(up, *over) > weight) | passes
+    missed = np.where(up, *passed)
+    passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * weight)
+    return Answer(~_TRUE, (2 * kinds.FAR * np.where(up, *over) > weight) | passes)
 
 
 _POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
 
 
-def _reverses(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
+def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
     """Whether f is positive at the zero of ψ̇, which lies between two doubles close to it.
 
     A zero at a turning point is none of these. Where C > 2A there may be two: this is left open.
     """
-    starts, x = signs.starts, signs.given
-    outside, size = signs.positive(_POLES)
-    one, none = outside & (size > 0), ~outside & (size > 0)
-    for number in _POLES:
-        none = none | signs.sign(number).zero
+    starts, x = signs.starts, signs.reduced
+    one, none = signs.positive(_POLES)
     flat = starts.C <= 2 * starts.A
     free, linear, square = kinds.spin_rate(x)
     root = np.sqrt(linear.value * linear.value - 4 * free.value * square.value)
@@ -346,15 +350,15 @@ def _reverses(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
         known = known & (each.least > 0)
     known = known & (np.maximum(np.abs(ends[0]), np.abs(ends[1])) < 1)
     rises = (speed_below.value > 0) & (speed_above.value > 0)
-    here, off = x.cos.value, x.cos.error
+    here, off = x.u0.value, x.u0.error
     higher = (ends[1] < here - off) & (speed_above.value < 0)
     lower = (ends[0] > here + off) & (speed_below.value < 0)
     turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")
     never = (known & (higher | lower) | turns) & (flat | one) | none & flat
-    return known & rises & ~turns & one, never
+    return Answer(known & rises & ~turns & one, never)
 
 
-_FURTHER: Final = {
+_FURTHER: Final[dict[str, Callable[[ArraySigns, Filtered], Answer]]] = {
     "spherical-top": _spherical_top,
     "spin-reversal": _reverses,
     "closed-orbit": _closed_orbit,

@@ -1,16 +1,8 @@
 """The kinds of motion, the verdict on one motion, and the table of rules that tell them apart.
 
-With everything multiplied out (A, C > 0), for a start θ, θ̇, φ̇, ω3 and p_ψ = C ω3, each number
-that decides is a sum of products of what is given, so that any arithmetic can take it: balls, exact
-numbers, arrays of doubles. The terms are kept apart, for a sum is small or large only beside them.
-`classify` reads the table with proved signs, `filter` with arrays of doubles.
-
-    P₋ = (p_φ − p_ψ)/A = (1 − cosθ) [A φ̇ (1 + cosθ) − p_ψ]/A          zero: may pass the top
-    P₊ = (p_φ + p_ψ)/A = (1 + cosθ) [A φ̇ (1 − cosθ) + p_ψ]/A          zero: may pass the bottom
-    2 (E' − gMR) = 2K − 2 gMR (1 − cosθ),   2K = A (θ̇² + φ̇² sin²θ)
-    2 (E' + gMR) = 2K + 2 gMR (1 + cosθ)
-    sinθ (…) = A θ̈,   (…) = A cosθ φ̇² − p_ψ φ̇ + gMR                   zero: steady
-    2 (E' p_ψ − gMR p_φ) = p_ψ 2K − 2 gMR A φ̇ sin²θ                    loops, cusps or waves
+Each number that decides is a sum of products of the constants of a `Reduced` motion, in units
+A = 1, so that any arithmetic can take it: balls, exact numbers, arrays of doubles. `classify` reads
+the table with proved signs, `filter` with arrays of doubles, `why` with numbers.
 """
 
 from __future__ import annotations
@@ -19,16 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
-from functools import cached_property, reduce
-from operator import add
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Final, NamedTuple
 
+from heavytop.classification.reduced import Real, Reduced
 from heavytop.display import Shown
-
-Term: TypeAlias = Any
-"""A number of any arithmetic that has +, − and ×."""
-
-Sum: TypeAlias = "tuple[Term, ...]"
 
 
 class Kind(StrEnum):
@@ -63,11 +49,8 @@ class Verdict(Shown):
         Tags that could be neither proved nor disproved.
     certified : bool
         Whether the kind is proved: by balls and identities on the exact numbers of top and start.
-    margin : float
-        How far the nearest other verdict is: the smallest relative size of a number that was found
-        not to be zero on the way (0 … 1).
     why : str
-        The condition that decided.
+        The condition that decided, with its numbers; where it is undecided, which sign is open.
     bound : str or None
         Where it is undecided: what the number in question, beside its terms, is proved not to
         exceed, as decimal text (it may be smaller than any double).
@@ -77,218 +60,176 @@ class Verdict(Shown):
     tags: tuple[str, ...]
     open_tags: tuple[str, ...]
     certified: bool
-    margin: float
     why: str
     bound: str | None = None
-
-
-WHY = {
-    Kind.AT_REST: "no part of the top moves, and no torque acts",
-    Kind.FORCE_FREE: "gMR = 0",
-    Kind.SLEEPING: "the axis stays on the vertical, where V is highest",
-    Kind.HANGING: "the axis stays on the vertical, where V is lowest",
-    Kind.PLANAR_PENDULUM: "p_phi = p_psi = 0",
-    Kind.SEPARATRIX: "the axis tends to the vertical, where V is highest, and never arrives",
-    Kind.THROUGH_TOP: "p_phi = p_psi and E' > gMR: theta = 0 is reached",
-    Kind.THROUGH_BOTTOM: "p_phi = -p_psi and E' > -gMR: theta = pi is reached",
-    Kind.UNIFORM_PRECESSION: "thetadot = 0 and A cos(theta) phidot^2 - p_psi phidot + gMR = 0: "
-    "theta is constant",
-    Kind.LOOPS: "|p_phi| < |p_psi| and E' > gMR p_phi/p_psi: phidot changes sign",
-    Kind.CUSPS: "|p_phi| < |p_psi| and E' = gMR p_phi/p_psi: phidot vanishes at a turning point",
-    Kind.WAVES: "phidot keeps its sign",
-    Kind.UNDECIDED: "a sign could be neither determined nor proved to be zero",
-}
 
 
 # --- numbers ------------------------------------------------------------------------------------
 
 
-@dataclass(eq=False)
-class Given:
-    """What the numbers are made of, in one arithmetic; `one_minus_cos` is 1 − cosθ."""
-
-    A: Term
-    C: Term
-    gMR: Term
-    cos: Term
-    one_minus_cos: Term
-    one_plus_cos: Term
-    thetadot: Term
-    phidot: Term
-    omega3: Term
-
-    @cached_property
-    def p_psi(self) -> Term:
-        """Momentum about the axis, C ω3."""
-        return self.C * self.omega3
-
-    @cached_property
-    def sin2(self) -> Term:
-        """sin²θ."""
-        return self.one_minus_cos * self.one_plus_cos
-
-    @cached_property
-    def sine(self) -> Term:
-        """sinθ."""
-        return self.sin2**0.5
-
-    @cached_property
-    def kinetic(self) -> Term:
-        """2K = A (θ̇² + φ̇² sin²θ), twice the kinetic energy without that of the spin."""
-        across = self.phidot * self.phidot * self.sin2
-        return self.A * (self.thetadot * self.thetadot + across)
-
-    @cached_property
-    def p_phi(self) -> Term:
-        """Momentum about the vertical, A φ̇ sin²θ + p_ψ cosθ."""
-        return self.A * self.phidot * self.sin2 + self.p_psi * self.cos
-
-    @cached_property
-    def swing(self) -> Term:
-        """√(2A K), a momentum."""
-        return (self.A * self.kinetic) ** 0.5
-
-    @cached_property
-    def unspun(self) -> Term:
-        """√(2A K + A |gMR|), a momentum."""
-        return (self.A * (self.kinetic + abs(self.gMR))) ** 0.5
-
-    @cached_property
-    def momentum(self) -> Term:
-        """√(2A K + A |gMR| + p_ψ²), what momenta are small or large beside."""
-        return (self.unspun * self.unspun + self.p_psi * self.p_psi) ** 0.5
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Number:
-    """A number that tells kinds apart: the sum of its terms, and what that is large beside.
+    """A number that tells kinds apart, in units A = 1, and the number that is shown of its sign.
 
-    `beside` takes what is given and the sum of the sizes of the terms, which it is by default. A
-    `factor` that is never negative is left out of the sum: where it is zero, the number is zero.
+    That has a symbol and a unit, and follows from the number itself (by default A or A² times it),
+    the motion, A and C.
     """
 
-    terms: Callable[[Given], Sum]
-    beside: Callable[[Given, Term], Term] = lambda _, sizes: sizes
-    factor: Callable[[Given], Term] | None = None
-
-    def size(self, x: Given) -> Term:
-        """How large it is beside that (0 … 1)."""
-        terms = self.terms(x)
-        return abs(sum_of(terms)) / self.beside(x, sum_of(tuple(map(abs, terms))))
+    symbol: str
+    value: Callable[[Reduced], Real]
+    unit: str = ""
+    shown: Callable[[Real, Reduced, Real, Real], Real] = lambda value, _, A, __: A * value
 
 
-def sum_of(terms: Sum) -> Term:
-    """The sum of some terms."""
-    return reduce(add, terms)
+def _as_it_is(value: Real, _: Reduced, __: Real, ___: Real) -> Real:
+    return value
 
 
-def _beside_momentum(x: Given, _: Term) -> Term:
-    return x.momentum
+KINETIC: Final = Number("θ̇² + φ̇² sin² θ", lambda x: x.kinetic0)
+THETA_RATE: Final = Number("θ̇", lambda x: x.udot0)
+ACROSS: Final = Number("φ̇ sin θ", lambda x: x.drift0)
+SPIN: Final = Number("p_ψ", lambda x: x.b)
+WEIGHT: Final = Number("gMR", lambda x: x.g)
+INVERTED: Final = Number("−gMR", lambda x: -x.g)
+SINE: Final = Number("sin θ", lambda x: x.sin2)
+HIGH: Final = Number("gMR cos θ", lambda x: x.g * x.u0, "J")
+"""Positive on the pole where V is highest."""
 
+PASS_TOP: Final = Number("p_φ − p_ψ", lambda x: x.P_minus)
+PASS_BOTTOM: Final = Number("p_φ + p_ψ", lambda x: x.P_plus)
+"""Not zero where the axis can never pass θ = 0, θ = π."""
 
-def _pass(terms: Callable[[Given], Sum], height: Callable[[Given], Term]) -> Number:
-    """P∓ beside its terms and a momentum; the height is that over the pole.
+OVER_TOP: Final = Number("E′ − gMR", lambda x: x.over_top, "J")
+OVER_BOTTOM: Final = Number("E′ + gMR", lambda x: x.over_bottom, "J")
+"""The energy to spare at the top, and at the bottom."""
 
-    An axis that starts beside a pole and moves fast passes it closely whatever the terms are.
-    """
-    return Number(
-        terms, lambda x, sizes: sizes + x.unspun + x.swing * x.sine / height(x), factor=height
-    )
-
-
-THETA_RATE: Final = Number(lambda x: (x.A * x.thetadot,), _beside_momentum)
-ACROSS: Final = Number(lambda x: (x.A * x.phidot * x.sin2,), lambda x, _: x.sine * x.momentum)
-SPIN: Final = Number(lambda x: (x.p_psi,), _beside_momentum)
-WEIGHT: Final = Number(
-    lambda x: (x.A * x.gMR,), lambda x, _: (x.A * abs(x.gMR)) ** 0.5 * x.momentum
-)
-SINE: Final = Number(lambda x: (x.sin2,), lambda x, _: x.sine)
-
-HIGH: Final = Number(lambda x: (x.gMR * x.one_plus_cos, -x.gMR * x.one_minus_cos))
-"""2 gMR cosθ: positive on the pole where V is highest."""
-
-INVERTED: Final = Number(lambda x: (-x.gMR,))
-FLATNESS: Final = Number(lambda x: (x.A, -x.C))
-
-PASS_TOP: Final = _pass(
-    lambda x: (x.A * x.phidot * x.one_plus_cos, -x.p_psi), lambda x: x.one_minus_cos
-)
-"""A P₋: not zero where the axis can never pass θ = 0."""
-
-PASS_BOTTOM: Final = _pass(
-    lambda x: (x.A * x.phidot * x.one_minus_cos, x.p_psi), lambda x: x.one_plus_cos
-)
-"""A P₊: not zero where the axis can never pass θ = π."""
-
-OVER_TOP: Final = Number(lambda x: (x.kinetic, -2 * x.gMR * x.one_minus_cos))
-"""2 (E' − gMR), the energy to spare at the top."""
-
-OVER_BOTTOM: Final = Number(lambda x: (x.kinetic, 2 * x.gMR * x.one_plus_cos))
-"""2 (E' + gMR), the energy to spare at the bottom."""
-
-STEADY: Final = Number(lambda x: (x.A * x.cos * x.phidot * x.phidot, -x.p_psi * x.phidot, x.gMR))
-"""A θ̈/sinθ: zero, with θ̇ = 0, where θ is constant."""
+STEADY: Final = Number("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.pull)
+"""θ̈ sinθ: zero, with θ̇ = 0, where θ is constant."""
 
 LOOPING: Final = Number(
-    lambda x: (x.p_psi * x.kinetic, -2 * x.gMR * x.A * x.phidot * x.sin2),
-    lambda x, sizes: sizes + abs(x.p_psi) * (x.kinetic + 2 * abs(x.gMR) * x.sin2),
+    "E′ − gMR p_φ/p_ψ", lambda x: x.looping, "J", lambda v, x, A, _: A * v / x.b
 )
-"""2 (E' p_ψ − gMR p_φ): of the sign of p_ψ in loops, zero in cusps. Both terms vanish at rest."""
+"""The number is of the sign of p_ψ in loops, zero in cusps. Both its terms vanish at rest."""
 
-SLEEPING: Final = Number(lambda x: (x.p_psi * x.p_psi, -4 * x.A * x.gMR * x.cos))
-"""p_ψ² − 4A |gMR| of a sleeping top: not negative where that is stable."""
+SLEEPING: Final = Number(
+    "p_ψ² − 4A |gMR|",
+    lambda x: x.b * x.b - 4 * x.g * x.u0,
+    "kg² m⁴/s²",
+    lambda value, _, A, __: A * A * value,
+)
+"""Of a sleeping top: not negative where that is stable."""
 
-FASTER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, -x.cos * x.gMR))
-SLOWER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, x.cos * x.gMR))
-"""A φ̇² cosθ ∓ gMR, times cosθ: the two rates of steady precession have the product gMR/A cosθ;
-where cosθ = 0 there is one."""
+FASTER: Final = Number("A φ̇² cos² θ − gMR cos θ", lambda x: _steady(x, -x.g))
+SLOWER: Final = Number("A φ̇² cos² θ + gMR cos θ", lambda x: _steady(x, x.g))
+"""The two rates of steady precession have the product gMR/A cosθ; where cosθ = 0 there is one."""
+
+SPIN_STOPS: Final = Number("ψ̇ sin² θ", lambda x: (x.kappa + x.b) * x.sin2 - x.drift0 * x.u0)
+FLATTER: Final = Number("C² − 4A²", lambda x: x.b * x.b - 4 * (x.kappa + x.b) * (x.kappa + x.b))
+"""With p_ψ² instead of C²: zero too where nothing spins."""
+
+
+def _steady(x: Reduced, g: Real) -> Real:
+    """cosθ (φ̇² cosθ + g) sin⁴θ."""
+    return x.u0 * (x.drift0 * x.drift0 * x.u0 + g * x.sin2 * x.sin2)
+
+
+# --- shown only: of the sign of a product, or beside one that decided ----------------------------
+
+MOMENTA: Final = Number(
+    "|p_φ| − |p_ψ|", lambda x: x.P_minus * x.P_plus / (abs(x.a) + abs(x.b)), "kg m²/s"
+)
+SPARE: Final = Number("E′ − |gMR|", lambda x: x.h - abs(x.g), "J")
+RATIO: Final = Number(
+    "|cos θ| (A φ̇² |cos θ| − |gMR|)", lambda x: (_rate(x) * x.u0) ** 2 - abs(x.g * x.u0), "J"
+)
+RATE: Final = Number("φ̇", lambda x: _rate(x), "rad/s", _as_it_is)
+OTHER_RATE: Final = Number(
+    "the other steady rate", lambda x: x.g / (x.u0 * _rate(x)), "rad/s", _as_it_is
+)
+SPIN_RATE: Final = Number("|ω₃|", lambda x: abs(x.kappa + x.b), "rad/s", _as_it_is)
+LEAST_SPIN: Final = Number(
+    "least stable |ω₃|", lambda x: 2 * abs(x.g) ** 0.5, "rad/s", lambda v, _, A, C: v * A / C
+)
+
+
+def _rate(x: Reduced) -> Real:
+    """φ̇ off the vertical."""
+    return x.drift0 / x.sin2
 
 
 # --- the kinds, in their order, and the tags -----------------------------------------------------
 
 
 class Rule(NamedTuple):
-    """A kind fits where all `zeros` are zero and the product of `positive` is positive."""
+    """A kind fits where all `zeros` are zero and the product of `positive` is positive.
+
+    `shown` are the numbers that say so, with their signs.
+    """
 
     kind: Kind
     zeros: tuple[Number, ...] = ()
     positive: tuple[Number, ...] = ()
+    shown: tuple[tuple[Number, int], ...] = ()
 
 
 RULES: Final = (
-    Rule(Kind.AT_REST, (WEIGHT, THETA_RATE, ACROSS, SPIN)),
-    Rule(Kind.AT_REST, (SINE, THETA_RATE, ACROSS, SPIN)),
+    Rule(Kind.AT_REST, (WEIGHT, KINETIC, SPIN)),
+    Rule(Kind.AT_REST, (SINE, KINETIC, SPIN)),
     Rule(Kind.FORCE_FREE, (WEIGHT,)),
-    Rule(Kind.SLEEPING, (THETA_RATE, SINE), (HIGH,)),
-    Rule(Kind.HANGING, (THETA_RATE, SINE)),
+    Rule(Kind.SLEEPING, (SINE, KINETIC), (HIGH,), ((HIGH, 1),)),
+    Rule(Kind.HANGING, (SINE, KINETIC), (), ((HIGH, -1),)),
     Rule(Kind.PLANAR_PENDULUM, (SPIN, ACROSS)),
     Rule(Kind.SEPARATRIX, (PASS_TOP, OVER_TOP)),
     Rule(Kind.SEPARATRIX, (PASS_BOTTOM, OVER_BOTTOM)),
-    Rule(Kind.THROUGH_TOP, (PASS_TOP,), (OVER_TOP,)),
-    Rule(Kind.THROUGH_BOTTOM, (PASS_BOTTOM,), (OVER_BOTTOM,)),
+    Rule(Kind.THROUGH_TOP, (PASS_TOP,), (OVER_TOP,), ((OVER_TOP, 1),)),
+    Rule(Kind.THROUGH_BOTTOM, (PASS_BOTTOM,), (OVER_BOTTOM,), ((OVER_BOTTOM, 1),)),
     Rule(Kind.UNIFORM_PRECESSION, (THETA_RATE, STEADY)),
-    Rule(Kind.WAVES, (), (PASS_TOP, PASS_BOTTOM)),
-    Rule(Kind.CUSPS, (LOOPING,)),
-    Rule(Kind.LOOPS, (), (LOOPING, PASS_BOTTOM)),  # P₊ is here of the sign of p_ψ
-    Rule(Kind.WAVES),
+    Rule(Kind.WAVES, (), (PASS_TOP, PASS_BOTTOM), ((MOMENTA, 1),)),
+    Rule(Kind.CUSPS, (LOOPING,), (), ((MOMENTA, -1),)),
+    # P₊ is here of the sign of p_ψ
+    Rule(Kind.LOOPS, (), (LOOPING, PASS_BOTTOM), ((MOMENTA, -1), (LOOPING, 1))),
+    Rule(Kind.WAVES, (), (), ((LOOPING, -1),)),
 )
 """The first that fits is taken. The separatrix leads to the pole where V is highest: at the other
 one the energy to spare is zero only at rest."""
 
+SO: Final = {
+    Kind.AT_REST: "nothing moves, and no torque acts",
+    Kind.FORCE_FREE: "no torque acts",
+    Kind.SLEEPING: "the axis stays on the vertical, where V is highest",
+    Kind.HANGING: "the axis stays on the vertical, where V is lowest",
+    Kind.PLANAR_PENDULUM: "the axis moves in a plane",
+    Kind.SEPARATRIX: "the axis tends to the vertical, where V is highest, and never arrives",
+    Kind.THROUGH_TOP: "the axis passes through the upward vertical",
+    Kind.THROUGH_BOTTOM: "the axis passes through the downward vertical",
+    Kind.UNIFORM_PRECESSION: "θ is constant",
+    Kind.LOOPS: "φ̇ changes its sign",
+    Kind.CUSPS: "φ̇ vanishes at a turning point",
+    Kind.WAVES: "φ̇ keeps its sign",
+}
+"""What follows where a rule fits."""
+
 
 class Detail(NamedTuple):
-    """What tells motions of one kind apart: where a product is zero, positive and negative."""
+    """What tells motions of one kind apart: where a product is zero, positive and negative.
+
+    `shown` has the sign of the product; `beside` are numbers to compare it with.
+    """
 
     names: tuple[str, str, str]
     product: tuple[Number, ...]
+    shown: Number
+    beside: tuple[Number, ...] = ()
 
 
-DETAILS: Final = {
-    Kind.SLEEPING: Detail(("marginal", "stable", "unstable"), (SLEEPING,)),
-    Kind.PLANAR_PENDULUM: Detail(  # at the lower pole there is always energy to spare
-        ("asymptotic", "rotating", "swinging"), (OVER_TOP, OVER_BOTTOM)
-    ),
-    Kind.UNIFORM_PRECESSION: Detail(("single", "fast", "slow"), (FASTER, SLOWER)),
+_NODS: Final = ("asymptotic", "rotating", "swinging")
+_RATES: Final = ("single", "fast", "slow")
+_SLEEP: Final = ("marginal", "stable", "unstable")
+
+DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
+    Kind.SLEEPING: Detail(_SLEEP, (SLEEPING,), SLEEPING, (SPIN_RATE, LEAST_SPIN)),
+    Kind.PLANAR_PENDULUM: Detail(_NODS, (OVER_TOP, OVER_BOTTOM), SPARE),
+    Kind.UNIFORM_PRECESSION: Detail(_RATES, (FASTER, SLOWER), RATIO, (RATE, OTHER_RATE)),
 }
 
 
@@ -311,26 +252,26 @@ TAGS: Final = {
     "closed-orbit": Tag(frozenset({_FREE, _PLANAR, _STEADY})),
     "near-separatrix": Tag(_EVERY - _STILL - {_FREE, Kind.SEPARATRIX, _STEADY}),
     "inverted-gravity": Tag(_EVERY, (), (INVERTED,)),
-    "start-at-rest": Tag(_EVERY - _STILL, (THETA_RATE, ACROSS)),
+    "start-at-rest": Tag(_EVERY - _STILL, (KINETIC,)),
 }
 
 
 # --- spin reversal -------------------------------------------------------------------------------
 
 
-def spin_rate(x: Given) -> tuple[Term, Term, Term]:
-    """Coefficients of q(u) = A ψ̇ (1 − u²), constant first.
+def spin_rate(x: Reduced) -> tuple[Real, Real, Real]:
+    """Coefficients of q(u) = ψ̇ (1 − u²), constant first.
 
-    q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|; elsewhere two or
+    q(∓1) = b ± a: there is one zero between the poles where |p_φ| > |p_ψ|; elsewhere two or
     none, and none where C ≤ 2A. The spin reverses where f is positive at a zero.
     """
-    return x.A * x.omega3, -x.p_phi, (x.C - x.A) * x.omega3
+    return x.kappa + x.b, -x.a, -x.kappa
 
 
-def speed_at(x: Given, u: Term) -> Term:
-    """A² f(u) = A² u̇², negative where the axis never is."""
-    drop = x.p_phi - x.p_psi * u
-    return (x.kinetic + 2 * x.gMR * (x.cos - u)) * (x.A - x.A * u * u) - drop * drop
+def speed_at(x: Reduced, u: Real) -> Real:
+    """f(u) = u̇², negative where the axis never is."""
+    drop = x.a - x.b * u
+    return 2 * (x.kinetic0 + x.g * (x.u0 - u)) * (1 - u * u) - drop * drop
 
 
 # --- near the separatrix: 1 − m from the cubic's invariants, without its roots -----------------
@@ -339,53 +280,39 @@ NEAR_SEPARATRIX: Final = Fraction(1, 10**6)
 """1 − m below which a motion is near-separatrix: T is then the logarithm to 6 digits."""
 
 FAR: Final = 10**5
-"""1 − m is not that small where FAR |2 (E' − gMR)| > gMR, nor where FAR² (A P₋)² > 10 A gMR.
+"""1 − m is not that small where FAR |2 (h − g)| > g, nor where FAR² P₋² > 10 g.
 
-With e = 1 − u₂ and d = u₃ − 1, e + d < (2 + d) 1e-6. So P₋² = −f(1) = 2 (gMR/A) (1 − u₁) e d is
-below 4.1e-12 gMR/A, f′(1) within ±8.1e-6 gMR/A, p_ψ²/A² below 4.1 gMR/A by the sum of the roots,
-and 2 (E' − gMR)/A = p_ψ P₋/A − f′(1)/2 within ±8.2e-6 gMR/A. With gMR < 0, so at the bottom.
+With e = 1 − u₂ and d = u₃ − 1, e + d < (2 + d) 1e-6. So P₋² = −f(1) = 2g (1 − u₁) e d is
+below 4.1e-12 g, f′(1) within ±8.1e-6 g, b² below 4.1 g by the sum of the roots, and 2 (h − g) =
+b P₋ − f′(1)/2 within ±8.2e-6 g. With g < 0, so at the bottom.
 """
 
 _SQUARED: Final = NEAR_SEPARATRIX * (1 - NEAR_SEPARATRIX)
 _NEAR: Final = _SQUARED**2 / (1 - _SQUARED) ** 3  # m′²m²/(1 − m′m)³ where 1 − m = NEAR_SEPARATRIX
 
 
-def _cubic(x: Given) -> tuple[Term, Term, Term, Term]:
-    """Coefficients of A² f(u), constant first; 2E' = 2K + 2 gMR cosθ."""
-    energy = x.A * (x.kinetic + 2 * x.gMR * x.cos)
-    about_vertical, pull = x.p_phi, x.A * x.gMR
-    return (
-        energy - about_vertical * about_vertical,
-        2 * (about_vertical * x.p_psi - pull),
-        -energy - x.p_psi * x.p_psi,
-        2 * pull,
-    )
-
-
-def _away_from_one(x: Given) -> Sum:
+def _away_from_one(x: Reduced) -> Real:
     """Negative where m′²m²/(1 − m′m)³ = disc a₃²/(a₂² − 3a₃a₁)³ is below its value at 1 − m = 1e-6.
 
     The roots' differences are d = u₃ − u₁, m d and m′ d, so that the discriminant is
     d⁶ (m m′)² and the sum of squares of the differences 2 d² (1 − m m′).
     """
-    a0, a1, a2, a3 = _cubic(x)
+    a3, a2, a1, a0 = x.cubic
     inner, outer, a2_squared = a1 * a2, a0 * a3, a2 * a2
     discriminant = (
         inner * inner + 18 * inner * outer - 27 * outer * outer
         - 4 * (a2_squared * a2 * a0 + a1 * a1 * a1 * a3)
     )  # fmt: skip
     spread = a2_squared - 3 * a3 * a1
-    return (
-        _NEAR.denominator * (discriminant * a3 * a3),
-        -_NEAR.numerator * (spread * spread * spread),
-    )
+    least = _NEAR.numerator * (spread * spread * spread)
+    return _NEAR.denominator * (discriminant * a3 * a3) - least
 
 
-def _upper_roots_nearer(x: Given) -> Sum:
+def _upper_roots_nearer(x: Reduced) -> Real:
     """Of the sign of 2u₂ − u₁ − u₃ in the upright top: positive where 1 − m < ½."""
-    a0, a1, a2, a3 = _cubic(x)
-    return 2 * a2 * a2 * a2, -9 * a3 * a2 * a1, 27 * a3 * a3 * a0
+    a3, a2, a1, a0 = x.cubic
+    return 2 * a2 * a2 * a2 - 9 * a3 * a2 * a1 + 27 * a3 * a3 * a0
 
 
-AWAY_FROM_ONE: Final = Number(_away_from_one)
-UPPER_ROOTS_NEARER: Final = Number(_upper_roots_nearer)
+AWAY_FROM_ONE: Final = Number("1 − m − 1e-6", _away_from_one)
+UPPER_ROOTS_NEARER: Final = Number("2u₂ − u₁ − u₃", _upper_roots_nearer)

@@ -3,13 +3,6 @@
 In units A = 1, with g = gMR/A, a = p_φ/A, b = p_ψ/A, h = E'/A and u = cos θ,
 
     u̇² = f(u) = 2 (h − g u)(1 − u²) − (a − b u)²,   f(u₀ + d) = f₀ + f₁ d + f₂ d² + f₃ d³.
-
-A ball can show that a number is not 0, and never that it is. A source proves which of
-
-    g, u̇₀, P₋, P₊, f₁ (`pull`), h − g (`over_top`), h + g (`over_bottom`)
-
-are exactly 0: for a scene by the algebra of exact numbers, for the binary numbers of the axis form
-by rational arithmetic. With that the regime is known: steady, asymptotic or nutating.
 """
 
 from __future__ import annotations
@@ -18,27 +11,23 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Final, TypeAlias
 
 from flint import arb, fmpq
 
-from heavytop.classification import kinds
-from heavytop.classification.signs import (
-    MOST_BITS,
-    SceneSigns,
-    UndecidedError,
-    ball_sign,
-)
 from heavytop.errors import Impossible, Unseparated
-from heavytop.exact import Exact, Number, sqrt
+from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
 from heavytop.exact.balls import Interval, above, rational_ball, working
-from heavytop.exact.number import rational, rational_value
+from heavytop.exact.number import Sign, rational, rational_value
 from heavytop.scene.arguments import wrong_type
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 Real: TypeAlias = Any
 
 FEW_BITS: Final = 192  # which decide nearly always, and serve for 40 digits
+MOST_BITS: Final = 4096  # as many as the exact numbers try
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +164,7 @@ class Regime:
 
     @classmethod
     def of(
-        cls, source: MotionSource, proved: bool = True, reduced: Reduced | None = None
+        cls, source: ReducedMotion, proved: bool = True, reduced: Reduced | None = None
     ) -> Regime:
         """What is exactly so of one motion.
 
@@ -188,20 +177,42 @@ class Regime:
             Some number could be neither told from 0 nor proved to be 0.
         """
         start = reduced or source.reduced(FEW_BITS)
-        mirrored = _negative(source, start)
+        mirrored = (ball_sign(start.g) or source.exact.g.sign()) == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
-        with working(FEW_BITS):
-            zero = partial(_vanishes, source, start, proved)
-            resting, weightless = zero("udot0"), zero("g")
-            steady = resting and zero("pull")
-            misses_top, misses_bottom = not zero(top), not zero(bottom)
-            level = not (steady or misses_top) and zero(surplus)
+        zero = partial(vanishes, source, proved=proved, reduced=start)
+        resting, weightless = zero("udot0"), zero("g")
+        steady = resting and zero("pull")
+        misses_top, misses_bottom = not zero(top), not zero(bottom)
+        level = not (steady or misses_top) and zero(surplus)
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
+@dataclass(frozen=True)
+class ReducedMotion:
+    """A motion in balls of any precision, and in exact numbers.
+
+    A ball can show that a number is not 0, and never that it is: exact numbers prove that.
+
+    Parameters
+    ----------
+    reduced : callable
+        The motion in balls of so many bits, which must be the working precision; of None, exact.
+    angles : callable
+        φ₀ and ψ₀ [rad] in balls; on a pole those on the side towards which the axis moves.
+    """
+
+    reduced: Callable[[int | None], Reduced]
+    angles: Callable[[int], tuple[arb, arb]]
+
+    @cached_property
+    def exact(self) -> Reduced:
+        """The motion in exact numbers."""
+        return self.reduced(None)
+
+
 def vanishes(
-    source: MotionSource, name: str, proved: bool = True, reduced: Reduced | None = None
+    source: ReducedMotion, name: str, proved: bool = True, reduced: Reduced | None = None
 ) -> bool:
     """Whether a number of the reduced motion is exactly 0; what cannot be told is an error, or 0.
 
@@ -211,93 +222,128 @@ def vanishes(
         It could be neither told from 0 nor proved to be 0, and has to be `proved`.
     """
     with working(FEW_BITS):
-        return _vanishes(source, reduced or source.reduced(FEW_BITS), proved, name)
+        side = ball_sign(getattr(reduced or source.reduced(FEW_BITS), name))
+    if side is None:
+        side = getattr(source.exact, name).sign()
+    if side is not None or not proved:
+        return not side
+    with working(MOST_BITS):
+        near = getattr(source.reduced(MOST_BITS), name)
+        bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
+    size = f"less than {above(bound)} with {MOST_BITS} bits"
+    raise Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
 
 
-def _negative(source: MotionSource, reduced: Reduced) -> bool:
-    """Whether V is highest below: g < 0, as far as that can be told."""
-    if (sign := ball_sign(reduced.g)) is None:
-        with working(MOST_BITS):
-            sign = ball_sign(source.reduced(MOST_BITS).g)
-    return sign == -1
+def ball_sign(ball: arb) -> Sign | None:
+    """The sign that every number of a ball has, or None; a ball that is the number 0 has 0."""
+    if ball > 0:
+        return 1
+    if ball < 0:
+        return -1
+    return 0 if ball.is_zero() else None
 
 
-def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -> bool:
-    if (told := ball_sign(getattr(reduced, name))) is not None:
-        return told == 0
-    try:
-        return source.vanishes(name)
-    except Unseparated:
-        if proved:
-            raise
-        return True
+def ball_of(value: Exact, bits: int) -> arb:
+    """A ball of an exact number, at the working precision of so many bits."""
+    q = value.fraction
+    return value.ball(bits) if q is None else rational_ball(q)
 
 
-class FromScene(SceneSigns):
-    """The exact numbers of a top and a start."""
+# --- of a scene ----------------------------------------------------------------------------------
 
-    def _heights(self, bits: int) -> tuple[arb, arb, arb]:
+
+def reduced_from_scene(top: Top, start: State) -> ReducedMotion:
+    """The motion of the exact numbers of a top and a start."""
+    scene = _Scene(top, start)
+    return ReducedMotion(scene.reduced, scene.angles)
+
+
+class _Scene:
+    """The numbers of a top and a start; balls are exact where what is given is proved to be 0."""
+
+    def __init__(self, top: Top, start: State) -> None:
+        self.top, self.start = top, start
+        self._zeros: dict[str, bool] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.top, self.start)  # what was computed is not copied
+
+    def reduced(self, bits: int | None) -> Reduced:
+        """The motion in balls of so many bits, or in exact numbers."""
+        top, start = self.top, self.start
+        given: tuple[Real, ...] = (
+            top.A, top.C, top.gMR, start.thetadot, start.phidot, start.spin
+        )  # fmt: skip
+        if bits is not None:
+            given = tuple(ball_of(value, bits) for value in given)
+        A, C, gMR, thetadot, phidot, spin = given
+        u, below, above = self._heights(bits)
+        omega3 = spin + phidot * u if start.held == "psidot" else spin
+        if bits is not None:
+            gMR, thetadot = self._settled("gMR", gMR), self._settled("thetadot", thetadot)
+            phidot, omega3 = self._settled("phidot", phidot), self._settled("omega3", omega3)
+        sin2, b = below * above, C / A * omega3
+        across = phidot * sin2
+        kinetic = (thetadot * thetadot + phidot * across) / 2
+        udot = thetadot if thetadot == 0 else -_root(sin2) * thetadot
+        return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
+
+    def _settled(self, name: str, ball: arb) -> arb:
+        """The ball of a number, 0 itself where it is proved to be 0."""
+        if name not in self._zeros:
+            side = ball_sign(ball)
+            exact = getattr(self.top if name == "gMR" else self.start, name)
+            self._zeros[name] = (exact.sign() if side is None else side) == 0
+        return arb(0) if self._zeros[name] else ball
+
+    def _heights(self, bits: int | None) -> tuple[Real, Real, Real]:
         """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
-        if self.start.theta.fraction or (q := self._cos.fraction) is None:
-            return super()._heights(bits)
+        theta = self.start.theta
+        if bits is None:
+            return self._cos, ONE - self._cos, ONE + self._cos
+        if theta.fraction or (q := self._cos.fraction) is None:
+            s, c = (ball_of(theta, bits) / 2).sin_cos()
+            return c * c - s * s, 2 * s * s, 2 * c * c
         u = rational_ball(q)
         return u, 1 - u, 1 + u
 
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls of so many bits."""
-        x = self.balls(bits)
-        sine, b = x.sin2.nonnegative_part().sqrt(), x.p_psi / x.A
-        return Reduced(
-            x.gMR / x.A, b, x.cos, x.one_minus_cos, x.one_plus_cos, -sine * x.thetadot,
-            x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
-        )  # fmt: skip
+    @cached_property
+    def _cos(self) -> Exact:
+        """cosθ; ±1 on a pole, however θ is written."""
+        return {1: ONE, -1: -ONE}[self._pole] if self._pole else cos(self.start.theta)
+
+    @cached_property
+    def _pole(self) -> Sign | None:
+        """1 where the axis starts pointing up, −1 where down, 0 where neither; None if unknown."""
+        theta = self.start.theta
+        if theta.fraction is not None:  # π is irrational
+            return 1 if theta.fraction == 0 else 0
+        ball = theta.ball(FEW_BITS)
+        if ball > 0 and ball < arb.pi():
+            return 0
+        signs = theta.sign(), (PI - theta).sign()
+        return 1 if signs[0] == 0 else -1 if signs[1] == 0 else None if None in signs else 0
 
     def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
-        start, pole = self.start, self.pole or 0
+        """φ₀ and ψ₀ [rad]."""
+        start, pole = self.start, self._pole or 0
         angles = start.phi.ball(bits), start.psi.ball(bits)
         return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0.
 
-        Raises
-        ------
-        Unseparated
-            That could be neither proved nor disproved.
-        """
-        # f₁ is asked for where u̇₀ = 0: on a pole it vanishes with θ̇₀
-        factors = (kinds.THETA_RATE,) if name == "pull" and self.pole else _FACTORS[name]
-        try:
-            with working(FEW_BITS):
-                return self.product(factors) == 0
-        except UndecidedError:
-            raise self._unproved(name) from None
-
-    def _unproved(self, name: str) -> Unseparated:
-        with working(MOST_BITS):
-            near = getattr(self.reduced(MOST_BITS), name)
-            bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
-        size = f"less than {above(bound)} with {MOST_BITS} bits"
-        return Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
+def _root(square: Real) -> Real:
+    """The root of a number that is not negative."""
+    return sqrt(square) if isinstance(square, Exact) else square.nonnegative_part().sqrt()
 
 
-_FACTORS: Final = {
-    "g": (kinds.WEIGHT,),
-    "udot0": (kinds.SINE, kinds.THETA_RATE),
-    "drift0": (kinds.ACROSS,),
-    "P_minus": (kinds.PASS_TOP,),
-    "P_plus": (kinds.PASS_BOTTOM,),
-    "pull": (kinds.SINE, kinds.STEADY),
-    "over_top": (kinds.OVER_TOP,),
-    "over_bottom": (kinds.OVER_BOTTOM,),
-    "looping": (kinds.LOOPING,),
-}
-"""The numbers of `kinds` whose product a constant of the reduced motion is, but for its sign."""
+# --- of an axis and its angular momentum ---------------------------------------------------------
 
 
-class FromAxis:
-    """The numbers of a motion in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
+def reduced_from_axis(
+    e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
+    phi0: Number | None = None, psi0: Number = 0,
+) -> ReducedMotion:  # fmt: skip
+    """The motion of numbers in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
 
     |e| = ρ need not be 1: e/ρ is the axis of a top whose g is ρ times larger.
 
@@ -319,62 +365,56 @@ class FromAxis:
     Impossible
         e is zero, or one of the numbers is not rational.
     """
-
-    def __init__(
-        self, e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
-        phi0: Number | None = None, psi0: Number = 0,
-    ) -> None:  # fmt: skip
-        self.phi0 = None if phi0 is None else _rational("phi0", phi0)
-        self.psi0 = _rational("psi0", psi0)
-        self.e, self.l = _vector("e", e), _vector("l", l)
-        self.g, self.kappa = _rational("g", g), _rational("kappa", kappa)
-        (x, y, z), (lx, ly, lz) = self.e, self.l
-        self.rho2 = x * x + y * y + z * z
-        if self.rho2 == 0:
-            raise Impossible([("e", "not the zero vector")])
-        self.dot = lx * x + ly * y + lz * z  # b ρ
-        self.cross = lx * y - ly * x  # u̇₀ ρ
-        self.sin2 = (x * x + y * y) / self.rho2
-        self.drift0 = lz - self.dot * z / self.rho2
-        self.kinetic0 = (lx * lx + ly * ly + lz * lz - self.dot * self.dot / self.rho2) / 2
-
-    def _reduced(self, number: Callable[[fmpq], Real], rho: Real) -> Reduced:
-        """The motion in an arithmetic, in which ρ is the root of `rho2`."""
-        g, dot, z, cross, drift, kinetic, kappa = map(
-            number,
-            (self.g, self.dot, self.e[2], self.cross, self.drift0, self.kinetic0, self.kappa),
-        )
-        u = z / rho
-        return Reduced(g * rho, dot / rho, u, 1 - u, 1 + u, cross / rho, drift, kinetic, kappa)
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls of the working precision."""
-        found = self._reduced(arb, arb(self.rho2).sqrt())
-        far = 1 + abs(found.u0)
-        near = arb(self.sin2) / far
-        above, below = (near, far) if self.e[2] > 0 else (far, near)
-        return replace(found, one_minus_u0=above, one_plus_u0=below)
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
-        (x, y, z), (lx, ly, _), psi = self.e, self.l, arb(self.psi0)
-        on_pole, pole = x == y == 0, 1 if z > 0 else -1
-        sine, cosine = (pole * ly, pole * lx) if on_pole else (x, -y)  # from ė = l × e
-        if self.phi0 is None:
-            return arb.atan2(arb(sine), arb(cosine)), psi
-        phi = arb(self.phi0)
-        back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
-        return _beyond(pole, phi, psi) if back else (phi, psi)
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-        exact = self._reduced(_exact, sqrt(_exact(self.rho2)))
-        return bool(getattr(exact, name).sign() == 0)
+    (x, y, z), (lx, ly, lz) = _vector("e", e), _vector("l", l)
+    rho2 = x * x + y * y + z * z
+    if rho2 == 0:
+        raise Impossible([("e", "not the zero vector")])
+    dot, sin2 = lx * x + ly * y + lz * z, (x * x + y * y) / rho2
+    kinetic = (lx * lx + ly * ly + lz * lz - dot * dot / rho2) / 2
+    numbers = Reduced(
+        _rational("g", g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic,
+        _rational("kappa", kappa),
+    )  # fmt: skip
+    phi = None if phi0 is None else _rational("phi0", phi0)
+    return ReducedMotion(
+        partial(_axis_numbers, numbers, rho2),
+        partial(_axis_angles, (x, y, z), (lx, ly), phi, _rational("psi0", psi0)),
+    )
 
 
-@dataclass(frozen=True)
-class FromConstants:
-    """The motion with given constants through a tilt, all of them rational numbers.
+def _axis_numbers(numbers: Reduced, rho2: fmpq, bits: int | None) -> Reduced:
+    """The motion of e/ρ, from that of e as if |e| were 1; of its heights that has sin²θ."""
+    number = _exact if bits is None else arb
+    q, rho = numbers.mapped(number), _root(number(rho2))
+    u = q.u0 / rho
+    size = -u if numbers.u0 < 0 else u
+    far = 1 + size
+    near = 1 - size if bits is None else q.one_minus_u0 / far  # no digit cancels
+    above, below = (near, far) if numbers.u0 > 0 else (far, near)
+    return replace(
+        q, g=q.g * rho, b=q.b / rho, u0=u, one_minus_u0=above, one_plus_u0=below,
+        udot0=q.udot0 / rho,
+    )  # fmt: skip
+
+
+def _axis_angles(
+    e: tuple[fmpq, ...], l: tuple[fmpq, ...], phi0: fmpq | None, psi0: fmpq, _: int,  # noqa: E741
+) -> tuple[arb, arb]:  # fmt: skip
+    (x, y, z), (lx, ly), psi = e, l, arb(psi0)
+    on_pole, pole = x == y == 0, 1 if z > 0 else -1
+    sine, cosine = (pole * ly, pole * lx) if on_pole else (x, -y)  # from ė = l × e
+    if phi0 is None:
+        return arb.atan2(arb(sine), arb(cosine)), psi
+    phi = arb(phi0)
+    back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
+    return _beyond(pole, phi, psi) if back else (phi, psi)
+
+
+# --- of constants, and through poles -------------------------------------------------------------
+
+
+def reduced_from_constants(exact: Reduced, udot2: Fraction, falls: bool = False) -> ReducedMotion:
+    """The motion with given constants through a tilt, from which its angles are counted.
 
     Parameters
     ----------
@@ -385,66 +425,36 @@ class FromConstants:
     falls : bool
         Whether the axis falls there instead.
     """
-
-    exact: Reduced
-    udot2: Fraction
-    falls: bool = False
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls of the working precision."""
-        speed = rational_ball(max(self.udot2, Fraction(0))).sqrt()
-        return replace(self.exact.mapped(rational_ball), udot0=-speed if self.falls else speed)
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad], from which the angles are counted."""
-        return arb(0), arb(0)
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-        return self.udot2 <= 0 if name == "udot0" else not getattr(self.exact, name)
+    square = replace(exact, udot0=max(udot2, Fraction(0)))
+    return ReducedMotion(partial(_constant_numbers, square, falls), _no_angles)
 
 
-@dataclass(frozen=True)
-class Through:
-    """A motion moved by a rounding error, so that it passes exactly through given poles.
+def _constant_numbers(exact: Reduced, falls: bool, bits: int | None) -> Reduced:
+    found = exact.mapped(_exact if bits is None else rational_ball)
+    speed = _root(found.udot0)
+    return replace(found, udot0=-speed if falls else speed)
 
-    Parameters
-    ----------
-    source : MotionSource
-        The motion that passes beside them.
-    top, bottom : bool
-        Through which poles it passes.
+
+def _no_angles(_: int) -> tuple[arb, arb]:
+    return arb(0), arb(0)
+
+
+def through_poles(source: ReducedMotion, top: bool, bottom: bool) -> ReducedMotion:
+    """The motion moved by a rounding error, so that it passes exactly through given poles.
+
+    p_φ is moved to ±p_ψ, and the energy with it.
     """
-
-    source: MotionSource
-    top: bool
-    bottom: bool
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls, p_φ moved to ±p_ψ and the energy with it."""
-        found = self.source.reduced(bits)
-        b = arb(0) if self.top and self.bottom else found.b
-        drift = b * found.one_minus_u0 if self.top else -b * found.one_plus_u0
-        kinetic = found.kinetic0
-        if not found.sin2.is_zero():
-            kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
-        return replace(found, b=b, drift0=drift, kinetic0=kinetic)
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad]."""
-        return self.source.angles(bits)
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-        if (name == "P_minus" and self.top) or (name == "P_plus" and self.bottom):
-            return True
-        return self.source.vanishes(name)
+    return ReducedMotion(partial(_passing, source, top, bottom), source.angles)
 
 
-MotionSource: TypeAlias = FromScene | FromAxis | FromConstants | Through
-"""What enclosures are computed from: `reduced` gives the motion in balls of so many bits, which
-must be the working precision, `angles` φ₀ and ψ₀ [rad], on a pole those on the side towards which
-the axis moves, and `vanishes` whether the number of a name is exactly 0."""
+def _passing(source: ReducedMotion, top: bool, bottom: bool, bits: int | None) -> Reduced:
+    found = source.reduced(bits)
+    b = found.b * 0 if top and bottom else found.b
+    drift = b * found.one_minus_u0 if top else -b * found.one_plus_u0
+    kinetic = found.kinetic0
+    if source.exact.sin2.sign() != 0:
+        kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
+    return replace(found, b=b, drift0=drift, kinetic0=kinetic)
 
 
 def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
@@ -452,8 +462,8 @@ def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     return phi + arb.pi(), psi - pole * arb.pi()
 
 
-def _exact(q: fmpq) -> Exact:
-    return rational(Fraction(int(q.p), int(q.q)))  # of any size
+def _exact(q: fmpq | Fraction) -> Exact:
+    return rational(q if isinstance(q, Fraction) else Fraction(int(q.p), int(q.q)))  # of any size
 
 
 def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:

@@ -33,7 +33,7 @@ from heavytop.spelling import harmless
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from heavytop.studies.runner import Progress
+    from heavytop.studies.study import Progress
 
 Verb = Callable[..., None]
 

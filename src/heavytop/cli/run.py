@@ -47,7 +47,7 @@ def run(
 def is_run(folder: Path) -> bool:
     """Whether a folder is that of a run, and not of a study."""
     files = ("request.json", "run.json", "trajectory.nc")
-    return not (folder / "study.json").exists() and any((folder / n).exists() for n in files)
+    return not (folder / "study.jsonl").exists() and any((folder / n).exists() for n in files)
 
 
 def resume_run(folder: Path, *, figures: bool) -> None:

@@ -28,7 +28,7 @@ from heavytop.cli.run import is_run, resume_run
 from heavytop.results.base import command_of, typed, typing
 
 if TYPE_CHECKING:
-    from heavytop.studies.runner import Progress
+    from heavytop.studies.study import Progress
 
 
 Ends: TypeAlias = Iterator[tuple[Exit, str]]
@@ -58,7 +58,7 @@ def _workers(scheduler: str | None) -> Iterator[dict[str, Any]]:
     if scheduler is None:
         yield {}
         return
-    from heavytop.studies.executors import executor_at
+    from heavytop.studies.workers import executor_at
 
     with executor_at(scheduler) as executor:
         yield {"executor": executor}
@@ -301,7 +301,7 @@ def certify(
 
             _alone(f"the folder {run}", asked)
             known: Any = load_trajectory(Path(run) / TRAJECTORY)
-        elif (Path(run) / "study.json").exists():
+        elif (Path(run) / "study.jsonl").exists():
             raise BadParameter(f"{run}: the folder of a study; heavytop resume continues it")
         elif Path(run).is_dir() and run not in shipped_names():
             raise BadParameter(f"{run}: this folder holds no finished run")
@@ -329,7 +329,7 @@ def resume(
     no_figures: options.NoFigures = False,
 ) -> None:
     """Continue a study or a run that was interrupted or killed."""
-    files = (folder / name for name in ("study.json", "request.json", "run.json"))
+    files = (folder / name for name in ("study.jsonl", "request.json", "run.json"))
     made = next(filter(None, map(command_of, files)), typed())
     with typing(made):  # the result is that of the command that began it
         if not is_run(folder):
@@ -346,13 +346,13 @@ def resume(
 
 def _resume_study(folder: Path, scheduler: str | None, *, figures: bool, **asked: Any) -> None:
     """Go on with a study; of one that has ended, say so and print it."""
-    if not (folder / "study.json").exists():
-        lacking = "study.json, of a study, nor trajectory.nc or request.json, of a run"
+    if not (folder / "study.jsonl").exists():
+        lacking = "study.jsonl, of a study, nor trajectory.nc or request.json, of a run"
         raise errors.ForeignFile(
             f"{folder}: no folder with anything to go on with: neither {lacking}"
         )
-    from heavytop.studies.runner import resume as go_on
-    from heavytop.studies.store import Store
+    from heavytop.studies.study import Journal
+    from heavytop.studies.study import resume as go_on
 
     shown: list[Progress] = []
     with progress_bar() as bar, _workers(scheduler) as executor:
@@ -365,4 +365,4 @@ def _resume_study(folder: Path, scheduler: str | None, *, figures: bool, **asked
         found = go_on(folder, progress=heard, **executor, **asked)
     if 0 < shown[0].tasks == shown[0].ended:
         say(f"{folder}: this study is finished")
-    finish(Store(folder).parameters["kind"], found, folder, figures=figures)
+    finish(Journal.read(folder).parameters["kind"], found, folder, figures=figures)

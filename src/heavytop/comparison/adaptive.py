@@ -24,7 +24,7 @@ from heavytop.comparison.steppers import (
     IntegrationFailed,
     StepperState,
     compiled,
-    compiled_derivatives,
+    compiled_function,
     constants,
     derivatives,
 )
@@ -265,7 +265,7 @@ def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
 
     began = time.perf_counter()
     n, k = len(equations.states), len(equations.constants_in(equations.derivatives))
-    rates, to_fixed_tuple = compiled_derivatives(equations)
+    rates, to_fixed_tuple = compiled_function(derivatives(equations))
 
     def at(dy: Any, t: float, y: Any, arguments: Any) -> None:
         known = carray(arguments, (k + 1,))

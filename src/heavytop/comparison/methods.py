@@ -21,6 +21,7 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 
 if TYPE_CHECKING:
+    from heavytop.comparison.steppers import TopConstants
     from heavytop.equations.formulation import Formulation
     from heavytop.exact.pairs import Array
 
@@ -55,6 +56,8 @@ class MethodEntry:
         The packages it imports.
     formulation : str
         The equations it integrates.
+    variables : str
+        What its states are called, where they are not those of a formulation.
     """
 
     name: str
@@ -69,6 +72,7 @@ class MethodEntry:
     language: str
     needs: tuple[str, ...] = ()
     formulation: str = "axis"
+    variables: str = ""
 
     @property
     def fixed(self) -> bool:
@@ -140,6 +144,7 @@ def make_stepper(
     *,
     steps: int | None = None,
     formulation: Formulation | None = None,
+    top: TopConstants | None = None,
 ) -> Stepper:
     """Return a method set up for one start; what it compiles is compiled here.
 
@@ -162,6 +167,8 @@ def make_stepper(
         Steps in a block, for a run shorter than the method's own blocks.
     formulation : Formulation, optional
         The equations themselves, where they are a variant of what the name says.
+    top : TopConstants, optional
+        What a method of one's own reads as ``f.top``.
 
     Returns
     -------
@@ -186,7 +193,7 @@ def make_stepper(
     state, n = tuple(float(x) for x in start), len(equations.states)
     if len(state) != n:  # compiled code would read on
         raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
-    problem = InitialValueProblem(name, equations, parameters, state, direction, period)
+    problem = InitialValueProblem(name, equations, parameters, state, direction, period, top)
     return method.build(problem, float(setting), method.block if steps is None else steps)
 
 
@@ -230,6 +237,7 @@ def _own(name: str) -> MethodEntry:
         source="",
         language="numba" if found.compiled else "python",
         formulation="axis" if found.formulation in BODY else found.formulation,
+        variables=found.formulation if found.formulation in BODY else "",
     )
 
 

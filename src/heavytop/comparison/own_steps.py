@@ -7,20 +7,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 
 from heavytop.comparison.own import BODY, Method
 from heavytop.comparison.steppers import (
+    Advance,
     FixedStep,
     InitialValueProblem,
     IntegrationFailed,
+    MethodError,
     Stepper,
     StepperState,
-    compiled_derivatives,
+    TopConstants,
+    compiled_function,
     derivatives,
 )
 from heavytop.exact.pairs import Array, DoubleDouble, two_product
@@ -29,56 +32,71 @@ Rates = Callable[[Array], Array]
 
 BLOCKS: Final = {"python": 200, "numba": 4096}  # steps between two looks
 SOLVED: Final = 4.0  # periods that a solver goes at once
+FIRST_CALL: Final = 1e-3  # of that: a call in which it imports and compiles
 
 
 def own_stepper(
     method: Method, problem: InitialValueProblem, setting: float, steps: int
 ) -> Stepper:
-    """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks."""
-    start, seen = problem.start, cast("Rates", np.copy)
+    """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks.
+
+    Its first step is taken here and thrown away, so that what it imports and compiles is no part
+    of a block, and is held against no limit of time.
+    """
+    start, form = problem.start, None
     if method.formulation in BODY:
         form = BodyForm(method.formulation, problem.parameters)
-        start, seen = tuple(form.start(np.array(start)).tolist()), form.seen
-        rates: Rates = form.rates
-    elif method.compiled and not method.solves:
-        rates = _compiled_rates(problem)
+        start = tuple(form.start(np.array(start)).tolist())
+        function: Any = form.derivatives
+        constants: tuple[float, ...] = form.constants
     else:
-        rates = _rates(problem)
+        constants = tuple(problem.constants.values())
+        function = derivatives(problem.equations)
+    stepper: OwnSolver | FixedStep
     if method.solves:
+        rates = RightHandSide(_rates(function, constants, len(start)), problem.top)
         span = problem.span * (1.0 if steps else SOLVED)
-        return OwnSolver(method.function, _Counted(rates), setting, start, span, seen)
+        stepper = OwnSolver(method.function, rates, setting, start, span, form)
+        with suppress(IntegrationFailed):
+            stepper.solve(np.array(start), span * FIRST_CALL)
+        return stepper
     h = problem.span / setting
-    take = _compiled_steps if method.compiled else _steps
     block = steps or BLOCKS["numba" if method.compiled else "python"]
-    return FixedStep(start, h, take(method.function, rates, h), block, seen=seen)
+    if method.compiled:
+        take = _compiled_steps(method.function, _compiled_rates(function, constants, len(start)), h)
+    else:
+        python = RightHandSide(_rates(function, constants, len(start)), problem.top)
+        take = _steps(method.function, python, h)
+    stepper = FixedStep(start, h, take, block, form=form)
+    with suppress(IntegrationFailed):
+        take(np.array(start), np.empty(0), 1)
+    return stepper
 
 
 # --- the right-hand side that it is given --------------------------------------------------------
 
 
-def _rates(problem: InitialValueProblem) -> Rates:
+def _rates(function: Callable[..., Any], constants: tuple[float, ...], n: int) -> Rates:
     """Return f(y) for arrays; on a pole of the angles its numbers are nan."""
-    function, known = derivatives(problem.equations), tuple(problem.constants.values())
-    nothing = np.full(len(problem.start), np.nan)
+    nothing = np.full(n, np.nan)
 
     def f(y: Array) -> Array:
         try:
-            return np.array(function(*np.asarray(y, float).tolist(), *known))
+            return np.array(function(*np.asarray(y, float).tolist(), *constants))
         except (ZeroDivisionError, OverflowError, ValueError):
             return nothing.copy()
 
     return f
 
 
-def _compiled_rates(problem: InitialValueProblem) -> Any:
+def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], n: int) -> Any:
     """Return f(y) compiled by numba, with the constants of one top and start."""
     from numba import njit
 
-    n, known = len(problem.start), tuple(problem.constants.values())
-    rates, to_fixed_tuple = compiled_derivatives(problem.equations)
+    rates, to_fixed_tuple = compiled_function(function)
 
     def f(y: Any) -> Any:
-        result, found = rates(*to_fixed_tuple(y, n), *known), np.empty(n)
+        result, found = rates(*to_fixed_tuple(y, n), *constants), np.empty(n)
         for i in range(n):
             found[i] = result[i]
         return found
@@ -86,13 +104,21 @@ def _compiled_rates(problem: InitialValueProblem) -> Any:
     return njit(f)
 
 
-class _Counted:
-    """A right-hand side, and how often it was called."""
+class RightHandSide:
+    """The f(y) of a step: it counts its calls, and knows its top.
 
-    def __init__(self, f: Rates) -> None:
-        self.f, self.calls = f, 0
+    Attributes
+    ----------
+    top : TopConstants or None
+        A, C and gMR as floats.
+    calls : int
+    """
+
+    def __init__(self, f: Rates, top: TopConstants | None) -> None:
+        self.f, self.top, self.calls = f, top, 0
 
     def __call__(self, y: Array) -> Array:
+        """Return the derivatives."""
         self.calls += 1
         return self.f(y)
 
@@ -100,23 +126,20 @@ class _Counted:
 # --- steps ---------------------------------------------------------------------------------------
 
 
-def _steps(step: Callable[..., Any], f: Rates, h: float) -> Callable[[Array, Array, int], int]:
+def _steps(step: Callable[..., Any], f: RightHandSide, h: float) -> Advance:
     """Return what takes steps one by one, and names what one of them did wrong."""
-    counted = _Counted(f)
 
     def advance(state: Array, _work: Array, steps: int) -> int:
-        y, before = state.copy(), counted.calls
+        y, before = state.copy(), f.calls
         for _ in range(steps):
-            y = _checked(step, counted, y, h)
+            y = _checked(step, f, y, h)
         state[:] = y
-        return counted.calls - before
+        return f.calls - before
 
     return advance
 
 
-def _compiled_steps(
-    step: Callable[..., Any], f: Any, h: float
-) -> Callable[[Array, Array, int], int]:
+def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> Advance:
     """Return what takes compiled steps in a compiled loop; the first one is looked at."""
     from numba import njit
 
@@ -145,7 +168,7 @@ def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
         after = _real(step(f, y, h))
     _unchanged(given, y)
     if after.shape != y.shape:
-        raise IntegrationFailed(f"it returns an array of shape {after.shape}, not {y.shape}")
+        raise MethodError(f"it returns an array of shape {after.shape}, not {y.shape}")
     return after
 
 
@@ -153,13 +176,13 @@ def _real(found: Any) -> Array:
     """What a person's code returned, if it is real numbers."""
     array = np.array(found)
     if array.dtype.kind not in "fiu":
-        raise IntegrationFailed(f"it returns numbers of type {array.dtype}, not reals")
+        raise MethodError(f"it returns numbers of type {array.dtype}, not reals")
     return array.astype(float)
 
 
 def _unchanged(given: Array, y: Array) -> None:
     if y.tobytes() != given.tobytes():
-        raise IntegrationFailed("it changes the states it is given")
+        raise MethodError("it changes the states it is given")
 
 
 @contextmanager
@@ -171,7 +194,7 @@ def _named() -> Iterator[None]:
         raise
     except Exception as fault:
         why = " ".join(f"{type(fault).__name__}: {fault}".split())
-        raise IntegrationFailed(f"it raises {why:.200}") from fault
+        raise MethodError(f"it raises {why:.200}") from fault
 
 
 # --- a solver ------------------------------------------------------------------------------------
@@ -185,21 +208,21 @@ class OwnSolver:
     ----------
     solver : callable
         With the signature of `scipy.integrate.solve_ivp`.
-    rates : _Counted
+    rates : RightHandSide
     tolerance : float
     start : tuple of float
     span : float
         How far it goes in one call [s].
-    seen : callable
-        From the states in which it computes to those that are judged.
+    form : BodyForm or None
+        Of the body's own rotation, where it computes in that.
     """
 
     solver: Callable[..., Any]
-    rates: _Counted
+    rates: RightHandSide
     tolerance: float
     start: tuple[float, ...]
     span: float
-    seen: Callable[[Array], Array]
+    form: BodyForm | None = None
     compile_s: float = 0.0
 
     def begin(self) -> StepperState:
@@ -209,7 +232,7 @@ class OwnSolver:
     def block(self, at: StepperState) -> StepperState:
         """Call the solver once; spans are counted, so that no time is summed."""
         before, count = self.rates.calls, at.carry[0] + 1
-        state, steps = self._solved(np.array(at.state), self.span)
+        state, steps = self.solve(np.array(at.state), self.span)
         return StepperState(
             time=two_product(self.span, count),
             state=tuple(state.tolist()),
@@ -222,17 +245,22 @@ class OwnSolver:
         """Return the states at times, each by a call that ends there."""
         state = np.array(at.state)
         spans = [(t[0] - at.time[0]) + (t[1] - at.time[1]) for t in times]
-        return np.array([self.seen(self._solved(state, x)[0] if x else state) for x in spans])
+        return np.array([self.solve(state, x)[0] if x else state for x in spans])
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return t, 0.0
 
-    def _solved(self, state: Array, span: float) -> tuple[Array, int]:
+    def solve(self, state: Array, span: float) -> tuple[Array, int]:
         """Return the states at the end of a span and the steps, and tell what went wrong."""
         y, bounds = state.copy(), {"rtol": self.tolerance, "atol": self.tolerance}
+
+        def fun(_: float, y: Array) -> Array:
+            return self.rates(y)
+
+        fun.top = self.rates.top  # type: ignore[attr-defined]
         with _named():
-            found = self.solver(lambda _, y: self.rates(y), (0.0, span), y, **bounds)
+            found = self.solver(fun, (0.0, span), y, **bounds)
             times, end = _real(found.t), _real(found.y)[:, -1]
         _unchanged(state, y)
         if not getattr(found, "success", True) or not math.isclose(times[-1], span):
@@ -240,7 +268,7 @@ class OwnSolver:
             stop = f"it stops after {times[-1]:.6g} of {span:.6g} s"
             raise IntegrationFailed(f"{stop}: {why}" if why else stop)
         if end.shape != state.shape:
-            raise IntegrationFailed(f"it returns {end.size} states, not {state.size}")
+            raise MethodError(f"it returns {end.size} states, not {state.size}")
         if not np.isfinite(end).all():
             raise IntegrationFailed("the numbers are no longer finite")
         return end, times.size - 1
@@ -258,36 +286,22 @@ class BodyForm:
     ----------
     name : {"rotation", "quaternion"}
     parameters : mapping from str to float
-        Those of the axis form, whose states are `seen`.
+        Those of the axis form.
     """
 
     def __init__(self, name: str, parameters: Mapping[str, float]) -> None:
+        self.derivatives = _rotation_rates if name == "rotation" else _quaternion_rates
         self.matrix = name == "rotation"
-        self.g, n, omega3 = (parameters[key] for key in ("g", "n", "omega3"))
-        self.inertia = np.array([1.0, 1.0, n / omega3 if omega3 else 1.0])
-        self.known = parameters
-
-    def rates(self, y: Array) -> Array:
-        """The derivatives."""
-        *attitude, w1, w2, w3 = np.asarray(y, float)
-        w = np.array([w1, w2, w3])
-        R = self._rotation(np.array(attitude))
-        spin = self.inertia * w
-        torque = self.g * np.array([R[2, 1], -R[2, 0], 0.0])
-        acceleration = (np.cross(spin, w) + torque) / self.inertia
-        if self.matrix:
-            turning = np.array([[0, -w3, w2], [w3, 0, -w1], [-w2, w1, 0]])
-            return np.concatenate([(R @ turning).ravel(), acceleration])
-        a, b, c, d = attitude
-        half = np.array([-b * w1 - c * w2 - d * w3, a * w1 + c * w3 - d * w2,
-                         a * w2 + d * w1 - b * w3, a * w3 + b * w2 - c * w1]) / 2  # fmt: skip
-        return np.concatenate([half, acceleration])
+        g, n, self.omega3 = (parameters[key] for key in ("g", "n", "omega3"))
+        self.constants = g, n / self.omega3 if self.omega3 else 1.0
+        self.parameters = parameters
 
     def start(self, state: Array) -> Array:
         """The states for those of the axis form."""
-        (x, y, z), l = state[:3], np.array([*state[3:], self.known["l_z"]])  # noqa: E741
-        theta, psi = math.atan2(math.hypot(x, y), z), self.known["psi_0"]
-        phi = math.atan2(x, -y) if x or y else self.known["phi_0"]
+        known = self.parameters
+        (x, y, z), l = state[:3], np.array([*state[3:], known["l_z"]])  # noqa: E741
+        theta, psi = math.atan2(math.hypot(x, y), z), known["psi_0"]
+        phi = math.atan2(x, -y) if x or y else known["phi_0"]
         near, far = math.cos(theta / 2), math.sin(theta / 2)
         q = np.array([
             near * math.cos((phi + psi) / 2), far * math.cos((phi - psi) / 2),
@@ -295,15 +309,55 @@ class BodyForm:
         ])  # fmt: skip
         R = _matrix(q)
         attitude = R.ravel() if self.matrix else q
-        return np.concatenate([attitude, (R.T @ l) / self.inertia])
+        return np.concatenate([attitude, (R.T @ l) / (1.0, 1.0, self.constants[1])])
 
-    def seen(self, y: Array) -> Array:
+    def axis_states(self, y: Array) -> Array:
         """The states of the axis form: the axis, and the angular momentum across."""
         R = self._rotation(y[:-3])
-        return np.concatenate([R[:, 2], (R @ (self.inertia * y[-3:]))[:2]])
+        return np.concatenate([R[:, 2], (R @ (y[-3:] * (1.0, 1.0, self.constants[1])))[:2]])
+
+    def observe(self, y: Sequence[Any], sqrt: Callable[[Any], Any]) -> Sequence[Any]:
+        """What the states say themselves, in any arithmetic: u, udot, the invariants, the axis.
+
+        The invariants are energy, p_phi and p_psi over A, the length of the axis and the distance
+        of R^T R from 1. E' is E less the spin's energy at the start.
+        """
+        (g, inertia), w, R = self.constants, np.array(y[-3:]), self._rotation(np.array(y[:-3]))
+        spin = w * np.array([1, 1, inertia])
+        energy = (w @ spin - inertia * self.omega3 * self.omega3) / 2 + g * R[2, 2]
+        off = R.T @ R - np.eye(3, dtype=int)
+        length, distance = sqrt(R[:, 2] @ R[:, 2]), sqrt((off * off).sum())
+        udot = R[2, 0] * w[1] - R[2, 1] * w[0]
+        return R[2, 2], udot, energy, R[2] @ spin, spin[2], length, distance, *R[:, 2]
 
     def _rotation(self, attitude: Array) -> Array:
         return attitude.reshape(3, 3) if self.matrix else _matrix(attitude)
+
+
+OBSERVED: Final = ("energy", "p_phi", "p_psi", "length", "orthogonality")
+"""The invariants of `BodyForm.observe`."""
+
+
+def _rotation_rates(*y: float) -> Any:
+    """The derivatives of the matrix by rows and of the rates in the body."""
+    a, b, c, d, e, f, x, y_, z, u, v, w, g, inertia = y
+    return (
+        b * w - c * v, c * u - a * w, a * v - b * u,
+        e * w - f * v, f * u - d * w, d * v - e * u,
+        y_ * w - z * v, z * u - x * w, x * v - y_ * u,
+        (1 - inertia) * v * w + g * y_, (inertia - 1) * u * w - g * x, 0.0,
+    )  # fmt: skip
+
+
+def _quaternion_rates(*y: float) -> Any:
+    """The derivatives of the quaternion, scalar first, and of the rates in the body."""
+    a, b, c, d, u, v, w, g, inertia = y
+    return (
+        (-b * u - c * v - d * w) / 2, (a * u + c * w - d * v) / 2,
+        (a * v + d * u - b * w) / 2, (a * w + b * v - c * u) / 2,
+        (1 - inertia) * v * w + 2 * g * (c * d + a * b),
+        (inertia - 1) * u * w - 2 * g * (b * d - a * c), 0.0,
+    )  # fmt: skip
 
 
 def _matrix(q: Array) -> Array:

@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from heavytop.errors import Impossible
 from heavytop.exact.pairs import Array, DoubleDouble, two_product
 
 if TYPE_CHECKING:
+    from heavytop.comparison.own_steps import BodyForm
     from heavytop.equations.formulation import Formulation
 
 Advance = Callable[[Array, Array, int], int]
@@ -37,6 +38,10 @@ _KERNEL = "int64(float64, float64, float64[:, ::1], float64[::1], float64[::1], 
 
 class IntegrationFailed(Exception):
     """A stepper that cannot go on; the message says why, for a person."""
+
+
+class MethodError(IntegrationFailed):
+    """A method of one's own that raises something, or returns what is no state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +98,14 @@ class Stepper(Protocol):
 # --- what a stepper is set up for ----------------------------------------------------------------
 
 
+class TopConstants(NamedTuple):
+    """A, C [kg m^2] and gMR [J] of a top, as floats."""
+
+    A: float
+    C: float
+    gMR: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class InitialValueProblem:
     """Equations and a start, from which a method takes its steps.
@@ -110,6 +123,8 @@ class InitialValueProblem:
         1 forwards, -1 backwards in time.
     period : float or None
         The nutation period [s].
+    top : TopConstants or None
+        What a method of one's own may ask for.
     """
 
     method: str
@@ -118,6 +133,7 @@ class InitialValueProblem:
     start: tuple[float, ...]
     direction: int = 1
     period: float | None = None
+    top: TopConstants | None = None
 
     @property
     def constants(self) -> dict[str, float]:
@@ -158,12 +174,12 @@ def derivatives(
     return lambdified(equations.derivatives, arguments, number, functions)
 
 
-def compiled_derivatives(equations: Formulation) -> tuple[Any, Any]:
-    """Return the derivatives compiled by numba, and what makes a tuple of an array for them."""
+def compiled_function(function: Callable[..., Any]) -> tuple[Any, Any]:
+    """Return derivatives compiled by numba, and what makes a tuple of an array for them."""
     from numba import njit
     from numba.np.unsafe.ndarray import to_fixed_tuple
 
-    return njit(error_model="numpy")(derivatives(equations)), to_fixed_tuple  # 1/0 is inf
+    return njit(error_model="numpy")(function), to_fixed_tuple  # 1/0 is inf
 
 
 # --- steps of one length -------------------------------------------------------------------------
@@ -186,8 +202,8 @@ class FixedStep:
         Words of work that go from block to block, and that only go from step to step.
     compile_s : float
         What compiling took, whenever that was [s].
-    seen : callable
-        From the states in which it computes, an array, to those that are judged.
+    form : BodyForm or None
+        Of the body's own rotation, where it computes in that.
     """
 
     start: tuple[float, ...]
@@ -197,7 +213,7 @@ class FixedStep:
     carried: int = 0
     scratch: int = 0
     compile_s: float = 0.0
-    seen: Callable[[Array], Array] = np.copy
+    form: BodyForm | None = None
 
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
@@ -231,7 +247,7 @@ class FixedStep:
         rows, done = {}, 0
         for step in sorted(set(wanted)):
             self._advance(state, work, step - done)
-            rows[step], done = self.seen(state), step
+            rows[step], done = state.copy(), step
         return np.array([rows[step] for step in wanted])
 
     def output_time(self, t: float) -> DoubleDouble:

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from heavytop.classification import kinds
 from heavytop.classification.kinds import Kind, Number
+from heavytop.classification.why import general_reason
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.exact import Exact
 from heavytop.files import write_text
@@ -51,11 +52,6 @@ PLAIN: Final = {
     Kind.WAVES: "The axis nods and precesses in one direction only: its path is a wave.",
 }
 """The kinds in the words of somebody who meets them for the first time."""
-
-SIGNS: Final = (
-    ("thetadot", "θ̇"), ("phidot", "φ̇"), ("cos(theta)", "cos θ"), ("theta", "θ"), ("phi", "φ"),
-    ("psi", "ψ"), ("E'", "E′"), ("^2", "²"), (" pi", " π"), ("-", "−"),
-)  # fmt: skip
 
 
 def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.html") -> Path:
@@ -121,18 +117,18 @@ _TOPS: Final = {
 def _data(scene: Scene) -> dict[str, Any]:
     """What the page knows: the rules and the words of kinds, and starts to begin with."""
     rules = [
-        {"kind": rule.kind, "zeros": _names(rule.zeros), "positive": _names(rule.positive)}
+        {"kind": rule.kind, "zeros": _names(rule.zeros), "positive": _names(rule.positive),
+         "why": general_reason(rule)}
         for rule in kinds.RULES
-    ]
+    ]  # fmt: skip
     details = {
         kind: {"names": detail.names, "product": _names(detail.product)}
         for kind, detail in kinds.DETAILS.items()
     }
     looks = {
-        kind: {"label": KINDS[kind].label, "colour": KINDS[kind].colour, "plain": PLAIN[kind],
-               "why": _signed(kinds.WHY[kind])}
+        kind: {"label": KINDS[kind].label, "colour": KINDS[kind].colour, "plain": PLAIN[kind]}
         for kind in PLAIN
-    }  # fmt: skip
+    }
     shipped = [load_scene(name) for name in shipped_names()]
     others = [_start(each) for each in shipped if each.name != scene.name]
     return {
@@ -175,9 +171,3 @@ def _readable(text: str) -> bool:
     except NotANumber:
         return False
     return True
-
-
-def _signed(text: str) -> str:
-    for name, sign in SIGNS:
-        text = text.replace(name, sign)
-    return text

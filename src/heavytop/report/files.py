@@ -129,7 +129,7 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
     OSError
         The request cannot be written.
     """
-    from heavytop.studies.store import LOCK, STUDY
+    from heavytop.studies.study import LOCK, STUDY
 
     if (folder / STUDY).exists():
         raise ForeignFile(f"{folder}: holds a study; a run needs a folder of its own")
@@ -173,7 +173,7 @@ def _remove(folder: Path, names: Iterable[str]) -> None:
 
 def _expect_same(folder: Path, asked: Request) -> None:
     """Refuse a folder that holds another run than the one that is asked."""
-    from heavytop.studies.store import differences
+    from heavytop.studies.study import differences
 
     try:
         if (folder / REQUEST).exists():

@@ -46,22 +46,27 @@ FACTS: Final = (
     ("a small tilt", "grows by e in {growth_time} s"),
     ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
     ("sleep stable", "from |ω₃| = {sleeping_threshold} rad/s on"),
-    ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
-    ("", "fast-top estimate: mean φ̇ {fast_top_precession_rate} rad/s{fast_top_precession_error}"),
-    ("", "fast-top estimate: period {fast_top_nutation_period} s{fast_top_period_error}"),
-    ("", "fast-top estimate: range of cos θ {fast_top_amplitude}{fast_top_amplitude_error}"),
 )
 """Of a classification: labels and words, with the names of facts."""
+ESTIMATES: Final = (
+    ("precession_rate", "precession_error", "mean φ̇ {} rad/s"),
+    ("nutation_period", "period_error", "period {} s"),
+    ("amplitude", "amplitude_error", "range of cos θ {}"),
+)
+"""Of a fast top: an estimate, its error, and its words."""
 
 
 def run_parts(document: Known) -> Iterator[Line]:
     """A run: what is known without integrating, the plan, the end, the events, the errors."""
     motion, rows, cost = document["motion"], document["events"]["table"], document["cost"]
-    proved = f", proved, margin {short(motion['margin'])}" if motion["certified"] else ""
+    proved = ", proved" if motion["certified"] else ""
     tags = f" ({', '.join(motion['tags'])})" if motion["tags"] else ""
     yield "kind", f"{motion['kind']}{tags}{proved}"
+    if motion["why"]:
+        yield "why", motion["why"]
     yield from course_rows(motion, motion)
     yield from quantities(document["constants"], *CONSTANTS)
+    yield from _estimates(motion["estimates"])
     yield from _plan(document["plan"])
     yield from _notes(document)
     yield from _end(document)
@@ -95,6 +100,7 @@ def classify_parts(document: Known) -> Iterator[Line]:
     })  # fmt: skip
     yield from quantities(document["constants"], *CONSTANTS)
     yield from _facts(document["facts"])
+    yield from _estimates(motion["estimates"])
     yield from _notes(document)
 
 
@@ -117,6 +123,7 @@ def course_rows(motion: Known, values: Known) -> Iterator[Row]:
         twice = number(2 * float(motion["period"]))
         yield "", f"the swing there and back {twice} s; φ jumps by π at the vertical"
     yield from quantities(values, "precession", "spin")
+    yield from quantities(motion, "round", "amplitude")
 
 
 def _plan(plan: Known) -> Iterator[Row]:
@@ -213,7 +220,7 @@ def _cost(cost: Known) -> str:
 
 
 def verdict_rows(motion: Known) -> Iterator[Row]:
-    """The kind of a motion, its tags, why, and the margin."""
+    """The kind of a motion, its tags, and why."""
     proof = "proved" if motion["certified"] else f"|x| < {number(motion['bound'])}"
     yield "kind", f"{motion['kind']}, {proof}"
     if motion["tags"]:
@@ -221,8 +228,6 @@ def verdict_rows(motion: Known) -> Iterator[Row]:
     if motion["open_tags"]:
         yield "tags undecided", ", ".join(motion["open_tags"])
     yield "why", motion["why"]
-    if motion["certified"]:
-        yield "margin", number(motion["margin"])
 
 
 def between(low: str, high: str) -> str:
@@ -245,11 +250,6 @@ def between(low: str, high: str) -> str:
 def _facts(facts: Known) -> Iterator[Row]:
     """The facts that are known, each in the words of `FACTS`."""
     shown = {name: number(x) for name, x in facts.items() if x is not None}
-    for name, x in facts.items():
-        if name.startswith("fast_top") and name.endswith("error"):
-            shown[name] = "" if x is None else f", off by {100 * x:+.3g} %"
-        elif name.startswith("fast_top") and x is not None:
-            shown[name] = short(x)
     if facts["steady_branch"] is None:
         shown.pop("small_nutation_frequency", None)
     if rate := facts["growth_rate"]:
@@ -281,3 +281,14 @@ def _range(facts: Known, name: str, mean: str) -> Iterator[Row]:
     yield label, text
     if facts[f"{name}_reverses"]:
         yield "", f"reverses at θ = {number(facts[f'{name}_reversal_theta'])} rad"
+
+
+def _estimates(estimates: Known) -> Iterator[Row]:
+    """What textbooks give for a fast top, with their errors, and the ratio that is to be large."""
+    if not estimates:
+        return
+    yield "p_ψ²/4A|gMR|", short(estimates.get("ratio"))
+    for name, error, words in ESTIMATES:
+        if name in estimates:
+            off = f", off by {100 * estimates[error]:+.3g} %" if error in estimates else ""
+            yield "", f"fast-top estimate: {words.format(short(estimates[name]))}{off}"

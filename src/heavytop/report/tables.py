@@ -30,7 +30,8 @@ SYMBOLS: Final = {
     "E": ("E", "J"), "E_prime": ("E′", "J"), "potential": ("potential", "J"),
     "theta_min": ("least θ", "rad"), "theta_max": ("greatest θ", "rad"), "phase_s": ("phase", "s"),
     "axis": ("axis", "rad"), "us_per_period": ("time of a period", "µs"),
-    "period": ("period", "s"), "precession": ("Δφ per period", "rad"),
+    "period": ("period", "s"), "round": ("once round", "s"), "amplitude": ("amplitude", "rad"),
+    "precession": ("Δφ per period", "rad"),
     "spin": ("Δψ per period", "rad"), "residual": ("residual", "rad/s"),
 }  # fmt: skip
 """By the name of a quantity in a document: its symbol, and its unit."""

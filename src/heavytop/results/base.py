@@ -87,7 +87,9 @@ def command_of(path: Path) -> str | None:
     """The command that a document names, if there is one that does."""
     try:
         with path.open("rb") as file:
-            found = json.loads(file.read())["command"]
+            found = json.loads(file.readline() if path.suffix == ".jsonl" else file.read())[
+                "command"
+            ]
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return None
     return found if isinstance(found, str) else None

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 from heavytop.analytic.enclosure import Enclosure, enclose
-from heavytop.analytic.facts import facts
+from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
+from heavytop.classification import Kind
 from heavytop.errors import Unseparated
 from heavytop.results.base import Answer, Part, SceneTables, Text, Value, Values, finite
 from heavytop.scene.scene import Scene
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from heavytop.run.planning import Plan
 
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
+POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
+"""Kinds whose axis does not go round the vertical but through it."""
 ENCLOSED: Final = ("roots", *COURSE)
 DIGITS: Final = 18  # of the balls around them
 SHOWN: Final = 22  # significant digits of the decimals around a ball
@@ -26,37 +29,56 @@ SHOWN: Final = 22  # significant digits of the decimals around a ball
 
 @dataclass(frozen=True, kw_only=True)
 class MotionSummary(Part):
-    """Kind, tags, whether they are proved, margin, range of tilt, and means per period."""
+    """Kind, tags, whether they are proved and why, range of tilt, and means per period.
+
+    `round` is the time [s] in which the axis goes once round, `amplitude` that of nutation [rad];
+    `estimates` are what textbooks give for a fast top, with their errors.
+    """
 
     kind: Text
     tags: tuple[Text, ...]
     certified: bool
-    margin: Value
     theta_min: Value
     theta_max: Value
     period: Value
     precession: Value
     spin: Value
+    why: Text = ""
+    round: Value = None
+    amplitude: Value = None
+    estimates: Values = field(default_factory=dict)
 
     @classmethod
-    def of(cls, motion: Motion, **more: Any) -> Self:
-        """Return the summary of a motion."""
+    def of(cls, motion: Motion, known: Facts | None = None, **more: Any) -> Self:
+        """Return the summary of a motion, of which the facts may be known."""
         verdict = motion.verdict
         return cls(
             kind=str(verdict.kind),
             tags=tuple(str(tag) for tag in verdict.tags),
             certified=verdict.certified,
-            margin=finite(verdict.margin),
             **{name: finite(getattr(motion, name)) for name in COURSE},
+            why=verdict.why,
+            round=None if verdict.kind in POLAR else finite(motion.round),
+            amplitude=finite(motion.amplitude),
+            estimates=_estimates(known or facts(motion)),
             **more,
         )
 
 
+def _estimates(known: Facts) -> dict[str, Value]:
+    """What textbooks give for a fast top, where they estimate something, and estimate/truth − 1."""
+    found = {
+        name.removeprefix("fast_top_"): value
+        for name, value in known.document().items()
+        if name.startswith("fast_top_") and value is not None
+    }
+    return finite(found) if len(found) > 1 else {}  # the ratio p_ψ²/4A|gMR| alone is no estimate
+
+
 @dataclass(frozen=True, kw_only=True)
 class ClassifiedMotion(MotionSummary):
-    """A motion with the reasons for its kind, which tags are open, and to which bound."""
+    """A motion with the tags that are open, and the bound of what is undecided."""
 
-    why: Text
     open_tags: tuple[Text, ...]
     bound: Value
 
@@ -151,17 +173,17 @@ def classified(scene: Scene) -> Classification:
     ('cusps', 0.401406)
     """
     motion = Motion(scene.top, scene.start)
-    verdict = motion.verdict
+    verdict, known = motion.verdict, facts(motion)
     return Classification(
         scene=SceneTables(**scene.document()),
         motion=ClassifiedMotion.of(
             motion,
-            why=verdict.why,
+            known,
             open_tags=tuple(verdict.open_tags),
             bound=finite(verdict.bound),
         ),
         constants=finite(dict(motion.constants.items())),
-        facts=finite(facts(motion).document()),
+        facts=finite(known.document()),
         enclosure=_enclosure(scene),
         warnings=warnings_of(scene),
     )

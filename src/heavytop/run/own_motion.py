@@ -14,12 +14,12 @@ from typing import Any
 from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import (
-    FromAxis,
-    FromConstants,
-    FromScene,
-    MotionSource,
     Reduced,
-    Through,
+    ReducedMotion,
+    reduced_from_axis,
+    reduced_from_constants,
+    reduced_from_scene,
+    through_poles,
 )
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
@@ -55,12 +55,12 @@ def own_motion(trajectory: Trajectory) -> Rising:
     regime = trajectory.motion.rising.regime
     passed = not regime.misses_top, not regime.misses_bottom
     top, bottom = passed[::-1] if regime.mirrored else passed
-    return Rising(Through(source, top, bottom) if top or bottom else source, proved=False)
+    return Rising(through_poles(source, top, bottom) if top or bottom else source, proved=False)
 
 
 def motion_of(
     plan: Plan, digits: int, state: Iterable[Any], parameters: Mapping[str, Any]
-) -> MotionSource:
+) -> ReducedMotion:
     """Return the motion through a state of a plan's formulation, given as numbers of any kind.
 
     Where it is known by roots of them these are taken to as many digits.
@@ -73,7 +73,7 @@ def motion_of(
     return _from_angles(known, context(digits)) if "theta" in known else _from_axis(known)
 
 
-def _from_angles(known: Known, ctx: Context) -> MotionSource:
+def _from_angles(known: Known, ctx: Context) -> ReducedMotion:
     """The motion from Euler angles and their rates; Routh's form has momenta for two of these."""
     phi, psi = (known[name if name in known else f"{name}_0"] for name in ("phi", "psi"))
     if "p_minus" in known:
@@ -84,10 +84,10 @@ def _from_angles(known: Known, ctx: Context) -> MotionSource:
     else:
         rates = {name: known[name] for name in ("phidot", "psidot")}
     start = State(known["theta"], phi=phi, psi=psi, thetadot=known["thetadot"], **rates)
-    return FromScene(Top.of_numbers(*(known[name] for name in ("A", "C", "gMR"))), start)
+    return reduced_from_scene(Top.of_numbers(*(known[name] for name in ("A", "C", "gMR"))), start)
 
 
-def _from_axis(known: Known) -> MotionSource:
+def _from_axis(known: Known) -> ReducedMotion:
     """The motion from the axis, or a quaternion q whose |q|² is the length of it."""
     if "q_0" in known:
         w, x, y, z = (known[f"q_{i}"] for i in range(4))
@@ -95,10 +95,10 @@ def _from_axis(known: Known) -> MotionSource:
     else:
         axis = known["e_x"], known["e_y"], known["e_z"]
     momentum = [known[f"l_{x}"] for x in "xyz"]
-    return FromAxis(axis, momentum, *(known[x] for x in ("g", "kappa", "phi_0", "psi_0")))
+    return reduced_from_axis(axis, momentum, *(known[x] for x in ("g", "kappa", "phi_0", "psi_0")))
 
 
-def _from_cubic(known: Known, ctx: Context, side: int) -> MotionSource:
+def _from_cubic(known: Known, ctx: Context, side: int) -> ReducedMotion:
     """The motion from ẅ = k₀ + k₁ w + k₂ w² through w and ẇ, as the run integrates it.
 
     At w = 0 and w = 2 the cubic that is ẇ² has the values −P² and −(P + 2 side n)².
@@ -122,4 +122,4 @@ def _from_cubic(known: Known, ctx: Context, side: int) -> MotionSource:
     above, below = (w, 2 - w)[::side]
     spin = known["omega3"] - n  # κ = ω3 − p_ψ/A
     motion = Reduced(-side * k[2] / 3, n, 1 - above, above, below, zero, drift, kinetic, spin)
-    return FromConstants(motion, wdot**2, falls=side * wdot > 0)
+    return reduced_from_constants(motion, wdot**2, falls=side * wdot > 0)

@@ -45,15 +45,16 @@ from heavytop.studies.atlas_plane import (
     mirrored,
     restored,
 )
-from heavytop.studies.runner import Progress, run
-from heavytop.studies.store import (
+from heavytop.studies.study import (
+    STUDY,
     Chunk,
-    MemoryStore,
+    Journal,
     Parameters,
-    Store,
+    Progress,
     canonical_json,
-    open_store,
+    open_journal,
     reading,
+    run,
 )
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ SETS: Final = {
 def _plane(parameters: Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
-    with reading("study.json"):
+    with reading(STUDY):
         x, y = (Axis.of(parameters[side]) for side in "xy")
         if parameters["what"] not in SETS or not isinstance(parameters["tile"], int):
             raise ValueError("its columns or the size of its tiles are unknown")
@@ -180,12 +181,12 @@ class Atlas(AtlasResult, Plotted):
     Attributes
     ----------
     plane : Plane
-    store : MemoryStore
+    journal : Journal
         Where the tiles are kept: a folder, or memory.
     """
 
     plane: Plane
-    store: MemoryStore
+    journal: Journal
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -214,9 +215,9 @@ class Atlas(AtlasResult, Plotted):
 
     def read_tiles(self) -> Iterator[tuple[Tile, Columns]]:
         """The tiles and their columns, one at a time in memory."""
-        for task, tile in self.plane.tiles(self.store.parameters["tile"]).items():
+        for task, tile in self.plane.tiles(self.journal.parameters["tile"]).items():
             with reading(f"tile {task}"):
-                columns = _unpacked(self.store.load(task).rows[0], tile, self.columns)
+                columns = _unpacked(self.journal.load(task).rows[0], tile, self.columns)
             yield tile, columns
 
     def document(
@@ -232,7 +233,7 @@ class Atlas(AtlasResult, Plotted):
             Whether with what it took; without it there are no wall-clock values.
         """
         found = super().document(files=files)
-        for name in ("plane", "store"):
+        for name in ("plane", "journal"):
             del found[name]
         return found if costs else found | dict.fromkeys(COSTS)
 
@@ -272,12 +273,12 @@ class Atlas(AtlasResult, Plotted):
         import h5netcdf
 
         scene, axes = self.plane.scene, (self.plane.y, self.plane.x)
-        chunk = next(iter(self.plane.tiles(self.store.parameters["tile"]).values())).shape
+        chunk = next(iter(self.plane.tiles(self.journal.parameters["tile"]).values())).shape
         with h5netcdf.File(path, "w") as file:
             file.attrs["Conventions"] = "CF-1.11"
             file.attrs["title"] = scene.title or scene.name
             file.attrs["source"] = f"heavytop {__version__}"
-            file.attrs["parameters"] = canonical_json(self.store.parameters)
+            file.attrs["parameters"] = canonical_json(self.journal.parameters)
             file.dimensions = {axis.name: axis.count for axis in axes}
             for axis in axes:
                 variable = file.create_variable(axis.name, (axis.name,), data=axis.values)
@@ -293,7 +294,7 @@ class Atlas(AtlasResult, Plotted):
                     file.variables[name][tile.rows, tile.columns] = column
 
 
-def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
+def collect(journal: Journal, jobs: int = 1) -> Atlas:
     """Return the atlas of all its tiles.
 
     Raises
@@ -301,13 +302,13 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
     ForeignFile
         A tile is not there, or its record is damaged.
     """
-    parameters, plane = store.parameters, _plane(store.parameters)
+    parameters, plane = journal.parameters, _plane(journal.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
     pairs, others = Counter[str](), Counter[str]()
     for task in tiles:
-        record = store.load(task)
+        record = journal.load(task)
         if not record.done:
-            why = record.failed or f"not computed yet; heavytop resume {store.path} goes on"
+            why = record.failed or f"not computed yet; heavytop resume {journal.path} goes on"
             raise ForeignFile(f"tile {task}: {why}")
         with reading(f"tile {task}"):
             [row] = record.rows
@@ -316,9 +317,8 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
     kinds = Counter[str]()
     for pair, count in pairs.items():
         kinds[pair.partition(",")[0]] += count
-    spent = store.seconds
-    computed = sum(np.prod(tiles[task].shape) for task in spent)
-    rate = float(computed / sum(spent.values()) * jobs) if spent else 0.0
+    seconds = sum(journal.state(task).seconds for task in tiles)
+    rate = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
     return Atlas(
         scene=Problem(**parameters["scene"]),
         axes={"x": plane.x.range, "y": plane.y.range},
@@ -335,7 +335,7 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         jobs=jobs,
         versions=parameters["versions"],
         plane=plane,
-        store=store,
+        journal=journal,
     )  # fmt: skip
 
 
@@ -388,7 +388,7 @@ def atlas(
         Where tiles are written down, so that an atlas that was killed goes on from there. It is
         new, or empty, or holds this atlas.
     progress : callable, optional
-        It is given a `heavytop.studies.runner.Progress` after every tile.
+        It is given a `heavytop.studies.study.Progress` after every tile.
 
     Returns
     -------
@@ -430,8 +430,8 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     how = {"executor": executor, "on_progress": progress}
-    with open_store(folder, _parameters(plane, what)) as store:
-        return _run(store, values.get("jobs", usable_cpus()), **how)
+    with open_journal(folder, _parameters(plane, what)) as journal:
+        return _run(journal, values.get("jobs", usable_cpus()), **how)
 
 
 def _parameters(plane: Plane, what: str) -> Parameters:
@@ -448,9 +448,9 @@ def _parameters(plane: Plane, what: str) -> Parameters:
     }
 
 
-def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
+def complete(journal: Journal, *, jobs: int, **how: Any) -> Atlas:
     """Compute what is left of an atlas."""
-    return _run(store, jobs, **how)
+    return _run(journal, jobs, **how)
 
 
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
@@ -487,13 +487,13 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(Store(arguments.path_of("folder", folder)))
+    return collect(Journal.read(arguments.path_of("folder", folder)))
 
 
-def _run(store: MemoryStore, jobs: int, **how: Any) -> Atlas:
+def _run(journal: Journal, jobs: int, **how: Any) -> Atlas:
     """Compute the tiles of an atlas that are not there yet."""
-    run(store, jobs=jobs, **how)
-    return collect(store, jobs)
+    run(journal, jobs=jobs, **how)
+    return collect(journal, jobs)
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {

@@ -39,8 +39,7 @@ from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.scene.quantities import ANGLES as ANGLE_NAMES
 from heavytop.scene.scene import Scene
-from heavytop.studies.runner import Progress, run
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
@@ -85,7 +84,7 @@ def certify(
     executor : concurrent.futures.Executor, optional
         Its workers do the work, wherever they are, and `jobs` means nothing.
     progress : callable, optional
-        It is given a `heavytop.studies.runner.Progress` again and again.
+        It is given a `heavytop.studies.study.Progress` again and again.
 
     Returns
     -------
@@ -127,8 +126,8 @@ def certify(
     if isinstance(run, Scene):
         run = run_in_doubles(run)
     parameters = certificate_parameters(run)
-    with open_store(place, parameters) as store:
-        return complete(store, jobs=jobs, executor=executor, on_progress=progress)
+    with open_journal(place, parameters) as journal:
+        return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 
 def run_in_doubles(scene: Scene) -> Trajectory:
@@ -354,10 +353,10 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
         yield Chunk({**left}, rows, done, gone, time.perf_counter() - clock)
 
 
-def complete(store: MemoryStore, **how: Any) -> Certificate:
+def complete(journal: Journal, **how: Any) -> Certificate:
     """Do what is left, and return the certificate."""
-    run(store, **how)
-    return collect(store)
+    run(journal, **how)
+    return collect(journal)
 
 
 def _place(point: Checkpoint) -> dict[str, Any]:
@@ -437,10 +436,10 @@ def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
 # --- the result ------------------------------------------------------------------------------
 
 
-def collect(store: MemoryStore) -> Certificate:
+def collect(journal: Journal) -> Certificate:
     """Return the certificate that all parts of a run add up to."""
-    asked = store.parameters
-    records = [store.load(task) for task in tasks(asked)]
+    asked = journal.parameters
+    records = [journal.load(task) for task in tasks(asked)]
     for record in records:
         if record.failed:
             raise ForeignFile(record.failed)

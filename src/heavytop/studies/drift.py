@@ -28,11 +28,18 @@ from heavytop.run.planning import closed_form_of
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
-from heavytop.studies.executors import WORKER, Lost, TimedOut
 from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
-from heavytop.studies.runner import Progress, run
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, open_store
+from heavytop.studies.study import (
+    Chunk,
+    Journal,
+    Parameters,
+    Progress,
+    Record,
+    open_journal,
+    run,
+)
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
 
 KIND: Final = "drift"
 OPTIONS: Final = {
@@ -89,9 +96,9 @@ def drift(
     executor : concurrent.futures.Executor, optional
         Its workers do the runs, wherever they are, and `jobs` means nothing; results do not
         depend on it. That of a dask cluster is
-        `heavytop.studies.executors.executor_at` of its address.
+        `heavytop.studies.workers.executor_at` of its address.
     progress : callable, optional
-        It is given a `heavytop.studies.runner.Progress` again and again.
+        It is given a `heavytop.studies.study.Progress` again and again.
 
     Returns
     -------
@@ -134,8 +141,8 @@ def drift(
     if jobs > 1 or executor is not None:
         own.expect_anywhere(parameters["methods"])
     place = None if folder is None else path_of("folder", folder)
-    with open_store(place, parameters) as store:
-        return complete(store, jobs=jobs, executor=executor, on_progress=progress)
+    with open_journal(place, parameters) as journal:
+        return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 
 def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Parameters, int]:
@@ -180,14 +187,17 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     name = task.rpartition("/")[0].partition("=")[0]
     mine = own.passes([name])
     if not mine or name.startswith("own:"):
-        yield from _chunks(parameters, task, checkpoint)
+        chunks = _chunks(parameters, task, checkpoint)
+        next(chunks)
+        yield from chunks
         return
     try:
-        WORKER.call(_begin, mine, parameters, task, checkpoint)
+        TIMED_WORKER.call(_begin, mine, parameters, task, checkpoint, timeout=SET_UP_S)
         while True:  # the runner stops at the last one
-            yield WORKER.call(_next_chunk, timeout=LIMIT_S)
+            yield TIMED_WORKER.call(_next_chunk, timeout=LIMIT_S)
     except TimedOut:
-        raise HeavyTopError(f"a step did not return within {LIMIT_S:g} s") from None
+        limit = min(LIMIT_S, SET_UP_S)
+        raise HeavyTopError(f"a step did not return within {limit:g} s") from None
     except Lost as death:
         raise HeavyTopError(f"its process was lost: {death}") from None
 
@@ -199,6 +209,7 @@ def _begin(mine: Sequence[tuple[str, str, str]], *asked: Any) -> None:
     """In a worker: load a method of one's own, and get ready for a run."""
     own.let_pass(mine)
     _AT_WORK[:] = [_chunks(*asked)]
+    next(_AT_WORK[0])
 
 
 def _next_chunk() -> Chunk:
@@ -207,7 +218,7 @@ def _next_chunk() -> Chunk:
 
 
 def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
-    """Yield chunks of a run, computed in this process."""
+    """Yield the chunks of a run in this process; first an empty one, once it is set up."""
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = neighbour(scene.start, parameters["seed"], int(number))
@@ -220,6 +231,7 @@ def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
             name: tuple(x) if isinstance(x, list) else x for name, x in checkpoint["state"].items()
         }
         state, sampled = StepperState(**words), checkpoint["sampled"]
+    yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
         rows: list[dict[str, Any]] = []
         seconds = 0.0
@@ -241,10 +253,10 @@ def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
         yield Chunk(checkpoint, rows, done, gone / times[-1][0], seconds)
 
 
-def complete(store: MemoryStore, **how: Any) -> Drift:
+def complete(journal: Journal, **how: Any) -> Drift:
     """Do the runs that are left, and return the result."""
-    run(store, **how)
-    return collect(store)
+    run(journal, **how)
+    return collect(journal)
 
 
 def _rows(
@@ -337,9 +349,9 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
 # --- the result ------------------------------------------------------------------------------
 
 
-def collect(store: MemoryStore) -> Drift:
+def collect(journal: Journal) -> Drift:
     """Return the drift that the runs of a study add up to, all at their end."""
-    asked = store.parameters
+    asked = journal.parameters
     scene = scene_of(asked["scene"])
     period = float(closed_form_of(scene).period or 0.0)
     states = [neighbour(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
@@ -348,7 +360,7 @@ def collect(store: MemoryStore) -> Drift:
         **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
         spread=SPREAD,
         starts=tuple({name: float(getattr(each, name)) for name in STARTS} for each in states),
-        methods=tuple(_method(store, text, LOST * period) for text in asked["methods"]),
+        methods=tuple(_method(journal, text, LOST * period) for text in asked["methods"]),
     )
 
 
@@ -357,23 +369,23 @@ def task_name(text: str, number: int) -> str:
     return f"{text}/{number:04d}"
 
 
-def _method(store: MemoryStore, text: str, lost: float) -> MethodDrift:
+def _method(journal: Journal, text: str, lost: float) -> MethodDrift:
     chosen = method(text)
     known: dict[str, Any] = {
         "name": chosen.text,
-        "formulation": chosen.formulation,
+        "formulation": chosen.states,
         "language": chosen.language,
         "setting": {chosen.set_by: chosen.setting},
     }
     if chosen.absent:
         return MethodDrift(**known, skipped=str(MissingPackage(chosen.name, chosen.absent)))
-    tasks = [task_name(text, number) for number in range(store.parameters["ensemble"])]
-    records = [store.load(task) for task in tasks]
+    tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
+    records = [journal.load(task) for task in tasks]
     if failed := [record.failed for record in records if record.failed]:
         return MethodDrift(**known, skipped=failed[0])
     members = tuple(_member(record, lost) for record in records)
     gone = sum(record.checkpoint["periods"] for record in records)
-    spent = [store.seconds[task] for task in tasks if task in store.seconds]
+    seconds = sum(record.seconds for record in records)
     ended = [record.checkpoint["ended"] for record in records]
     return MethodDrift(
         **known,
@@ -381,7 +393,7 @@ def _method(store: MemoryStore, text: str, lost: float) -> MethodDrift:
         members=members,
         spread=ErrorSeries(**_over(members, lambda x: _rms(x - np.mean(x)))),
         steps=float(np.mean([each.steps for each in members])),
-        us_per_period=sum(spent) / gone * 1e6 if gone and len(spent) == len(tasks) else None,
+        us_per_period=seconds / gone * 1e6 if gone else None,
         ended={str(number): why for number, why in enumerate(ended) if why},
     )
 

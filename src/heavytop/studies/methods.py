@@ -46,6 +46,8 @@ class MethodSetting:
     name : str
         As in the table: ``taylor-axis-projected``, ``dop853-cyrk``.
     formulation : str
+    variables : str
+        What its states are called, where they are not those of the formulation.
     language : str
         Of the right-hand side.
     setting : float
@@ -84,6 +86,12 @@ class MethodSetting:
     short: str = ""
     atol: float | None = None
     solver: str = ""
+    variables: str = ""
+
+    @property
+    def states(self) -> str:
+        """What its states are: a formulation, or the variables of a method of one's own."""
+        return self.variables or self.formulation
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -275,7 +283,7 @@ def _of_formulation(form: str) -> list[MethodSetting]:
 
 
 def _of(rival: comparison.MethodEntry) -> MethodSetting:
-    names = ("name", "formulation", "language", "least", "most", "needs")
+    names = ("name", "formulation", "variables", "language", "least", "most", "needs")
     same = {name: getattr(rival, name) for name in names}
     return MethodSetting(setting=rival.default, set_by=rival.setting, is_rival=True, **same)
 

@@ -10,7 +10,7 @@ and so on.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -20,8 +20,14 @@ import numpy as np
 
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.rising import Rising
-from heavytop.classification.reduced import MotionSource
-from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState
+from heavytop.classification.reduced import ReducedMotion
+from heavytop.comparison.own_steps import OBSERVED, BodyForm
+from heavytop.comparison.steppers import (
+    IntegrationFailed,
+    Stepper,
+    StepperState,
+    TopConstants,
+)
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault
@@ -36,6 +42,7 @@ from heavytop.run.propagation import binary_start, integrator_of
 from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
+from heavytop.scene.top import Top
 from heavytop.studies.methods import MethodSetting
 
 DIGITS: Final = 40  # of the reference solution
@@ -97,11 +104,20 @@ def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
         from heavytop.comparison.methods import make_stepper
 
         taken = make_stepper(
-            method.name, start.state, parameters, method.setting, period, formulation=form
-        )
+            method.name, start.state, parameters, method.setting, period,
+            formulation=form, top=top_constants(scene.top),
+        )  # fmt: skip
+        body = getattr(taken, "form", None)
+        if body is not None:
+            reference = replace(reference, body=body, first_row=taken.begin().state)
         return MethodRun(taken, reference, period)
     engine = integrator_of(chosen, parameters, start)
     return MethodRun(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
+
+
+def top_constants(top: Top) -> TopConstants:
+    """Return what a method of one's own may read of a top."""
+    return TopConstants(float(top.A), float(top.C), float(top.gMR))
 
 
 def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
@@ -302,6 +318,10 @@ class ReferenceSolution:
         The run's own start: its states, then the low words of each, if there are any.
     own : callable
         From a number of digits, the states and the parameters to the motion they define.
+    body : BodyForm or None
+        What observes rows that are not states of the formulation.
+    first_row : tuple of float
+        The first of such rows.
     digits : int
         More than the run's numbers have.
     """
@@ -309,8 +329,10 @@ class ReferenceSolution:
     formulation: Formulation
     parameters: Mapping[str, Any]
     start: tuple[float, ...]
-    own: Callable[[int, Sequence[Any], Mapping[str, Any]], MotionSource]
+    own: Callable[[int, Sequence[Any], Mapping[str, Any]], ReducedMotion]
     digits: int = DIGITS
+    body: BodyForm | None = None
+    first_row: tuple[float, ...] = ()
 
     @property
     def period(self) -> float | None:
@@ -362,13 +384,18 @@ class ReferenceSolution:
     @cached_property
     def _first(self) -> dict[str, Any]:
         """The invariants at the start."""
-        return self._observed(self.start)[2]
+        return self._observed(self.first_row or self.start)[2]
 
     def _observed(self, row: Sequence[float]) -> tuple[Any, Any, dict[str, Any], list[Any]]:
         """u, udot, the invariants, and the direction of the axis where the states give it."""
-        names = self.formulation.invariants
-        u, udot, *others = self._function(*self._states(row))
-        values, axis = dict(zip(names, others, strict=False)), others[len(names) :]
+        if self.body is not None:
+            names: Iterable[str] = OBSERVED
+            u, udot, *others = self.body.observe([self.ctx.mpf(x) for x in row], self.ctx.sqrt)
+        else:
+            names = self.formulation.invariants
+            u, udot, *others = self._function(*self._states(row))
+        count = len(tuple(names))
+        values, axis = dict(zip(names, others, strict=False)), others[count:]
         if not axis:
             return u, udot, values, axis
         size = self.ctx.norm(axis)  # 1 within the error of the method, which `length` measures

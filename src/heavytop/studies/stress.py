@@ -42,8 +42,6 @@ from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
-from heavytop.studies import runner
-from heavytop.studies.executors import WORKER, Lost, TimedOut
 from heavytop.studies.methods import (
     ANGLES,
     TOLERANCE,
@@ -52,15 +50,19 @@ from heavytop.studies.methods import (
     stress_method,
     stress_methods,
 )
-from heavytop.studies.store import (
-    Chunk,
-    MemoryStore,
-    Parameters,
-    keep_budget,
-    open_store,
-    reading,
-)
+from heavytop.studies.steppers import top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
+from heavytop.studies.study import (
+    Chunk,
+    Journal,
+    Parameters,
+    Progress,
+    keep_budget,
+    open_journal,
+    reading,
+    run,
+)
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
 
 KIND: Final = "stress"
 LISTED: Final = "heavytop/stress-cases/1"
@@ -99,7 +101,7 @@ def stress(
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
-    progress: Callable[[runner.Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> Stress:
     """Put methods under stress: at every motion at which some are known to fail.
 
@@ -121,7 +123,7 @@ def stress(
     executor : concurrent.futures.Executor, optional
         Its workers do the runs, and `jobs` means nothing.
     progress : callable, optional
-        It is given a `heavytop.studies.runner.Progress` after each run.
+        It is given a `heavytop.studies.study.Progress` after each run.
 
     Returns
     -------
@@ -150,8 +152,8 @@ def stress(
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     parameters, values = _parameters(cases, methods, limits)
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with open_store(folder, parameters) as store:
-        return complete(store, on_progress=progress, **how)
+    with open_journal(folder, parameters) as journal:
+        return complete(journal, on_progress=progress, **how)
 
 
 def _parameters(
@@ -185,41 +187,41 @@ def tasks(parameters: Parameters) -> list[str]:
 
 
 def complete(
-    store: MemoryStore,
+    journal: Journal,
     *,
     budget: float | None = None,
-    on_progress: Callable[[runner.Progress], object] | None = None,
+    on_progress: Callable[[Progress], object] | None = None,
     **how: Any,
 ) -> Stress:
     """Do the runs that are left and for which there is time, and return the result."""
-    budget = keep_budget(store, budget, BUDGET_S)
+    budget = keep_budget(journal, budget, BUDGET_S)
     until = time.monotonic() + budget
 
-    def heard(now: runner.Progress) -> None:
+    def heard(now: Progress) -> None:
         if on_progress is not None:
             on_progress(now)
         if now.ended < now.tasks and time.monotonic() >= until:
             raise _Spent
 
     with suppress(_Spent):
-        runner.run(store, on_progress=heard, **how)
-    return collect(store, budget)
+        run(journal, on_progress=heard, **how)
+    return collect(journal, budget)
 
 
-def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
+def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
     """Return what is stored of a stress test.
 
     Parameters
     ----------
-    store : MemoryStore
+    journal : Journal
     budget : float
         What it was given [s].
     """
-    parameters, runs, skipped = store.parameters, [], []
+    parameters, runs, skipped = journal.parameters, [], []
     methods = [stress_method(name) for name in parameters["methods"]]
     for method in methods:
         for case in parameters["cases"]:
-            record = store.load(f"{case}/{method.name}")
+            record = journal.load(f"{case}/{method.name}")
             if record.done:
                 with reading(f"run {record.task}"):
                     [row] = record.rows
@@ -245,10 +247,11 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     case, _, method = task.partition("/")
     asked, limit = (case, method, reference(case)), parameters["time_limit"]
     try:
-        WORKER.call(get_ready, *asked, own.passes(parameters.get("own", {})))
-        found = WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
+        passes = own.passes(parameters.get("own", {}))
+        TIMED_WORKER.call(get_ready, *asked, passes, timeout=SET_UP_S)
+        found = TIMED_WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
     except TimedOut:
-        form = stress_method(method).formulation
+        form = stress_method(method).states
         found = Run(case=case, method=method, formulation=form, outcome=StressOutcome.TIME_LIMIT,
                     named=True, note=f"killed after {limit:g} s")  # fmt: skip
     except Lost as death:
@@ -264,14 +267,18 @@ def get_ready(
     with Path(os.devnull).open("w", encoding="utf-8") as nothing:
         os.dup2(nothing.fileno(), 2)
     chosen = stress_method(method)
+    _PREPARED.clear()
     if chosen.is_rival and not chosen.solver:
-        stepper_of(cases()[case], chosen, truth)
+        _PREPARED[f"{case}/{method}"] = stepper_of(cases()[case], chosen, truth)
+
+
+_PREPARED: Final[dict[str, tuple[Stepper, int]]] = {}  # in a worker: what the next run takes
 
 
 def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Run:
     """In the worker: do a run, and judge it."""
     chosen = stress_method(method)
-    return judged(run(cases()[case], chosen, truth, step_limit), truth, case, chosen)
+    return judged(run_case(cases()[case], chosen, truth, step_limit), truth, case, chosen)
 
 
 def listing() -> dict[str, Any]:
@@ -335,7 +342,7 @@ class Attempt:
     more_bits: bool = False
 
 
-def run(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
+def run_case(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
     """Do one run.
 
     Parameters
@@ -398,12 +405,15 @@ def stepper_of(case: Case, method: MethodSetting, truth: CaseReference) -> tuple
         steps = math.ceil(span / period * method.setting)
         setting, block = float(steps), min(steps, BLOCK)
     name = method.name.partition("=")[0]
-    return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
+    top = top_constants(case.scene.top)
+    found = make_stepper(name, start.state, parameters, setting, span, ahead, steps=block, top=top)
+    return found, steps
 
 
 def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
     """Let a compiled method go block by block until one holds the end."""
-    stepper, steps = stepper_of(case, method, truth)
+    prepared = _PREPARED.pop(f"{case.name}/{method.name}", None)
+    stepper, steps = prepared or stepper_of(case, method, truth)
     if steps > step_limit:
         return Attempt(StressOutcome.STEP_LIMIT, f"it would take {steps} steps", steps)
     end = stepper.output_time(truth.end)
@@ -416,6 +426,8 @@ def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit
                 return Attempt(StressOutcome.STEP_LIMIT, steps=after.steps)
             before, after = after, stepper.block(after)
         state = stepper.states_at(before, [end])[0]
+        if (form := getattr(stepper, "form", None)) is not None:
+            state = form.axis_states(state)
     except IntegrationFailed as failure:
         return Attempt(StressOutcome.STALLED, str(failure))
     result = Attempt(steps=steps or after.steps)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, zip_longest
 from statistics import median, quantiles
@@ -33,9 +34,17 @@ from heavytop.studies.methods import (
     method,
     planned,
 )
-from heavytop.studies.runner import Progress
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, keep_budget, open_store
+from heavytop.studies.study import (
+    Chunk,
+    Journal,
+    Parameters,
+    Progress,
+    keep_budget,
+    open_journal,
+    stop_signal,
+)
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
@@ -199,8 +208,8 @@ def work_precision(
             progress(now.fraction)
 
     place = None if folder is None else path_of("folder", folder)
-    with open_store(place, parameters) as store:
-        return complete(store, budget=float(budget), on_progress=told)
+    with open_journal(place, parameters) as journal:
+        return complete(journal, budget=float(budget), on_progress=told)
 
 
 def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
@@ -245,31 +254,34 @@ def _asked(parameters: Parameters) -> list[MethodSetting]:
 
 
 def complete(
-    store: MemoryStore,
+    journal: Journal,
     *,
     budget: float | None = None,
     on_progress: Callable[[Progress], object] | None = None,
     **_: Any,
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
-    began, parameters = clock(), store.parameters
-    budget = keep_budget(store, budget, BUDGET_S)
-    asked, finished = _asked(parameters), store.load(ROUNDS).done
+    began, parameters = clock(), journal.parameters
+    budget = keep_budget(journal, budget, BUDGET_S)
+    asked, finished = _asked(parameters), journal.load(ROUNDS).done
 
     def show(fraction: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
         done = 1.0 if finished else fraction
         if on_progress is not None:
             count = len(asked)
             on_progress(Progress(done, int(done * count), count, clock() - began, done))
 
-    show(0.0)
-    derived = _derived()
     try:
-        timed, refused = _first_runs(store, asked, budget, began, show)
-        whole = not any(why.startswith(NO_TIME) for why in refused.values())
-        _rounds(store, timed, began + budget, whole, show)
+        with stop_signal(at_once=True) as stop, TIMED_WORKER:
+            show(0.0)
+            derived = _derived()
+            timed, refused = _first_runs(journal, asked, budget, began, show)
+            whole = not any(why.startswith(NO_TIME) for why in refused.values())
+            _rounds(journal, timed, began + budget, whole, show)
     except KeyboardInterrupt:
-        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path) from None
+        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.path) from None
     points, skipped = [], []
     for each in asked:
         if each in refused:
@@ -298,14 +310,14 @@ def _derived() -> dict[str, float]:
 
 
 def _first_runs(
-    store: MemoryStore,
+    journal: Journal,
     tried: Sequence[MethodSetting],
     budget: float,
     began: float,
     show: Callable[[float], object],
 ) -> tuple[dict[MethodSetting, list[Timed]], dict[MethodSetting, str]]:
     """Run every setting once from every start; return those that were run, and why others not."""
-    scene, periods = scene_of(store.parameters["scene"]), store.parameters["periods"]
+    scene, periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
@@ -314,18 +326,19 @@ def _first_runs(
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
 
     def runs(each: MethodSetting) -> list[Timed]:
-        record = store.load(each.text)
+        record = journal.load(each.text)
         if record.done:
             rows = zip(starts, record.rows, strict=True)
             return [_ready(start, each, periods, row) for start, row in rows]
         if each.name in too_slow:
             raise IntegrationFailed(f"not started: {too_slow[each.name]} took too long")
         found = []
+        _expect_return(starts[0], each, periods, limit)
         for start in starts:
             if clock() > deadline:
                 raise IntegrationFailed(f"{NO_TIME} in a budget of {budget:g} s")
             found.append(first_run(start, each, periods, limit))
-        store.save(record.after(Chunk(rows=[one.measured for one in found], done=True)))
+        journal.append(each.text, Chunk(rows=[one.measured for one in found], done=True))
         return found
 
     for done, each in enumerate(_in_turn(tried), 1):
@@ -342,20 +355,55 @@ def _first_runs(
     return timed, refused
 
 
+def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: float) -> None:
+    """Let a method of one's own go first in a process that can be killed, if it can be had there.
+
+    Raises
+    ------
+    IntegrationFailed
+        It does not return, or that process dies of it.
+    """
+    if not (mine := own.passes([each.name])):
+        return
+    try:
+        TIMED_WORKER.call(_set_up_trial, scene, each, mine, timeout=SET_UP_S)
+        TIMED_WORKER.call(_run_trial, periods, limit, timeout=2 * limit)
+    except TimedOut:
+        raise IntegrationFailed(f"it did not return within {2 * limit:g} s") from None
+    except Lost as death:
+        raise IntegrationFailed(f"its process was lost: {death}") from None
+
+
+_TRIAL: Final[list[MethodRun]] = []  # in a worker: what is tried
+
+
+def _set_up_trial(scene: Scene, each: MethodSetting, mine: Sequence[tuple[str, str, str]]) -> None:
+    """In a worker: load and set up a method of one's own."""
+    own.let_pass(mine)
+    _TRIAL[:] = [set_up(scene, each)]
+
+
+def _run_trial(periods: float, limit: float) -> None:
+    """In a worker: run it once; what it raises is raised again where it is measured."""
+    [found] = _TRIAL
+    with suppress(TooSlow, IntegrationFailed):
+        _lap(found, found.stepper.output_time((periods - BEFORE) * found.period), limit)
+
+
 def _rounds(
-    store: MemoryStore,
+    journal: Journal,
     timed: dict[MethodSetting, list[Timed]],
     deadline: float,
     whole: bool,
     show: Callable[[float], object],
 ) -> None:
     """Time all settings again, or take the times that are stored; they are if all were run."""
-    record = store.load(ROUNDS)
+    record = journal.load(ROUNDS)
     if not record.done:
         repeat([*timed.values()], deadline, lambda done: show((1 + done) / 2))
         row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
         if whole:
-            store.save(record.after(Chunk(rows=[row], done=True)))
+            journal.append(ROUNDS, Chunk(rows=[row], done=True))
         return
     [known] = record.rows
     for each, runs in timed.items():
@@ -383,7 +431,7 @@ def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Poi
     by_tolerance = each.set_by == TOLERANCE
     return Point(
         method=each.name,
-        formulation=each.formulation,
+        formulation=each.states,
         language=each.language,
         tolerance=each.setting if by_tolerance else None,
         steps_a_period=None if by_tolerance else each.setting,

@@ -2,7 +2,7 @@
 
 import time
 
-from heavytop.studies.store import Chunk
+from heavytop.studies.study import Chunk
 
 NOW = []
 MOST = [0]

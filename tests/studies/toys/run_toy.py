@@ -8,19 +8,17 @@ import sys
 
 from heavytop.cli import exit_code
 from heavytop.errors import HeavyTopError
-from heavytop.studies import runner
-from heavytop.studies.store import Store
+from heavytop.studies import study
 
 
 def main(path, jobs, text):
     signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the tests run under
     if limit := os.environ.get("TOY_FILE_LIMIT"):
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), resource.RLIM_INFINITY))
-    runner.KINDS["toy"] = "toy_study"
-    runner.SLICE_S = 0.1
+    study.KINDS["toy"] = "toy_study"
     try:
-        with Store.open(path, json.loads(text)) as store:
-            runner.run(store, jobs=int(jobs))
+        with study.Journal.open(path, json.loads(text)) as journal:
+            study.run(journal, jobs=int(jobs), slice_s=0.1)
     except (HeavyTopError, KeyboardInterrupt) as error:
         print(error, file=sys.stderr)
         sys.exit(exit_code(error))

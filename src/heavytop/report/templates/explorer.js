@@ -436,7 +436,7 @@
     tell("kind", named());
     tell("plain", look.plain);
     $("verdict").style.setProperty("--kind", look.colour);
-    $("reason").replaceChildren(...typeset(look.why));
+    $("reason").replaceChildren(...typeset(verdict.why));
     tell("margin", verdict.margin < 1e-9
       ? "It is nearer to another kind than this page tells apart: heavytop classify proves which it is."
       : `The nearest other kind is ${short(verdict.margin, 3)} away (0: on its boundary; 1: far).`);

@@ -27,13 +27,14 @@ const heavytop = (() => {
   // Of each number its terms, and what their sum is small beside (by default their sizes).
   const passed = (x, sizes, height) => sizes + x.unspun + (x.swing * x.sine) / height;
   const NUMBERS = {
+    KINETIC: { terms: (x) => [x.swing], beside: (x) => x.momentum },
     THETA_RATE: { terms: (x) => [x.A * x.thetadot], beside: (x) => x.momentum },
     ACROSS: { terms: (x) => [x.A * x.phidot * x.sin2], beside: (x) => x.sine * x.momentum },
     SPIN: { terms: (x) => [x.pPsi], beside: (x) => x.momentum },
     WEIGHT: { terms: (x) => [x.A * x.gMR],
       beside: (x) => Math.sqrt(x.A * Math.abs(x.gMR)) * x.momentum },
     SINE: { terms: (x) => [x.sin2], beside: (x) => x.sine },
-    HIGH: { terms: (x) => [x.gMR * x.above, -x.gMR * x.below] },
+    HIGH: { terms: (x) => [x.gMR * x.cos] },
     PASS_TOP: { terms: (x) => [x.A * x.phidot * x.above, -x.pPsi], factor: (x) => x.below,
       beside: (x, sizes) => passed(x, sizes, x.below) },
     PASS_BOTTOM: { terms: (x) => [x.A * x.phidot * x.below, x.pPsi], factor: (x) => x.above,
@@ -70,13 +71,13 @@ const heavytop = (() => {
       margin = Math.min(margin, Math.abs(value));
       return sign * Math.sign(value);
     }, 1);
-    for (const { kind, zeros, positive } of rules) {
+    for (const { kind, zeros, positive, why } of rules) {
       const largest = Math.max(0, ...zeros.map((name) => Math.abs(size(name))));
       if (largest > ZERO) margin = Math.min(margin, largest);
       else if (!positive.length || side(positive) > 0) {
         const detail = details[kind];
         const name = detail && detail.names.at(side(detail.product)); // of 0, of 1, of −1
-        return { kind, detail: name ?? null, margin };
+        return { kind, detail: name ?? null, margin, why };
       }
     }
     throw new Error("the last rule fits always");

@@ -15,21 +15,15 @@ import pytest
 import heavytop
 from heavytop import errors
 from heavytop.machine import versions
-from heavytop.studies import executors, runner
+from heavytop.studies import study, workers
 
 from . import toy
 from .toy import TOYS, alive, results
 
-pytestmark = pytest.mark.processes
+pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 
 SOURCE = str(Path(heavytop.__file__).parents[1])
 PARAMETERS = {"kind": "toy", "options": {"tasks": 5, "blocks": 20}, "versions": versions()}
-
-
-@pytest.fixture(autouse=True)
-def short(toys, monkeypatch):
-    """Slices of some chunks."""
-    monkeypatch.setattr(runner, "SLICE_S", 0.02)
 
 
 def free_port():
@@ -69,7 +63,7 @@ def scheduler(tmp_path_factory):
 
 
 def done(path, **how):
-    return results(toy.done(path, PARAMETERS, **how))
+    return results(toy.done(path, PARAMETERS, slice_s=0.02, **how))
 
 
 def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(scheduler, tmp_path):
@@ -89,7 +83,7 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(sched
             if len(pids) == 2 and two[0].poll() is None:
                 two[0].kill()
 
-        executor = stack.enter_context(executors.executor_at(address, timeout_s=60))
+        executor = stack.enter_context(workers.executor_at(address, timeout_s=60))
         end = time.monotonic() + 60
         while executor.workers < 2:
             assert time.monotonic() < end, (place / "dask.log").read_text()
@@ -102,7 +96,7 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(sched
 def test_an_executor_of_an_address_connects_for_a_study_and_closes(scheduler, tmp_path):
     place, address = scheduler
     with worker(place, address):
-        executor = executors.executor_at(address, timeout_s=60)
+        executor = workers.executor_at(address, timeout_s=60)
         assert executor.workers == 0
         assert done(tmp_path / "there", executor=executor) == done(tmp_path / "here")
         assert executor.workers == 0
@@ -128,9 +122,9 @@ def test_an_executor_is_closed_after_a_study_that_fails(monkeypatch, tmp_path):
         finally:
             closed.append(True)
 
-    monkeypatch.setattr(executors, "_connected", connected)
+    monkeypatch.setattr(workers, "_connected", connected)
     with pytest.raises(errors.StoppedEarly):
-        done(tmp_path, executor=executors.executor_at(address))
+        done(tmp_path, executor=workers.executor_at(address))
     assert closed == [True]
 
 
@@ -139,7 +133,7 @@ def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(schedule
     nobody = f"tcp://127.0.0.1:{free_port()}"
     for wrong in (address, nobody, "nonsense", "smoke://hill:1"):
         with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler with a worker"):
-            executors.executor_at(wrong, timeout_s=0.5).__enter__()
+            workers.executor_at(wrong, timeout_s=0.5).__enter__()
 
 
 # --- calls with a limit of time --------------------------------------------------------------
@@ -147,7 +141,7 @@ def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(schedule
 
 @pytest.fixture
 def process():
-    with executors.Worker() as worker:
+    with workers.TimedWorker() as worker:
         yield worker
 
 
@@ -155,7 +149,7 @@ def test_a_call_that_hangs_is_killed_and_the_next_one_is_done(process):
     first = process.call(os.getpid)
     assert process.call(os.getpid, timeout=60) == first != os.getpid()
     began = time.monotonic()
-    with pytest.raises(executors.TimedOut):
+    with pytest.raises(workers.TimedOut):
         process.call(time.sleep, 600, timeout=0.5)
     assert time.monotonic() - began < 60  # it would sleep for ten times as long
     assert not alive(first)
@@ -170,14 +164,14 @@ def test_a_call_that_hangs_is_killed_and_the_next_one_is_done(process):
     [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "ValueError: invalid")],
 )
 def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
-    with pytest.raises(executors.Lost, match=why):
+    with pytest.raises(workers.Lost, match=why):
         process.call(*call)
     assert process.call(abs, -1, timeout=5) == 1  # starting it is no part of the call
 
 
 def test_what_is_refused_in_a_worker_is_refused_here(process):
     with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
-        process.call(runner.study_of, {"kind": "unheard"})
+        process.call(study.study_of, {"kind": "unheard"})
 
 
 def test_a_daemon_as_a_worker_of_dask_is_can_begin_one(process, monkeypatch):

@@ -10,9 +10,8 @@ import pytest
 from heavytop.cli import exit_code
 from heavytop.errors import ForeignFile, Stop, StoppedEarly
 from heavytop.machine import versions
-from heavytop.studies import runner
-from heavytop.studies.runner import run
-from heavytop.studies.store import MemoryStore, Store
+from heavytop.studies import study
+from heavytop.studies.study import Journal, run
 
 from . import toy
 from .toy import results
@@ -25,13 +24,12 @@ LONGEST = 50 * 8  # of one chunk
 
 @pytest.fixture(autouse=True)
 def short(toys, monkeypatch):
-    """Slices of some chunks."""
-    monkeypatch.setattr(runner, "SLICE_S", 0.01)
+    """A toy that is quick."""
     monkeypatch.setenv("TOY_PAUSE", "0.001")
 
 
 def done(path, **how):
-    return toy.done(path, PARAMETERS, **how)
+    return toy.done(path, PARAMETERS, slice_s=0.01, **how)
 
 
 @pytest.fixture
@@ -90,7 +88,7 @@ def test_a_task_that_loses_its_worker_twice_ends_the_study(whole, tmp_path):
     assert lost.value.outcome is Stop.WORKER_LOST
     assert f"the worker on {bad} was lost twice (KilledWorker: four died)" in str(lost.value)
     assert away.sent.count(bad) == 2
-    assert any(Store(tmp_path / "study").load(task).done for task in NAMES[:2])
+    assert any(Journal.read(tmp_path / "study").load(task).done for task in NAMES[:2])
     assert results(done(tmp_path / "study", executor=Here())) == whole
 
 
@@ -112,8 +110,8 @@ def test_after_a_loss_tasks_run_one_at_a_time_until_none_is_suspected():
                 future.set_result(fn(*args))
             return future
 
-    store = MemoryStore(PARAMETERS)
-    run(store, executor=Pool())
+    store = Journal.in_memory(PARAMETERS)
+    run(store, executor=Pool(), slice_s=0.01)
     assert {task for task, _ in sent[4:8]} == set(NAMES)
     assert all(store.load(task).done for task in NAMES)
 
@@ -133,7 +131,7 @@ def test_no_more_than_two_slices_a_worker_are_sent():
 
     slow = Slow()
     with pytest.raises(ModuleNotFoundError, match="no heavytop here"):
-        run(MemoryStore(PARAMETERS), executor=slow)
+        run(Journal.in_memory(PARAMETERS), executor=slow)
     assert slow.most == len(slow.sent) == 4
 
 
@@ -145,7 +143,7 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
     found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'
     assert str(refusal.value).endswith(f"this worker does not match the study: {found}")
     assert exit_code(refusal.value) == 3
-    assert list(results(tmp_path / "study")) == ["study.json"]
+    assert results(tmp_path / "study") == {}
 
 
 def test_ctrl_c_calls_off_what_waits_and_keeps_what_is_done(whole, tmp_path):
@@ -173,7 +171,7 @@ def test_ctrl_c_calls_off_what_waits_and_keeps_what_is_done(whole, tmp_path):
     assert stopped.value.outcome is Stop.INTERRUPTED
     assert exit_code(stopped.value) == 130
     assert all(future.cancelled() for future in pool.waiting)
-    assert Store(path).load(NAMES[0]).checkpoint
+    assert Journal.read(path).load(NAMES[0]).checkpoint
     assert results(done(path, executor=Here())) == whole
 
 
@@ -182,13 +180,13 @@ def test_a_process_does_one_slice_at_a_time():
     import lonely
 
     with Threads(4) as pool:
-        run(MemoryStore({"kind": "lonely", "versions": {}}), executor=pool)
+        run(Journal.in_memory({"kind": "lonely", "versions": {}}), executor=pool)
     assert lonely.MOST == [1]
 
 
 def test_what_an_executor_does_not_say_is_counted_here(monkeypatch):
-    monkeypatch.setattr(runner, "usable_cpus", lambda: 7)
-    assert runner.workers(Executor()) == 7
+    monkeypatch.setattr(study, "usable_cpus", lambda: 7)
+    assert study.count_sent(Executor()) == 14
     with Threads(3) as pool:
-        assert runner.workers(pool) == 3
-    assert runner.workers(type("Gone", (Executor,), {"workers": 0})()) == 1
+        assert study.count_sent(pool) == 6
+    assert study.count_sent(type("Gone", (Executor,), {"workers": 0})()) == 2

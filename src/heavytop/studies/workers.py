@@ -1,4 +1,4 @@
-"""Who does the work: processes here, the workers of a dask cluster, whole programs.
+"""Who does the work: processes here, or the workers of a dask cluster.
 
 Worker processes do not run the caller's script and do not outlive their parent. On a cluster only
 this package must be installed where the workers are; a worker does one task at a time, so it is
@@ -10,28 +10,23 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import subprocess
 import sys
 import threading
-import time
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, MutableMapping
 from concurrent import futures
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
-from pathlib import Path
 from types import ModuleType
-from typing import Any, Final, Self, TypeAlias, TypeVar
+from typing import Any, Final, Self, TypeVar
 
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
+SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
 TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
-LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
-"""Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
 
 T = TypeVar("T")
-Process: TypeAlias = subprocess.Popen[bytes]
 
 # --- worker processes ------------------------------------------------------------------------
 
@@ -128,7 +123,7 @@ class Lost(Exception):
     """A process that died of a call, or an exception in it; the message says which."""
 
 
-class Worker:
+class TimedWorker:
     """One process for calls; after one that had to be killed, or died, the next call starts one."""
 
     def __init__(self) -> None:
@@ -184,7 +179,7 @@ def _how_it_left(code: int | None = None) -> str:
     return f"left with code {code or 0}"
 
 
-WORKER: Final = Worker()
+TIMED_WORKER: Final = TimedWorker()
 """Of this process: it does one task at a time, and so needs one."""
 
 # --- a dask cluster ---------------------------------------------------------------------------
@@ -278,47 +273,3 @@ class Cluster(Executor):
         if not self._blocks:
             raise RuntimeError("not connected: submit inside a with block")
         return self._executor.submit(fn, *args, **kwargs)
-
-
-# --- programs --------------------------------------------------------------------------------
-
-
-def begin(words: Sequence[str], said: Path, environment: Mapping[str, str], cwd: Path) -> Process:
-    """Begin what Python runs; its stderr goes to the file `said`, and its stdout is not kept."""
-    with said.open("wb") as file:
-        return subprocess.Popen(
-            [sys.executable, *words],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=file,
-            env=environment,
-            cwd=cwd,
-            start_new_session=True,
-        )
-
-
-def end(processes: Sequence[Process], grace: float) -> None:
-    """End processes, and what they began: first asked, and `grace` seconds later killed."""
-    try:
-        for each in processes:
-            _send(each, signal.SIGTERM)
-        until = time.monotonic() + grace
-        for each in processes:
-            with suppress(subprocess.TimeoutExpired):
-                each.wait(max(0.0, until - time.monotonic()))
-    finally:  # even where Ctrl-C is pressed twice
-        for each in processes:
-            _send(each, signal.SIGKILL)
-            each.wait()
-
-
-def tail(said: Path, most: int) -> str:
-    """The end of what was said, of so many bytes."""
-    with said.open("rb") as file:
-        file.seek(max(0, said.stat().st_size - most))
-        return file.read().decode("utf-8", "replace")
-
-
-def _send(process: Process, number: int) -> None:
-    with suppress(ProcessLookupError, PermissionError):  # the latter where all are zombies
-        os.killpg(process.pid, number)

@@ -13,11 +13,9 @@ import pytest
 
 import heavytop
 from heavytop.errors import InUse
-from heavytop.studies import runner
-from heavytop.studies.runner import run
-from heavytop.studies.store import MemoryStore, Store
+from heavytop.studies.study import Chunk, Journal, run
 
-from .toy import TOYS, alive, done, kills, lines, results, wait_for
+from .toy import TOYS, alive, done, lines, results, tears, wait_for
 
 pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 
@@ -31,7 +29,7 @@ PARAMETERS = {
 ONE = PARAMETERS | {"options": {"tasks": 1, "blocks": 60}}
 STEPS = 50 * 60  # of one task
 LONGEST = 50 * 8  # of one chunk
-SLICE = 0.1  # of work that is sent to a worker [s]; see run_toy.py
+SLICE = 0.1  # of work between two lines of the journal [s]; see run_toy.py
 SLOWLY = {"TOY_PAUSE": "0.03"}  # so that it is not done before it is killed
 SENT = LONGEST * (1 + SLICE / 0.03)  # steps in one slice, at most
 NAMES = tuple(f"henon/{i:03d}" for i in range(3))
@@ -89,32 +87,31 @@ def test_killed_at_any_moment_it_goes_on(jobs, whole, tmp_path):
         killed(process)
     assert finished(path, jobs, log) == (0, "")
     assert results(path) == whole
-    lost = LONGEST if jobs == 1 else 2 * jobs * SENT
+    lost = SENT if jobs == 1 else 2 * jobs * SENT
     assert 3 * STEPS <= steps(log) <= 3 * STEPS + 4 * lost
     before = lines(log)
     assert finished(path, jobs, log) == (0, "")  # what is finished is not done again
     assert lines(log) == before
 
 
-def test_killed_between_any_two_writes_it_goes_on(whole, tmp_path, monkeypatch):
-    """The moments a clock does not hit: before each renaming."""
+def test_killed_in_any_line_it_goes_on(whole, tmp_path, monkeypatch):
+    """The moments a clock does not hit: in the middle of a line, also of the first one."""
     draw = random.Random(0)
-    moments = (draw.randint(0, 5) for _ in range(1000))
+    cuts = ([draw.randint(0, 5), draw.random()] for _ in range(1000))
     path = tmp_path / "study"
-    assert kills(monkeypatch, moments, lambda: done(path, PARAMETERS)) > 8
-    assert results(tmp_path / "study") == whole
+    assert tears(monkeypatch, cuts, lambda: done(path, PARAMETERS, slice_s=0.0)) > 8
+    assert results(path) == whole
 
 
-def test_the_number_of_workers_changes_nothing(whole, tmp_path, monkeypatch):
-    monkeypatch.setattr(runner, "SLICE_S", SLICE)
-    store = Store(done(tmp_path / "three", PARAMETERS, jobs=3))
+def test_the_number_of_workers_changes_nothing(whole, tmp_path):
+    journal = Journal.read(done(tmp_path / "three", PARAMETERS, jobs=3, slice_s=SLICE))
     assert results(tmp_path / "three") == whole
-    memory = MemoryStore(PARAMETERS)
+    memory = Journal.in_memory(PARAMETERS)
     run(memory, jobs=2)
     rows = {task: memory.load(task).rows for task in NAMES}
-    assert rows == {task: store.load(task).rows for task in NAMES}
+    assert rows == {task: journal.load(task).rows for task in NAMES}
     assert [row["steps"] for row in rows[NAMES[1]]] == list(range(50, STEPS + 1, 50))
-    assert min(memory.seconds[task] for task in NAMES) > 0
+    assert min(memory.state(task).seconds for task in NAMES) > 0
 
 
 def test_workers_die_with_the_one_that_writes(tmp_path):
@@ -170,7 +167,7 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
 def test_a_second_ctrl_c_does_not_wait_for_the_chunk(jobs, tmp_path):
     path = tmp_path / "study"
     process = started(path, jobs, tmp_path / "log", TOY_PAUSE="60")
-    wait_for((path / "study.json").exists)
+    wait_for((path / "study.jsonl").exists)
     time.sleep(2.0)
     process.send_signal(signal.SIGINT)
     time.sleep(0.5)
@@ -188,7 +185,7 @@ def test_signals_are_given_back():
     def look(progress):
         seen.append(signal.getsignal(signal.SIGINT))
 
-    run(MemoryStore(ONE), on_progress=look)
+    run(Journal.in_memory(ONE), on_progress=look)
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
     assert before[0] not in seen[1:]
 
@@ -200,20 +197,20 @@ def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     wait_for(lambda: lines(tmp_path / "log"))
     with (
         pytest.raises(InUse, match=rf"is being written by process {process.pid} on \S+$"),
-        Store.open(path, PARAMETERS),
+        Journal.open(path, PARAMETERS),
     ):
         pass
     code, errors = finished(path, 1, tmp_path / "log")
     assert code == 2
     assert f"process {process.pid} on" in errors
-    assert Store(path).parameters == PARAMETERS  # reading is for everybody
+    assert Journal.read(path).parameters == PARAMETERS  # reading is for everybody
     killed(process)
-    with Store.open(path, PARAMETERS):  # what a killed writer left is no lock
+    with Journal.open(path, PARAMETERS):  # what a killed writer left is no lock
         child = os.fork()
         if child == 0:
             time.sleep(60)
             os._exit(0)
-    with Store.open(path, PARAMETERS):  # nor what a forked child has
+    with Journal.open(path, PARAMETERS):  # nor what a forked child has
         assert alive(child)  # had it died, its hold would have gone with it
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
@@ -222,13 +219,11 @@ def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
 @pytest.mark.slow
 def test_a_full_disk_leaves_a_folder_that_goes_on(whole, tmp_path):
     path, log = tmp_path / "study", tmp_path / "log"
-    code, errors = finished(path, 2, log, TOY_FILE_LIMIT="40000", TOY_PAUSE="0")
+    code, errors = finished(path, 2, log, TOY_FILE_LIMIT="400000", **SLOWLY)
     assert code == 4
-    assert f"cannot write {path / 'tasks'}" in errors
+    assert f"cannot write {path / 'study.jsonl'}" in errors
     assert "File too large" in errors
-    assert not list(path.rglob(".*"))
-    store = Store(path)
-    assert all(store.load(task).rows for task in NAMES if store.load(task).checkpoint)
+    assert results(path)
     assert finished(path, 2, log) == (0, "")
     assert results(path) == whole
 
@@ -249,8 +244,8 @@ def test_a_folder_that_was_taken_away_is_not_made_again(tmp_path):
 def test_a_task_that_fails_stops_no_other_and_stays_so(jobs, tmp_path, monkeypatch):
     monkeypatch.setenv("TOY_REFUSES", NAMES[1])
     for _ in range(2):
-        store = Store(done(tmp_path, PARAMETERS, jobs=jobs))
-        records = [store.load(task) for task in NAMES]
+        journal = Journal.read(done(tmp_path, PARAMETERS, jobs=jobs))
+        records = [journal.load(task) for task in NAMES]
         assert [record.failed for record in records] == [None, "too steep", None]
         assert [record.done for record in records] == [True, False, True]
         assert records[1].rows  # what it gave before is kept
@@ -261,7 +256,7 @@ def test_a_task_that_fails_stops_no_other_and_stays_so(jobs, tmp_path, monkeypat
 def test_a_bug_in_a_task_is_raised(jobs, monkeypatch):
     monkeypatch.setenv("TOY_BUG", NAMES[1])
     with pytest.raises(ZeroDivisionError, match="a slip") as bug:
-        run(MemoryStore(PARAMETERS), jobs=jobs)
+        run(Journal.in_memory(PARAMETERS), jobs=jobs)
     told = str(bug.value.__cause__) if jobs > 1 else str(bug.traceback[-1])
     assert "_misbehave" in told
 
@@ -277,17 +272,16 @@ def test_nothing_in_the_current_folder_is_imported(tmp_path, monkeypatch):
     for name in ("json", "queue", "ctypes"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('executed')")
     monkeypatch.chdir(tmp_path)
-    store = MemoryStore(ONE)
-    run(store, jobs=2)
-    assert store.load(NAMES[0]).done
+    journal = Journal.in_memory(ONE)
+    run(journal, jobs=2)
+    assert journal.load(NAMES[0]).done
 
 
 def test_progress_grows_and_its_rate_is_that_of_this_process(monkeypatch):
     monkeypatch.setenv("TOY_PAUSE", "0.003")
-    store, one, seen = MemoryStore(PARAMETERS), MemoryStore(ONE), []
-    run(one)
-    store.save(one.load(NAMES[0]))
-    run(store, on_progress=seen.append)
+    journal, seen = Journal.in_memory(PARAMETERS), []
+    journal.append(NAMES[0], Chunk(done=True))
+    run(journal, on_progress=seen.append, slice_s=0.0)
     first, last = seen[0], seen[-1]
     assert (first.fraction, first.gained, first.per_s) == pytest.approx((1 / 3, 0, 0))
     assert last.gained == pytest.approx(2 / 3)

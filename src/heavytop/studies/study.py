@@ -1,0 +1,717 @@
+"""Studies: tasks that any executor advances, each step a line of one file; killed, they go on.
+
+The file ``study.jsonl`` has the parameters in its first line, and then a line for each slice of
+work: ``pandas.read_json("study.jsonl", lines=True)`` shows it. Only the process that calls `run`
+writes it, and rows do not depend on who did the work, nor on how often it was interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import signal
+import time
+import zlib
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent import futures
+from concurrent.futures import Executor, Future
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from threading import Event, Lock, current_thread, main_thread
+from types import FrameType
+from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Protocol, Self, cast
+
+from heavytop import errors
+from heavytop.comparison import own
+from heavytop.errors import ForeignFile
+from heavytop.files import locked, make_folder
+from heavytop.machine import usable_cpus, versions
+from heavytop.results.base import typed
+from heavytop.scene.arguments import heard, path_of, whole
+from heavytop.studies.workers import TIMED_WORKER, Cluster, Processes
+
+if TYPE_CHECKING:
+    from heavytop.results.drift import Drift
+    from heavytop.results.stress import Stress
+    from heavytop.results.work_precision import WorkPrecision
+    from heavytop.studies.atlas import Atlas
+
+Parameters = dict[str, Any]
+STUDY, LOCK = "study.jsonl", "lock"
+BUDGET: Final = "budget"
+"""The name of a record without rows: its checkpoint is the time that a study may take [s]."""
+
+KINDS: Final = {
+    "drift": "heavytop.studies.drift",
+    "atlas": "heavytop.studies.atlas",
+    "stress": "heavytop.studies.stress",
+    "work_precision": "heavytop.studies.work_precision",
+    "certificate": "heavytop.studies.certificate",
+}
+"""The module of each kind of study. A file may name a kind, never a module."""
+
+SLICE_S: Final = 1.0  # of work between two lines of the journal
+KILL_COST: Final = 0.02  # of a task's work that a kill may cost: slices grow longer with the task
+TICK_S: Final = 0.1  # how long Ctrl-C may wait for an answer
+
+# How executors say that a worker was killed; dask's exceptions by name, as it may be missing here.
+# A process of a pool that took a Ctrl-C meant for this one says KeyboardInterrupt.
+_LOST: Final = (futures.BrokenExecutor, futures.CancelledError, KeyboardInterrupt)
+_LOST_BY_NAME: Final = ("KilledWorker", "FutureCancelledError")
+
+# The precision of mpmath and of python-flint is global, so that threads take turns.
+_ONE_AT_A_TIME: Final = Lock()
+
+
+class Chunk(NamedTuple):
+    """What one chunk of the work on a task gave.
+
+    Attributes
+    ----------
+    checkpoint : object
+        All that is needed to go on from here, for JSON.
+    rows : sequence of dict
+        Results since the chunk before, for JSON, without wall-clock values.
+    done : bool
+        Whether the task is at its end.
+    fraction : float
+        Part of the task that is done, 0 to 1.
+    seconds : float
+        Time it took [s].
+    failed : str or None
+        Why the task cannot go on.
+    """
+
+    checkpoint: Any = None
+    rows: Sequence[dict[str, Any]] = ()
+    done: bool = False
+    fraction: float = 1.0
+    seconds: float = 0.0
+    failed: str | None = None
+
+    def after(self, before: Chunk) -> Chunk:
+        """Return the chunk of both."""
+        rows = [*before.rows, *self.rows]
+        return self._replace(rows=rows, seconds=before.seconds + self.seconds)
+
+
+@dataclass(slots=True)
+class Record:
+    """One task, as far as it is.
+
+    Attributes
+    ----------
+    task : str
+    checkpoint : object
+        Where it goes on; None at its start.
+    done : bool
+    failed : str or None
+        Why it cannot go on.
+    fraction : float
+        Part of it that is done.
+    seconds : float
+        Time it took so far [s].
+    rows : list of dict
+        Its results so far, where `Journal.load` read them.
+    """
+
+    task: str
+    checkpoint: Any = None
+    done: bool = False
+    failed: str | None = None
+    fraction: float = 0.0
+    seconds: float = 0.0
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list, repr=False, compare=False)
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.done or self.failed is not None
+
+    def add(self, chunk: Chunk) -> None:
+        """Take one more chunk, but not its rows, which stay in the file."""
+        self.checkpoint, self.done, self.failed = chunk.checkpoint, chunk.done, chunk.failed
+        self.fraction = 1.0 if chunk.done else chunk.fraction
+        self.seconds += chunk.seconds
+
+
+class Journal:
+    """What is done of a study: in a folder, or in memory.
+
+    Attributes
+    ----------
+    parameters : dict
+        All that makes this study another one, as JSON: kind, scene, options, versions.
+    path : Path or None
+        The folder, if there is one.
+    """
+
+    def __init__(self, path: Path | None, file: IO[bytes], parameters: Parameters) -> None:
+        self.path, self._file, self.parameters = path, file, parameters
+        self._records: dict[str, Record] = {}
+
+    @classmethod
+    def in_memory(cls, parameters: Parameters) -> Self:
+        """Begin a study without a folder."""
+        return cls(None, BytesIO(), json.loads(canonical_json(parameters)))
+
+    @classmethod
+    def read(cls, folder: str | os.PathLike[str]) -> Self:
+        """Read the study of a folder.
+
+        Raises
+        ------
+        ForeignFile
+            It is not the folder of a study, or damaged.
+        """
+        path = Path(folder) / STUDY
+        try:
+            with path.open("rb") as file:
+                return cls._indexed(Path(folder), file)
+        except OSError as fault:
+            raise ForeignFile(f"{path}: not readable ({fault.strerror})") from None
+
+    @classmethod
+    @contextmanager
+    def open(cls, folder: str | os.PathLike[str], parameters: Parameters) -> Iterator[Self]:
+        """Begin a study in a new or empty folder, or take up the one with these parameters.
+
+        Raises
+        ------
+        ForeignFile
+            The folder holds another study, of which every difference is named, or something else.
+        InUse
+            Another process is writing it.
+        OSError
+            It cannot be made or written to.
+        StoppedEarly
+            Ctrl-C while it is open.
+        """
+        path = Path(folder)
+        _refuse_others(path)
+        make_folder(path)
+        with locked(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
+            end = (path / STUDY).read_bytes().rfind(b"\n") + 1
+            file.truncate(end)  # a kill may have cut the last line short
+            if not end:
+                _write_line(file, {"command": typed(), "parameters": parameters})
+            journal = cls.read(path)
+            journal.expect(parameters)
+            journal._file = file
+            try:
+                yield journal
+            except KeyboardInterrupt:
+                raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", path) from None
+
+    @classmethod
+    def _indexed(cls, folder: Path, file: IO[bytes]) -> Self:
+        """The study of a file, with the place of each line; rows are not kept in memory."""
+        file.seek(0)
+        with reading(f"{folder / STUDY}: line 1"):
+            parameters = json.loads(file.readline())["parameters"]
+            named = [type(parameters[name]) for name in ("kind", "versions")]
+            if named != [str, dict]:
+                raise TypeError("no kind of study, or no versions")
+            journal = cls(folder, file, parameters)
+        number, place = 1, file.tell()
+        while (line := file.readline()).endswith(b"\n"):
+            number += 1
+            with reading(f"{folder / STUDY}: line {number}"):
+                journal._add(place, **json.loads(line))
+            place = file.tell()
+        return journal
+
+    def expect(self, parameters: Parameters) -> None:
+        """Refuse parameters other than those of the folder.
+
+        Raises
+        ------
+        ForeignFile
+        """
+        if found := differences(self.parameters, json.loads(canonical_json(parameters))):
+            raise ForeignFile(f"{self.path}: holds another study: {'; '.join(found)}")
+
+    def state(self, task: str) -> Record:
+        """Return how far a task is, without its rows."""
+        return self._records.setdefault(task, Record(task))
+
+    def load(self, task: str) -> Record:
+        """Return the record of a task with its rows; an empty one before it began."""
+        record, rows = replace(self.state(task)), []
+        with (self.path / STUDY).open("rb") if self.path else nullcontext(self._file) as file:
+            for place in record.lines:
+                file.seek(place)
+                with reading(f"{STUDY}: {task}"):
+                    rows += json.loads(file.readline())["rows"]
+        record.rows = rows
+        return record
+
+    def append(self, task: str, chunk: Chunk) -> None:
+        """Add what was done of a task; on return it is safe.
+
+        Raises
+        ------
+        StoppedEarly
+            The disk is full, or the folder has gone.
+        """
+        line = {"task": task, **chunk._asdict()}
+        try:
+            if self.path is not None and not (self.path / STUDY).exists():
+                raise FileNotFoundError(2, "No such file or directory")
+            place = _write_line(self._file, line)
+        except OSError as fault:
+            folder = self.path if self.path and self.path.exists() else None
+            file = (self.path or Path()) / STUDY
+            raise errors.StoppedEarly.unwritable(fault, file, folder) from fault
+        self._add(place, **line)
+
+    def _add(self, place: int, task: str, **chunk: Any) -> None:
+        record = self.state(task)
+        record.add(Chunk(**chunk))
+        record.lines.append(place)
+
+
+def open_journal(folder: object, parameters: Parameters) -> AbstractContextManager[Journal]:
+    """Open the journal of a study for writing: in a folder, or in memory where there is none."""
+    if folder is None:
+        return nullcontext(Journal.in_memory(parameters))
+    return Journal.open(path_of("folder", folder), parameters)
+
+
+def keep_budget(journal: Journal, budget: float | None, default: float) -> float:
+    """Write the budget of a study down; of one that is resumed (None) return what was written."""
+    if budget is not None:
+        journal.append(BUDGET, Chunk(budget))
+        return budget
+    written = journal.state(BUDGET).checkpoint
+    with reading(f"record {BUDGET}"):
+        return default if written is None else float(written)
+
+
+@contextmanager
+def reading(what: object) -> Iterator[None]:
+    """Name what does not hold what was written there.
+
+    Raises
+    ------
+    ForeignFile
+    """
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, AttributeError, zlib.error) as fault:
+        if isinstance(fault, ForeignFile):
+            raise
+        raise ForeignFile(f"{what}: damaged ({fault})") from None
+
+
+def canonical_json(value: Any) -> str:
+    """Return the one JSON text of a value: keys in order, no spaces, never NaN.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what JSON cannot hold.
+    """
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def differences(there: Any, here: Any) -> tuple[str, ...]:
+    """Return what two JSON values say differently, each by its name.
+
+    Examples
+    --------
+    >>> differences({"scene": {"theta": "0.1"}}, {"scene": {"theta": "0.2"}})
+    ('scene.theta: "0.1" there, "0.2" here',)
+    """
+    a, b = _leaves("", there), _leaves("", here)
+    names = sorted(name for name in {*a, *b} if a.get(name) != b.get(name))
+    return tuple(
+        f"{name}: {a.get(name, 'nothing'):.80} there, {b.get(name, 'nothing'):.80} here"
+        for name in names
+    )
+
+
+def _leaves(name: str, value: Any) -> dict[str, str]:
+    """The numbers and texts of a JSON value, each by its name."""
+    if isinstance(value, dict) and value:
+        inner = {f"{name}.{key}".removeprefix("."): x for key, x in value.items()}
+    elif isinstance(value, list) and value:
+        inner = {f"{name}[{i}]": x for i, x in enumerate(value)}
+    else:
+        return {name: canonical_json(value)}
+    return {leaf: text for key, x in inner.items() for leaf, text in _leaves(key, x).items()}
+
+
+def _refuse_others(folder: Path) -> None:
+    """Refuse a file, and a folder that holds something other than a study."""
+    if folder.exists() and not folder.is_dir():
+        raise ForeignFile(f"{folder}: not a folder")
+    if (folder / STUDY).exists():
+        return
+    if found := sorted(p.name for p in folder.glob("*") if p.name != LOCK):
+        some = ", ".join(found[:3])
+        raise ForeignFile(f"{folder}: not empty and not the folder of a study ({some})")
+
+
+def _write_line(file: IO[bytes], line: dict[str, Any]) -> int:
+    """Append a line and wait until it is on the disk; return its place."""
+    place, rest = file.seek(0, os.SEEK_END), canonical_json(line).encode() + b"\n"
+    while rest:  # without a buffer, which would be tried again when a full disk is closed
+        rest = rest[file.write(rest) :]
+    if not isinstance(file, BytesIO):
+        os.fsync(file.fileno())
+    return place
+
+
+# --- running ---------------------------------------------------------------------------------
+
+
+class Study(Protocol):
+    """What the module of a kind of study offers."""
+
+    __name__: str
+
+    def tasks(self, parameters: Parameters) -> Sequence[str]:
+        """Return the names of the tasks, always the same and in the same order."""
+
+    def advance(self, parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+        """Yield the chunks of a task after a checkpoint (None: from its start), the last one done.
+
+        All rows together depend on `parameters` and `task` alone, not on where chunks end. A
+        HeavyTopError ends the task as failed.
+        """
+
+    def complete(self, journal: Journal, **how: Any) -> Any:
+        """Do what is left, with arguments of `run`, and return the result of the study."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where a study stands.
+
+    Attributes
+    ----------
+    fraction : float
+        Part of the whole study that is done, 0 to 1.
+    ended, tasks : int
+        How many tasks are at their end, and how many there are.
+    elapsed_s : float
+        Time since this process took the study up [s].
+    gained : float
+        Part of the whole study that this process did.
+    """
+
+    fraction: float
+    ended: int
+    tasks: int
+    elapsed_s: float
+    gained: float
+
+    @property
+    def per_s(self) -> float:
+        """Part of the whole study done per second; 0 before anything is known [1/s]."""
+        return self.gained / self.elapsed_s if self.elapsed_s > 0 else 0.0
+
+
+def run(
+    journal: Journal,
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    on_progress: Callable[[Progress], object] | None = None,
+    slice_s: float = SLICE_S,
+) -> None:
+    """Bring the tasks of a study to their end.
+
+    Parameters
+    ----------
+    journal : Journal
+        Open for writing.
+    jobs : int
+        Processes; with 1 the work is done in this one.
+    executor : concurrent.futures.Executor, optional
+        What does the work, in place of own processes.
+    on_progress : callable, optional
+        It is given a `Progress` after every slice.
+    slice_s : float
+        How long the work on a task takes, at least, between two lines of the journal [s].
+
+    Raises
+    ------
+    StoppedEarly
+        Ctrl-C or SIGTERM; a full disk; two workers that were killed on one task.
+    ForeignFile
+        A worker has other versions than the study; its kind is unknown, or a record cannot be read.
+    """
+    study = study_of(journal.parameters)
+    records = [journal.state(task) for task in study.tasks(journal.parameters)]
+    started, before = time.monotonic(), _fraction(records)
+
+    def show() -> None:
+        if on_progress is not None:
+            done, ended = _fraction(records), sum(r.ended for r in records)
+            elapsed = time.monotonic() - started
+            on_progress(Progress(done, ended, len(records), elapsed, done - before))
+
+    show()
+    waiting = deque(record.task for record in records if not record.ended)
+    running: dict[Future[Chunk], str] = {}
+    lost = Counter[str]()
+    connected = executor if isinstance(executor, Cluster) else nullcontext()
+    with stop_signal() as stop, TIMED_WORKER, connected:
+        pool = executor or (_Here(stop) if jobs == 1 else Processes(jobs))
+        try:
+            while (waiting or running) and not stop.is_set():
+                # After a loss all tasks it may be due to run alone, each for a slice.
+                room = 1 if lost else count_sent(pool)
+                while waiting and len(running) < room:
+                    task = waiting.popleft()
+                    running[_submit(pool, study, journal, task, slice_s)] = task
+                for future in futures.wait(running, TICK_S, futures.FIRST_COMPLETED).done:
+                    task = running.pop(future)
+                    if fault := _loss(future):
+                        lost[task] += 1
+                        if lost[task] > 1:
+                            why = f"the worker on {task} was lost twice ({_words(fault)})"
+                            stopped = errors.Stop.WORKER_LOST
+                            raise errors.StoppedEarly(stopped, why, journal.path) from fault
+                        waiting.appendleft(task)
+                        if isinstance(pool, Processes):
+                            pool.kill()
+                            pool = Processes(jobs)
+                        continue
+                    del lost[task]
+                    journal.append(task, future.result())
+                    if not journal.state(task).ended:
+                        (waiting.append if lost else waiting.appendleft)(task)
+                    show()
+        finally:
+            for future in running:
+                future.cancel()
+            if isinstance(pool, Processes):
+                pool.kill()
+    if not all(record.ended for record in records):
+        raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", journal.path)
+
+
+def resume(
+    folder: str | os.PathLike[str],
+    *,
+    methods: Sequence[str | own.Method | Callable[..., Any]] = (),
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Drift | Atlas | Stress | WorkPrecision:
+    """Take up a study of any kind where its folder says it was left.
+
+    A budget is that with which it was begun, and counts from now on.
+
+    Parameters
+    ----------
+    folder : path
+        Where it was written.
+    methods : sequence of str, Method or callable
+        Those of your own that the study runs: a stored study starts no code that is not named
+        again.
+    jobs : int
+        Processes; results do not depend on it.
+    executor : concurrent.futures.Executor, optional
+        What does the work, in place of own processes.
+    progress : callable, optional
+        It is given a `Progress` again and again.
+
+    Returns
+    -------
+    Drift, Atlas, Stress or WorkPrecision
+        The study, whole.
+
+    Raises
+    ------
+    ForeignFile
+        It is no study, was made by other versions, or is damaged.
+    InUse
+        Another process is writing it.
+    StoppedEarly
+        As for `heavytop.drift` and `heavytop.atlas`.
+    WrongType
+        It is no path.
+
+    Notes
+    -----
+    Accuracy: ``tests/studies/test_study.py`` holds a study that was killed to one that was not,
+    bit for bit.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     scene = ht.load_scene("sicm-kicked")
+    ...     first = ht.drift(scene, methods=["taylor-axis"], periods=10, samples=3, folder=place)
+    ...     print(resume(place).document(costs=False) == first.document(costs=False))
+    True
+    """
+    heard("progress", progress)
+    path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
+    parameters = with_versions_here(Journal.read(path).parameters)
+    study = study_of(parameters)
+    if methods:
+        from heavytop.studies.methods import admitted
+
+        admitted(methods, str(path))
+    for name, digest in parameters.get("own", {}).items():
+        if own.admitted(name).digest != digest:
+            raise ForeignFile(f"{path}: {name} is not the code with which it was begun")
+    with reading(path / STUDY):
+        study.tasks(parameters)
+    how = {"jobs": jobs, "executor": executor, "on_progress": progress}
+    with Journal.open(path, parameters) as journal:
+        found: Drift | Atlas | Stress | WorkPrecision = study.complete(journal, **how)
+    return found
+
+
+def study_of(parameters: Parameters) -> Study:
+    """Return the module for a kind of study.
+
+    Raises
+    ------
+    ForeignFile
+        The kind is unknown.
+    """
+    kind = parameters.get("kind")
+    if kind not in KINDS:
+        raise ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
+    return cast(Study, import_module(KINDS[kind]))
+
+
+def with_versions_here(parameters: Parameters) -> Parameters:
+    """Return parameters with the versions of this process, of the libraries that they name."""
+    here = _versions()
+    return {**parameters, "versions": {name: here.get(name) for name in parameters["versions"]}}
+
+
+@cache
+def _versions() -> dict[str, str | None]:
+    return versions()
+
+
+def _fraction(records: Sequence[Record]) -> float:
+    return sum(r.fraction for r in records) / len(records) if records else 1.0
+
+
+def count_sent(executor: Executor) -> int:
+    """Return how many tasks are sent to an executor: two for each worker, so that none waits.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> with ThreadPoolExecutor(3) as pool:
+    ...     count_sent(pool)
+    6
+    """
+    if isinstance(executor, _Here):
+        return 1
+    known = (getattr(executor, name, None) for name in ("workers", "_max_workers"))
+    return 2 * max(1, next((n for n in known if isinstance(n, int)), usable_cpus()))
+
+
+class _Here(Executor):
+    """Does what is submitted at once, in this process, until the signal to stop."""
+
+    def __init__(self, stop: Event) -> None:
+        self.stop = stop
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call a function now."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs, stop=self.stop))
+        except Exception as fault:
+            future.set_exception(fault)
+        return future
+
+
+def _submit(
+    pool: Executor, study: Study, journal: Journal, task: str, slice_s: float
+) -> Future[Chunk]:
+    """The future of a slice; one that is lost already where the pool takes no more."""
+    record = journal.state(task)
+    seconds = max(slice_s, KILL_COST * record.seconds)
+    work = (study.__name__, journal.parameters, task, record.checkpoint, seconds)
+    try:
+        return pool.submit(advance_task, *work, own.passes(journal.parameters.get("own", {})))
+    except Exception as fault:  # shut down, broken, out of reach, no more processes
+        future: Future[Chunk] = Future()
+        future.set_exception(futures.BrokenExecutor(f"no new work is accepted: {_words(fault)}"))
+        return future
+
+
+def advance_task(
+    module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float,
+    methods: Sequence[tuple[str, str, str]] = (), stop: Event | None = None,
+) -> Chunk:  # fmt: skip
+    """Advance a task for about so many seconds; in a worker, which may be far away."""
+    own.let_pass(methods)
+    if found := differences(with_versions_here(parameters), parameters):
+        worker = f"process {os.getpid()} on {platform.node()}"
+        raise ForeignFile(f"{worker}: this worker does not match the study: {'; '.join(found)}")
+    slice_ = Chunk(checkpoint)
+    with _ONE_AT_A_TIME:
+        end = time.monotonic() + seconds
+        try:
+            for chunk in cast(Study, import_module(module)).advance(parameters, task, checkpoint):
+                slice_ = chunk.after(slice_)
+                if chunk.done or time.monotonic() >= end or (stop and stop.is_set()):
+                    return slice_
+        except errors.HeavyTopError as refusal:
+            return slice_._replace(failed=str(refusal), fraction=1.0)
+    raise RuntimeError(f"{task}: ended before it was done")
+
+
+def _loss(future: Future[Chunk]) -> BaseException | None:
+    """How the worker was lost, if it was; what the task raised is raised here."""
+    fault = futures.CancelledError() if future.cancelled() else future.exception()
+    if fault is None or isinstance(fault, _LOST) or type(fault).__name__ in _LOST_BY_NAME:
+        return fault
+    raise fault
+
+
+def _words(fault: BaseException) -> str:
+    return " ".join(f"{type(fault).__name__}: {fault}".split())
+
+
+@contextmanager
+def stop_signal(*, at_once: bool = False) -> Iterator[Event]:
+    """An event that Ctrl-C or SIGTERM sets; the second signal does what it did before.
+
+    With `at_once` it raises KeyboardInterrupt too, which a library may swallow: the event stays.
+    Only the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
+    """
+    event = Event()
+    before: dict[int, Any] = {}
+
+    def restore() -> None:
+        while before:
+            signal.signal(*before.popitem())
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        event.set()
+        restore()
+        if at_once:
+            raise KeyboardInterrupt
+
+    if current_thread() is main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, stop)
+    try:
+        yield event
+    finally:
+        restore()

@@ -1,0 +1,140 @@
+"""The numbers of a reason against their definitions, at 300 digits; and what is said to be zero."""
+
+import re
+
+import numpy as np
+import pytest
+
+from heavytop.classification.classify import classify
+from heavytop.classification.kinds import DETAILS, RULES
+from heavytop.scene.scene import load_scene, shipped_names
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+from ..motions import FURTHER, MOTIONS, named
+from ..starts import CTX, nasty, regular, top_and_state
+
+CLAUSE = re.compile(
+    r"(?P<symbol>.+) = (?P<value>−?[\d.e+-]+)(?: (?P<unit>[^<>(]+?))?(?: (?P<side>[<>]) 0)?"
+)
+ZERO = CTX.mpf(10) ** -200
+
+
+def given(top, start):
+    """E′, the momenta, and all that is given, as numbers of 300 digits."""
+    given = (top.A, top.C, top.gMR, start.theta, start.thetadot, start.phidot, start.omega3)
+    A, C, g, theta, thetadot, phidot, omega3 = (x.mpf(CTX) for x in given)
+    s, u = CTX.sin(theta), CTX.cos(theta)
+    p_psi = C * omega3
+    p_phi = A * phidot * s**2 + p_psi * u
+    E = A * (thetadot**2 + phidot**2 * s**2) / 2 + g * u
+    return A, C, g, s, u, thetadot, phidot, omega3, p_phi, p_psi, E
+
+
+def other_rate(A, C, g, s, u, thetadot, phidot, omega3, p_phi, p_psi, E):
+    """The other root of A u Ω² − p_ψ Ω + gMR = 0."""
+    root = CTX.sqrt(max(p_psi**2 - 4 * A * g * u, 0))
+    roots = [(p_psi + side * root) / (2 * A * u) for side in (-1, 1)]
+    return max(roots, key=lambda rate: abs(rate - phidot))
+
+
+def table(top, start):
+    """Of each symbol the number, its unit, and what it is small beside."""
+    values = A, C, g, s, u, thetadot, phidot, omega3, p_phi, p_psi, E = given(top, start)
+    momentum, energy = "kg m²/s", "J"
+    known = {
+        "gMR": (g, energy), "θ̇": (thetadot, ""),
+        "θ̇² + φ̇² sin² θ": (thetadot**2 + phidot**2 * s**2, ""), "sin θ": (s, ""),
+        "φ̇ sin θ": (phidot * s, ""),
+        "p_ψ": (p_psi, momentum), "gMR cos θ": (g * u, energy),
+        "p_φ − p_ψ": (p_phi - p_psi, momentum), "p_φ + p_ψ": (p_phi + p_psi, momentum),
+        "|p_φ| − |p_ψ|": (abs(p_phi) - abs(p_psi), momentum),
+        "E′ − gMR": (E - g, energy), "E′ + gMR": (E + g, energy),
+        "E′ − |gMR|": (E - abs(g), energy),
+        "A cos θ φ̇² − p_ψ φ̇ + gMR": (A * u * phidot**2 - p_psi * phidot + g, energy),
+        "|cos θ| (A φ̇² |cos θ| − |gMR|)": (
+            abs(u) * (A * phidot**2 * abs(u) - abs(g)), energy),
+        "p_ψ² − 4A |gMR|": (p_psi**2 - 4 * A * abs(g), "kg² m⁴/s²"),
+        "φ̇": (phidot, "rad/s"), "|ω₃|": (abs(omega3), "rad/s"),
+    }  # fmt: skip
+    if p_psi:
+        known["E′ − gMR p_φ/p_ψ"] = E - g * p_phi / p_psi, energy
+    if C:
+        known["least stable |ω₃|"] = 2 * CTX.sqrt(A * abs(g)) / C, "rad/s"
+    if abs(u) > ZERO:
+        known["the other steady rate"] = other_rate(*values), "rad/s"
+    return known
+
+
+def held(top, start):
+    """Hold the clauses of a reason to their definitions; give the kind and the symbols."""
+    verdict, known, met = classify(top, start), table(top, start), set()
+    assert verdict.certified
+    reason = verdict.why.replace(" (proved)", "")
+    for part in re.split(r"; | and |: |, ", reason):
+        if not (clause := CLAUSE.fullmatch(part)):
+            assert "=" not in part
+            continue
+        truth, unit = known[clause["symbol"]]
+        met.add(clause["symbol"])
+        if clause["value"] == "0":
+            assert abs(truth) < ZERO
+            assert "(proved)" in verdict.why
+            continue
+        value = CTX.mpf(clause["value"].replace("−", "-"))
+        assert abs(value / truth - 1) < 6e-4, part
+        assert clause["unit"] == unit
+        assert clause["side"] in (None, "<" if truth < 0 else ">")
+    return str(verdict.kind), met
+
+
+def test_the_numbers_of_every_kind_are_those_of_their_definitions():
+    motions = [named(each) for each in MOTIONS | FURTHER]
+    scenes = [load_scene(name) for name in shipped_names()]
+    found = [held(each.top, each.start) for each in (*motions, *scenes)]
+    assert {kind for kind, _ in found} == {
+        "at-rest", "force-free", "sleeping", "hanging", "planar-pendulum", "separatrix",
+        "through-top", "through-bottom", "uniform-precession", "loops", "cusps", "waves",
+    }  # fmt: skip
+    asked = {number for rule in RULES for number in (*rule.zeros, *(x for x, _ in rule.shown))}
+    asked |= {number for detail in DETAILS.values() for number in (detail.shown, *detail.beside)}
+    assert set.union(*(met for _, met in found)) == {number.symbol for number in asked}
+    assert all(met for _, met in found)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_random_tops_have_the_numbers_of_their_definitions(seed):
+    random = np.random.default_rng(seed)
+    for numbers in (regular(random, 60), nasty(random, 120, "psidot")):
+        for row in zip(*(each.tolist() for each in numbers.values()), strict=True):
+            held(*top_and_state(dict(zip(numbers, row, strict=True))))
+
+
+@pytest.mark.parametrize("off", ["1e-30", "-1e-30", "1e-200"])
+def test_a_number_however_small_has_its_digits_and_its_sign(off):
+    """A kick of 1e-30 rad/s: the energy to spare is 1e-32 J, not a rounding error of 1e-17."""
+    kind, met = held(Top("3.28e-4", "6.6e-5", "0.0456"), State("0.1", phidot=off, psidot=140))
+    assert kind == ("loops" if off.startswith("-") else "waves")
+    assert "E′ − gMR p_φ/p_ψ" in met
+
+
+def test_numbers_beyond_doubles_are_written_with_their_exponents():
+    tiny = Top("1e-200", "1e-200", "1e-200"), State(0, psidot=10)
+    assert held(*tiny)[0] == "sleeping"
+    assert "= 9.600e-399 kg² m⁴/s² > 0" in classify(*tiny).why
+    needle = classify(Top(1, 0, 1), State(0, psidot=1))
+    assert "least stable" not in needle.why
+
+
+@pytest.mark.parametrize(
+    ("start", "symbol"),
+    [
+        (State("sqrt(cos(2)^2)+cos(2)", psidot=1), "sin θ"),
+        (State(1, phidot="sqrt(cos(2)^2)+cos(2)", psidot=1), "E′ − gMR p_φ/p_ψ"),
+    ],
+)
+def test_what_is_undecided_names_the_open_sign_and_its_bound(start, symbol):
+    found = classify(Top(1, 1, 1), start)
+    assert not found.certified
+    assert f"sign of {symbol} " in found.why
+    assert found.bound in found.why
