@@ -97,7 +97,7 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("-15", "-15,", 11, "start.phidot", "no comma ends a line"),
         ("-15", f"y{'z' * 300}", 11, "start.phidot", "zzz…"),
         ("-15", "-15\nphidot = 1", 12, "start.phidot", "a key or a table stands twice"),
-        ("140", '"22 kg"', 12, "start.psidot", "a unit here is rpm or deg/s or rad/s or rev/s"),
+        ("140", '"22 kg"', 12, "start.psidot", "a unit here is rpm or rev/min"),
         ("time", "t", 15, "span.t", "(known are time, periods)"),
         ("[start]\n", "", None, "start", "a scene has a table [start]"),
         ("format = 1", "", None, "format", "begins with format = 1"),
