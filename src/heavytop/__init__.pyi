@@ -4,6 +4,7 @@ from .analytic.facts import (
     Facts as Facts,
     facts as facts,
 )
+from .analytic.find import find as find
 from .analytic.many import (
     Motions as Motions,
     motions_many as motions_many,
@@ -29,6 +30,7 @@ from .errors import (
     BadScene as BadScene,
     DoubtfulWarning as DoubtfulWarning,
     EndedEarly as EndedEarly,
+    FoldedTiltWarning as FoldedTiltWarning,
     ForeignFile as ForeignFile,
     HeavyTopError as HeavyTopError,
     ImpossibleBodyWarning as ImpossibleBodyWarning,
@@ -82,6 +84,7 @@ from .studies.certificate import certify as certify
 from .studies.drift import drift as drift
 from .studies.study import resume as resume
 from .studies.stress import stress as stress
+from .studies.sweep import sweep as sweep
 from .studies.work_precision import work_precision as work_precision
 
 __version__: str

@@ -226,6 +226,10 @@ class ImpossibleBodyWarning(UserWarning):
     """Moments that no rigid body has; the message says which inequality they break."""
 
 
+class FoldedTiltWarning(UserWarning):
+    """A θ outside [0, π] that was taken for the same motion inside; the message says which."""
+
+
 class DoubtfulWarning(UserWarning):
     """Something that a run gives, and that its precision cannot tell; the message says what."""
 

@@ -129,7 +129,7 @@ def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_fi
     assert result.exit_code == Exit.USAGE
     assert "Invalid value for --set: " in result.stderr
     assert "mine" not in result.stderr
-    file.write_text(text.replace("theta  = 0.1", "theta = 9"), "utf-8")
+    file.write_text(text.replace("theta  = 0.1", 'theta = "x"'), "utf-8")
     result = heavytop_("plan", file, "--set", "start.phi=x")
     assert result.exit_code == Exit.BAD_SCENE
     assert "mine.toml:" in result.stderr

@@ -10,7 +10,8 @@ import heavytop
 from heavytop.cli import app
 
 MADE = ("Motion", "Scene", "State", "Top")  # classes that users call; what others take is ours
-MAKERS = ["State.from_constants", "State.kicked", "State.steady"]
+MAKERS = [f"State.from_{each}" for each in ("constants", "quaternion", "rotation")]
+MAKERS += ["State.kicked", "State.steady"]
 MAKERS += ["Top.from_parts", "Top.from_solids"]
 
 FROZEN = Path(__file__).with_name("public_names.txt").read_text("utf-8").splitlines()

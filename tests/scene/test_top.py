@@ -10,6 +10,7 @@ import sympy as sp
 
 import heavytop as ht
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
+from heavytop.scene.state import State
 from heavytop.scene.top import ALUMINIUM, STEEL, Top, cone, disk, ring, rod, sphere, whole
 
 from ..motions import BOOK, LIE
@@ -37,7 +38,7 @@ BROKEN = [
     (Top.from_parts, {"C_cm": -1}, {"C_cm"}),
     (Top.from_parts, {"gravity": "fast", "mass": -1}, {"gravity", "mass"}),
     (disk, {"mass": 0}, {"mass"}),
-    (disk, {"radius": -1, "thickness": "1 m", "base": 0, "mass": None},
+    (disk, {"radius": -1, "thickness": "1 kg", "base": 0, "mass": None},
      {"centre or base", "density or mass", "radius", "thickness"}),
 ]  # fmt: skip
 
@@ -170,3 +171,44 @@ REFUSED = [
 def test_what_makes_no_solid_is_refused(make, given, told):
     with pytest.raises(ImpossibleTop, match=told):
         make(**given)
+
+
+REACTIONS = {  # a start, and times [s]
+    "loops": (State("0.4", phidot=-3, psidot=30), ("0", "0.21", "1.7")),
+    "point mass": (State("2", phidot="1.5", thetadot="0.3"), ("0.4", "2.5")),
+}
+
+
+@pytest.mark.parametrize("name", REACTIONS)
+def test_the_force_of_the_pivot_moves_the_centre_of_mass(name) -> None:
+    """Newton: M r̈ = F − M g, where r̈ is differenced from the exact path to 30 digits."""
+    start, times = REACTIONS[name]
+    moments = {"A_cm": 0, "C_cm": 0} if name == "point mass" else {"A_cm": "0.02", "C_cm": "0.01"}
+    top = Top.from_parts(mass="0.7", distance="-0.3", gravity="9.81", **moments)
+    motion, h = ht.Motion(top, start), Fraction(1, 10**15)
+    for time in times:
+        now = Fraction(time)
+        before, here, after = (motion.at(t, 60).axis for t in (now - h, now, now + h))
+        force = motion.reaction(now, 40)
+        doubles = motion.reaction(float(now))
+        for k, gravity in enumerate((0, 0, Fraction("9.81"))):
+            bent = (after[k] - 2 * here[k] + before[k]) * 10**30
+            expected = Fraction("0.7") * (Fraction("-0.3") * _fraction(bent) + gravity)
+            assert abs(_fraction(force[k]) - expected) < Fraction(1, 10**24)
+            assert doubles[k] == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
+
+
+def _fraction(x) -> Fraction:
+    sign, man, exponent, _ = x._mpf_
+    return Fraction(int(-man if sign else man)) * Fraction(2) ** int(exponent)
+
+
+@pytest.mark.reference
+def test_the_pivot_of_a_level_disc_in_steady_precession() -> None:
+    """An engine's formula: 2 kg, radius 0.1 m at 0.15 m, 150 rad/s."""
+    disc = disk(radius="0.1", thickness="1e-40", centre="0.15", mass=2)
+    top = Top.from_solids([disc], gravity="9.80665")
+    motion = ht.Motion(top, State.steady(top, "pi/2", omega3=150, phi="pi/2"))
+    assert motion.reaction(0.0) == pytest.approx([-1.154046, 0, 19.6133], abs=2e-6)
+    with pytest.raises(ImpossibleTop, match="needs mass and distance"):
+        ht.Motion(BOOK, State("0.1")).reaction(0.0)

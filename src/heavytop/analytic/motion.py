@@ -322,6 +322,32 @@ class Motion(Played, ClosedForm):
         """Whether the kind is proved."""
         return self.verdict.certified
 
+    def reaction(self, t: Any, digits: int | None = None) -> Any:
+        """The force of the pivot on the top at the time or times t [s], in space.
+
+        Parameters
+        ----------
+        t : number or array_like
+            Times since the start.
+        digits : int, optional
+            Decimal digits; without it doubles.
+
+        Returns
+        -------
+        ndarray, shape (…, 3)
+            [N].
+
+        Raises
+        ------
+        ImpossibleTop
+            Mass and distance of the top are not given.
+        """
+        found = self.at(t, digits)
+        if digits is None:
+            return self.top.reaction(found.axis, found.omega)
+        ctx = context(digits)
+        return self.top.reaction(found.axis, found.omega, lambda x: x.mpf(ctx))
+
     @cached_property
     def constants(self) -> Integrals:
         """E, E', p_φ, p_ψ at 60 digits; `constants.floats` has them as floats."""

@@ -26,6 +26,8 @@ from typer.core import TyperGroup
 from heavytop import errors
 from heavytop.errors import Exit as Exit
 from heavytop.results.base import command_line, typing
+from heavytop.scene.arguments import Refused
+from heavytop.scene.quantities import SHOWN, SI, Units, read_units
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
@@ -37,6 +39,9 @@ if TYPE_CHECKING:
 Verb = Callable[..., None]
 
 
+UNIT: Final = "Show tables, CSV and charts in these units, such as deg,rpm,ms; JSON stays SI."
+
+
 @dataclass(frozen=True, kw_only=True)
 class Manner:
     """How a verb answers: the options that all of them have."""
@@ -46,7 +51,16 @@ class Manner:
     verbose: Annotated[bool, Option("-v", "--verbose", help="Print what the command is doing.")] = (
         False
     )
+    unit: Annotated[str, Option("--unit", metavar="NAME,…", help=UNIT)] = ""
     debug: Annotated[bool, Option("--debug", help="Print the traceback of an error.")] = False
+
+    @property
+    def units(self) -> Units:
+        """The units that are to be shown in place of those of SI."""
+        try:
+            return read_units(self.unit) if self.unit else SI
+        except Refused as wrong:
+            raise BadParameter(str(wrong), param_hint="--unit") from None
 
 
 _MANNER: ContextVar[Manner] = ContextVar("manner", default=Manner())  # noqa: B039 (it is frozen)
@@ -155,8 +169,14 @@ def answer(document: Mapping[str, Any], in_words: Callable[[], None]) -> None:
 
 
 def show(found: Result) -> None:
-    """Print the document of a result, or its facts and tables."""
-    answer(found.document(), lambda: print_table(found))
+    """Print the document of a result, or its facts and tables in the units asked for."""
+
+    def tables() -> None:
+        token = SHOWN.set(manner().units)
+        print_table(found)
+        SHOWN.reset(token)
+
+    answer(found.document(), tables)
 
 
 def print_table(table: RenderableType) -> None:

@@ -25,20 +25,38 @@ _MAX_POWER: Final = 64  # of an exponent and its denominator as they are written
 _MAX_BUILT_POWER: Final = 4096  # of what results
 _BITS: Final = 128  # to which an irrational number is known when its size is checked
 
-ANGLES: Final = ("deg", "rad")
-RATES: Final = ("rpm", "deg/s", "rad/s")
-UNITS: Final = dict(zip(ANGLES + RATES, (PI / 180, ONE, PI / 30, PI / 180, ONE), strict=True))
+_FEW: Final = Exact.of(Decimal("1e-3"))
+_ANGLES: Final = {"deg": PI / 180, "rad": ONE, "rev": 2 * PI}
+_RATES: Final = {
+    "rpm": PI / 30, "rev/min": PI / 30, "rev/s": 2 * PI, "Hz": 2 * PI,
+    "deg/s": PI / 180, "rad/s": ONE,
+}  # fmt: skip
+_MASSES: Final = {"kg": ONE, "g": _FEW}
+_LENGTHS: Final = {"m": ONE, "cm": 10 * _FEW, "mm": _FEW}
+_TIMES: Final = {"s": ONE, "ms": _FEW, "min": 60 * ONE}
+_MOMENTS: Final = {"kg m^2": ONE, "g cm^2": _FEW**2 / 10}
+_OTHERS: Final = {"J": ONE, "m/s^2": ONE, "kg/m^3": ONE, "g/cm^3": ONE / _FEW}
+UNITS: Final = _ANGLES | _RATES | _MASSES | _LENGTHS | _TIMES | _MOMENTS | _OTHERS
+"""Units by their names, each as the number of SI units that it is."""
+ANGLES, RATES, MASSES = tuple(_ANGLES), tuple(_RATES), tuple(_MASSES)
+LENGTHS, TIMES, MOMENTS = tuple(_LENGTHS), tuple(_TIMES), tuple(_MOMENTS)
 
 RULE: Final = (
     f"a number may use digits, pi, {', '.join(FUNCTIONS)}, + - * / ** (or ^) and parentheses"
 )
 
-_UNIT: Final = re.compile(r"(?<![^\W\d_])(?:deg/s|rad/s|rpm|deg|rad)$")
+_LONGEST_FIRST: Final = map(re.escape, sorted(UNITS, key=len, reverse=True))
+_UNIT: Final = re.compile(rf"(?<![^\W\d_])(?:{'|'.join(_LONGEST_FIRST)})$")
 _TOKEN: Final = re.compile(
-    r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|(?:a?cos|a?sin|a?tan|sqrt)\s*\(|\(|\*\*|\w+|\S"
+    r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+    r"|(?:(?:sqrt|a?cos|a?sin|a?tan)\s*)?\(|\*\*|\w+|\S"
 )
+_COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
+_THOUSANDS: Final = re.compile(r"(?<![0-9.])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9])")
 _DIGITS: Final = frozenset(".0123456789")
-_PLAIN: Final = str.maketrans({"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi "})
+_PLAIN: Final = str.maketrans(
+    {"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi ", "°": " deg", "²": "^2", "³": "^3"}
+)
 
 
 class _Unexpected(Exception):
@@ -53,7 +71,9 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
     """
     if len(text) > MAX_TEXT:
         raise NotANumber(f"a number is at most {MAX_TEXT} characters long, not {len(text)}")
-    body = text.translate(_PLAIN).rstrip()
+    if _THOUSANDS.search(text):
+        raise NotANumber("a comma before three digits may be a point or nothing: write which")
+    body = _COMMA.sub(".", text.translate(_PLAIN).rstrip())
     unit = found[0] if (found := _UNIT.search(body)) else ""
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
@@ -78,8 +98,7 @@ def _refusal(token: str, units: Collection[str]) -> str:
     if not token:
         return f"the expression ends too early: {RULE}"
     known = f"a unit: {', '.join(units)}" if units else "no unit here"
-    rule = "a decimal is written with a point" if token == "," else f"{RULE}, and {known}"
-    return f'unexpected "{harmless(token[:40])}": {rule}'
+    return f'unexpected "{harmless(token[:40])}": {RULE}, and {known}'
 
 
 def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
@@ -101,6 +120,8 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
         value = Exact.of(Decimal(token))
     else:
         raise _Unexpected(token)
+    if tokens[-1] == "deg":  # within an expression, as in cos(30 deg)
+        value = value * _ANGLES[tokens.pop()]
     while (mark := tokens[-1]) in _OPERATORS and _OPERATORS[mark][0] >= loosest:
         _, tighter, applied = _OPERATORS[tokens.pop()]
         value = _limited(applied(value, _expression(tokens, tighter, depth + 1)))

@@ -12,13 +12,51 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from heavytop.analytic.find import unit_of
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
 from heavytop.results.drift import SERIES, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
-from heavytop.scene.quantities import QUANTITIES
+from heavytop.scene.quantities import QUANTITIES, SI, Units, scaled
 
 Looks = dict[str, dict[str, Any]]
+
+# --- sweep: what is of one unit in one panel -----------------------------------------------------
+
+
+@mpl.rc_context(style.STYLE)
+def sweep_figure(document: Known, units: Units = SI) -> Figure:
+    """The chart of a sweep: facts over the number that is varied, a panel for each unit.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/sweep/1``.
+    units : mapping
+        What `heavytop.scene.quantities.read_units` gives.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    rows, key = document["rows"], document["over"]
+    names = [name for name in rows[0] if name not in (key, "kind")]
+    panels = [*dict.fromkeys(map(unit_of, names))]
+    figure = Figure(figsize=(7.0, 1.4 + 2.2 * len(panels)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
+    columns = {name: np.array([row[name] for row in rows], float) for name in (key, *names)}
+    shown = {name: scaled(unit_of(name), units) for name in columns}
+    for name, colour in zip(names, cycle(style.COLOURS), strict=False):
+        ax = axes[panels.index(unit_of(name))]
+        x, y = (columns[each] * shown[each][1] for each in (key, name))
+        dashed = "--" if name.endswith("_estimate") else "-"
+        line(ax, x, y, {}, color=colour, ls=dashed, lw=1.0, label=name.replace("_", " "))
+        gridded(ax, "", f"[{shown[name][0] or '1'}]")
+    axes[-1].set_xlabel(literal(f"{key} [{shown[key][0] or '1'}]"))
+    figure.suptitle(title_of(document["scene"]))
+    legend(figure, columns=3)
+    return figure
+
 
 # --- drift: one panel for each quantity, both logarithmic ----------------------------------------
 

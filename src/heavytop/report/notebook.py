@@ -73,7 +73,7 @@ def _top(top: Top) -> Cell:
 def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
     """Numbers as they were given; long expressions, as sums of solids are, to six digits."""
     for name, x in values:
-        text = str(x)
+        text = f"[{', '.join(map(str, x))}]" if isinstance(x, tuple) else str(x)
         formula = not isinstance(x, str) and set(text) & set("/*") and len(text) > LONGEST
         yield quantity_of(name).symbol, with_unit(name, f"{float(x):.6g}" if formula else text)
 

@@ -531,8 +531,11 @@ def read(path: Path, kind: Any) -> Any:
 def with_unit(name: str, value: Any, digits: int = 12) -> str:
     """The value of a quantity with its unit, if it does not bring one of its own."""
     quantity = quantity_of(name)
+    unit, factor = quantity.shown
+    if factor != 1.0:
+        value = float(value) * factor
     text = value if isinstance(value, str) else f"{value:.{digits}g}"
-    return text if text.endswith(tuple(UNITS)) else f"{text} {quantity.unit}".removesuffix(" 1")
+    return text if text.endswith(tuple(UNITS)) else f"{text} {unit}".removesuffix(" 1")
 
 
 def given(values: Mapping[str, Any], digits: int = 6) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -13,6 +14,7 @@ from heavytop.errors import Unseparated
 from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result
 from heavytop.scene.scene import Scene
+from heavytop.scene.state import State
 
 if TYPE_CHECKING:
     from heavytop.run.planning import Plan
@@ -82,7 +84,7 @@ class Classification(Result):
         each as two decimals with the true value between them; None where there is no such value,
         or none could be enclosed.
     warnings : tuple of str
-        What no rigid body can be, and the scene is.
+        What no rigid body can be, a θ that was folded, what another kick would do.
     """
 
     schema: ClassVar = "heavytop/classify/1"
@@ -153,7 +155,23 @@ def classified(scene: Scene) -> Classification:
 
 def warnings_of(scene: Scene) -> tuple[str, ...]:
     """What is to be said of a scene before anything is computed."""
-    return (scene.top.warning,) if scene.top.impossible else ()
+    said = (scene.top.warning, *scene.start.notices, _kick(scene))
+    return tuple(filter(None, said))
+
+
+def _kick(scene: Scene) -> str:
+    """What a kick would do that holds ω₃, where it is ψ̇ that is held."""
+    top, start = scene.top, scene.start
+    held = start.held == "psidot" and start.spin.sign() and top.C.sign()
+    if not held or not start.phidot.sign() or float(start.theta) in (0.0, math.pi):
+        return ""
+    rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
+    motion, other = (Motion(top, each) for each in (start, State(**rates, omega3=start.spin)))
+    ranges = [each.theta_max - each.theta_min for each in (motion, other)]
+    times = f", {ranges[0] / ranges[1]:.2g} times less" if 0 < ranges[1] < ranges[0] else ""
+    bounds = f"from {other.theta_min:.6g} to {other.theta_max:.6g} rad"
+    spin = f"{float(start.spin):.6g}"
+    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves theta {bounds}{times}"
 
 
 def planned(scene: Scene, formulation: str = "auto") -> Planned:

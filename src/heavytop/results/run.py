@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.events import Event
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Decimals, Trajectory
+    from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
@@ -71,7 +72,7 @@ class RunResult(Result):
     outcome : str
         One of `heavytop.errors.Outcome`.
     warnings : tuple of str
-        What no rigid body can be, and the scene is.
+        What no rigid body can be, a θ that was folded, what another kick would do.
     source : {"integrated", "closed form"}
         What the end and the events are from.
     """
@@ -185,8 +186,18 @@ def _final_of(trajectory: Trajectory) -> dict[str, Any]:
     attitude = need_of(trajectory.scene.quantities) >= Need.PSI
     if (many := trajectory.decimals) is None:
         end = trajectory(trajectory.orbit.end)
-        return _final(end, lambda x: x, math, attitude=attitude)
-    return _final(many.samples[-1], partial(_shown, many), many.ctx, attitude=attitude)
+        final = _final(end, lambda x: x, math, attitude=attitude)
+        return final | _reaction(trajectory.scene, end)
+    final = _final(many.samples[-1], partial(_shown, many), many.ctx, attitude=attitude)
+    return final | _reaction(trajectory.scene, many.samples[-1])
+
+
+def _reaction(scene: Scene, end: Any) -> dict[str, Any]:
+    """The force of the pivot at the end [N], in doubles, where it is known."""
+    if scene.top.mass is None:
+        return {}
+    axis, omega = ([float(x) for x in getattr(end, name)] for name in ("axis", "omega"))
+    return {"reaction": scene.top.reaction(axis, omega).tolist()}
 
 
 def _exact_final(run: SceneMotion) -> dict[str, Any]:
@@ -195,7 +206,7 @@ def _exact_final(run: SceneMotion) -> dict[str, Any]:
     def shown(x: decimals.Number) -> float | str:
         return str(ctx.nstr(x, digits)) if digits > NUMBER_DIGITS else float(x)
 
-    return _final(run.end, shown, ctx, attitude=True)
+    return _final(run.end, shown, ctx, attitude=True) | _reaction(run.scene, run.end)
 
 
 def split(angle: Any, math: Any) -> tuple[int | None, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from typing import Any, Final
@@ -52,6 +52,7 @@ def run_facts(run: Any) -> Iterator[Fact]:
     yield from quantities(run.constants, *CONSTANTS)
     yield from _estimates(motion.estimates)
     yield from _plan(run.plan)
+    yield from _notes(run.warnings)
     yield from _end(run)
     yield "errors", f"against the closed form: {_errors(run.errors)}"
     if run.events.table and motion.kind.startswith("through-"):
@@ -80,6 +81,12 @@ def classify_facts(found: Any) -> Iterator[Fact]:
     yield from quantities(found.constants, *CONSTANTS)
     yield from _facts(found.motion_facts)
     yield from _estimates(motion["estimates"])
+    yield from _notes(found.warnings)
+
+
+def _notes(texts: Sequence[str]) -> Iterator[Fact]:
+    for text in texts:
+        yield "note", text
 
 
 def course_rows(motion: Mapping[str, Any], values: Mapping[str, Any]) -> Iterator[Fact]:
@@ -112,8 +119,16 @@ def _end(run: Any) -> Iterator[Fact]:
     """The state at the end, the events that were counted, and what went wrong."""
     if final := run.final:
         angles = [name for name in ("theta", "phi", "psi") if final.get(name) is not None]
-        known = ", ".join(f"{QUANTITIES[name].symbol} = {number(final[name])}" for name in angles)
-        yield f"at t = {number(final['t'])} s", f"{known} rad" if known else MISSING
+        t, theta = QUANTITIES["t"], QUANTITIES["theta"]
+        named = ((QUANTITIES[name], final[name]) for name in angles)
+        known = ", ".join(f"{each.symbol} = {each.text(x)}" for each, x in named)
+        yield (
+            f"at t = {t.text(final['t'])} {t.shown[0]}",
+            f"{known} {theta.shown[0]}" if known else MISSING,
+        )
+        if final.get("reaction"):
+            force = ", ".join(f"{x:.8g}" for x in final["reaction"])
+            yield "", f"force of the pivot [{force}] N"
         for name in ("phi", "psi"):
             if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
                 rest = number(final[f"{name}_mod"])

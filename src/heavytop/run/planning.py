@@ -442,10 +442,12 @@ def span(scene: Scene, motion: Motion) -> float:
     """
     if scene.time is not None:
         return float(scene.time)
+    if scene.periods is None:
+        rule = "missing: what is integrated has time = … in seconds, or periods = …"
+        raise refusal(scene, "span", "", rule)
     if motion.period is None:
         rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
         raise refusal(scene, "span.periods", str(scene.periods), rule)
-    assert scene.periods is not None
     return float(scene.periods) * float(motion.period)
 
 

@@ -403,6 +403,12 @@ class Trajectory(Played):
         """Symmetry axis in space at the sample times, shape (k, 3)."""
         return self.samples.axis
 
+    @property
+    def reaction(self) -> Array:
+        """The force of the pivot on the top [N], in space, at the samples."""
+        force: Array = self.scene.top.reaction(self.samples.axis, self.samples.omega)
+        return force
+
     @cached_property
     def invariants(self) -> dict[str, Array]:
         """Invariants of the formulation at the sample times, shape (k,) each, in units A = 1.

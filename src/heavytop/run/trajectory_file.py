@@ -78,6 +78,8 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     run, events, decimals = trajectory.samples, trajectory.events, trajectory.decimals
     names = (*ANGLES, *RATES, "axis", "omega", "states", *derived(trajectory.scene.quantities))
     samples = {name: values_of(run, name) for name in names}
+    if trajectory.scene.top.mass is not None:
+        samples["reaction"] = trajectory.reaction
     met = {name: getattr(events, name) for name in STORED}
     met["kind"] = np.array(events.kind, dtype="U10")
     if decimals is not None:
@@ -98,8 +100,11 @@ def exact_dataset(run: SceneMotion) -> xarray.Dataset:
     import xarray
 
     names = (*ANGLES, *RATES, "axis", "omega", *derived(run.scene.quantities))
+    samples = {name: values_of(run.samples, name) for name in names}
+    if run.scene.top.mass is not None:
+        samples["reaction"] = run.scene.top.reaction(samples["axis"], samples["omega"])
     return xarray.Dataset(
-        _over("t", {name: values_of(run.samples, name) for name in names}),
+        _over("t", samples),
         coords=_over("t", {"t": run.samples.t}) | _over("space", {"space": list("xyz")}),
         attrs=_origin(run),
     )

@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
-from heavytop.exact import Exact, Number
+from heavytop.exact import Exact, Number, parse
 from heavytop.exact.number import written
-from heavytop.exact.parse import ANGLES, RATES
 from heavytop.names import LONGEST, article, listed, nearest
 from heavytop.spelling import cut, harmless
 
@@ -27,13 +26,7 @@ T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber
 
 _MOST_SHOWN: Final = 60  # characters of a value, in a message
-_PLAIN: Final = (
-    str,
-    bytes,
-    numbers.Number,
-    Exact,
-    type(None),
-)  # which are known best by their value
+_PLAIN: Final = str, bytes, numbers.Number, Exact, type(None)  # shown by their value
 
 
 # --- values in messages ----------------------------------------------------------------------
@@ -153,37 +146,22 @@ class Refused(ValueError):
         return f"{self.rule} ({self.hint})" if self.hint else self.rule
 
 
-class Wrong(NamedTuple):
-    """One thing wrong with named values: the name, the rule it breaks, and what would be right."""
-
-    key: str
-    rule: str
-    hint: str = ""
-
-
 def read_values(
-    given: Mapping[str, object], readers: Mapping[str, Reader]
-) -> tuple[dict[str, Any], list[Wrong]]:
+    given: Mapping[str, object], readers: Mapping[str, Reader], file: str = "", table: str = ""
+) -> tuple[dict[str, Any], list[Fault]]:
     """Return the values that are right, each as its reader makes it, and what is wrong."""
-    values, wrong = {}, []
+    values, faults = {}, []
     for key, value in given.items():
         try:
+            if key not in readers:
+                raise Refused(
+                    "unknown key", nearest(key, readers) or f"known are {', '.join(readers)}"
+                )
             values[key] = readers[key](value)
-        except Refused as refused:
-            wrong.append(Wrong(key, refused.rule, refused.hint))
-        except NotANumber as error:
-            wrong.append(Wrong(key, str(error)))
-    return values, wrong
-
-
-def faults(
-    file: str, given: Mapping[str, object], wrong: Iterable[Wrong], table: str = ""
-) -> list[Fault]:
-    """Return what is wrong with the values of a table, for a message."""
-    return [
-        Fault(file, None, table + key, shown(given[key]) if key in given else "", rule, hint)
-        for key, rule, hint in wrong
-    ]
+        except (Refused, NotANumber) as wrong:
+            rule, hint = getattr(wrong, "rule", str(wrong)), getattr(wrong, "hint", "")
+            faults.append(Fault(file, None, table + key, shown(value), rule, hint))
+    return values, faults
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,8 +228,7 @@ def parse_options(
     >>> parse_options("drift", {"jobs": 0, "seed": 3}, table)[0]
     {'seed': 3.0}
     """
-    values, wrong = read_values(given, table)
-    return values, faults(file, given, wrong)
+    return read_values(given, table, file)
 
 
 def parse_names(
@@ -295,31 +272,53 @@ def _number(value: object, whole: bool) -> int | float | None:
         return None
 
 
-# --- the numbers of a Top or a State ---------------------------------------------------------
+# --- the numbers of a scene ------------------------------------------------------------------
+
+Broken: TypeAlias = list[tuple[str, str]]
+"""Names of values, and the rules that they break."""
 
 PLAIN: Final[Reader] = partial(Exact.of, units=())
-_ANGLES: Final = dict.fromkeys(("theta", "phi", "psi"), partial(Exact.of, units=ANGLES))
-_RATE_NAMES: Final = ("thetadot", "phidot", "psidot", "omega3")
-STATE: Final = _ANGLES | dict.fromkeys(_RATE_NAMES, partial(Exact.of, units=RATES))
+NUMBERS: Final[Mapping[str, Reader]] = {
+    name: partial(Exact.of, units=units)
+    for units, names in (
+        (parse.ANGLES, "theta phi psi"),
+        (parse.RATES, "thetadot phidot psidot omega3"),
+        (parse.MASSES, "mass"),
+        (parse.LENGTHS, "distance radius thickness length outer inner apex base centre"),
+        (parse.MOMENTS, "A C A_cm C_cm"),
+        (("m/s^2",), "gravity"),
+        (("kg/m^3", "g/cm^3"), "density"),
+        (("J",), "gMR E E_prime"),
+        ((), "p_phi p_psi periods"),
+        (parse.TIMES, "time"),
+    )
+    for name in names.split()
+}
+"""What reads each number of a scene: by its key, as it may have units of its own."""
+STATE: Final = {
+    name: NUMBERS[name]
+    for name in ("theta", "phi", "psi", "thetadot", "phidot", "psidot", "omega3")
+}
 
 
 def exact_numbers(
     refused: type[Impossible],
     given: Mapping[str, object],
-    rule: Callable[[Mapping[str, Exact]], list[Wrong]],
-    readers: Mapping[str, Reader] = STATE,
+    rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
+    readers: Mapping[str, Reader] = NUMBERS,
 ) -> dict[str, Any]:
     """Return values as exact numbers; all that is wrong with them is raised at once."""
-    values, broken = read_values(given, {name: readers.get(name, PLAIN) for name in given})
+    values, faults = read_values(given, readers)
+    broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
     if broken := broken + rule(values):
         raise refused(broken)
     return values
 
 
-def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> list[Wrong]:
+def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:
     """Return those of the names whose values are there and not positive."""
     there = (name for name in names if name in values)
-    return [Wrong(name, "must be greater than 0") for name in there if values[name].sign() != 1]
+    return [(name, "must be greater than 0") for name in there if values[name].sign() != 1]
 
 
 def set_fields(instance: object, values: Mapping[str, object]) -> None:
@@ -330,5 +329,5 @@ def set_fields(instance: object, values: Mapping[str, object]) -> None:
 
 def as_call(name: str, /, **values: object) -> str:
     """Return the call that makes an instance, its numbers as the texts they are read from."""
-    told = {key: str(value) if isinstance(value, Exact) else value for key, value in values.items()}
-    return f"{name}({', '.join(f'{key}={value!r}' for key, value in told.items())})"
+    texts = {key: str(x) if isinstance(x, Exact) else x for key, x in values.items()}
+    return f"{name}({', '.join(f'{key}={value!r}' for key, value in texts.items())})"

@@ -9,9 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from contextvars import ContextVar
 from decimal import ROUND_CEILING, Context
 from enum import IntEnum
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeAlias
+
+from heavytop.exact import parse
+from heavytop.names import nearest
+from heavytop.scene.arguments import Refused
 
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
@@ -27,6 +32,39 @@ class Need(IntEnum):
     PHI = 3  # phi, with all its turns
     PSI = 4  # psi, with all its turns
     NEVER = 5  # no scene may want it
+
+
+Units: TypeAlias = Mapping[str, tuple[str, float]]
+"""By a unit of SI another one, and how many of it one of SI is."""
+
+SI: Final[Units] = {}
+SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
+"""The units that people asked for, in place of those of SI."""
+UNITS_OF: Final = {
+    "rad": parse.ANGLES, "rad/s": parse.RATES, "s": parse.TIMES, "kg": parse.MASSES,
+    "m": parse.LENGTHS, "kg m²": parse.MOMENTS,
+}  # fmt: skip
+
+
+def read_units(names: str) -> Units:
+    """Read a list such as deg,rpm,ms; `Refused` where one of them is no unit.
+
+    >>> read_units("deg,ms")["s"]
+    ('ms', 1000.0)
+    """
+    found = {}
+    for name in (each.strip() for each in names.split(",")):
+        si = next((si for si, units in UNITS_OF.items() if name in units), "")
+        if not si:
+            known = [each for units in UNITS_OF.values() for each in units]
+            raise Refused(f"units out of {', '.join(known)}", nearest(name, known))
+        found[si] = name, float(1 / parse.UNITS[name])
+    return found
+
+
+def scaled(unit: str, units: Units) -> tuple[str, float]:
+    """The unit to show in place of one of SI, and how many of it one of SI is."""
+    return units.get(unit, (unit, 1.0))
 
 
 class Quantity(NamedTuple):
@@ -64,9 +102,15 @@ class Quantity(NamedTuple):
     of: Callable[[Any], Any] | None = None
 
     @property
+    def shown(self) -> tuple[str, float]:
+        """The unit in which it is shown, and how many of it one of SI is."""
+        return scaled(self.unit, SHOWN.get())
+
+    @property
     def heading(self) -> str:
         """The heading of a column, or the label of an axis of a chart."""
-        return f"{self.symbol} [{self.unit}]" if self.unit not in ("1", "") else self.symbol
+        unit, _ = self.shown
+        return f"{self.symbol} [{unit}]" if unit not in ("1", "") else self.symbol
 
     @property
     def label(self) -> str:
@@ -102,8 +146,6 @@ class Quantity(NamedTuple):
     def text(self, value: Any, digits: int = 17) -> str:
         """A value as a person reads it, to so many digits at most; a text as it is.
 
-        A conversion to another unit belongs here and in `heading`.
-
         >>> QUANTITIES["theta"].text(2 / 3, 3), QUANTITIES["bound"].text(1.41e-15)
         ('0.667', '1.5e-15')
         """
@@ -111,6 +153,8 @@ class Quantity(NamedTuple):
             return MISSING
         if isinstance(value, str | bool) or not self.format:
             return str(value)
+        if (factor := self.shown[1]) != 1.0:
+            value = float(value) * factor
         form = PRECISION.sub(lambda precision: str(min(int(precision[0]), digits)), self.format)
         if form.startswith("^"):
             up = Context(prec=int(form[2]) + 1, rounding=ROUND_CEILING)
@@ -143,6 +187,8 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
                       columns=RATES, judged_by=("rates",)),
     "attitude": Quantity("attitude", "1", "attitude, body to space", need=Need.PSI,
                          columns=("quaternion",), judged_by=("phi", "psi", "axis")),
+    "reaction": Quantity("reaction", "N", "force of the pivot on the top, in space", parts="xyz",
+                         need=Need.AXIS, judged_by=("axis", "rates")),
     # the motion
     "t": Quantity("t", "s", "time since the start"),
     "thetadot": Quantity("θ̇", "rad/s", "rate of the tilt"),

@@ -25,7 +25,15 @@ FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES: Final = "--set"
 _MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
-_INSTEAD: Final = {"time": "periods", "periods": "time", "psidot": "omega3", "omega3": "psidot"}
+_INSTEAD: Final = {  # by a key, those that give way to it
+    "time": ("periods",),
+    "periods": ("time",),
+    "psidot": ("omega3",),
+    "omega3": ("psidot", "p_psi"),
+    "p_psi": ("omega3",),
+    "E": ("E_prime",),
+    "E_prime": ("E",),
+}
 _LONGEST: Final = 120  # of changes, told in a title
 _OF_THE_MOTION: Final = ("top.", "start.")
 
@@ -53,9 +61,10 @@ class Scene(Shown):
     time : number, optional
         The span [s]; negative runs backwards.
     periods : number, optional
-        The span in nutation periods; exactly one of `time` and `periods` is given.
+        The span in nutation periods; at most one of `time` and `periods` is given, and what
+        integrates the scene needs one.
     quantities : sequence of str
-        Any of class, period, theta, axis, phi, psi, rates, attitude.
+        Any of class, period, theta, axis, phi, psi, rates, attitude, reaction.
     events : sequence of str
         Any of turning, reversal, cusp.
     samples : int
@@ -108,10 +117,14 @@ class Scene(Shown):
         given = locals()
         spans = {key: given[key] for key in TABLES["span"] if given[key] is not None}
         others = {key: given[key] for key in _ARGUMENTS}
-        span, wrong = scene_file.read_table("span", spans)
-        values, more = scene_file.read_keys(_ARGUMENTS, others)
+        span, wrong = scene_file.read_table("span", spans, "Scene")
+        values, more = scene_file.read_keys(_ARGUMENTS, others, "Scene")
+        body = values.get("top")
+        if "reaction" in values.get("quantities", ()) and body and body.mass is None:
+            rule = "a top with mass and distance, where the force on the pivot is wanted"
+            more.append(Fault("Scene", None, "top", arguments.shown(top), rule))
         if wrong or more:
-            raise BadScene(tuple(arguments.faults("Scene", spans | others, wrong + more)))
+            raise BadScene((*wrong, *more))
         arguments.set_fields(self, {"time": None, "periods": None} | span | values)
 
     def __repr__(self) -> str:
@@ -120,17 +133,21 @@ class Scene(Shown):
         return arguments.as_call("Scene", **there)
 
     def __str__(self) -> str:
-        length = f"{self.time} s" if self.time is not None else f"{self.periods} periods"
-        return f"{self.title or self.name}: {self.top}, {self.start}, {length}"
+        spans = {f"{self.time} s": self.time, f"{self.periods} periods": self.periods}
+        length = [text for text, span in spans.items() if span is not None]
+        parts = [str(self.top), str(self.start), *length]
+        return f"{self.title or self.name}: {', '.join(parts)}"
 
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
         span = {"time": self.time, "periods": self.periods}
+        names = ("A", "C", "gMR", "mass", "distance")
+        top = {name: getattr(self.top, name) for name in names}
         return {
             "format": FORMAT,
             "title": self.title,
             "source": self.source,
-            "top": {"A": self.top.A, "C": self.top.C, "gMR": self.top.gMR},
+            "top": {name: value for name, value in top.items() if value is not None},
             "start": dict(self.start.given),
             "span": {key: value for key, value in span.items() if value is not None},
             "want": {key: getattr(self, key) for key in TABLES["want"]},
@@ -143,6 +160,38 @@ class Scene(Shown):
     def document(self) -> dict[str, Any]:
         """The scene for JSON: numbers where 15 digits say them exactly, else their exact text."""
         return dict(scene_file.json_ready({"name": self.name} | self.tables()))
+
+    def changed(self, key: str, value: Number) -> Scene:
+        """The scene with another value of a key such as ``start.psidot``.
+
+        Parameters
+        ----------
+        key : str
+            Of the top or of the start, as they were given.
+        value : number
+            The new value; what cannot stand beside it gives way, as ω3 does to ψ̇.
+
+        Raises
+        ------
+        BadScene
+            There is no such scene.
+
+        Examples
+        --------
+        >>> print(load_scene("spherical-pendulum").changed("top.mass", 2).top.gMR)
+        19.6133
+        """
+        tables = self.tables() | {"top": dict(self.top.given), "start": dict(self.start.given)}
+        table, _, name = key.rpartition(".")
+        if table not in ("top", "start"):
+            _refuse(self.name, "a number of the top or of the start, as start.psidot", key=key)
+        for other in _INSTEAD.get(name, ()):
+            tables[table].pop(other, None)
+        tables[table][name] = value
+        values, faults = scene_file.read_tables(self.name, tables)
+        if faults:
+            raise BadScene(tuple(faults))
+        return Scene(**values, name=self.name)
 
     def problem(self) -> dict[str, Any]:
         """The top and its start for JSON, with their names: what studies integrate.
@@ -391,7 +440,8 @@ def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Faul
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
             wrong.append(Fault(CHANGES, None, harmless(change[:60]), "", rule))
             continue
-        table.pop(_INSTEAD.get(last, last), None)
+        for other in _INSTEAD.get(last, ()):
+            table.pop(other, None)
         table[last] = _override_value(text)
         changed[key] = text.strip("\"'")
     _retitle(raw, changed)

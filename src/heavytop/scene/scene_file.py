@@ -10,17 +10,20 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any, Final
 
-from heavytop.errors import Fault, Impossible
+from heavytop.errors import Fault, Impossible, ImpossibleTop
 from heavytop.exact import Exact
 from heavytop.names import nearest
-from heavytop.scene import arguments
-from heavytop.scene.arguments import NumberText, Range, Reader, Refused, Wrong, faults
+from heavytop.scene import arguments, starts
+from heavytop.scene.arguments import NUMBERS, Broken, NumberText, Range, Reader, Refused, shown
 from heavytop.scene.quantities import RATES, WANTED
-from heavytop.scene.state import START, State, broken_start
+from heavytop.scene.solids import Solid, solid
+from heavytop.scene.starts import START
+from heavytop.scene.state import State
 from heavytop.scene.top import Top, broken_body
 from heavytop.spelling import harmless
 
@@ -119,11 +122,23 @@ def _names(allowed: tuple[str, ...], least: int) -> Reader:
     return read
 
 
-def _length(value: object) -> Exact:
-    length: Exact = arguments.PLAIN(value)
-    if not length.sign():
-        raise Refused("not 0: a span has a length")
-    return length
+def _length(name: str) -> Reader:
+    def read(value: object) -> Exact:
+        length: Exact = NUMBERS[name](value)
+        if not length.sign():
+            raise Refused("not 0: a span has a length")
+        return length
+
+    return read
+
+
+def _solids(value: object) -> tuple[Solid, ...]:
+    if not isinstance(value, list | tuple) or not all(isinstance(each, dict) for each in value):
+        raise Refused('a list of tables, such as [{shape = "disc", radius = 0.1, …}]')
+    try:
+        return tuple(solid(**each) for each in value)
+    except ImpossibleTop as wrong:
+        raise Refused(str(wrong)) from None
 
 
 def _format(value: object) -> int:
@@ -135,11 +150,13 @@ def _format(value: object) -> int:
 # --- the keys --------------------------------------------------------------------------------
 
 TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
-    "top": dict.fromkeys(
-        ("A", "C", "gMR", "mass", "distance", "gravity", "A_cm", "C_cm"), arguments.PLAIN
-    ),
+    "top": {
+        **{name: NUMBERS[name] for name in ("A", "C", "gMR", "mass", "distance", "gravity")},
+        **{name: NUMBERS[name] for name in ("A_cm", "C_cm")},
+        "solids": _solids,
+    },
     "start": START,
-    "span": dict.fromkeys(("time", "periods"), _length),
+    "span": {"time": _length("time"), "periods": _length("periods")},
     "want": {
         "quantities": _names(WANTED, least=1),
         "events": _names(EVENTS, least=0),
@@ -154,29 +171,20 @@ SCENE: Final[Mapping[str, Reader]] = {
     **dict.fromkeys(TABLES, arguments.a(dict)),
 }
 _NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} | {
-    table: f"missing: a scene has a table [{table}]" for table in ("top", "start", "span")
+    table: f"missing: a scene has a table [{table}]" for table in ("top", "start")
 }
+_PARTS: Final = ("mass", "distance", "gravity")
 
-
-def _steady(steady: Any, **values: Any) -> State:
-    """The start of a steady precession, by the names that a scene has for it."""
-    return State.steady(which=steady, **values)
-
-
-# The ways to say what a table stands for, by the keys that each needs. A key that only one of them
-# needs begins it; where none is begun the first is meant.
+# The ways to say what a table stands for, by the keys that each needs; the nearest is meant.
 _WAYS: Final[Mapping[str, Mapping[tuple[str, ...], Callable[..., Any]]]] = {
     "top": {
         ("A", "C", "gMR"): Top,
-        ("mass", "distance", "gravity", "A_cm", "C_cm"): Top.from_parts,
+        ("A", "C", "gMR", "mass", "distance"): Top,
+        (*_PARTS, "A_cm", "C_cm"): Top.from_parts,
+        (*_PARTS, "A", "C"): Top.from_parts,
+        ("solids", "gravity"): lambda solids, gravity: Top.from_solids(solids, gravity),
     },
-    "start": {
-        (): partial(State, theta=0),
-        ("steady", "theta", "omega3"): _steady,
-        ("E", "p_phi", "p_psi", "theta", "branch"): State.from_constants,
-    },
-    "span": {("time",): dict, ("periods",): dict},
-    "want": {(): dict},
+    "span": {(): dict, ("time",): dict, ("periods",): dict},
 }
 
 
@@ -184,71 +192,94 @@ _WAYS: Final[Mapping[str, Mapping[tuple[str, ...], Callable[..., Any]]]] = {
 
 
 def read_keys(
-    keys: Mapping[str, Reader], raw: Mapping[str, object]
-) -> tuple[dict[str, Any], list[Wrong]]:
+    keys: Mapping[str, Reader], raw: Mapping[str, object], file: str, table: str = ""
+) -> tuple[dict[str, Any], list[Fault]]:
     """Return the values of a table that are right, and what is wrong with the others."""
-    values, wrong = arguments.read_values({key: raw[key] for key in raw if key in keys}, keys)
-    for key in raw:
-        if key not in keys:
-            homes = [
-                f"it belongs in [{name}]: {name}.{key}"
-                for name, table in TABLES.items()
-                if key in table
-            ]
-            hint = "".join(homes) or nearest(key, keys) or f"known are {', '.join(keys)}"
-            wrong.append(Wrong(key, "unknown key", hint))
-    return values, wrong
+    values, faults = arguments.read_values(raw, keys, file, table)
+    homes = {key: name for name, others in TABLES.items() for key in others}
+    for k, fault in enumerate(faults):
+        key = fault.key.removeprefix(table)
+        if key not in keys and key in homes:
+            hint = f"it belongs in [{homes[key]}]: {homes[key]}.{key}"
+            faults[k] = replace(fault, hint=hint)
+    return values, faults
 
 
 def read_table(
-    name: str, raw: Mapping[str, object], top: Top | None = None
-) -> tuple[Any, list[Wrong]]:
+    name: str, raw: Mapping[str, object], file: str, table: str = "", top: Top | None = None
+) -> tuple[Any, list[Fault]]:
     """Return what a table stands for, and everything that is wrong with it.
 
     It is None where anything is, and where it needs a `top` that is not known.
     """
-    values, wrong = read_keys(TABLES[name], raw)
-    ways, own = _WAYS[name], raw.keys() - arguments.STATE.keys()
-    begun = [keys for keys in ways if own & {*keys}]
-    needed = (begun or [*ways])[0]
-    if begun or not wrong:  # else its unknown keys say enough
-        rule = f"missing: a {name} is {' or '.join(', '.join(keys) for keys in ways if keys)}"
-        wrong += [Wrong(key, rule) for key in needed if key not in raw]
-    foreign = TABLES[name].keys() - {*needed, "phi", "psi"} if needed else ()
-    wrong += [Wrong(key, f"does not go with {', '.join(needed)}") for key in raw if key in foreign]
-    wrong += broken_body(values) + broken_start(values)  # as far as these keys are there
-    on_top = {"top": top} if name == "start" and needed else {}
-    if wrong or None in on_top.values():
-        return None, wrong
+    values, faults = read_keys(TABLES[name], raw, file, table)
+    there = {key: raw[key] for key in raw if key in TABLES[name]}
+    strange = raw and not there  # unknown keys say enough
+    make: Callable[..., Any] = dict
+    broken: Broken = []
+    if name == "start":
+        way, every = starts.way_of(there), starts.completed(there)
+        broken = way.broken(every)
+        if way.on_top and top is None and not broken:
+            return None, faults
+        make = partial(_start, top=top)
+    elif name in _WAYS:
+        needed = min(_WAYS[name], key=lambda keys: len({*keys} ^ there.keys()))
+        broken = [
+            (key, f"missing: a {name} is {_listed(name)}") for key in needed if key not in raw
+        ]
+        broken += [
+            (key, f"does not go with {', '.join(needed)}") for key in there if key not in needed
+        ]
+        make = _WAYS[name][needed]
+    if name == "top":
+        broken += broken_body(values)
+    broken = [each for each in broken if each[0] in there or not strange]
     try:
-        return ways[needed](**values, **on_top), []
+        if not faults and not broken:
+            return make(**values), []
     except Impossible as error:
-        return None, [Wrong(*each) for each in error.broken]
+        broken = [*error.broken]
+    return None, faults + [
+        Fault(file, None, table + key, shown(raw[key]) if key in raw else "", rule)
+        for key, rule in broken
+    ]
+
+
+def _start(top: Top | None, **given: Any) -> State:
+    return State.of(given, top)
+
+
+def _listed(name: str) -> str:
+    return " or ".join(", ".join(keys) for keys in _WAYS[name] if keys)
 
 
 def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
     """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
-    found, wrong = read_keys(SCENE, raw)
-    wrong += [Wrong(key, rule) for key, rule in _NEEDED.items() if key not in raw]
-    every = faults(file, raw, wrong)
+    found, faults = read_keys(SCENE, raw, file)
+    faults += [Fault(file, None, key, "", rule) for key, rule in _NEEDED.items() if key not in raw]
     tables = {name: found.pop(name) for name in TABLES if name in found}  # the top before the start
     for name, table in tables.items():
-        found[name], wrong = read_table(name, table, found.get("top"))
-        every += faults(file, table, wrong, f"{name}.")
+        found[name], wrong = read_table(name, table, file, f"{name}.", found.get("top"))
+        faults += wrong
     inner = [found.pop(name, None) or {} for name in ("span", "want")]
     found.pop("format", None)
-    return found | inner[0] | inner[1], every
+    return found | inner[0] | inner[1], faults
 
 
 # --- TOML and JSON out -----------------------------------------------------------------------
 
 
 def written(tables: Mapping[str, object]) -> str:
-    """Return the TOML text of a scene: numbers, texts, lists of names and tables of those."""
+    """Return the TOML text of a scene: numbers, texts, lists and tables of those."""
     lines = []
     for name, value in tables.items():
         if isinstance(value, Mapping):
-            lines += ["", f"[{name}]", *(f"{key} = {_toml(x)}" for key, x in value.items())]
+            lines += (
+                []
+                if not value
+                else ["", f"[{name}]", *(f"{key} = {_toml(x)}" for key, x in value.items())]
+            )
         else:
             lines.append(f"{name} = {_toml(value)}")
     return "\n".join(lines) + "\n"
@@ -256,6 +287,8 @@ def written(tables: Mapping[str, object]) -> str:
 
 def _toml(value: object) -> str:
     text = str(value)
+    if isinstance(value, bool):
+        return text.lower()
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(_toml, value))}]"
     plain = isinstance(value, Exact) and _BARE.fullmatch(text) and len(text) <= _LONGEST_BARE
@@ -269,7 +302,7 @@ def json_ready(value: object) -> Any:
     if isinstance(value, Mapping):
         return {key: json_ready(item) for key, item in value.items()}
     if not isinstance(value, Exact):
-        return list(value) if isinstance(value, tuple) else value
+        return [json_ready(item) for item in value] if isinstance(value, tuple) else value
     q = value.fraction
     if q is None or abs(q) >= 10**15 or Fraction(f"{float(q):.15g}") != q:
         return str(value)

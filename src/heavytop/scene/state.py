@@ -6,28 +6,31 @@ body's own axis and p_ψ = C ω3.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final, Literal, TypeAlias, get_args
+from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 
 from heavytop.display import Shown
-from heavytop.errors import ImpossibleStart
-from heavytop.exact import PI, Exact, Number, cos, sin, sqrt
-from heavytop.scene import arguments
-from heavytop.scene.arguments import Wrong, as_call, exact_numbers, one_of, set_fields, short
+from heavytop.errors import FoldedTiltWarning, ImpossibleStart
+from heavytop.exact import Exact, Number, cos
+from heavytop.scene import arguments, starts
+from heavytop.scene.arguments import as_call, exact_numbers, set_fields
 from heavytop.scene.top import Top
 
-_DEGREES = range(4, 181)  # a θ that is one of these was hardly meant in radians
+Branch: TypeAlias = Literal["falling", "rising", "forward", "backward"]
+Vector: TypeAlias = "Sequence[Number]"
 
-Branch: TypeAlias = Literal["falling", "rising"]
-Rate: TypeAlias = Literal["slow", "fast"]
 
-START: Final[dict[str, arguments.Reader]] = {  # what a start may be made from
-    **arguments.STATE,
-    **dict.fromkeys(("E", "p_phi", "p_psi"), arguments.PLAIN),
-    "branch": one_of({name: name for name in get_args(Branch)}),
-    "steady": one_of({name: name for name in get_args(Rate)}),
-}
+class Rates(TypedDict, total=False):
+    """How the body turns: an angular velocity, or Euler's rates."""
+
+    omega_body: Vector
+    omega_space: Vector
+    thetadot: Number
+    phidot: Number
+    psidot: Number
+    omega3: Number
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
@@ -37,12 +40,15 @@ class State(Shown):
     Parameters
     ----------
     theta : number
-        Tilt θ of the axis from the upward vertical, in [0, π].
+        Tilt θ of the axis from the upward vertical; outside [0, π] it is folded, and a warning
+        says so.
     thetadot, phi, phidot, psi : number
         The other angles [rad] and rates [rad/s], by name.
     psidot, omega3 : number, optional
         The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ [rad/s]; at most one of them. It says what a kick
         holds.
+    omega_body, omega_space : sequence of 3 number, optional
+        The angular velocity [rad/s], along the axes of the body or of space, in place of rates.
 
     Attributes
     ----------
@@ -50,13 +56,20 @@ class State(Shown):
         Which of the two was given.
     spin : Exact
         What was given of it.
-    given : tuple of (str, Exact or str)
+    given : tuple of (str, object)
         The start as it was given: what a scene file says.
+    notices : tuple of str
+        What was done to bring it into this form.
 
     Raises
     ------
     ImpossibleStart
-        Some value is no number, θ is outside [0, π], or both psidot and omega3 are given.
+        Some value is no number, or more is given than determines a start.
+
+    Warns
+    -----
+    FoldedTiltWarning
+        θ is outside [0, π].
 
     Examples
     --------
@@ -78,7 +91,8 @@ class State(Shown):
     psi: Exact
     spin: Exact
     held: Literal["psidot", "omega3"]
-    given: tuple[tuple[str, Exact | str], ...] = field(compare=False, repr=False)
+    given: tuple[tuple[str, Any], ...] = field(compare=False, repr=False)
+    notices: tuple[str, ...] = field(compare=False, repr=False)
 
     def __init__(
         self,
@@ -90,13 +104,55 @@ class State(Shown):
         psi: Number = 0,
         psidot: Number | None = None,
         omega3: Number | None = None,
+        omega_body: Any = None,
+        omega_space: Any = None,
     ) -> None:
-        spins = {"psidot": psidot, "omega3": omega3}
-        spin = {name: rate for name, rate in spins.items() if rate is not None} or {"psidot": 0}
-        given = {"theta": theta, "thetadot": thetadot, "phi": phi, "phidot": phidot, "psi": psi}
-        values = exact_numbers(ImpossibleStart, given | spin, broken_start, START)
-        held, told = next(iter(spin)), tuple(values.items())
-        set_fields(self, values | {"spin": values.pop(held), "held": held, "given": told})
+        angles = {"theta": theta, "phi": phi, "psi": psi}
+        rates = {"thetadot": thetadot, "phidot": phidot}
+        choices = {"psidot": psidot, "omega3": omega3}
+        choices |= {"omega_body": omega_body, "omega_space": omega_space}
+        chosen = {name: choice for name, choice in choices.items() if choice is not None}
+        if chosen.keys() & {"omega_body", "omega_space"}:
+            rates = {name: rate for name, rate in rates.items() if rate != 0}
+        self._read({**angles, **rates, **chosen}, None)
+
+    @classmethod
+    def of(cls, given: Mapping[str, object], top: Top | None = None) -> Self:
+        """The start that the keys of a scene's ``[start]`` say, in any of their ways.
+
+        Parameters
+        ----------
+        given : mapping from str to object
+            What `heavytop.scene.starts.START` has.
+        top : Top, optional
+            What spins: constants and a steady precession need it.
+
+        Raises
+        ------
+        ImpossibleStart
+            Some value is out of its rule, too many or too few are given, or no motion has them.
+
+        Examples
+        --------
+        >>> print(State.of({"steady": True, "theta": "pi/3", "phidot": 2}, Top(1, 1, 6)).spin)
+        4
+        """
+        start = cls.__new__(cls)
+        start._read(given, top)
+        return start
+
+    def _read(self, given: Mapping[str, object], top: Top | None) -> None:
+        way, every = starts.way_of(given), starts.completed(given)
+        readers = starts.START | {"top": arguments.a(Top)}
+        needed = {"top": top} if way.on_top else {}
+        values = exact_numbers(
+            ImpossibleStart, {**every, **needed}, lambda _: way.broken(every), readers
+        )
+        values.pop("top", None)
+        found = starts.solve(values, top)
+        for notice in found["notices"]:
+            warnings.warn(notice, FoldedTiltWarning, stacklevel=4)
+        set_fields(self, found | {"given": tuple(values.items())})
 
     @property
     def psidot(self) -> Exact:
@@ -155,39 +211,99 @@ class State(Shown):
         return cls(theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, omega3=omega3)
 
     @classmethod
+    def from_quaternion(cls, quaternion: Vector, **rates: Unpack[Rates]) -> Self:
+        """The start in an attitude that a quaternion gives.
+
+        Parameters
+        ----------
+        quaternion : sequence of 4 number
+            Body to space, scalar first; of any length but 0.
+        omega_body, omega_space : sequence of 3 number, optional
+            The angular velocity [rad/s], along the axes of the body or of space; or
+        thetadot, phidot, psidot, omega3 : number, optional
+            rates [rad/s], the spin as one of the last two.
+
+        Raises
+        ------
+        ImpossibleStart
+            As for `State`.
+
+        Examples
+        --------
+        >>> start = State.from_quaternion((3, 1, 0, 0), omega_body=(1, 2, 5))
+        >>> print(start.theta, start.thetadot, start.phidot, start.omega3)
+        acos(0.8) 1 10/3 5
+        """
+        return cls.of({"quaternion": quaternion, **rates})
+
+    @classmethod
+    def from_rotation(cls, rotation: Sequence[Vector], **rates: Unpack[Rates]) -> Self:
+        """The start in an attitude that a rotation matrix gives.
+
+        Parameters
+        ----------
+        rotation : sequence of 3 rows
+            Body to space; its columns are the body's axes. It may be rounded: within 1e-6.
+        omega_body, omega_space : sequence of 3 number, optional
+            The angular velocity [rad/s], along the axes of the body or of space; or
+        thetadot, phidot, psidot, omega3 : number, optional
+            rates [rad/s], the spin as one of the last two.
+
+        Raises
+        ------
+        ImpossibleStart
+            As for `State`.
+
+        Examples
+        --------
+        >>> rows = [[1, 0, 0], [0, "0.8", "-0.6"], [0, "0.6", "0.8"]]
+        >>> print(State.from_rotation(rows, omega_space=(0, 3, 4)).phidot)
+        8
+        """
+        return cls.of({"rotation": rotation, **rates})
+
+    @classmethod
     def from_constants(
         cls,
         top: Top,
-        E: Number,
-        p_phi: Number,
-        p_psi: Number,
-        theta: Number,
-        branch: Branch = "falling",
+        E: Number | None = None,
+        p_phi: Number | None = None,
+        p_psi: Number | None = None,
+        theta: Number | None = None,
+        branch: Branch | None = None,
         phi: Number = 0,
         psi: Number = 0,
-    ) -> State:
-        """The start at θ with the given constants of the motion.
+        *,
+        E_prime: Number | None = None,
+        omega3: Number | None = None,
+        thetadot: Number | None = None,
+    ) -> Self:
+        """The start with four of the constants of a motion, θ and θ̇.
 
         Parameters
         ----------
         top : Top
             What spins.
-        E : number
-            Energy, the spin energy p_ψ²/2C included [J].
-        p_phi, p_psi : number
-            Momenta about the vertical and about the axis [kg m² s⁻¹].
-        theta : number
-            Tilt θ [rad].
-        branch : {"falling", "rising"}
-            Whether θ grows or shrinks at the start.
+        E, E_prime : number, optional
+            Energy [J], the spin energy p_ψ²/2C included, or without it.
+        p_phi : number, optional
+            Momentum about the vertical [kg m² s⁻¹].
+        p_psi, omega3 : number, optional
+            Momentum about the axis [kg m² s⁻¹], or ω3 [rad/s].
+        theta, thetadot : number, optional
+            Tilt θ [rad] and its rate [rad/s]; without an energy that rate is 0 if it is left out.
+        branch : {"falling", "rising", "forward", "backward"}, optional
+            Of two motions, or of two tilts: whether θ grows or shrinks at the start, whether it is
+            the less or the greater; of two p_φ or p_ψ the greater or the less. By default the
+            first of each pair.
         phi, psi : number
             The other angles [rad].
 
         Raises
         ------
         ImpossibleStart
-            `top` is no Top, some value is no number, or no motion with these constants reaches θ;
-            the least possible E is named.
+            `top` is no Top, some value is no number, there are not four, or no motion with these
+            constants reaches θ; the least possible E is named.
 
         Examples
         --------
@@ -195,29 +311,25 @@ class State(Shown):
         >>> print(start.thetadot, start.phidot)
         2 1
         """
-        given = {"E": E, "p_phi": p_phi, "p_psi": p_psi, "theta": theta, "phi": phi, "psi": psi}
-        values = _read(top, given | {"branch": branch})
-        if top.C == 0:
-            rule = "of a point mass (C = 0) it does not give the spin: give rates"
-            raise ImpossibleStart([("p_psi", rule)])
-        phidot = _precession_rate(top, values)
-        speed = sqrt(_speed_squared(top, values, phidot))
-        thetadot, omega3 = speed if branch == "falling" else -speed, values["p_psi"] / top.C
-        angles = {name: values[name] for name in ("theta", "phi", "psi")}
-        start = cls(**angles, thetadot=thetadot, phidot=phidot, omega3=omega3)
-        set_fields(start, {"given": tuple(values.items())})
-        return start
+        constants = {
+            "E": E, "E_prime": E_prime, "p_phi": p_phi, "p_psi": p_psi, "omega3": omega3,
+            "theta": theta, "thetadot": thetadot, "branch": branch, "phi": phi, "psi": psi,
+        }  # fmt: skip
+        return cls.of({name: x for name, x in constants.items() if x is not None}, top)
 
     @classmethod
     def steady(
         cls,
         top: Top,
         theta: Number,
-        omega3: Number,
-        which: Rate = "slow",
+        omega3: Number | None = None,
+        which: Literal["slow", "fast"] | bool = "slow",
         phi: Number = 0,
         psi: Number = 0,
-    ) -> State:
+        *,
+        psidot: Number | None = None,
+        phidot: Number | None = None,
+    ) -> Self:
         """The start of a steady precession at constant θ.
 
         The two rates solve A cosθ Ω² − p_ψ Ω + gMR = 0. The slow one is taken from its partner,
@@ -229,10 +341,12 @@ class State(Shown):
             What spins.
         theta : number
             Tilt θ [rad].
-        omega3 : number
-            ω3 [rad/s].
+        omega3, psidot : number, optional
+            The spin, as ω3 or as ψ̇ [rad/s]; or
+        phidot : number, optional
+            Ω [rad/s], from which ω3 follows.
         which : {"slow", "fast"}
-            The rate of smaller, or of larger, magnitude.
+            The rate of smaller, or of larger, magnitude; plays no part where Ω is given.
         phi, psi : number
             The other angles [rad].
 
@@ -247,86 +361,10 @@ class State(Shown):
         >>> top = Top("6.375e-3", "7.5e-4", "0.73575")
         >>> print(State.steady(top, "pi/3", "140.6", "slow").phidot)
         10
+        >>> print(State.steady(top, "pi/3", phidot=10).omega3)
+        140.6
         """
-        values = {"theta": theta, "omega3": omega3, "phi": phi, "psi": psi}
-        given = _read(top, {"steady": which} | values)
-        rate = _steady_rate(top, given["theta"], given["omega3"], which)
-        start = cls(**{name: given[name] for name in values}, phidot=rate)
-        set_fields(start, {"given": tuple(given.items())})
-        return start
-
-
-def broken_start(values: Mapping[str, Exact]) -> list[Wrong]:
-    """The rules that θ and the spin, if they are there, break."""
-    theta = values.get("theta")
-    if theta is None or _tilt(theta):
-        return broken_spin(values)
-    degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
-    return [Wrong("theta", f"must lie within [0, π] radians{degrees}"), *broken_spin(values)]
-
-
-def _tilt(theta: Exact) -> bool:
-    """Whether θ is not known to be outside [0, π]."""
-    q = theta.fraction
-    if q is not None and 0 <= q.numerator <= 3 * q.denominator:  # as nearly all are
-        return True
-    return -1 not in (theta.sign(), (PI - theta).sign())
-
-
-def broken_spin(spin: Collection[str]) -> list[Wrong]:
-    """The rule that the names of the spin break."""
-    if not {"psidot", "omega3"} <= set(spin):
-        return []
-    return [Wrong("omega3", "give psidot or omega3, not both: a kick keeps the given one")]
-
-
-def _read(top: object, given: dict[str, Any]) -> dict[str, Any]:
-    """What a start on a top is made from, exact; everything wrong with it is raised."""
-    readers = START | {"top": arguments.a(Top)}
-    values = exact_numbers(ImpossibleStart, {"top": top} | given, broken_start, readers)
-    del values["top"]
-    return values
-
-
-def _precession_rate(top: Top, values: Mapping[str, Exact]) -> Exact:
-    """φ̇ = (p_φ − p_ψ cosθ) / (A sin²θ), and at a pole its limit along the motion."""
-    p_phi, p_psi, u = values["p_phi"], values["p_psi"], cos(values["theta"])
-    if sin(values["theta"]).sign() != 0:
-        return (p_phi - p_psi * u) / (top.A * sin(values["theta"]) ** 2)
-    if (p_phi - p_psi * u).sign() != 0:
-        pole = "p_psi" if u == 1 else "-p_psi"
-        where = f"equal to {pole} = {short(p_psi * u)} at this theta"
-        raise ImpossibleStart([("p_phi", f"{where}: nothing else reaches the vertical")])
-    return p_psi * u / (2 * top.A)
-
-
-def _speed_squared(top: Top, values: Mapping[str, Exact], phidot: Exact) -> Exact:
-    """θ̇² = 2(E − least)/A, where `least` is the energy of a motion that turns back at θ."""
-    theta = values["theta"]
-    turning = top.A * (phidot * sin(theta)) ** 2 / 2
-    least = values["p_psi"] ** 2 / (2 * top.C) + top.gMR * cos(theta) + turning
-    excess = values["E"] - least
-    if excess.sign() == -1:
-        raise ImpossibleStart([("E", f"at least {short(least)} at this theta")])
-    return 2 * excess / top.A
-
-
-def _steady_rate(top: Top, theta: Exact, omega3: Exact, which: Rate) -> Exact:
-    p_psi, u = top.C * omega3, cos(theta)
-    discriminant = p_psi**2 - 4 * top.A * top.gMR * u
-    if discriminant.sign() == -1:
-        if top.C == 0:
-            raise ImpossibleStart([("theta", "beyond pi/2: no spin holds up a point mass (C = 0)")])
-        least = 2 * sqrt(top.A * top.gMR * u) / top.C
-        raise ImpossibleStart([("omega3", f"at least {short(least)} in magnitude at this theta")])
-    root = sqrt(discriminant)
-    larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
-    if which == "fast":
-        if u.sign() == 0:
-            raise ImpossibleStart([("steady", '"slow" at theta = pi/2: there is no fast rate')])
-        return larger / (2 * top.A * u)
-    if top.gMR.sign() == 0:
-        return top.gMR
-    if larger.sign() == 0:
-        raise ImpossibleStart([("omega3", "not 0 at this theta")])
-    return 2 * top.gMR / larger
+        spins = {"omega3": omega3, "psidot": psidot, "phidot": phidot}
+        spin = {name: x for name, x in spins.items() if x is not None}
+        steady = True if phidot is not None else which
+        return cls.of({"steady": steady, "theta": theta, **spin, "phi": phi, "psi": psi}, top)

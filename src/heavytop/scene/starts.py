@@ -1,0 +1,470 @@
+"""The ways to say how a top starts, and the Euler angles and rates that each of them means.
+
+A way takes one name out of each of its slots. All of it is exact: an angle that follows from a
+rotation or from constants is the arccosine of an exact number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
+from math import floor, pi
+from typing import Any, Final, NamedTuple
+
+from heavytop.errors import ImpossibleStart
+from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
+from heavytop.scene.arguments import NUMBERS, Broken, Reader, Refused, one_of, short
+from heavytop.scene.top import Top
+
+Values = Mapping[str, Any]
+Numbers = Mapping[str, Exact]
+Slot = tuple[str, ...]
+
+ZERO: Final = Exact.of(0)
+BRANCHES: Final = ("falling", "rising", "forward", "backward")
+ATTITUDE: Final = ("theta", "quaternion", "rotation")
+_ENERGIES: Final = ("E", "E_prime")
+_SPINS: Final = ("psidot", "omega3")
+_ANGLES: Final = (("phi",), ("psi",))
+_DEGREES: Final = range(4, 361)  # a θ that is one of these was hardly meant in radians
+_NEARLY: Final = 1e-6  # so far a rotation may be from a rotation
+
+
+class Way(NamedTuple):
+    """One way to say a start: slots of which so many are needed, and slots that may be left out."""
+
+    name: str
+    slots: tuple[Slot, ...]
+    needed: int
+    optional: tuple[Slot, ...]
+    solve: Callable[[Values, Any], dict[str, Any]]
+    on_top: bool = True
+
+    def broken(self, given: Collection[str]) -> Broken:
+        """What over- or under-determines a start, by name."""
+        broken: Broken = []
+        for slot in (*self.slots, *self.optional):
+            first, *more = [name for name in slot if name in given] or [""]
+            broken += [(name, f"give {first} or {name}, not both") for name in more]
+        filled = [slot for slot in self.slots if {*slot} & {*given}]
+        names = {name for slot in (*self.slots, *self.optional) for name in slot}
+        if {"quaternion", "rotation"} & {*given}:
+            names -= {"phi", "psi"}
+        foreign = [name for name in given if name not in names]
+        broken += [(name, f"does not go with {self.name}") for name in foreign]
+        lacking = [slot for slot in self.slots if slot not in filled]
+        if (count := self.needed - len(filled)) > 0:
+            listed = ", ".join(" or ".join(slot) for slot in lacking)
+            which = "" if count == len(lacking) else f"{count} more of "
+            broken.append((lacking[0][0], f"missing: {self.name} takes {which}{listed}"))
+        if len(filled) > self.needed:
+            broken.append((filled[0][0], f"one too many: {self.needed} constants say a start"))
+        return broken
+
+
+def way_of(given: Values) -> Way:
+    """Return the way that the names of a start begin."""
+    if "steady" in given:
+        return SPIN_OF_STEADY if given["steady"] is True else STEADY
+    if {*_ENERGIES, "p_phi", "p_psi"} & given.keys():
+        return CONSTANTS
+    return OMEGA if {"omega_body", "omega_space"} & given.keys() else RATES
+
+
+def completed(given: Values) -> Values:
+    """Return a start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
+    way = way_of(given)
+    if way is RATES:
+        placed = {"quaternion", "rotation"} & given.keys()
+        names = ("thetadot", "phidot") if placed else ("theta", "thetadot", "phi", "phidot", "psi")
+        spin = {} if {*_SPINS} & given.keys() else {"psidot": ZERO}
+        return {**dict.fromkeys(names, ZERO), **given, **spin}
+    still = way is CONSTANTS and not {*_ENERGIES} & given.keys()
+    return {"thetadot": ZERO, **given} if still else given
+
+
+def solve(given: Values, top: Top | None) -> dict[str, Any]:
+    """Return angles, rates, the spin and what is held of it; and what is to be said of them.
+
+    Raises
+    ------
+    ImpossibleStart
+        No motion has them, or they are not those of a way.
+    """
+    way = way_of(given)
+    values, notice = _folded(given)
+    rest = dict.fromkeys(("thetadot", "phi", "phidot", "psi"), ZERO)
+    found = rest | way.solve(values, top)
+    return found | {"notices": (notice,) * bool(notice)}
+
+
+def _folded(given: Values) -> tuple[Values, str]:
+    """The same start with θ in [0, π], and what is said of that."""
+    theta = given.get("theta", ZERO)
+    q = theta.fraction
+    if q is not None and 0 <= q.numerator <= 3 * q.denominator:  # as nearly all are
+        return given, ""
+    around = theta - 2 * PI * floor(float(theta) / (2 * pi))
+    beyond = (PI - around).sign() == -1
+    tilt = 2 * PI - around if beyond else around
+    if (theta - tilt).sign() == 0:
+        return given, ""
+    values = {**given, "theta": tilt}
+    if beyond:
+        values |= {name: values.get(name, ZERO) + PI for name in ("phi", "psi")}
+        values |= {name: -values[name] for name in ("thetadot",) if name in values}
+        opposite = {"falling": "rising", "rising": "falling"}
+        values |= {name: opposite.get(x, x) for name, x in given.items() if name == "branch"}
+    turned = ", with phi + pi, psi + pi and -thetadot" if beyond else ""
+    degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
+    same = f"theta = {theta} is outside [0, pi]: taken as {float(tilt):.6g}{turned}"
+    return values, f"{same}, the same motion{degrees}"
+
+
+# --- attitude and rates ----------------------------------------------------------------------
+
+
+def _from_rates(values: Values, _: object) -> dict[str, Any]:
+    held = "omega3" if "omega3" in values else "psidot"
+    rates = {name: values[name] for name in ("thetadot", "phidot") if name in values}
+    return _attitude(values) | rates | {"held": held, "spin": values.get(held, ZERO)}
+
+
+def _from_omega(values: Values, _: object) -> dict[str, Any]:
+    """Rates by the angular velocity: θ̇ along the line of nodes, φ̇ sinθ across it, ω₃."""
+    angles = _attitude(values)
+    theta, phi, psi = (angles[name] for name in ("theta", "phi", "psi"))
+    u, s = cos(theta), sin(theta)
+    if "omega_body" in values:
+        x, y, omega3 = values["omega_body"]
+        along = x * cos(psi) - y * sin(psi)
+        across = x * sin(psi) + y * cos(psi)
+    else:
+        x, y, z = values["omega_space"]
+        along = x * cos(phi) + y * sin(phi)
+        level = y * cos(phi) - x * sin(phi)
+        across, omega3 = u * level + s * z, u * z - s * level
+    rates = {"thetadot": along, "held": "omega3", "spin": omega3}
+    if s.sign() != 0:
+        return angles | rates | {"phidot": across / s}
+    if across.sign() == 0:
+        return angles | rates
+    # on a pole the line of nodes is turned to where the axis goes
+    speed = _length(along, across)
+    turn = _angle(u * along / speed, u * across / speed)
+    moved = {"thetadot": u * speed, "phi": phi + u * turn, "psi": psi - turn}
+    return angles | rates | moved
+
+
+def _attitude(values: Values) -> dict[str, Exact]:
+    """Euler's angles, z-x-z; on the vertical a rotation is all φ."""
+    if "quaternion" not in values and "rotation" not in values:
+        return {name: values.get(name, ZERO) for name in ("theta", "phi", "psi")}
+    w, x, y, z = values["quaternion"] if "quaternion" in values else _quaternion(values["rotation"])
+    up, down = w**2 + z**2, x**2 + y**2
+    if down.sign() == 0:
+        return {"theta": ZERO, "phi": _angle((w**2 - z**2) / up, 2 * w * z / up), "psi": ZERO}
+    if up.sign() == 0:
+        return {"theta": PI, "phi": _angle((x**2 - y**2) / down, 2 * x * y / down), "psi": ZERO}
+    root = _length(w, z) * _length(x, y)
+    return {
+        "theta": acos((up - down) / (up + down)),
+        "phi": _angle((w * x - y * z) / root, (x * z + w * y) / root),
+        "psi": _angle((w * x + y * z) / root, (x * z - w * y) / root),
+    }
+
+
+def _length(a: Exact, b: Exact) -> Exact:
+    """√(a² + b²), without a root where one of them is 0."""
+    if a.sign() == 0 or b.sign() == 0:
+        found = a + b
+        return -found if found.sign() == -1 else found
+    return sqrt(a**2 + b**2)
+
+
+def _angle(cosine: Exact, sine: Exact) -> Exact:
+    return -acos(cosine) if sine.sign() == -1 else acos(cosine)
+
+
+def _quaternion(R: Sequence[Sequence[Exact]]) -> list[Exact]:
+    """A quaternion of a rotation: exactly its own, or of a rounded one that of a near rotation."""
+    (a, b, c), (d, e, f), (g, h, i) = R
+    rows = (
+        (ONE + a + e + i, h - f, c - g, d - b),
+        (h - f, ONE + a - e - i, b + d, c + g),
+        (c - g, b + d, ONE - a + e - i, f + h),
+        (d - b, c + g, f + h, ONE - a - e + i),
+    )
+    return list(max(enumerate(rows), key=lambda row: float(row[1][row[0]]))[1])
+
+
+# --- constants of the motion -----------------------------------------------------------------
+
+
+def _from_constants(values: Values, top: Top) -> dict[str, Any]:
+    """The start with four of E (or E′), p_φ, p_ψ (or ω₃), θ and θ̇."""
+    x = {"p_psi": top.C * values["omega3"]} if "omega3" in values else {}
+    x |= {name: values[name] for name in _UNKNOWNS if name in values}
+    if top.C.sign() == 0 and x.get("p_psi", ONE).sign() != 0:
+        raise ImpossibleStart([("p_psi", "0 of a point mass (C = 0), which has no spin")])
+    if "E" in values or "E_prime" in values:
+        unknown = next(name for name in _UNKNOWNS if name not in x)
+        x[unknown] = _UNKNOWNS[unknown](top, values, x)
+    spin = values.get("omega3", ZERO if top.C.sign() == 0 else x["p_psi"] / top.C)
+    angles = {name: values[name] for name in ("phi", "psi") if name in values}
+    rates = {"thetadot": x["thetadot"], "phidot": _precession_rate(top, x)}
+    return {"theta": x["theta"], "held": "omega3", "spin": spin} | angles | rates
+
+
+def _precession_rate(top: Top, x: Numbers) -> Exact:
+    """φ̇ = (p_φ − p_ψ cosθ) / (A sin²θ), and at a pole its limit along the motion."""
+    u, sin2 = cos(x["theta"]), sin(x["theta"]) ** 2
+    across = x["p_phi"] - x["p_psi"] * u
+    if sin2.sign() != 0:
+        return across / (top.A * sin2)
+    if across.sign() != 0:
+        pole = "p_psi" if u == 1 else "-p_psi"
+        where = f"equal to {pole} = {short(x['p_psi'] * u)} at this theta"
+        raise ImpossibleStart([("p_phi", f"{where}: nothing else reaches the vertical")])
+    return x["p_psi"] * u / (2 * top.A)
+
+
+def _energy(top: Top, values: Values, x: Numbers) -> Exact:
+    """E′ without the energy of θ̇, if that is known."""
+    whole = "E_prime" not in values
+    free: Exact = values["E"] - _spin_energy(top, x) if whole else values["E_prime"]
+    return free - top.A * x.get("thetadot", ZERO) ** 2 / 2
+
+
+def _spin_energy(top: Top, x: Numbers) -> Exact:
+    return ZERO if top.C.sign() == 0 else x["p_psi"] ** 2 / (2 * top.C)
+
+
+def _least(top: Top, values: Values, x: Numbers, least: Exact, more: str = "") -> ImpossibleStart:
+    """What refuses an energy, with the least that there is and what these momenta are at rest."""
+    name = "E" if "E" in values else "E_prime"
+    least += top.A * x.get("thetadot", ZERO) ** 2 / 2
+    if name == "E" and "p_psi" in x:
+        least += _spin_energy(top, x)
+    where = f"at theta = {values['theta']}" if "theta" in values else "with these momenta"
+    rest = ""
+    if {"p_phi", "p_psi"} <= x.keys() and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
+        tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
+        rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
+    return ImpossibleStart([(name, f"at least {short(least)} {where}{more}{rest}")])
+
+
+def _branch(values: Values, first: str, second: str) -> int:
+    """1 or −1 by the branch, of two motions that fit."""
+    branch = values.get("branch", first)
+    if branch not in (first, second):
+        raise ImpossibleStart([("branch", f'"{first}" or "{second}" here')])
+    return 1 if branch == first else -1
+
+
+def _thetadot(top: Top, values: Values, x: Numbers) -> Exact:
+    u = cos(x["theta"])
+    least = top.gMR * u + top.A * (_precession_rate(top, x) * sin(x["theta"])) ** 2 / 2
+    excess = _energy(top, values, x) - least
+    if excess.sign() == -1:
+        raise _least(top, values, x, least)
+    return _branch(values, "falling", "rising") * sqrt(2 * excess / top.A)
+
+
+def _p_phi(top: Top, values: Values, x: Numbers) -> Exact:
+    u, s = cos(x["theta"]), sin(x["theta"])
+    excess = _energy(top, values, x) - top.gMR * u
+    if excess.sign() == -1 or (s.sign() == 0 and excess.sign() != 0):
+        raise _least(top, values, x, top.gMR * u)
+    across = s * sqrt(2 * top.A * excess)
+    return x["p_psi"] * u + _branch(values, "forward", "backward") * across
+
+
+def _p_psi(top: Top, values: Values, x: Numbers) -> Exact:
+    """The root of a quadratic equation: p_ψ²/2C + (p_φ − p_ψ u)²/(2A sin²θ) = E − …"""
+    u, sin2 = cos(x["theta"]), sin(x["theta"]) ** 2
+    if top.C.sign() == 0 or sin2.sign() == 0:
+        raise ImpossibleStart([("p_psi", "missing: it does not follow here")])
+    free = "E_prime" in values
+    inverse = ZERO if free else 1 / top.C
+    excess = _energy(top, values, {**x, "p_psi": ZERO}) - top.gMR * u
+    square, linear = inverse + u**2 / (top.A * sin2), x["p_phi"] * u / (top.A * sin2)
+    if square.sign() == 0:
+        raise ImpossibleStart([("p_psi", "missing: at theta = pi/2 E_prime does not tell it")])
+    inside = linear**2 - square * (x["p_phi"] ** 2 / (top.A * sin2) - 2 * excess)
+    if inside.sign() == -1:
+        body = top.A * sin2 + (ZERO if free else top.C * u**2)
+        rotation = ZERO if free else x["p_phi"] ** 2 / (2 * body)
+        raise _least(top, values, x, top.gMR * u + rotation)
+    return (linear + _branch(values, "forward", "backward") * sqrt(inside)) / square
+
+
+def _theta(top: Top, values: Values, x: Numbers) -> Exact:
+    """The root of a cubic equation in cosθ between which and another the axis nods."""
+    free, p_phi, p_psi = _energy(top, values, x), x["p_phi"], x["p_psi"]
+    roots = _real_roots(
+        2 * top.A * top.gMR,
+        -2 * top.A * free - p_psi**2,
+        2 * p_phi * p_psi - 2 * top.A * top.gMR,
+        2 * top.A * free - p_phi**2,
+    )
+    between = [u for u in roots if (ONE - u**2).sign() == 1]  # p_φ = ±p_ψ has a pole as a root
+    if not between:
+        least, at = _lowest(top, float(p_phi), float(p_psi))
+        raise _least(top, values, x, Exact.of(least), f", which have it at theta = {at:.6g}")
+    return acos(between[0 if _branch(values, "falling", "rising") == 1 else -1])
+
+
+def _real_roots(a: Exact, b: Exact, c: Exact, d: Exact) -> list[Exact]:
+    """The real roots of a cubic or quadratic equation that has as many, decreasing; else none."""
+    if a.sign() == 0:
+        inside = c**2 - 4 * b * d
+        if b.sign() == 0 or inside.sign() == -1:
+            return []
+        root = sqrt(inside) * (b.sign() or 1)
+        return [(root - c) / (2 * b), (-root - c) / (2 * b)]
+    b, c, d = b / a, c / a, d / a
+    p, q = c - b**2 / 3, 2 * b**3 / 27 - b * c / 3 + d
+    if (4 * p**3 + 27 * q**2).sign() == 1:
+        return []
+    if p.sign() == 0:
+        return [-b / 3]
+    size = 2 * sqrt(-p / 3)
+    third = acos(3 * q / (p * size)) / 3
+    return [size * cos(third - 2 * PI * k / 3) - b / 3 for k in range(3)]
+
+
+def _lowest(top: Top, p_phi: float, p_psi: float) -> tuple[float, float]:
+    """The least energy, without that of the spin, and its θ, by trisection."""
+    from math import cos, sin
+
+    A, gMR = float(top.A), float(top.gMR)
+
+    def height(theta: float) -> float:
+        return gMR * cos(theta) + ((p_phi - p_psi * cos(theta)) / sin(theta)) ** 2 / (2 * A)
+
+    low, high = 1e-9, pi - 1e-9
+    for _ in range(120):
+        left, right = (2 * low + high) / 3, (low + 2 * high) / 3
+        low, high = (low, right) if height(left) < height(right) else (left, high)
+    return height(low), low
+
+
+_UNKNOWNS: Final[dict[str, Callable[..., Exact]]] = {
+    "p_phi": _p_phi,
+    "p_psi": _p_psi,
+    "theta": _theta,
+    "thetadot": _thetadot,
+}
+"""What is found of the constants where the energy is given, by what is missing."""
+
+
+# --- steady precession -----------------------------------------------------------------------
+
+
+def _steady(values: Values, top: Top) -> dict[str, Any]:
+    """A cosθ Ω² − p_ψ Ω + gMR = 0; with ψ̇ given in place of ω₃ it has A − C in place of A."""
+    held = "omega3" if "omega3" in values else "psidot"
+    spin, u = values[held], cos(values["theta"])
+    square = (top.A if held == "omega3" else top.A - top.C) * u
+    rate = _steady_rate(top, square, spin, values["steady"], held)
+    return _attitude(values) | {"phidot": rate, "held": held, "spin": spin}
+
+
+def _steady_rate(top: Top, square: Exact, spin: Exact, which: str, held: str) -> Exact:
+    """The slow rate is taken from its partner, which neither cancels nor divides by cosθ."""
+    p_psi = top.C * spin
+    discriminant = p_psi**2 - 4 * square * top.gMR
+    if discriminant.sign() == -1:
+        if top.C.sign() == 0:
+            raise ImpossibleStart([("theta", "beyond pi/2: no spin holds up a point mass (C = 0)")])
+        least = 2 * sqrt(square * top.gMR) / top.C
+        raise ImpossibleStart([(held, f"at least {short(least)} in magnitude at this theta")])
+    root = sqrt(discriminant)
+    larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
+    if which == "fast":
+        if square.sign() == 0:
+            why = "at theta = pi/2" if held == "omega3" else "here"
+            raise ImpossibleStart([("steady", f'"slow" {why}: there is no fast rate')])
+        return larger / (2 * square)
+    if top.gMR.sign() == 0:
+        return ZERO
+    if larger.sign() == 0:
+        raise ImpossibleStart([(held, "not 0 at this theta")])
+    return 2 * top.gMR / larger
+
+
+def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
+    """ω₃ = (A cosθ φ̇² + gMR) / C φ̇."""
+    u, rate = cos(values["theta"]), values["phidot"]
+    if (top.C * rate).sign() == 0:
+        raise ImpossibleStart([("phidot", "not 0, of a top that has C > 0: no spin holds it")])
+    spin = (top.A * u * rate**2 + top.gMR) / (top.C * rate)
+    return _attitude(values) | {"phidot": rate, "held": "omega3", "spin": spin}
+
+
+# --- the ways, and what reads their values ---------------------------------------------------
+
+RATES: Final = Way(
+    "angles and rates", (), 0,
+    (ATTITUDE, ("thetadot",), ("phidot",), _SPINS, *_ANGLES), _from_rates, on_top=False,
+)  # fmt: skip
+OMEGA: Final = Way(
+    "an angular velocity", (ATTITUDE, ("omega_body", "omega_space")), 2, _ANGLES, _from_omega,
+    on_top=False,
+)  # fmt: skip
+CONSTANTS: Final = Way(
+    "constants of the motion",
+    (_ENERGIES, ("p_phi",), ("p_psi", "omega3"), ("theta",), ("thetadot",)), 4,
+    (("branch",), *_ANGLES), _from_constants,
+)  # fmt: skip
+STEADY: Final = Way("a steady start", (("steady",), ("theta",), _SPINS[::-1]), 3, _ANGLES, _steady)
+SPIN_OF_STEADY: Final = Way(
+    "a steady start", (("steady",), ("theta",), ("phidot",)), 3, _ANGLES, _spin_of_steady
+)
+
+
+def _steadiness(value: object) -> object:
+    if value is True:
+        return True
+    return one_of({"slow": "slow", "fast": "fast"})(value)
+
+
+def _vector(name: str, count: int, value: object) -> tuple[Exact, ...]:
+    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != count:
+        raise Refused(f"{count} numbers in a list")
+    return tuple(NUMBERS[name](each) for each in value)  # type: ignore[attr-defined]
+
+
+def _quaternion_given(value: object) -> tuple[Exact, ...]:
+    quaternion = _vector("p_phi", 4, value)
+    if all(x.sign() == 0 for x in quaternion):
+        raise Refused("not all zero")
+    return quaternion
+
+
+def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
+    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 3:
+        raise Refused("three rows of three numbers")
+    import numpy as np  # as few scenes need
+
+    R = tuple(_vector("p_phi", 3, row) for row in value)  # type: ignore[attr-defined]
+    rows = np.array(R, dtype=float)
+    if np.abs(rows @ rows.T - np.eye(3)).max() > _NEARLY:
+        raise Refused("a rotation: rows of length 1, at right angles")
+    if np.linalg.det(rows) < 0:
+        raise Refused("a rotation, and no reflection")
+    return R
+
+
+START: Final[dict[str, Reader]] = {
+    **{name: NUMBERS[name] for name in ("theta", "phi", "psi", "thetadot", "phidot", *_SPINS)},
+    **{name: NUMBERS[name] for name in (*_ENERGIES, "p_phi", "p_psi")},
+    "quaternion": _quaternion_given,
+    "rotation": _rotation_given,
+    "omega_body": partial(_vector, "omega3", 3),
+    "omega_space": partial(_vector, "omega3", 3),
+    "branch": one_of({name: name for name in BRANCHES}),
+    "steady": _steadiness,
+}
+"""What reads each value of a start."""

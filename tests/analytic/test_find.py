@@ -1,0 +1,200 @@
+"""Find: problems whose answers are known, ranges that are none, and tops as people have them."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.analytic.find import FACTS, find, read_range
+from heavytop.errors import BadScene
+from heavytop.scene.scene import read_scene
+
+pytestmark = pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")
+
+KICKED = ht.load_scene("sicm-kicked")
+DROPPED = ht.load_scene("sicm-dropped")
+KEYS = ["start.psidot", "start.phidot", "start.theta", "start.thetadot", "top.gMR", "top.C"]
+ASKED = ["period", "theta_min", "theta_max", "amplitude", "precession", "spin", "round"]
+
+
+def scene(top: str, start: str) -> ht.Scene:
+    return read_scene(f"format = 1\n[top]\n{top}\n[start]\n{start}\n")
+
+
+def values(found) -> list[float]:
+    return [solution.value for solution in found.solutions]
+
+
+def problem(seed: int) -> tuple[ht.Scene, str, float, str]:
+    """A scene, a key, the value that is to be found again, and a fact."""
+    chance = random.Random(seed)
+    numbers = {"theta": chance.uniform(0.2, 2.9), "thetadot": chance.gauss(0, 1)}
+    numbers |= {"phidot": chance.gauss(0, 2), "psidot": chance.uniform(3, 12)}
+    A = math.exp(chance.uniform(-1, 1))
+    top = ht.Top(A, A * chance.uniform(0.2, 1.8), chance.choice((-1, 1)) * chance.uniform(0.5, 3))
+    made, key = ht.Scene(top, ht.State(**numbers)), chance.choice(KEYS)
+    table, _, name = key.partition(".")
+    return made, key, float(getattr(getattr(made, table), name)), chance.choice(ASKED)
+
+
+def solve_problem(seed: int) -> None:
+    made, key, value, name = problem(seed)
+    wanted = FACTS[name][0](ht.Motion(made.top, made.start))
+    width = 0.3 * abs(value) if key != "start.theta" else min(0.3, value / 2)
+    low, high = value - width * random.Random(seed).random(), value + width / 2
+    high = min(high, 3.14) if key == "start.theta" else high
+    found = find(made, f"{key}={low!r}:{high!r}", f"{name} = {wanted!r}")
+    assert any(a - 1e-9 <= value <= b + 1e-9 for a, b in (s.bracket for s in found.solutions))
+    for solution in found.solutions:
+        assert solution.facts[name] == pytest.approx(wanted, rel=1e-7, abs=1e-9)
+        a, b = (_fact(made, key, x, name) - wanted for x in solution.bracket)
+        assert min(a, b) <= 0 <= max(a, b) or abs(a) + abs(b) < 1e-12
+    grid = np.linspace(low, high, 60)
+    signs = np.sign([_fact(made, key, x, name) - wanted for x in grid])
+    jumps = np.abs(np.diff([_fact(made, key, x, name) for x in grid]))
+    smooth = jumps < 20 * np.median(jumps) + 1e-12
+    crossings = grid[:-1][(np.diff(signs) != 0) & smooth]
+    assert len(found.solutions) >= len(crossings) > 0 or not len(crossings)
+
+
+def _fact(made, key, x, name) -> float:
+    changed = made.changed(key, float(x))
+    return FACTS[name][0](ht.Motion(changed.top, changed.start)) or 0.0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_value_is_found_again_from_what_it_gives(seed) -> None:
+    solve_problem(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12, 100))
+def test_more_values_are_found_again(seed) -> None:
+    solve_problem(seed)
+
+
+def test_brackets_are_as_narrow_as_the_roundings_of_the_fact() -> None:
+    found = find(DROPPED, "start.psidot=100:400", "period = 0.3 s")
+    (solution,) = found.solutions
+    low, high = solution.bracket
+    assert low < solution.value < high
+    assert high - low < 1e-12
+    below, above = (_fact(DROPPED, "start.psidot", x, "period") for x in (low, high))
+    assert below > 0.3 > above
+
+
+def test_all_solutions_are_found_also_two_that_no_sample_tells_apart() -> None:
+    """θ_max over φ̇ has a least value at the steady precession: just above it there are two."""
+    steady = ht.State.steady(DROPPED.top, "0.1", omega3=140)
+    level = scene("A = 3.28e-4\nC = 6.6e-5\ngMR = 0.0456", "theta = 0.1\nomega3 = 140")
+    found = find(level, "start.phidot=4:9", "theta_max = 0.1000001")
+    assert len(found.solutions) == 1  # below it θ falls from 0.1, above it rises to it
+    touching = find(level, "start.phidot=0:9", "amplitude = 1e-7")
+    assert len(touching.solutions) == 2
+    assert values(touching)[0] < float(steady.phidot) < values(touching)[1]
+
+
+@pytest.mark.parametrize(
+    ("vary", "so_that", "why"),
+    [
+        ("start.psidot=100:400", "round = 60 s", "none between 100 and 400: the round goes from"),
+        ("start.psidot=400:100", "period = 9", "none between 100 and 400"),
+        ("start.psidot=120:120", "period = 9", "none between 120 and 120"),
+        ("start.psidot=100:400", "theta_max >= 3", "none between"),
+        ("start.psidot=150:400", "kind = waves", "there are cusps"),
+        ("start.psidot=150:400", "kind = cusps", "holds from 150 to 400"),
+        ("start.psidot=150:400", "theta_max <= 1 rad", "holds from 150 to 400"),
+        ("top.A=-3:-1", "period = 1", "does not exist"),
+    ],
+)
+def test_what_no_value_has_is_said_with_the_range(vary, so_that, why) -> None:
+    found = find(DROPPED, vary, so_that)
+    assert found.solutions == ()
+    assert why in found.why
+
+
+def test_a_fact_that_is_there_everywhere_is_one_range() -> None:
+    found = find(DROPPED, "start.psidot=120:400", "theta_min = 0.1")
+    assert [solution.bracket for solution in found.solutions] == [(120.0, 400.0)]
+    single = find(DROPPED, "start.psidot=140:140", "theta_min = 0.1")
+    assert values(single) == [140.0]
+
+
+def test_boundaries_of_kinds() -> None:
+    cusps = find(DROPPED, "start.phidot=-20:20", "kind = cusps")
+    assert values(cusps)[0] == 0
+    low, high = cusps.solutions[1].bracket
+    kinds = [ht.classify(DROPPED.top, DROPPED.changed("start.phidot", x).start).kind
+             for x in (low, high)]  # fmt: skip
+    assert kinds == ["waves", "loops"]
+    through = find(DROPPED, "start.phidot=1:30", "kind = through-top")
+    for x in values(through):
+        motion = ht.Motion(DROPPED.top, DROPPED.changed("start.phidot", x).start)
+        assert float(motion.constants.p_phi - motion.constants.p_psi) < 1e-15
+    loops = find(DROPPED, "start.phidot=-20:40", "kind = loops")
+    assert len(loops.solutions) == 3
+    assert loops.why.startswith("holds from -20 to")
+    steady = find(DROPPED, "start.phidot=0.5:40", "kind = uniform-precession")
+    rates = [ht.State.steady(DROPPED.top, "0.1", psidot=140, which=w) for w in ("slow", "fast")]
+    assert values(steady) == pytest.approx([float(each.phidot) for each in rates], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("vary", "so_that", "keys"),
+    [
+        ("start.psidt=1:2", "round = 3", ["vary"]),
+        ("psidot=1:2", "rond = 3", ["vary", "so_that"]),
+        ("start.psidot=1:x", "round = 3 kg", ["vary", "so_that"]),
+        ("start.psidot=1", "kind < waves", ["vary", "so_that"]),
+        ("start.psidot=1:2", "kind = wave", ["so_that"]),
+        (3, None, ["vary", "so_that"]),
+    ],
+)
+def test_what_cannot_be_asked_is_refused_with_every_fault(vary, so_that, keys) -> None:
+    with pytest.raises(BadScene) as bad:
+        find(KICKED, vary, so_that)
+    assert [fault.key for fault in bad.value.faults] == keys
+
+
+def test_ranges_have_units_and_may_be_of_any_number() -> None:
+    assert read_range("start.psidot = 60 rpm : 2 rev/s : 2")[1] == pytest.approx(
+        [2 * math.pi, 4 * math.pi]
+    )
+    heavy = scene("mass = 1\ndistance = 0.1\ngravity = 9.81\nA_cm = 0.01\nC_cm = 0.01",
+                  "theta = 1\npsidot = 60")  # fmt: skip
+    (found,) = find(heavy, "top.distance=1 cm:50 cm", "theta_max = 70 deg").solutions
+    assert heavy.changed("top.distance", found.value).top.mass == 1
+    document = find(heavy, "top.mass=500 g:2", "period=1").document()
+    assert {"schema", "scene", "vary", "so_that", "solutions", "why"} == document.keys()
+
+
+WHEEL = ('mass = 2.1\ndistance = "18 cm"\ngravity = 9.81\nA = "2.1*(0.3^2/2 + 0.18^2)"\n'
+         'C = "2.1*0.3^2"', 'theta = "90 deg"\npsidot = 10\nphidot = 0')  # fmt: skip
+
+
+@pytest.mark.reference
+def test_the_spin_of_a_wheel_by_the_time_of_a_round() -> None:
+    """Steady, 100 rpm has a round of 3.5 s, and 260 rpm one of 8.728 s (textbook 8.719)."""
+    steady = scene(WHEEL[0], 'theta = "90 deg"\nsteady = "slow"\npsidot = 10')
+    (found,) = find(steady, "start.psidot=10 rpm:1000 rpm", "round_estimate = 8.719 s").solutions
+    assert found.value * 30 / math.pi == pytest.approx(260, abs=0.02)
+    dropped = scene(*WHEEL)
+    (found,) = find(dropped, "start.psidot=30 rpm:300 rpm", "round = 3.5 s").solutions
+    assert found.value * 30 / math.pi == pytest.approx(100, abs=0.5)
+    (found,) = find(dropped, "start.psidot=200 rpm:300 rpm", "round = 8.728 s").solutions
+    assert found.value * 30 / math.pi == pytest.approx(260, abs=0.02)
+
+
+@pytest.mark.reference
+def test_the_least_spin_that_keeps_a_ring_off_the_floor() -> None:
+    top = 'mass = "10 g"\ndistance = "20 cm"\ngravity = 9.81\nA_cm = 5e-5\nC_cm = 1e-4'
+    ring = scene(top, 'theta = "5 deg"\npsidot = 100')
+    for limit in ("10 deg", "63.43 deg"):
+        found = find(ring, "start.psidot=1:900", f"theta_max <= {limit}")
+        (least,) = found.solutions
+        assert found.why == f"holds from {least.value:.6g} to 900"
+        for x, stays in ((least.value * (1 - 1e-9), False), (least.value * (1 + 1e-9), True)):
+            reached = _fact(ring, "start.psidot", x, "theta_max")
+            assert (reached <= float(ht.Exact.of(limit))) is stays

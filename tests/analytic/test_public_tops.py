@@ -1,0 +1,117 @@
+"""Tops as people have them (demos, textbooks, threads), with the answers that they have."""
+
+import math
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.errors import FoldedTiltWarning, ImpossibleBodyWarning
+from heavytop.scene.scene import read_scene
+
+DEG, RPM = math.degrees(1), 30 / math.pi
+TEXTBOOK = 'mass = 0.5\ndistance = "5 cm"\ngravity = 9.807\nA = 12e-4\nC = 4.5e-4'
+DISC = 'mass = "8 g"\ndistance = "20 mm"\ngravity = 9.81\nA_cm = 8e-7\nC_cm = 1.6e-6'
+SOLID = """gravity = 9.81
+solids = [{shape = "disc", radius = "20 mm", thickness = "1e-40 m", centre = "2 cm", mass = "8 g"}]
+"""
+WHEEL = "A = 0.30854479\nC = 0.20255625\ngMR = 9.81"
+
+
+def motion(top: str, start: str) -> ht.Motion:
+    scene = read_scene(f"format = 1\n[top]\n{top}\n[start]\n{start}\n")
+    return ht.Motion(scene.top, scene.start)
+
+
+ROWS = {  # top, start, kind, least and greatest θ [deg], period [s]; None is not said
+    "let go from rest": (TEXTBOOK, 'theta = "60 deg"\npsidot = "1000 rpm"',
+                         "cusps", "60", "75.4142", ".175288"),
+    "p_phi with omega3": ('A = "2/3"\nC = 1\ngMR = 1.962',
+                          'omega3 = 1\np_phi = 0.5\ntheta = "pi/3"\nthetadot = 0.5625',
+                          "loops", "56.4782", "137.6440", "2.496449"),
+    "E, p_phi, p_psi": ("A = 0.1\nC = 0.05\ngMR = 9.81",
+                        'E = 71\np_phi = 2\np_psi = 2.5\ntheta = 0.8\nbranch = "rising"',
+                        "loops", "32.3831", "58.9561", ".316659"),
+    "matrix and body rates": (
+        'A = 1\nC = 1.5\nmass = 1\ndistance = "10 cm"\ngravity = 9.8',
+        'rotation = [[1, 0, 0], [0, "cos(0.95)", "-sin(0.95)"], [0, "sin(0.95)", "cos(0.95)"]]\n'
+        'omega_body = [0, "sin(0.95)", "0.45 + cos(0.95)"]', "waves", "54.431", "56.023", "6.8427"),
+    "quaternion": (
+        'A = 1\nC = 1.5\nmass = 1\ndistance = 0.1\ngravity = 9.8',
+        'quaternion = ["cos(0.475)", "sin(0.475)", 0, 0]\nomega_space = [0, "-0.45*sin(0.95)",'
+        ' "1 + 0.45*cos(0.95)"]', "waves", "54.431", "56.023", "6.8427"),
+    "Euler angles and body rates": (
+        WHEEL, 'phi = "-40 deg"\ntheta = "35 deg"\nomega_body = [1, 0, 50]',
+        "loops", "33.9736", "38.1950", ".201072"),
+    "a point mass": ("A = 1\nC = 0\ngMR = 1", 'theta = "pi - 0.8"\nphidot = 0.1',
+                     "waves", "134.163", "176.214", "3.272631"),
+}  # fmt: skip
+
+
+no_body = pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")
+
+
+@no_body  # the textbook's A is less than M R²
+@pytest.mark.reference
+@pytest.mark.parametrize("name", ROWS)
+def test_a_top_as_it_is_said_has_the_answer_to_its_digits(name: str) -> None:
+    top, start, kind, *answers = ROWS[name]
+    found = motion(top, start)
+    assert found.kind == kind
+    for value, answer in zip(
+        (found.theta_min * DEG, found.theta_max * DEG, found.period), answers, strict=True
+    ):
+        assert abs(value - float(answer)) <= 0.6 * 10 ** -len(answer.partition(".")[2])
+
+
+@no_body
+@pytest.mark.reference
+def test_steady_precessions_as_they_are_asked_for() -> None:
+    rates = []
+    for which in ("slow", "fast"):
+        start = f'steady = "{which}"\ntheta = "60 deg"\npsidot = "1000 rpm"'
+        rates.append(float(motion(TEXTBOOK, start).start.phidot) * RPM)
+    assert rates == pytest.approx([51.9301, 1148.07], rel=1e-6)
+    for disc in (DISC, SOLID):
+        found = motion(disc, 'steady = true\ntheta = "30 deg"\nphidot = "1 rev/s"')
+        assert float(found.start.psidot) == pytest.approx(164.29310, abs=1e-5)
+        assert float(found.start.omega3) == pytest.approx(169.734, abs=1e-3)
+        assert found.kind == "uniform-precession"
+    assert motion(SOLID, "theta = 1").top.mass == ht.Exact.of("8 g")
+
+
+@pytest.mark.reference
+def test_a_point_mass_goes_round_and_a_start_at_a_reversal_counts_once() -> None:
+    found = motion("A = 1\nC = 0\ngMR = 1", 'theta = "pi - 0.8"\nphidot = 0.1')
+    assert abs(found.precession) == pytest.approx(3.208887, abs=1e-6)
+    start = 'omega3 = 1\np_phi = 0.5\ntheta = "pi/3"\nthetadot = 0.5625'
+    kicked = motion('A = "2/3"\nC = 1\ngMR = 1.962', start)
+    assert kicked.start.phidot == 0
+    assert ht.enclose(kicked.top, kicked.start).count("reversal", "2.49") == 2
+
+
+@pytest.mark.reference
+def test_moments_that_no_body_has_are_computed_with_a_warning() -> None:
+    with pytest.warns(ImpossibleBodyWarning, match="no rigid body"):
+        found = motion("A = 0.75\nC = 5.10\ngMR = 12.9", 'theta = "90 deg"\npsidot = 56')
+    assert (found.kind, round(found.period, 4)) == ("cusps", 0.0165)
+    assert found.theta_max * DEG == pytest.approx(90.0136, abs=1e-4)
+    with pytest.warns(ImpossibleBodyWarning):
+        free = motion("A = 3\nC = 9\ngMR = 0", "theta = 1\nphidot = 2\nomega3 = 1")
+    assert free.kind == "force-free"
+
+
+def test_a_tilt_in_degrees_without_its_unit_is_folded_and_said() -> None:
+    for theta in ("-0.2", "7"):
+        with pytest.warns(FoldedTiltWarning):
+            found = motion(WHEEL, f"theta = {theta}\nthetadot = 0.5\npsidot = 9")
+        x = float(theta)
+        axis = np.array([0.0, -math.sin(x), math.cos(x)])
+        assert np.abs(np.array(found.at(0.0).axis) - axis).max() < 1e-14
+        assert found.at(0.0).omega == pytest.approx([0.5, *(9 * axis[1:])], abs=1e-13)
+
+
+def test_the_cosine_of_a_tilt_may_be_given() -> None:
+    found = motion(WHEEL, 'theta = "acos(3/4)"\npsidot = 20')
+    assert found.theta_min == math.acos(0.75)
+    assert found.tags == ("start-at-rest",)

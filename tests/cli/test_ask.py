@@ -1,0 +1,61 @@
+"""find, sweep and --unit as they are typed."""
+
+import json
+
+import pytest
+
+from ..commands import heavytop_
+
+
+def run(*words, code=0):
+    found = heavytop_(*words)
+    assert found.exit_code == code, found.stderr
+    return found
+
+
+def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
+    asked = ("find", "sicm-dropped", "--vary", "start.psidot=100:400", "--so-that", "period = 0.3")
+    document = json.loads(run(*asked, "--json").stdout)
+    assert document["schema"] == "heavytop/find/1"
+    (solution,) = document["solutions"]
+    assert set(solution) == {"value", "bracket", "facts"}
+    words = run(*asked, "--unit", "rpm,ms").stdout
+    assert "rpm, proved between" in words
+    assert "period 300 ms" in words
+    swept = ("sweep", "sicm-dropped", "--over", "start.psidot=100:400:3", "--facts", "round,ratio")
+    assert len(json.loads(run(*swept, "--json", "--unit", "rpm").stdout)["rows"]) == 3
+    assert run(*swept, "--unit", "rpm", "-o", str(tmp_path / "x.csv")).stdout == ""
+    assert (tmp_path / "x.csv").read_text("utf-8").startswith("start.psidot [rpm],kind,round [s]")
+    run(*swept, "-o", str(tmp_path / "x.svg"))
+    assert (tmp_path / "x.svg").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("find", "sicm-dropped", "--vary", "psidot=1:2", "--so-that", "round=1"), "--vary"),
+        (("find", "sicm-dropped", "--vary", "start.psidot=1:2", "--so-that", "x=1"), "--so-that"),
+        (("sweep", "sicm-dropped", "--over", "start.psidot=1:2:2", "--facts", "x"), "--facts"),
+        (("classify", "sicm-dropped", "--unit", "furlong"), "--unit"),
+    ],
+)
+def test_what_cannot_be_asked_is_a_bad_option(words, named):
+    found = run(*words, code=2)
+    assert named in found.stderr
+
+
+def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
+    words = run("classify", "sicm-dropped", "--unit", "deg,ms").stdout
+    assert "period         401.405870195 ms" in words
+    assert "Δφ per period  145.800832346 deg" in words
+    document = json.loads(run("classify", "sicm-dropped", "--unit", "deg,ms", "--json").stdout)
+    assert round(document["motion"]["period"], 6) == 0.401406
+
+
+def test_a_held_spin_and_a_folded_tilt_are_said():
+    words = run("classify", "sicm-kicked", "--set", "start.theta=-0.1").stdout
+    assert "a kick that holds omega3 = 140 moves theta" in words
+    assert "theta = -0.1 is outside [0, pi]" in words
+    notes = json.loads(run("classify", "sicm-kicked", "--json").stdout)["warnings"]
+    assert len(notes) == 1
+    assert json.loads(run("classify", "sicm-forward", "--json").stdout)["warnings"] == []

@@ -1,0 +1,243 @@
+"""Every way to say a start, held to the attitude, the rates and the constants it was made from."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.errors import BadScene, FoldedTiltWarning, ImpossibleStart
+from heavytop.exact import PI
+from heavytop.scene.scene import read_scene
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+TOP = Top("1.2", "0.7", "2.5")
+NAMES = ("E", "E_prime", "p_phi", "p_psi")
+
+
+def about(axis: int, angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.eye(3)
+    others = [k for k in range(3) if k != axis]
+    turn[np.ix_(others, others)] = [[c, -s], [s, c]]
+    return turn
+
+
+def rotation(theta: float, phi: float, psi: float) -> np.ndarray:
+    return about(2, phi) @ about(0, theta) @ about(2, psi)
+
+
+def rotated(q: np.ndarray) -> np.ndarray:
+    """The matrix of a quaternion, by its products."""
+    w, v = q[0], q[1:]
+    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return ((w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross) / (q @ q)
+
+
+def moving(start: State) -> tuple[np.ndarray, np.ndarray]:
+    """The attitude and the angular velocity in space that the closed form begins with."""
+    record = ht.Motion(TOP, start).at(0.0)
+    return rotated(np.array(record.quaternion)), np.array(record.omega)
+
+
+def random_turns(count: int) -> list[np.ndarray]:
+    return [*np.random.default_rng(5).normal(size=(count, 7))]
+
+
+@pytest.mark.parametrize("numbers", random_turns(6))
+def test_a_rotation_or_a_quaternion_with_any_rates_is_the_start_it_says(numbers) -> None:
+    q, omega = numbers[:4], numbers[4:]
+    R = rotated(q)
+    starts = [
+        State.from_quaternion(q.tolist(), omega_body=omega.tolist()),
+        State.from_rotation(R.tolist(), omega_body=omega.tolist()),
+        State.from_quaternion((-q).tolist(), omega_space=(R @ omega).tolist()),
+    ]
+    angles = {name: float(getattr(starts[0], name)) for name in ("theta", "phi", "psi")}
+    starts += [State(**angles, omega_body=omega), State(**angles, omega_space=R @ omega)]
+    rates = {name: float(getattr(starts[0], name)) for name in ("thetadot", "phidot", "omega3")}
+    starts.append(State.from_quaternion(q.tolist(), **rates))
+    for start in starts:
+        attitude, turning = moving(start)
+        assert np.abs(attitude - R).max() < 1e-14
+        assert np.abs(turning - R @ omega).max() < 1e-13
+
+
+@pytest.mark.parametrize("omega", [(0, 0, 2), (1, 2, 3), (-1, 0, 3), (0, -2, 1)])
+@pytest.mark.parametrize("q", [(1, 0, 0, 0), (0.6, 0, 0, -0.8), (0, 1, 0, 0), (0, 0.6, 0.8, 0)])
+def test_an_axis_on_the_vertical_moves_where_its_angular_velocity_says(q, omega) -> None:
+    """On a pole φ and ψ are not defined apart: what is held is where the body is a moment later."""
+    start = State.from_quaternion(q, omega_body=omega)
+    record, h = ht.Motion(TOP, start).at(np.array([0.0, 1e-6])), 1e-6
+    R = rotated(np.array(q, float))
+    later = rotated(np.array(record.quaternion[1]))
+    assert np.abs(later - R @ (np.eye(3) + h * spin_matrix(omega))).max() < 1e-10
+
+
+def spin_matrix(omega) -> np.ndarray:
+    x, y, z = omega
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def test_a_start_stays_exact_through_a_rotation() -> None:
+    start = State.from_quaternion((3, 1, 2, 5), omega_body=("1/3", 0, 7))
+    again = read_scene(ht.Scene(TOP, start).to_toml()).start
+    assert again == start
+    assert again.given == start.given
+    assert ht.classify(TOP, State.from_quaternion((3, 1, 0, 0), omega3=5)).tags == (
+        "start-at-rest",
+    )
+    turned = [[1, 0, 0], [0, "cos(0.95)", "-sin(0.95)"], [0, "sin(0.95)", "cos(0.95)"]]
+    assert float(State.from_rotation(turned).theta) == 0.95
+
+
+START = State("0.8", thetadot="1.5", phidot="-2", omega3="3.25")
+
+
+def constants(start: State) -> dict[str, Fraction | ht.Exact]:
+    found = ht.Motion(TOP, start).form(60)
+    values = ht.Motion(TOP, start).constants
+    numbers = {name: str(getattr(values, name)) for name in NAMES}
+    assert found is not None
+    return numbers | {"theta": start.theta, "thetadot": start.thetadot, "omega3": start.omega3}
+
+
+@pytest.mark.parametrize("energy", ["E", "E_prime"])
+@pytest.mark.parametrize("spin", ["p_psi", "omega3"])
+@pytest.mark.parametrize("unknown", ["energy", "p_phi", "spin", "theta", "thetadot"])
+def test_any_four_constants_lead_back_to_the_motion(energy, spin, unknown) -> None:
+    known = constants(START)
+    names = {"energy": energy, "p_phi": "p_phi", "spin": spin, "theta": "theta"}
+    names["thetadot"] = "thetadot"
+    del names[unknown]
+    given = {name: known[name] for name in names.values()}
+    found = []
+    for branch in ("falling", "rising", "forward", "backward"):
+        try:
+            start = State.from_constants(TOP, **given, branch=branch)
+        except ImpossibleStart:
+            continue
+        found.append([float(getattr(start, n)) for n in ("theta", "thetadot", "phidot", "omega3")])
+        made = constants(start)
+        assert all(float(made[n]) == pytest.approx(float(known[n]), rel=1e-13) for n in given)
+    expected = [float(getattr(START, n)) for n in ("theta", "thetadot", "phidot", "omega3")]
+    assert any(np.allclose(each, expected, rtol=1e-12) for each in found)
+
+
+def test_constants_without_energy_start_at_rest_and_turning_points_follow_from_energy() -> None:
+    start = State.from_constants(TOP, p_phi=1, omega3=2, theta=1)
+    assert start.thetadot == 0
+    known = ht.Motion(TOP, START)
+    given = {name: str(getattr(known.constants, name)) for name in ("E", "p_phi", "p_psi")}
+    ends = [State.from_constants(TOP, **given, thetadot=0, branch=b) for b in ("falling", "rising")]
+    tilts = [float(start.theta) for start in ends]
+    assert tilts == pytest.approx([known.theta_min, known.theta_max], rel=1e-14)
+
+
+@pytest.mark.parametrize("which", ["slow", "fast"])
+@pytest.mark.parametrize("theta", ["0.7", "2.2"])
+@pytest.mark.parametrize("spin", [{"psidot": 9}, {"omega3": -9}])
+def test_a_steady_start_stays_at_its_tilt(which, theta, spin) -> None:
+    start = State.steady(TOP, theta, which=which, **spin)
+    assert ht.classify(TOP, start).kind == "uniform-precession"
+    assert float(getattr(start, next(iter(spin)))) == next(iter(spin.values()))
+    again = State.steady(TOP, theta, phidot=start.phidot)
+    assert float(again.omega3) == pytest.approx(float(start.omega3), rel=1e-15)
+
+
+@pytest.mark.parametrize("theta", [-0.2, 7, -7, 30, "pi + 1/10", "-pi/2", "400 deg"])
+def test_a_tilt_outside_is_the_same_motion_and_is_said(theta) -> None:
+    angle = float(ht.Exact.of(theta))
+    with pytest.warns(FoldedTiltWarning, match="outside") as said:
+        start = State(theta, thetadot="0.3", phi="0.2", psi=1, phidot="0.7", psidot=4)
+    R, omega = moving(start)
+    assert np.abs(R - rotation(angle, 0.2, 1.0)).max() < 1e-13
+    node, axis = np.array([math.cos(0.2), math.sin(0.2), 0]), R[:, 2]
+    assert np.abs(omega - (0.3 * node + 0.7 * np.eye(3)[2] + 4 * axis)).max() < 1e-13
+    assert (str(said[0].message),) == start.notices
+    assert ('degrees are "30 deg"' in start.notices[0]) == (theta == 30)
+    assert not State(PI / 2).notices
+
+
+HEAD = "format = 1\n[top]\nA = 1\nC = 0.5\ngMR = 2\n[start]\n"
+TURN = "[[1, 0, 0], [0, 0, -1], [0, 1, 0]]"
+WRONG = {  # what is wrong, the key that is named, and a word of its sentence
+    "quaternion = [1, 0, 0]": ("quaternion", "4 numbers"),
+    "quaternion = [0, 0, 0, 0]": ("quaternion", "not all zero"),
+    "quaternion = 1": ("quaternion", "4 numbers"),
+    'quaternion = [1, 0, "x", 0]': ("quaternion", "unexpected"),
+    'quaternion = [1, 0, "2 cm", 0]': ("quaternion", "no unit"),
+    "quaternion = [1, 0, 0, 0]\ntheta = 1": ("quaternion", "give theta or quaternion"),
+    "quaternion = [1, 0, 0, 0]\nphi = 1": ("phi", "does not go with"),
+    "quaternion = [1, 0, 0, 0]\nomega_body = [1, 2]": ("omega_body", "3 numbers"),
+    "rotation = [[1, 0, 0], [0, 1, 0]]": ("rotation", "three rows"),
+    "rotation = [1, 2, 3]": ("rotation", "3 numbers"),
+    "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1.1]]": ("rotation", "length 1"),
+    "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]": ("rotation", "reflection"),
+    f"rotation = {TURN}\nquaternion = [1, 0, 0, 0]": ("rotation", "give quaternion or rotation"),
+    f"rotation = {TURN}\npsi = 1": ("psi", "does not go with"),
+    "theta = 1\nomega_body = [1, 2, 3]\nomega_space = [1, 2, 3]": ("omega_space", "not both"),
+    "theta = 1\nomega_body = [1, 2, 3]\nphidot = 1": ("phidot", "does not go with"),
+    "theta = 1\nomega_space = [1, 2, 3]\npsidot = 1": ("psidot", "does not go with"),
+    "omega_body = [1, 2, 3]": ("theta", "missing"),
+    'theta = 1\nomega_body = "fast"': ("omega_body", "3 numbers"),
+    "theta = 1\npsidot = 1\nomega3 = 1": ("omega3", "give psidot or omega3"),
+    "E = 1": ("p_phi", "3 more of"),
+    "E = 1\np_phi = 1\np_psi = 1": ("theta", "1 more of theta, thetadot"),
+    "p_phi = 1\np_psi = 1": ("E", "1 more of"),
+    "p_phi = 1\ntheta = 1": ("E", "1 more of"),
+    "E = 1\ntheta = 1": ("p_phi", "2 more of"),
+    "E = 1\nE_prime = 1\np_phi = 1\ntheta = 1\np_psi = 1": ("E_prime", "give E or E_prime"),
+    "E = 1\np_phi = 1\np_psi = 1\nomega3 = 1\ntheta = 1": ("omega3", "give p_psi or omega3"),
+    "E = 9\np_phi = 1\np_psi = 1\ntheta = 1\nthetadot = 0": ("E", "one too many"),
+    "E = 9\np_phi = 1\np_psi = 1\ntheta = 1\nphidot = 0": ("phidot", "does not go with"),
+    "E = 9\np_phi = 1\np_psi = 1\ntheta = 1\npsidot = 0": ("psidot", "does not go with"),
+    'E = 9\np_phi = 1\np_psi = 1\ntheta = 1\nbranch = "up"': ("branch", "one of falling"),
+    'E = 9\np_phi = 1\np_psi = 1\ntheta = 1\nbranch = "forward"': ("branch", "here"),
+    "E = 1\np_phi = 5\np_psi = 1\ntheta = 1": ("E", "at least"),
+    "E = 1\np_phi = 0.3\np_psi = 1\ntheta = 0.1": ("E", "at rest have theta = 72.54 deg"),
+    "E = -9\np_phi = 1\np_psi = 1\nthetadot = 0": ("E", "with these momenta, which have it at"),
+    "E = 1\np_psi = 1\ntheta = 1\nthetadot = 9": ("E", "at least"),
+    "E = 1\np_phi = 5\ntheta = 1\nthetadot = 0": ("E", "at least"),
+    "E = 9\np_phi = 1\np_psi = 2\ntheta = 0": ("p_phi", "nothing else reaches the vertical"),
+    "E = 9\np_psi = 2\ntheta = 0\nthetadot = 0": ("E", "at least"),
+    "E = 9\np_phi = 2\ntheta = 0\nthetadot = 0": ("p_psi", "does not follow"),
+    'steady = "medium"\ntheta = 1\nomega3 = 9': ("steady", "one of slow, fast"),
+    'steady = "slow"\ntheta = 1': ("omega3", "missing"),
+    'steady = "slow"\nomega3 = 9': ("theta", "missing"),
+    'steady = "slow"\ntheta = 1\nomega3 = 9\npsidot = 9': ("psidot", "not both"),
+    'steady = "slow"\ntheta = 1\nphidot = 9\nomega3 = 9': ("phidot", "does not go with"),
+    'steady = "slow"\ntheta = 1\nomega3 = 1': ("omega3", "at least 4.15"),
+    'steady = "slow"\ntheta = 1\npsidot = 1': ("psidot", "at least 2.9"),
+    'steady = "fast"\ntheta = "pi/2"\nomega3 = 9': ("steady", "no fast rate"),
+    'steady = "slow"\ntheta = "pi/2"\nomega3 = 0': ("omega3", "not 0"),
+    "steady = true\ntheta = 1": ("phidot", "missing"),
+    "steady = true\ntheta = 1\nphidot = 0": ("phidot", "not 0"),
+    "steady = true\ntheta = 1\nphidot = 1\nomega3 = 1": ("omega3", "does not go with"),
+    'steady = "slow"\ntheta = 1\nomega3 = 9\nE = 1': ("E", "does not go with"),
+    "steady = false\ntheta = 1\nomega3 = 9": ("steady", "one of slow, fast"),
+    'theta = "1,000"': ("theta", "a comma before three digits"),
+    'theta = "acos(2)"': ("theta", "within -1"),
+    'psidot = "3 kg"': ("psidot", "a unit here is rpm"),
+    'theta = "25 Hz"': ("theta", "a unit here is deg"),
+    "quaternions = [1, 0, 0, 0]": ("quaternions", 'did you mean "quaternion"?'),
+    "omega = [1, 0, 0]": ("omega", "did you mean"),
+    "p_psi = true\np_phi = 1\ntheta = 1": ("p_psi", "not true or false"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_a_wrong_start_is_refused_in_one_sentence_with_what_would_be_right(text: str) -> None:
+    with pytest.raises(BadScene) as bad:
+        read_scene(HEAD + text, "mine.toml")
+    (fault,) = bad.value.faults
+    key, word = WRONG[text]
+    assert fault.key == f"start.{key}"
+    assert word in f"{fault.rule} ({fault.hint})"
+    assert fault.line == (6 if key not in text else fault.line)
+
+
+def test_there_are_sixty_of_them() -> None:
+    assert len(WRONG) >= 60

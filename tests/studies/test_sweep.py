@@ -1,0 +1,88 @@
+"""Sweep: rows are the motions of the scene, in the units that were asked for."""
+
+import csv
+import io
+import math
+
+import pytest
+
+import heavytop as ht
+from heavytop.errors import BadScene
+from heavytop.plots.studies import sweep_figure
+from heavytop.scene.quantities import read_units
+from heavytop.scene.scene import read_scene
+from heavytop.studies.sweep import sweep
+
+DROPPED = ht.load_scene("sicm-dropped")
+WHEEL = read_scene("""format = 1
+[top]
+mass = 2.1
+distance = "18 cm"
+gravity = 9.81
+A = "2.1*(0.3^2/2 + 0.18^2)"
+C = "2.1*0.3^2"
+[start]
+theta = "90 deg"
+steady = "slow"
+psidot = "260 rpm"
+""")
+FACTS = ["round", "theta_max", "round_estimate", "ratio"]
+
+
+def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
+    found = sweep(DROPPED, "start.psidot=100:400:4", FACTS)
+    assert [row["start.psidot"] for row in found.rows] == [100, 200, 300, 400]
+    for row in found.rows:
+        start = ht.State("0.1", psidot=row["start.psidot"])
+        motion = ht.Motion(DROPPED.top, start)
+        assert row["kind"] == motion.kind
+        assert (row["round"], row["theta_max"]) == (motion.round, motion.theta_max)
+        estimate = 2 * math.pi * 6.6e-5 * row["start.psidot"] / 0.0456
+        assert row["round_estimate"] == pytest.approx(estimate, rel=1e-14)
+        fast = (6.6e-5 * row["start.psidot"]) ** 2 / (4 * 3.28e-4 * 0.0456)
+        assert row["ratio"] == pytest.approx(fast, rel=1e-14)
+    document = found.document()
+    assert (document["schema"], document["over"]) == ("heavytop/sweep/1", "start.psidot")
+    assert list(document) == ["schema", "scene", "over", "rows"]
+
+
+@pytest.mark.reference
+def test_a_wheel_at_260_rpm_beside_its_textbook():
+    """8.728 s, and 8.719 s by the formula; the spin is that about the axis."""
+    row = sweep(WHEEL, "start.psidot=260 rpm:260 rpm:1", ["round", "round_estimate"]).rows[0]
+    assert row["kind"] == "uniform-precession"
+    assert row["round_estimate"] == pytest.approx(8.719, abs=5e-4)
+    dropped = read_scene(WHEEL.to_toml().replace('steady = "slow"', "phidot = 0"))
+    row = sweep(dropped, "start.psidot=260 rpm:260 rpm:1", ["round"]).rows[0]
+    assert row["round"] == pytest.approx(8.728, abs=5e-4)
+
+
+def test_csv_and_charts_are_in_the_units_asked_for(tmp_path):
+    found = sweep(DROPPED, "start.psidot=100:400:3", FACTS)
+    units = read_units("deg, rpm,ms")
+    header, *rows = csv.reader(io.StringIO(found.to_csv(units)))
+    assert header == ["start.psidot [rpm]", "kind", "round [ms]", "theta_max [deg]",
+                      "round_estimate [ms]", "ratio"]  # fmt: skip
+    assert float(rows[0][0]) == pytest.approx(100 * 30 / math.pi, rel=1e-15)
+    assert float(rows[0][3]) == pytest.approx(math.degrees(found.rows[0]["theta_max"]), rel=1e-15)
+    assert float(rows[0][2]) == pytest.approx(1000 * found.rows[0]["round"], rel=1e-15)
+    assert found.to_csv().startswith("start.psidot [rad/s],kind,round [s]")
+    axes = sweep_figure(found.document(), units).axes
+    assert [ax.get_ylabel() for ax in axes] == ["[ms]", "[deg]", "[1]"]
+    assert axes[0].lines[0].get_xdata()[0] == pytest.approx(100 * 30 / math.pi, rel=1e-15)
+    found.save(tmp_path / "x.csv", units)
+    assert (tmp_path / "x.csv").read_text("utf-8") == found.to_csv(units)
+
+
+def test_where_there_is_no_scene_a_row_says_so():
+    steady = read_scene("format = 1\n[top]\nA = 1\nC = 1\ngMR = 1\n[start]\n"
+                        'theta = 0.5\nsteady = "slow"\nomega3 = 9\n')  # fmt: skip
+    slow, fast = sweep(steady, "start.omega3=0.5:5:2", ["round"]).rows
+    assert (slow["kind"], slow["round"]) == (None, None)
+    assert fast["kind"] == "uniform-precession"
+
+
+def test_what_cannot_be_asked_is_refused_with_every_fault():
+    with pytest.raises(BadScene) as bad:
+        sweep(DROPPED, "psidot=1:2", ["rond", 3])
+    assert [fault.key for fault in bad.value.faults] == ["facts", "facts", "over"]
