@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.analytic.enclosure import EVENTS, enclose
+from heavytop.analytic.events import EVENTS, EventTimes
 from heavytop.analytic.motion import Motion
 from heavytop.checking.comparison import ANGLES, Comparison, wrapped
 from heavytop.checking.reading import Array
@@ -257,9 +257,9 @@ def count_events(c: Comparison) -> dict[str, Count]:
     dense = not period or (np.diff(c.data.t) < period / FEW_ROWS).all()
     found = {}
     try:
-        motion = enclose(c.top, c.start)
+        c.motion.require_proof()
         for event in EVENTS:
-            least, most = _proved(motion, event, c.since)
+            least, most = _proved(c.motion.events(event), c.since)
             counted = dense and least <= (same[event] or 0) <= most
             found[event] = Count(mine[event] if counted else None, least, most)
     except HeavyTopError:
@@ -267,12 +267,11 @@ def count_events(c: Comparison) -> dict[str, Count]:
     return found
 
 
-def _proved(motion: Any, event: str, t: Array) -> tuple[int, int]:
+def _proved(events: EventTimes, t: Array) -> tuple[int, int]:
     """The least and the most events from the first time to the last, give or take a row."""
     (a, b), (c, d) = t[:2], t[-2:]
     before = 2 * a - b if a < 0 else max(0.0, 2 * a - b)
-    until = {x: int(np.sign(x)) * motion.count(event, x) for x in (before, b, c, 2 * d - c)}
-    return max(0, until[c] - until[b]), until[2 * d - c] - until[before]
+    return events.count(b, c), events.count(before, 2 * d - c)
 
 
 def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:

@@ -68,7 +68,7 @@ def check(
     file: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
     changes: options.Changes = None,
 ) -> None:
-    """Compare your trajectory with the exact motion; name conventions and mistakes."""
+    """Compare your trajectory with the exact motion; name mistakes."""
     from heavytop.checking.judge import check as judge
     from heavytop.checking.judge import subject
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm
+from heavytop.analytic.record import to_mpf
 from heavytop.display import Shown
 from heavytop.errors import (
     DoubtfulWarning,
@@ -257,9 +258,12 @@ class _Exact:
 
     @property
     def reversal_u(self) -> Number:
+        """Where φ̇ would be 0, as cos θ with the digits of the times; infinite without spin."""
         r = self.motion.reduced
-        there = r.a / r.b if r.b else np.inf
-        return float(there) if self.digits is None else there
+        if not r.b or self.digits is None:
+            return float(r.a / r.b) if r.b else np.inf
+        ball = self.motion.refine("a reversal", lambda c: c.start.a / c.start.b, self.digits)
+        return to_mpf(ball, self.digits)
 
 
 def _closed_form(trajectory: Trajectory, exactly: bool = False) -> _Exact:
