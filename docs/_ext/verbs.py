@@ -33,6 +33,8 @@ PAGES = {
     "workprec": "work-precision.md",
     "validate": "validation.md",
     "reference": "reference-values.md",
+    "find": "find.md",
+    "sweep": "sweep.md",
     "check": "check-a-trajectory.md",
     "report": "report.md",
     "film": "films.md",

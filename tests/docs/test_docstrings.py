@@ -18,7 +18,7 @@ FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
 UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its keys is a keyword
 NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
 NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
-    "Check": {"digits"},
+    "Check": {"digits", "digits_as_given"},
     "Drift": {"periods", "spread"},
     "Errors": {"energy", "invariants", "input_rounding"},
     "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio"},

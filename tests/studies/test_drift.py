@@ -215,8 +215,8 @@ def test_the_dataset_has_the_members_too(three):
             if values[0] is None:
                 assert name not in data or np.isnan(mine[f"member_{name}"]).all()
                 continue
-            assert mine[f"{name}_spread"].values.tolist() == columns(each["spread"])[name]
-            alone = [columns(one)[name] for one in each["members"]]
+            assert mine[f"{name}_spread"].values.tolist() == list(columns(each["spread"])[name])
+            alone = [list(columns(one)[name]) for one in each["members"]]
             assert mine[f"member_{name}"].values.tolist() == alone
 
 

@@ -31,7 +31,7 @@ def state_near(found, t):
 def exact_row(reference, t):
     """The states e, l of the axis form at a time, from the closed form at 60 digits."""
     ctx = reference.ctx
-    at, r = reference.truth(ctx.mpf(t)), reference.truth.reduced
+    at, r = reference.truth.at(ctx.mpf(t), 60), reference.truth.reduced
     s, c = ctx.sin(at.phi), ctx.cos(at.phi)
     # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
     n, sine = r.b, ctx.sin(at.theta)
@@ -73,7 +73,7 @@ def test_a_shift_in_time_is_a_phase_error(axis, ahead):
 def velocity(reference, t):
     ctx = reference.ctx
     step = ctx.mpf("1e-15")
-    back, on = (reference.truth(ctx.mpf(t) + s).axis for s in (-step, step))
+    back, on = (reference.truth.at(ctx.mpf(t) + s, 60).axis for s in (-step, step))
     return [(b - a) / (2 * step) for a, b in zip(back, on, strict=True)]
 
 

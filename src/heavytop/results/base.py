@@ -20,7 +20,6 @@ from dataclasses import dataclass, field, fields
 from html import escape
 from importlib import import_module
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
 
 from heavytop.display import Plotted
@@ -505,24 +504,14 @@ def not_as_written(path: object) -> Iterator[None]:
 def command_of(path: Path) -> str | None:
     """The command that a document names, if there is one that does."""
     try:
-        found = read_json(path).get("command")
-    except ForeignFile:
+        if path.suffix == ".jsonl":  # a study, whose first line has it
+            with path.open("rb") as file:
+                found = json.loads(file.readline()).get("command")
+        else:
+            found = read_json(path).get("command")
+    except (ForeignFile, OSError, ValueError, AttributeError):
         return None
     return found if isinstance(found, str) else None
-
-
-def read(path: Path, kind: Any) -> Any:
-    """Read JSON of the store of a study as a type says it: its attribute ``found``.
-
-    Raises
-    ------
-    ForeignFile
-    """
-    from pydantic import TypeAdapter
-
-    text = json.dumps(read_json(path))
-    with not_as_written(path):
-        return SimpleNamespace(found=TypeAdapter(kind).validate_json(text, strict=True))
 
 
 # --- values as texts -------------------------------------------------------------------------
@@ -534,7 +523,10 @@ def with_unit(name: str, value: Any, digits: int = 12) -> str:
     unit, factor = quantity.shown
     if factor != 1.0:
         value = float(value) * factor
-    text = value if isinstance(value, str) else f"{value:.{digits}g}"
+    if isinstance(value, list | tuple):
+        text = f"[{', '.join(with_unit('', each, digits) for each in value)}]"
+    else:
+        text = value if isinstance(value, str) else f"{value:.{digits}g}"
     return text if text.endswith(tuple(UNITS)) else f"{text} {unit}".removesuffix(" 1")
 
 
