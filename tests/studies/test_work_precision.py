@@ -191,7 +191,6 @@ def test_the_document_holds_what_the_contract_says(found, tmp_path):
     assert other["rival"] != leader["rival"]
     assert leader["ratio"] == pytest.approx(other["us_per_period"] / leader["us_per_period"])
     assert best["error"] == min(p["error"] for p in on_axis)
-    left = [Row(method="a", setting={}, rival=True, reason="")] * 2
 
 
 # --- time ------------------------------------------------------------------------------------
