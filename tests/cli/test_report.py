@@ -138,7 +138,11 @@ def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
     assert needed.exit_code == 3
     assert "give the scene of the data, or a file with only its [top]" in needed.stderr
     assert heavytop_("check", tmp_path / "none.csv").exit_code == 3
-    assert "t: a column of at least 5 times" in heavytop_(*mine[:4]).stderr
+    timeless = tmp_path / "timeless.csv"
+    timeless.write_text("theta,phi\n" + 9 * "0.1,0\n", "utf-8")
+    found = heavytop_("check", timeless, *mine[2:4])
+    assert found.exit_code == 3
+    assert "a column t of at least 5 times" in found.stderr
 
 
 @pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 4), (errno.EACCES, 2)])
