@@ -21,7 +21,7 @@ def scene(**more):
 
 
 def of_motion(m):
-    return m.at(0.7).phi, m.at(T, 40).phi, m.kind, m.period, m.roots, m.constants, m.margin
+    return m.at(0.7).phi, m.at(T, 40).phi, m.kind, m.period, m.roots, m.constants
 
 
 def of_enclosure(e):

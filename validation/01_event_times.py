@@ -4,7 +4,7 @@ import numpy as np
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.run.verify import own_motion
+from heavytop.run.own_motion import own_motion
 
 PERIODS = 100
 

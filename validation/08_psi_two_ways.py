@@ -12,7 +12,7 @@ import numpy as np
 from claim import claim, finish, most
 
 import heavytop as ht
-from heavytop.run.verify import own_motion
+from heavytop.run.own_motion import own_motion
 
 FORMS = ("axis", "attitude")
 REPEATS = 15

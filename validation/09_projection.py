@@ -12,7 +12,8 @@ from claim import claim, finish
 
 import heavytop as ht
 from heavytop.equations.lambdify import lambdified
-from heavytop.run.verify import own_motion, phase_error
+from heavytop.run.own_motion import own_motion
+from heavytop.run.verify import phase_error
 
 MARKS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 MOST = int(sys.argv[1]) if len(sys.argv) > 1 else MARKS[-1]  # fewer periods, for a quick look

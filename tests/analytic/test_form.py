@@ -5,7 +5,7 @@ motions come as near to them as 1e-150. What is asked of the closed form shares 
 
 θ, φ, ψ, differentiated numerically with more than twice the digits, satisfy Lagrange's equation
 for θ and keep p_φ ∓ p_ψ, E' and ω3, and nothing jumps where its pieces meet. T and Δφ have mpmath's
-own integrals for a witness in `test_elliptic`.
+own integrals for a witness in `test_against_mpmath`.
 
 Exactly through a pole φ and ψ are not defined apart. φ jumps by +π as time goes forward, ψ by −π at
 the top, where φ + ψ is what is defined, and by +π at the bottom, where φ − ψ is. The rotation from

@@ -1,7 +1,7 @@
 """Enclosures: within the closed form at many more digits, and where numbers break.
 
-What both may get wrong alike is held against other authorities, by `test_closed_form`,
-`test_elliptic` and `test_reduced_equation`.
+What both may get wrong alike is held against other authorities, by `test_against_mpmath`,
+`test_published` and `test_reduced_equation`.
 """
 
 import math

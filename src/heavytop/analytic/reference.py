@@ -61,12 +61,12 @@ class Reference:
 
     Notes
     -----
-    Accuracy: by proof, as of `Enclosure`; ``tests/analytic/test_reference.py`` holds every digit to
-    a computation with many more.
+    Accuracy: by proof, as of `Motion.interval`; ``tests/analytic/test_reference.py`` holds every
+    digit to a computation with many more.
 
     References
     ----------
-    As of `Enclosure`.
+    As of `Motion`.
     """
 
     scene: Scene
@@ -163,12 +163,12 @@ def reference(
 
     Notes
     -----
-    Accuracy: by proof, as of `Enclosure`; ``tests/analytic/test_reference.py`` holds every digit to
-    a computation with many more.
+    Accuracy: by proof, as of `Motion.interval`; ``tests/analytic/test_reference.py`` holds every
+    digit to a computation with many more.
 
     References
     ----------
-    As of `Enclosure`.
+    As of `Motion`.
     """
     expect("scene", scene, Scene)
     file = scene.name

@@ -230,12 +230,11 @@ def _numbers(column: Any) -> Array | None:
 
 
 def _drop_masked(values: dict[str, Array]) -> list[str]:
-    """Take rows without a value away, and quantities without any."""
+    """Take rows without a value away, and quantities that lack a component in every row."""
     rows = values["t"].shape if "t" in values else ()
-    for name in [
-        name for name, x in values.items() if x.shape[:1] != rows or np.isnan(x).all(axis=0).any()
-    ]:
-        del values[name]
+    for name, x in [*values.items()]:
+        if x.shape[:1] != rows or np.isnan(x).all(axis=0).any():
+            del values[name]
     if not values:
         return []
     there = np.all([np.isfinite(x).reshape(*rows, -1).all(axis=1) for x in values.values()], axis=0)
