@@ -393,7 +393,9 @@ class Family(Algebra):
         """Where the top is, nearest the turning point n after that of the start."""
         found = self.constants(monkeypatch, **changed)
         N = self.codes["balls"]
-        monkeypatch.setattr(N, "nearest", lambda c, t, z: (n, z(n, t)))
+        monkeypatch.setattr(
+            N, "nearest", lambda c, z: lambda t: (n, (n + c.first) % 2 == 1, z(n, t))
+        )
         return self.codes["form"].Form(found, N)(Symbol(TIME))
 
     @property

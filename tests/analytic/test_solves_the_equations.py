@@ -420,7 +420,7 @@ def test_the_polynomials_are_the_terms_of_the_theta_functions():
 
     def sums(factors, n, power):
         """The polynomial times x to a power."""
-        row = theta.multiples(factors, last + 1)[n]
+        row = map(int, theta.multiples(factors, last + 1).tolist()[n])
         terms = (
             c * v**i * sp.Poly(x ** (power - i), x) * sp.Rational(1, 4**i)
             for i, c in enumerate(row)

@@ -40,15 +40,19 @@ def half_sum(x: arb, y: arb, sign: int) -> arb:
     return (x + sign * y) / 2
 
 
-def nearest(c: Constants, t: arb, z: Callable[..., arb]) -> tuple[int, arb]:
-    """The number of the turning point nearest a time, and z since it."""
-    if c.period is None:
-        return 0, z(0, t)
-    turning = 2 * (t / c.period) + c.x0 / c.half
-    if not turning.rad() < 1e-3:  # the series are bounded half way to the next
-        raise TooFewBits("the time and that of a turning point", turning)
-    n = floor(turning.mid() + arb(0.5))
-    return n, z(n, t)
+def nearest(c: Constants, z: Callable[..., arb]) -> Callable[[arb], tuple[Any, ...]]:
+    """From a time to the number of the turning point nearest, whether of u₂, and z since that."""
+
+    def found(t: arb) -> tuple[Any, ...]:
+        if c.period is None:
+            return 0, False, z(0, t)
+        turning = 2 * (t / c.period) + c.x0 / c.half
+        if not turning.rad() < 1e-3:  # the series are bounded half way to the next
+            raise TooFewBits("the time and that of a turning point", turning)
+        n = floor(turning.mid() + arb(0.5))
+        return n, (n + c.first) % 2 == 1, z(n, t)
+
+    return found
 
 
 def argument(z: arb, hyperbolic: bool) -> tuple[arb, arb, arb]:
@@ -80,8 +84,3 @@ def length(least: arb, square: arb, leg: arb) -> arb:
 def cosine(one_minus_u: arb, one_plus_u: arb) -> arb:
     """The cosine of θ from its distances from ±1."""
     return (1 - one_minus_u).intersection(one_plus_u - 1)
-
-
-def vector(*parts: arb) -> tuple[arb, ...]:
-    """Several numbers as one."""
-    return parts

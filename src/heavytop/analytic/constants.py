@@ -133,7 +133,8 @@ class Constants:
         """The sweep of Φ₊ (0) or Φ₋ (1) beside u₁, or beside u₂; None where there is none."""
         half, beside = self.halves[which], upper == bool(which)
         if half.jumps and beside:
-            return lambda S, C, square: N.sign(S, 1) * (N.number(arb.pi()) / 2)
+            turn = N.number(arb.pi() / 2)
+            return lambda S, C, square: N.sign(S, 1) * turn
         if half.v is None:
             return None
         return self.theta.sweep(N, half.v, half.sign, beside)

@@ -6,7 +6,6 @@ digits.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Final
@@ -38,48 +37,49 @@ FARTHEST: Final = 2**62
 CHUNK: Final = 8192
 """Times computed at once, so that what is computed with them stays in the processor's cache."""
 
-VECTORS: Final = {"axis": 3, "quaternion": 4, "omega": 3}
+VECTORS: Final = {"axis": (3,), "quaternion": (4,), "omega": (3,)}
 NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
 LATE_DIGITS: Final = 20  # of what is computed in balls for doubles
 
 bits: Final = 64
+quietly: Final = np.errstate(over="ignore", invalid="ignore")
 atan2, sqrt = np.arctan2, np.sqrt
 
 
+@quietly
 def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
     """The numbers of a motion at the times t + t_lo, in doubles."""
     time, low, shape = _times(t, t_lo)
     latest, period = abs(time).max(initial=0.0), motion.period or np.inf
     if latest > FARTHEST * period:
         raise NoClosedForm(f"more than {FARTHEST} periods in doubles: ask for digits instead")
-    late: list[Any] = []
     if latest >= MOST_PERIODS * period:
         words = zip(time.tolist(), low.tolist(), strict=True)
-        late = [motion.at(Fraction(high) + Fraction(rest), LATE_DIGITS) for high, rest in words]
-    # of one time all are scalars, which is several times as fast
-    parts: Any = [slice(at, at + CHUNK) for at in range(0, time.size, CHUNK)]
-    parts = parts if time.size > 1 else [0] * time.size
-    points: dict[int, list[Any]] = {}
+        points = [motion.at(Fraction(high) + Fraction(rest), LATE_DIGITS) for high, rest in words]
+        parts: Any = range(time.size)
+    else:
+        # of one time all are scalars, which is several times as fast
+        starts = range(0, time.size, CHUNK)
+        parts = [slice(at, at + CHUNK) for at in starts] if time.size > 1 else [0] * time.size
+        points = [motion.doubles((time[part], low[part])) for part in parts]
 
-    def values(c: Constants, name: str) -> Any:
-        if not late and c.bits not in points:
-            form = motion.form(c, sys.modules[__name__])
-            points[c.bits] = [(part, form((time[part], low[part]))) for part in parts]
-        found = np.empty((time.size, VECTORS[name]) if name in VECTORS else time.size)
-        with np.errstate(over="ignore", invalid="ignore"):
-            for part, point in enumerate(late) if late else points[c.bits]:
-                found[part] = getattr(point, name)
-        return found
-
+    @quietly
     def read(name: str) -> Any:
-        if name in ("t", "energy"):
-            return (time if name == "t" else np.full(time.size, float(motion.energy(17)))).reshape(
-                shape
-            )
-        found: Any = motion.refine("the closed form", lambda c: values(c, name))
-        if not np.isfinite(found).all():
+        if name == "t":
+            return time.reshape(shape)
+        if name == "energy":
+            return np.full(shape, float(motion.energy(17)))
+        wide = VECTORS.get(name, ())
+        found = np.empty((time.size, *wide))
+        for part, point in zip(parts, points, strict=True):
+            if not wide:
+                found[part] = getattr(point, name)
+                continue
+            for column, each in zip(found.T, getattr(point, name), strict=True):
+                column[part] = each
+        if np.count_nonzero(np.isfinite(found)) < found.size:  # faster than all()
             raise NoClosedForm(f"{name} is too large for doubles: ask for digits instead")
-        return found.reshape(shape + found.shape[1:])
+        return found.reshape(shape + wide)
 
     return read
 
@@ -138,14 +138,21 @@ def half_sum(x: Any, y: Any, sign: int) -> Any:
     return pairs.add((x[0] / 2, x[1] / 2), (sign * y[0] / 2, sign * y[1] / 2))
 
 
-def nearest(c: Constants, t: Any, z: Callable[..., Any]) -> tuple[Any, Any]:
-    """The numbers of the turning points nearest times, and z since them."""
-    steps = 0.0 if c.period is None else float(2 / c.period)
-    n = np.rint(t[0] * steps + float(c.x0 / c.half)) if steps else np.float64(0)
-    high, low = z(n, t)
-    # a turning point counts as passed at it: at an exact pass what follows has begun
-    at_it = abs(high) <= EDGE * (abs(float(c.rate) * t[0]) + abs(float(c.x0)))
-    return n, (np.where(at_it, 0.0, high), np.where(at_it, 0.0, low))
+def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, ...]]:
+    """From times to the numbers of the turning points nearest, whether of u₂, and z since those."""
+    still = c.w.is_zero()
+    steps, ahead = (0.0, 0.0) if c.period is None else (float(2 / c.period), float(c.x0 / c.half))
+    rate, size = float(c.rate), abs(float(c.x0))
+
+    def found(t: Any) -> tuple[Any, ...]:
+        n = np.rint(t[0] * steps + ahead) if steps else np.float64(0)
+        high, low = (n, n) if still else z(n, t)
+        # a turning point counts as passed at it: at an exact pass what follows has begun
+        at_it = abs(high) <= EDGE * (abs(rate * t[0]) + size)
+        half = (n + c.first) / 2
+        return n, half != np.floor(half), (np.where(at_it, 0.0, high), np.where(at_it, 0.0, low))
+
+    return found
 
 
 def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
@@ -163,20 +170,20 @@ def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
 
 def sides(upper: Any, z: Any, hyperbolic: bool) -> list[Any]:
     """The times beside u₁ and those beside u₂: where they are, which side, and the arguments."""
-    if upper.all() or not upper.any():
-        return [(None, bool(upper.any()), argument(z, hyperbolic))]
-    places = ((np.flatnonzero(upper == side), side) for side in (False, True))
-    return [(at, side, argument((z[0][at], z[1][at]), hyperbolic)) for at, side in places]
+    places = [np.flatnonzero(upper == side) for side in (False, True)]
+    if not all(place.size for place in places):
+        return [(None, places[1].size > 0, argument(z, hyperbolic))]
+    each = zip(places, (False, True), strict=True)
+    return [(at, side, argument((z[0][at], z[1][at]), hyperbolic)) for at, side in each]
 
 
 def join(upper: Any, parts: list[Any]) -> Any:
     """The values of all sides together."""
     if len(parts) == 1:
         return parts[0][1]
-    joined = [np.empty(upper.shape) for _ in parts[0][1]]
+    joined = np.empty(upper.shape)
     for where, values in parts:
-        for whole, part in zip(joined, values, strict=True):
-            whole[where] = part
+        joined[where] = values
     return joined
 
 
@@ -193,8 +200,3 @@ def length(least: float, square: float, leg: Any) -> Any:
 def cosine(one_minus_u: Any, one_plus_u: Any) -> Any:
     """The cosine of θ from its distances from ±1, the less of which counts."""
     return np.where(one_minus_u < one_plus_u, 1 - one_minus_u, one_plus_u - 1)
-
-
-def vector(*parts: Any) -> Any:
-    """Several arrays as one, along a last axis."""
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)

@@ -38,8 +38,7 @@ class Form:
         kappa, b = c.start.kappa, c.start.b
         self.kappa, self.omega3 = (N.number(x, abs(b)) for x in (kappa, kappa + b))
         self.swing = N.number(root_of(c.delta))
-        self.z = N.linear(c.x0, -c.half, c.rate)
-        self._series: dict[Any, Any] = {}
+        self.nearest = N.nearest(c, N.linear(c.x0, -c.half, c.rate))
         # of √(1 − u) and √(1 + u), seen with g ≥ 0: least, least², and whether that is 0
         self.poles = [
             (N.number(root_of(least)), N.number(least), least.is_zero())
@@ -49,6 +48,11 @@ class Form:
     def __call__(self, t: Any) -> Point:
         """Where the top is; doubles are pairs of arrays, high and low words of the times."""
         return Point(self, t)
+
+    def complete(self) -> Form:
+        """The form with all its constants, which are else computed when they are first read."""
+        _ = self.functions, self.sweeps, self.angles, self.rates, self.opposed
+        return self
 
     @cached_property
     def angles(self) -> list[Callable[..., Any]]:
@@ -105,19 +109,16 @@ class Form:
         size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST
         return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
 
-    def function(self, upper: bool, which: int) -> Any:
-        """Of sn (1), cn (2) and dn (3) beside u₁ or u₂ the numerator, and the denominator (0)."""
-        key = upper, which
-        if key not in self._series:
-            self._series[key] = self.c.theta.function(self.N, upper, which)
-        return self._series[key]
+    @cached_property
+    def functions(self) -> list[list[Any]]:
+        """Beside u₁ and u₂ the numerators of sn (1), cn (2) and dn (3), and the denominator (0)."""
+        theta = self.c.theta
+        return [[theta.function(self.N, upper, k) for k in range(4)] for upper in (False, True)]
 
-    def sweep(self, upper: bool, which: int) -> Any:
-        """The sweep of Φ₊ (0) or Φ₋ (1) beside u₁ or u₂."""
-        key = "sweep", upper, which
-        if key not in self._series:
-            self._series[key] = self.c.sweep(self.N, which, upper)
-        return self._series[key]
+    @cached_property
+    def sweeps(self) -> list[list[Any]]:
+        """Beside u₁ and u₂ the sweeps of Φ₊ (0) and Φ₋ (1)."""
+        return [[self.c.sweep(self.N, k, upper) for k in (0, 1)] for upper in (False, True)]
 
 
 class Point:
@@ -125,7 +126,7 @@ class Point:
 
     def __init__(self, form: Form, t: Any) -> None:
         self.form, self.N, self.t, self.side = form, form.N, t, form.c.side
-        self.turning, self.z = self.N.nearest(form.c, t, form.z)
+        self.turning, self.upper, self.z = form.nearest(t)
 
     def __getattr__(self, name: str) -> Any:
         if name not in FORMULAS:
@@ -134,29 +135,17 @@ class Point:
         return value
 
 
-def _functions(r: Point, *which: int) -> list[Any]:
-    """Of sn (1), cn (2) and dn (3) some; 0, 1 and 1 where nothing moves."""
-    if r.form.c.w.is_zero():
-        one = r.N.number(arb(1)) + 0 * r.turning
-        return [0 * one if k == 1 else one for k in which]
-
-    parts = []
-    for where, upper, at in r.sides:
-        under = r.form.function(upper, 0)(*at)
-        parts.append((where, [r.form.function(upper, k)(*at) / under for k in which]))
-    return list(r.N.join(r.upper, parts))
+def _theta(r: Point, which: int) -> Any:
+    """A numerator of the elliptic functions, or their denominator (0)."""
+    parts = [(where, r.form.functions[upper][which](*at)) for where, upper, at in r.sides]
+    return r.N.join(r.upper, parts)
 
 
-def _swept(r: Point) -> list[Any]:
-    """What Φ₊ and Φ₋ have swept since the nearest turning point."""
-    if r.form.c.w.is_zero():
-        return [0 * r.turning] * 2
-
-    parts = []
-    for where, upper, at in r.sides:
-        both = [r.form.sweep(upper, k) for k in (0, 1)]
-        parts.append((where, [0 * at[0] if sweep is None else sweep(*at) for sweep in both]))
-    return list(r.N.join(r.upper, parts))
+def _swept(r: Point, which: int) -> Any:
+    """What Φ₊ (0) or Φ₋ (1) has swept since the nearest turning point."""
+    found = [(where, r.form.sweeps[upper][which], at) for where, upper, at in r.sides]
+    parts = [(where, sweep(*at) if sweep else 0 * at[0]) for where, sweep, at in found]
+    return r.N.join(r.upper, parts)
 
 
 def _leg(r: Point, pole: int, x: Any, at_zero: int) -> tuple[Any, Any]:
@@ -194,7 +183,7 @@ def _uddot(r: Point) -> Any:
 
 def _axis(r: Point) -> Any:
     sin, cos = r.N.sin_cos(r.phi_mod)
-    return r.N.vector(r.sine * sin, -r.sine * cos, r.u)
+    return r.sine * sin, -r.sine * cos, r.u
 
 
 def _quaternion(r: Point) -> Any:
@@ -202,7 +191,7 @@ def _quaternion(r: Point) -> Any:
     (s1, c1), (s2, c2) = (
         r.N.sin_cos(r.N.modulo_circle(r.N.half_sum(*r.sums, sign))) for sign in (1, -1)
     )
-    return r.N.vector(cosine * c1, sine * c2, sine * s2, cosine * s1)
+    return cosine * c1, sine * c2, sine * s2, cosine * s1
 
 
 def _omega(r: Point) -> Any:
@@ -210,16 +199,15 @@ def _omega(r: Point) -> Any:
     sin, cos = r.N.sin_cos(r.phi_mod)
     across = (r.omega3 - r.phidot * r.u) * r.sine
     upright = r.omega3 * r.u + r.phidot * r.sine * r.sine
-    return r.N.vector(r.thetadot * cos + across * sin, r.thetadot * sin - across * cos, upright)
+    return r.thetadot * cos + across * sin, r.thetadot * sin - across * cos, upright
 
 
 FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
-    "upper": lambda r: (r.turning + r.form.c.first) % 2 == 1,
     "sides": lambda r: r.N.sides(r.upper, r.z, r.form.c.theta.hyperbolic),
-    "functions": lambda r: _functions(r, 1, 2),
-    "sn": lambda r: r.functions[0],
-    "cn": lambda r: r.functions[1],
-    "dn": lambda r: _functions(r, 3)[0],
+    "under": lambda r: _theta(r, 0),
+    "sn": lambda r: _theta(r, 1) / r.under,
+    "cn": lambda r: _theta(r, 2) / r.under,
+    "dn": lambda r: _theta(r, 3) / r.under,
     "top": lambda r: _leg(r, 0, r.cn, -1),
     "bottom": lambda r: _leg(r, 1, r.sn, 1),
     "legs": lambda r: (r.top[0], r.bottom[0])[:: r.side],
@@ -234,7 +222,7 @@ FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "rates": _pole_rates,
     "phidot": _phidot,
     "psidot": lambda r: r.form.kappa + r.side * (r.rates[0] - r.rates[1]),
-    "swept": _swept,
+    "swept": lambda r: (_swept(r, 0), _swept(r, 1)),
     "phi_sum": lambda r: r.form.angles[0](r.turning, r.t, r.swept[0] + r.swept[1]),
     "psi_sum": lambda r: r.form.angles[1](r.turning, r.t, r.side * (r.swept[0] - r.swept[1])),
     "sums": lambda r: (r.phi_sum, r.psi_sum),

@@ -172,13 +172,21 @@ class Refined:
         found: Constants = self._computed[bits]
         return found
 
-    def form(self, constants: Constants, numbers: Any = balls) -> Form:
-        """The closed form of some constants, in balls or in doubles."""
-        key = constants.bits, numbers.__name__
+    def form(self, constants: Constants) -> Form:
+        """The closed form of some constants, in balls."""
+        key = "form", constants.bits
         if key not in self._computed:
-            self._computed[key] = Form(constants, numbers)
+            self._computed[key] = Form(constants, balls)
         found: Form = self._computed[key]
         return found
+
+    @cached_property
+    def doubles(self) -> Form:
+        """The closed form in doubles."""
+        from heavytop.analytic import doubles  # a verdict takes no arrays
+
+        form: Form = self.refine("the closed form", lambda c: Form(c, doubles).complete())
+        return form
 
     def time(self, t: Any) -> Callable[[int], arb]:
         """A time [s] of any kind as a ball of so many bits; floats mean their binary value."""

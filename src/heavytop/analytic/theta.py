@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import cache, cached_property
 from typing import Any
 
-from flint import arb, fmpz_poly
+from flint import arb, arb_mat, fmpz_mat, fmpz_poly
 
 from heavytop.analytic.roots import TooFewBits
 
@@ -22,7 +22,7 @@ Series = Callable[[Any, Any, Any], Any]
 
 
 @cache
-def multiples(factors: str, count: int) -> list[list[int]]:
+def multiples(factors: str, count: int) -> fmpz_mat:
     """Coefficients of sin (2k+1)z/S, cos (2k+1)z/C, cos 2kz, sin 2kz/SC in powers of S²."""
     U = [fmpz_poly([0]), *map(fmpz_poly.chebyshev_u, range(count))]
     families = {
@@ -32,7 +32,8 @@ def multiples(factors: str, count: int) -> list[list[int]]:
         "SC": [2 * U[k] for k in range(count)],
     }
     cos2z = fmpz_poly([1, -2])
-    return [[int(c) for c in each(cos2z).coeffs()] for each in families[factors]]
+    rows = [each(cos2z) for each in families[factors]]
+    return fmpz_mat(count, count, [row[i] for row in rows for i in range(count)])
 
 
 class Theta:
@@ -109,17 +110,15 @@ class Theta:
     def _series(self, N: Any, factors: str, amplitudes: list[arb], size: Any = 1) -> Series:
         """The sum of the functions that have the factors, with such amplitudes, times a size."""
         count = self.terms(N.bits) if N.bits else len(amplitudes)
-        powers = [arb(0)] * count
-        for amplitude, row in zip(amplitudes, multiples(factors, count), strict=False):
-            for i, coefficient in enumerate(row):
-                powers[i] += amplitude * coefficient
+        powers = arb_mat(1, count, amplitudes[:count]) * arb_mat(multiples(factors, count))
         rest = None if N.bits else size * self.rest
-        first, *others = [N.number(size * power, abs(size)) for power in reversed(powers)]
+        first, *others = [N.number(size * power, abs(size)) for power in reversed(powers.entries())]
 
         def value(S: Any, C: Any, square: Any) -> Any:
             total = first
             for power in others:
-                total = total * square + power
+                total = total * square
+                total += power  # in its place
             total = total if rest is None else total + rest
             for name in factors:
                 total = total * (S if name == "S" else C)

@@ -60,10 +60,10 @@ def multiply(x: tuple[Array, Array], y: tuple[Array, Array]) -> tuple[Array, Arr
     return two_sum(high, low + (x[0] * y[1] + x[1] * y[0]))
 
 
-def total(first: Array, *others: Array | float) -> tuple[Array, Array]:
-    """Return a sum as a double-double; what is large and cancels comes first."""
-    high, low = two_sum(first, others[0])
-    for term in others[1:]:
+def total(high: Array, *others: Array | float, rest: Any = 0.0) -> tuple[Array, Array]:
+    """Return a sum as a double-double; what is large and cancels comes first, small is the rest."""
+    low = rest
+    for term in others:
         high, error = two_sum(high, term)
         low = low + error
     return two_sum(high, low)
@@ -89,7 +89,7 @@ class Linear:
         grown, rest = two_product(t, rate[0])
         stepped, error = two_product(n, step[0])
         rest = rest + error + (rate[1] * t + rate[0] * t_lo + step[1] * n + start[1])
-        return total(grown, stepped, start[0], *more, rest)
+        return total(grown, stepped, start[0], *more, rest=rest)
 
 
 def modulo_circle(high: Array, low: Array) -> Array:
