@@ -3,14 +3,19 @@
 // link or a box holds is read as a number, and is put on the page as a text.
 (() => {
   const DATA = JSON.parse(document.getElementById("data").textContent);
-  const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot"]; // and psidot, omega3
+  const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot", "mass"]; // and spin
   const START = ["theta", "thetadot", "phi", "phidot", "psi"]; // in a scene file
-  const DEGREE = Math.PI / 180, LONG = 14, CURVE = 401;
+  const DEGREE = Math.PI / 180, RPM = Math.PI / 30, LONG = 14, CURVE = 401;
   const KNOWN = 1e-9; // rad, of φ after a nutation
   const [COARSE, FINE] = [[48, 36], [160, 120]]; // the plane of kicks, in motion and at rest
   const IDLE = 150; // ms
+  const EARTH = 9.81; // m/s², where a mass and a distance make gMR
+  const SLOP = 8; // px, that a finger goes before it is known to go sideways
   const INK = "#222222", SOFT = "#57606A", GRID = "#E3E6EA", BLUE = "#0072B2", ORANGE = "#D55E00";
   const BARE = /^-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?$/; // a number in TOML
+  const TOKEN = /(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|\*\*|[a-z]+|\S/gi;
+  const THOUSANDS = /(?<![\d.])[1-9]\d{0,2}(?:,\d{3})+(?!\d)/; // or a decimal: nobody can tell
+  const BINDS = { "+": 1, "-": 1, "*": 2, "/": 2, "^": 4, "**": 4 };
   const $ = (id) => document.getElementById(id);
   const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
   const short = (x, digits = 6) => String(Number(x.toPrecision(digits))).replace("-", "−");
@@ -18,21 +23,28 @@
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   // --- the state, and what it says of a top ------------------------------------------------------
-  let state, ranges, play = true, due = false, shown, later;
+  let state, ranges, play = true, held = false, due = false, shown, later;
+  let placed = false; // whether the distance was given, or follows from mass and gMR
   const spinning = (top) => ({ ...top, omega3: top.held === "omega3" ? top.spin
     : top.spin + top.phidot * Math.cos(top.theta) });
   const stateOf = ({ numbers, held }) => ({
-    ...Object.fromEntries(NAMES.map((name) => [name, numbers[name]])), held, spin: numbers[held] });
+    ...Object.fromEntries(NAMES.map((name) => [name, numbers[name] ?? 0])), held, spin: numbers[held] });
   const rates = (top) => Math.sqrt(Math.abs(top.gMR) / top.A);
+  const limit = (top) => 2 * Math.sqrt(top.A * Math.abs(top.gMR)); // of |p_ψ|, to sleep
 
   // What a person changes: of a state its value, and the state with another value.
+  const clean = (x) => Number(x.toPrecision(15)); // a product, without the noise of its last digit
+  const plain = (name) => ({ of: (s) => s[name], with: (s, x) => ({ ...s, [name]: x }) });
   const CONTROLS = {
-    theta: { of: (s) => s.theta, with: (s, theta) => ({ ...s, theta }) },
-    phidot: { of: (s) => s.phidot, with: (s, phidot) => ({ ...s, phidot }) },
-    thetadot: { of: (s) => s.thetadot, with: (s, thetadot) => ({ ...s, thetadot }) },
-    spin: { of: (s) => s.spin, with: (s, spin) => ({ ...s, spin }) },
-    shape: { of: (s) => s.C / s.A, with: (s, ratio) => ({ ...s, C: ratio * s.A }) },
-    pull: { of: (s) => s.gMR / s.A, with: (s, pull) => ({ ...s, gMR: pull * s.A }) },
+    theta: plain("theta"), phidot: plain("phidot"), thetadot: plain("thetadot"),
+    spin: plain("spin"),
+    shape: { of: (s) => s.C / s.A, with: (s, ratio) => ({ ...s, C: clean(ratio * s.A) }) },
+    pull: { of: (s) => s.gMR / s.A, with: (s, pull) => ({ ...s, gMR: clean(pull * s.A) }) },
+    A: { of: (s) => s.A, with: (s, A) => ({ ...s, A, C: clean((s.C / s.A) * A) }) },
+    mass: { of: (s) => s.mass || NaN, with: (s, mass) => // a distance that was given stays
+      ({ ...s, mass, gMR: placed ? clean((s.gMR * mass) / s.mass) : s.gMR }) },
+    distance: { of: (s) => s.gMR / (EARTH * s.mass || NaN), with: (s, R) => (s.mass
+      ? { ...s, gMR: clean(s.mass * EARTH * R) } : { ...s, mass: clean(s.gMR / (EARTH * R)) }) },
   };
   const nice = (x) => { // 1, 2 or 5 times a power of ten, not below x
     const power = 10 ** Math.floor(Math.log10(x));
@@ -46,18 +58,57 @@
       ...Object.fromEntries(Object.entries(wide).map(([name, x]) => [name, [-x, x]])) };
   };
 
-  // Why a state cannot be, or nothing.
+  // Which number of a state cannot be, and between what it has to be; or nothing.
   const wrong = (s) => {
     const values = { ...s, [s.held]: s.spin, "C/A": s.C / s.A, "gMR/A": s.gMR / s.A };
     for (const [name, [low, high]] of Object.entries(DATA.limits)) {
       const value = values[name];
-      if (name in values && !(value >= low && value <= high)) {
-        return `${name} is to be a number from ${short(low)} to ${short(high)}.`;
-      }
+      if (name in values && !(value >= low && value <= high)) return { name, low, high };
     }
-    return "";
+    return null;
   };
-  const number = (text) => (text.trim() === "" ? NaN : Number(text.trim().replace("−", "-")));
+  const between = ({ low, high }, scale = 1, unit = "") =>
+    `from ${short(low / scale)} to ${short(high / scale)} ${unit === "deg" ? "°" : unit}`.trim();
+  // A number, which may be an expression: never run as a script.
+  const number = (text) => {
+    const tokens = text.match(TOKEN) ?? [];
+    const APPLY = { "+": (a, b) => a + b, "-": (a, b) => a - b, "*": (a, b) => a * b,
+      "/": (a, b) => a / b, "^": (a, b) => a ** b, "**": (a, b) => a ** b };
+    const inside = () => {
+      const value = expression(1);
+      return tokens.shift() === ")" ? value : NaN;
+    };
+    const first = (token = "") => {
+      if (token === "-" || token === "+") return (token === "-" ? -1 : 1) * expression(3);
+      if (token === "pi") return Math.PI;
+      if (token === "(") return inside();
+      if (token === "sqrt" && tokens.shift() === "(") return Math.sqrt(inside());
+      return /^[\d.]/.test(token) ? Number(token) : NaN;
+    };
+    const expression = (loosest) => {
+      let value = first(tokens.shift());
+      while (BINDS[tokens[0]] >= loosest) {
+        const mark = tokens.shift(), next = BINDS[mark] === 4 ? 3 : BINDS[mark] + 1;
+        value = APPLY[mark](value, expression(next));
+      }
+      return value;
+    };
+    const value = expression(1);
+    return tokens.length ? NaN : value;
+  };
+  // What a box says: its text as a scene takes it, its unit, that in SI, and the value in SI.
+  const typed = (text, { of: name, unit: usual }) => {
+    const units = DATA.units[name] ?? {};
+    const ascii = text.trim().replaceAll("−", "-").replace(/[×·]/g, "*").replaceAll("π", " pi ")
+      .replaceAll("°", "deg").replaceAll("²", "^2");
+    const named = Object.keys(units).sort((one, two) => two.length - one.length).find((each) =>
+      ascii.endsWith(each) && !/[a-z]$/i.test(ascii.slice(0, -each.length)));
+    const unit = named ?? (usual in units ? usual : ""), scale = units[unit] ?? 1;
+    const body = ascii.slice(0, ascii.length - (named ?? "").length).trim();
+    const decimal = body.replace(/(?<=\d),(?=\d)/g, ".");
+    return { scale, unit, text: `${decimal} ${scale === 1 ? "" : unit}`.trim(),
+      value: THOUSANDS.test(body) ? NaN : number(decimal) * scale };
+  };
 
   // --- a state as a link and as a scene ----------------------------------------------------------
   const spelled = (x) => String(x === 0 ? 0 : x);
@@ -161,6 +212,7 @@
     const events = NODDING.includes(verdict.kind)
       ? happenings(top, found, times, verdict.kind) : [];
     const run = { title: "the explorer", end, spin, notes, theta: ends, events,
+      shape: [own.C / own.A, Math.sign(own.gMR)],
       quaternion: Float32Array.from(found.quaternion),
       momentum: Float32Array.from(found.momentum, (x) => x / (most || 1)) };
     return { own, top, verdict, still, ends, period, rate, end, times, found, run };
@@ -369,15 +421,17 @@
     });
     pen.putImageData(pixels, 0, 0);
     const drawn = plane.lines.filter(({ lines }) => lines.length).map(({ kind }) => kind);
-    const areas = new Set(kinds);
-    $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
+    const areas = new Set(kinds), label = (text, colour, height) => {
       const [item, swatch] = ["li", "span"].map((name) => document.createElement(name));
       swatch.className = "swatch";
-      swatch.style.background = DATA.kinds[kind].colour;
-      if (!areas.has(kind)) swatch.style.height = "3px";
-      item.append(swatch, DATA.kinds[kind].label + (areas.has(kind) ? "" : " (a line)"));
+      Object.assign(swatch.style, { background: colour, height });
+      item.append(swatch, text);
       return item;
-    }));
+    };
+    $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
+      const { label: name, colour } = DATA.kinds[kind];
+      return areas.has(kind) ? label(name, colour) : label(`${name} (a line)`, colour, "3px");
+    }), label("p_ψ² = 4A gMR: from there out it sleeps (dashed)", INK, "1px"));
   };
   const sign = () => (state.held === "omega3" ? "ω₃" : "ψ̇₀");
   const drawPlane = () => {
@@ -401,16 +455,29 @@
           pen.stroke();
         }
       }
-      const [px, py] = [X(state.phidot), Y(state.spin)];
-      for (const [colour, wide] of [["#FFFFFF", 5], [INK, 2.2]]) {
-        Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
-        pen.beginPath();
-        pen.arc(px, py, 7, 0, 2 * Math.PI);
-        pen.stroke();
-      }
     });
+    const tied = state.held === "psidot" ? Math.cos(state.theta) : 0;
+    for (const least of [-1, 1].map((side) => (side * limit(state)) / state.C)) {
+      const points = x.map((kick) => [kick, least - tied * kick]);
+      plot.line(points, "#FFFFFF", 3.5);
+      plot.line(points, INK, 1.5, [6, 4]);
+    }
+    // This top: a ring, or where the point has left the map an arrow at its edge.
+    const there = [clamp(state.phidot, ...x), clamp(state.spin, ...y)];
+    const out = [state.phidot - there[0], there[1] - state.spin], inside = !out[0] && !out[1];
+    pen.save();
+    pen.translate(X(there[0]), Y(there[1]));
+    pen.rotate(Math.atan2(...out.map(Math.sign).reverse()));
+    pen.beginPath();
+    if (inside) pen.arc(0, 0, 7, 0, 2 * Math.PI);
+    else for (const [a, b] of [[0, 0], [-14, -9], [-14, 9], [0, 0]]) pen.lineTo(a, b);
+    for (const [colour, wide] of [["#FFFFFF", 5], [INK, 2.2]]) {
+      Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
+      pen.stroke();
+    }
+    if (!inside) Object.assign(pen, { fillStyle: INK }).fill();
+    pen.restore();
     plane.box = box;
-    const inside = Math.abs(state.phidot) <= x[1] && Math.abs(state.spin) <= y[1];
     $("plane").setAttribute("aria-label", `The plane of kicks and spins. This top, ${named()}, is `
       + (inside ? `at a kick of ${short(state.phidot)} and a spin of ${short(state.spin)} rad/s.`
         : "outside it."));
@@ -431,25 +498,41 @@
   const tell = (id, text) => { // a text that does not change is not read out again
     if ($(id).textContent !== text) $(id).textContent = text;
   };
+  const asleep = ({ own, verdict: { detail } }) => { // why it sleeps, in numbers
+    const [has, needs] = [own.C * own.omega3, limit(own)].map((p) => short(p * p, 5));
+    const least = limit(own) / own.C, mark = { stable: ">", unstable: "<", marginal: "=" }[detail];
+    return `p_ψ² = ${has} ${mark} 4A ${own.gMR < 0 ? "|gMR|" : "gMR"} = ${needs} kg² m⁴/s²; it `
+      + `stands from ω₃ = ${short(least)} rad/s = ${short(least / RPM, 5)} rpm on`;
+  };
   const describe = () => {
     const { verdict, own, ends, period, rate, still } = shown, look = DATA.kinds[verdict.kind];
     tell("kind", named());
     tell("plain", look.plain);
     $("verdict").style.setProperty("--kind", look.colour);
-    $("reason").replaceChildren(...typeset(look.why));
+    const why = verdict.kind === "sleeping" ? asleep(shown) : look.why;
+    $("reason").replaceChildren(...typeset(why));
     tell("margin", verdict.margin < 1e-9
       ? "It is nearer to another kind than this page tells apart: heavytop classify proves which it is."
       : `The nearest other kind is ${short(verdict.margin, 3)} away (0: on its boundary; 1: far).`);
     const { p_phi: pPhi, p_psi: pPsi, E_prime: energy } = heavytop.constants(own);
     const psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    const fast = verdict.detail === "fast", span = ends[1] - ends[0];
+    const drop = 2 * Math.sin((ends[0] + ends[1]) / 2) * Math.sin(span / 2); // of cos θ
+    const [round, textbook] = [rate, fast ? pPsi / (own.A * Math.cos(own.theta)) : own.gMR / pPsi]
+      .map((each) => Math.abs((2 * Math.PI) / each));
     const spins = [psidot, own.omega3].map((each) => short(heavytop.settled(each,
       Math.abs(state.spin) + Math.abs(own.phidot))));
     const facts = [
       ["Tilt", still ? angle(own.theta) : ends[0] === ends[1] ? angle(ends[0])
         : `${angle(ends[0])} to ${angle(ends[1])}`],
+      ["Amplitude of nutation", still ? "–" : `${short(span / DEGREE, 5)}° from end to end, `
+        + `${short(drop, 5)} in cos θ`],
       ["Period of nutation", still || !period ? "–" : `${short(period)} s`],
-      ["Axis goes round", still || rate === null ? "–" : `${short(rate)} rad/s on average`
-        + (rate ? `, once in ${short((2 * Math.PI) / Math.abs(rate))} s` : "")],
+      ["One round", still || !rate ? "–" : `${short(round)} s, ${short(rate)} rad/s on average`],
+      [`One round, by the textbook's ${fast ? "2πA cos θ/p_ψ" : "2π p_ψ/gMR"}`, still || !rate
+        || !pPsi || !own.gMR ? "–" : `${short(textbook)} s, off by `
+          + `${short(100 * (textbook / round - 1), 3)} %: it is for p_ψ² ≫ 4A gMR`],
+      ["p_ψ²/(4A gMR)", own.gMR ? short((pPsi / limit(own)) ** 2, 5) : "–"],
       ["ψ̇ and ω₃ at the start", `${spins.join(" and ")} rad/s`],
       ["p_φ, p_ψ", `${short(pPhi)}, ${short(pPsi)} kg m²/s`],
       ["E′", `${short(energy)} J`],
@@ -458,7 +541,7 @@
     $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
       const [term, text] = ["dt", "dd"].map((each) => document.createElement(each));
       term.append(...typeset(name));
-      text.textContent = value;
+      text.append(...typeset(value));
       return [term, text];
     }));
     const nods = period ? `, with period ${short(period, 4)} s` : "";
@@ -471,29 +554,34 @@
   };
 
   // --- the controls ------------------------------------------------------------------------------
-  const SCALE = { theta: 1 / DEGREE };
-  const box = (name) => document.querySelectorAll(`input[data-of="${name}"]`);
-  const scaleOf = (name, unit) => (unit === "rad" ? 1 : SCALE[name] ?? 1);
+  const boxes = (name) => document.querySelectorAll(`input[data-of="${name}"]`);
+  const rated = (x) => `${short(x / DEGREE, 4)} °/s = ${short(x / RPM, 4)} rpm`;
   const fill = () => {
-    const own = spinning(state), psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    const { own } = shown, psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    const rim = Math.atan(Math.sqrt((2 * own.A - own.C) / own.C) / 2);
+    const beside = { phidot: rated(own.phidot), thetadot: rated(own.thetadot),
+      spin: `${short(state.spin / RPM, 5)} rpm; here ${state.held === "omega3"
+        ? `ψ̇₀ = ${short(psidot, 5)}` : `ω₃ = ${short(own.omega3, 5)}`} rad/s`,
+      shape: `A disc on a stem, its rim touches a table at a tilt of ${short(rim / DEGREE, 3)}°.` };
     for (const [name, { of }] of Object.entries(CONTROLS)) {
-      const value = of(state), slider = $(`${name}-slider`), [low, high] = ranges[name];
-      const seen = value * (SCALE[name] ?? 1);
-      Object.assign(slider, { min: String(low), max: String(high), step: "any" });
-      if (Number(slider.value) !== seen) slider.value = String(seen);
-      slider.step = String(name === "theta" ? 0.5 : nice((high - low) / 500));
-      slider.setAttribute("aria-valuetext", name === "theta" ? angle(value)
-        : `${short(value)} ${{ shape: "", pull: "per second squared" }[name] ?? "radians a second"}`);
-      for (const each of box(name)) {
-        if (each === document.activeElement && each.dataset.typed) continue;
-        each.value = spelled(Number((value * scaleOf(name, each.dataset.unit)).toPrecision(7)));
-        each.removeAttribute("aria-invalid");
+      const value = of(state), slider = $(`${name}-slider`);
+      if (slider) {
+        const [low, high] = ranges[name], at = name === "theta" ? value / DEGREE : value;
+        Object.assign(slider, { min: String(low), max: String(high), step: "any" });
+        if (Number(slider.value) !== at) slider.value = String(at);
+        slider.step = String(name === "theta" ? 0.5 : nice((high - low) / 500));
+        slider.setAttribute("aria-valuetext", name === "theta" ? angle(value)
+          : `${short(value)} ${{ shape: "", pull: "per second squared" }[name] ?? "rad/s"}`);
       }
-      const beside = { phidot: `${short(value / DEGREE, 4)} °/s`,
-        thetadot: `${short(value / DEGREE, 4)} °/s`,
-        spin: state.held === "omega3" ? `here ψ̇₀ = ${short(psidot, 5)} rad/s`
-          : `here ω₃ = ${short(own.omega3, 5)} rad/s` };
-      $(name).querySelector("output").textContent = beside[name] ?? "";
+      for (const each of boxes(name)) {
+        if (each === document.activeElement && each.dataset.typed) continue;
+        const scale = DATA.units[name]?.[each.dataset.unit] ?? 1;
+        const filled = Number((value / scale).toPrecision(7));
+        each.value = Number.isFinite(filled) ? spelled(filled) : "";
+        each.removeAttribute("aria-invalid");
+        $(`${name}-fault`).textContent = "";
+      }
+      if (name in beside) $(name).querySelector("output").textContent = beside[name];
     }
     $("spin").querySelector("i").textContent = sign();
     document.querySelectorAll("input[name=held]").forEach((each) => {
@@ -526,17 +614,14 @@
     $("link").href = text;
     $("toml").textContent = toml(state, shown.end);
     $("copied").textContent = "";
-    if (play && !calm.matches) player().set(true);
+    if (play && !held && !calm.matches) player().set(true);
   };
-  const change = (next, whole = false) => { // refuses what cannot be
-    const why = wrong(next);
-    $("refused").textContent = why;
-    if (why) return false;
+  const change = (next, whole = false) => {
     state = next;
-    if (whole || !ranges) ranges = reaches(state);
+    $("refused").textContent = "";
+    if (whole || !ranges) [ranges, placed] = [reaches(state), false];
     if (!due) requestAnimationFrame(update);
     due = true;
-    return true;
   };
   const choose = (index) => {
     $("scene").selectedIndex = index;
@@ -545,14 +630,14 @@
   const followLink = () => {
     if (location.hash.length < 2) return choose(0);
     if (location.hash === `#${state && fragment(state)}`) return undefined;
-    const next = ofFragment(location.hash), why = wrong(next);
-    if (!why) {
+    const next = ofFragment(location.hash), bad = wrong(next);
+    if (!bad) {
       const same = DATA.scenes.findIndex((each) => fragment(stateOf(each)) === fragment(next));
       $("scene").selectedIndex = same + 1 ? same : DATA.scenes.length;
       return change(next, true);
     }
     if (!state) choose(0);
-    $("refused").textContent = `The link cannot be followed: ${why}`;
+    $("refused").textContent = `The link cannot be followed: ${bad.name} is to be ${between(bad)}.`;
     return undefined;
   };
   const own = () => { $("scene").selectedIndex = DATA.scenes.length; };
@@ -561,29 +646,51 @@
   $("scene").add(new Option("a top of your own", ""));
   $("scene").lastChild.disabled = true;
   $("scene").addEventListener("change", () => choose($("scene").selectedIndex));
-  for (const [name, control] of Object.entries(CONTROLS)) {
-    const slider = $(`${name}-slider`);
-    slider.addEventListener("input", () => {
-      own();
-      const [low, high] = ranges[name], seen = clamp(Number(slider.value), low, high);
-      const full = name === "theta" && seen === 180 ? Math.PI : seen / (SCALE[name] ?? 1);
-      change(control.with(state, full));
+  // Whether a pointer means what it is on. A finger does once it has gone sideways: one that goes up
+  // or down scrolls the page, and changes nothing.
+  const meant = (element) => {
+    let from, sure = true;
+    element.addEventListener("pointerdown", (event) => {
+      [from, sure] = [event, event.pointerType !== "touch"];
     });
-    for (const each of box(name)) {
+    element.addEventListener("pointermove", (event) => {
+      if (sure) return;
+      const [dx, dy] = ["clientX", "clientY"].map((way) => Math.abs(event[way] - from[way]));
+      sure = dx > Math.max(SLOP, dy);
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+      element.addEventListener(end, () => { sure = true; });
+    }
+    return () => sure;
+  };
+  for (const [name, control] of Object.entries(CONTROLS)) {
+    const slider = $(`${name}-slider`), sure = slider && meant(slider);
+    slider?.addEventListener("input", () => {
+      if (!sure()) return fill();
+      own();
+      const value = clamp(Number(slider.value), ...ranges[name]);
+      return change(control.with(state, name === "theta" ? value * DEGREE : value));
+    });
+    for (const each of boxes(name)) {
       const read = () => {
         each.dataset.typed = "yes";
-        const value = number(each.value), scale = scaleOf(name, each.dataset.unit);
-        const full = scale !== 1 && value === 180 ? Math.PI : value / scale;
-        const next = control.with(state, full), fits = Number.isFinite(value) && !wrong(next);
-        each.setAttribute("aria-invalid", String(!fits));
-        if (fits) own();
-        if (Number.isFinite(value)) change(next);
-        else $("refused").textContent = "A number, such as -12.5 or 1e-3.";
+        const { value, scale, unit, text } = typed(each.value, each.dataset);
+        const key = { spin: state.held, shape: "C/A", pull: "gMR/A" }[name] ?? name;
+        const next = control.with(state, value), bad = wrong(next);
+        const why = !Number.isFinite(value) ? "a number, such as −12.5, 2*pi*25 or 260 rpm"
+          : !bad ? "" : bad.name === key ? between(bad, scale, unit)
+            : `${bad.name} is then to be ${between(bad)}`;
+        each.setAttribute("aria-invalid", String(why !== ""));
+        $(`${name}-fault`).textContent = why;
+        if (why) return;
+        own();
+        if (name === "distance") placed = true;
+        TEXTS.set(`${key} ${value}`, text); // as it was given
+        change(next);
       };
       each.addEventListener("input", read);
       each.addEventListener("blur", () => {
         delete each.dataset.typed;
-        $("refused").textContent = "";
         fill();
       });
     }
@@ -603,11 +710,11 @@
     change({ ...state, phidot: value(ranges.phidot, part(event.clientX - at.left, left, right)),
       spin: value(ranges.spin, part(event.clientY - at.top, bottom, top)) });
   };
-  $("plane").addEventListener("pointerdown", (event) => {
-    $("plane").setPointerCapture(event.pointerId);
-    pick(event);
+  const sure = meant($("plane"));
+  $("plane").addEventListener("click", pick);
+  $("plane").addEventListener("pointermove", (event) => {
+    if (event.buttons && sure()) pick(event);
   });
-  $("plane").addEventListener("pointermove", (event) => { if (event.buttons) pick(event); });
   document.querySelectorAll("button[data-copy]").forEach((each) =>
     each.addEventListener("click", async () => {
       const text = each.dataset.copy === "toml" ? $("toml").textContent : $("link").href;
@@ -620,6 +727,11 @@
       }
     }));
   const root = document.querySelector(".player");
+  player().tilt = (by, over) => { // the body is dragged, and at the end let go
+    held = !over;
+    own();
+    change({ ...state, theta: clamp(state.theta + by, 0, Math.PI) });
+  };
   root.addEventListener("moved", draw);
   root.querySelector("[data-do=play]").addEventListener("click", () => {
     play = player().state().playing;
