@@ -15,7 +15,9 @@
   const BARE = /^-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?$/; // a number in TOML
   const TOKEN = /(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|\*\*|[a-z]+|\S/gi;
   const THOUSANDS = /(?<![\d.])[1-9]\d{0,2}(?:,\d{3})+(?!\d)/; // or a decimal: nobody can tell
-  const BINDS = { "+": 1, "-": 1, "*": 2, "/": 2, "^": 4, "**": 4 };
+  const OPERATORS = { "+": [1, (a, b) => a + b], "-": [1, (a, b) => a - b],
+    "*": [2, (a, b) => a * b], "/": [2, (a, b) => a / b],
+    "^": [4, (a, b) => a ** b], "**": [4, (a, b) => a ** b] }; // and how tightly they bind
   const $ = (id) => document.getElementById(id);
   const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
   const short = (x, digits = 6) => String(Number(x.toPrecision(digits))).replace("-", "−");
@@ -71,9 +73,7 @@
     `from ${short(low / scale)} to ${short(high / scale)} ${unit === "deg" ? "°" : unit}`.trim();
   // A number, which may be an expression: never run as a script.
   const number = (text) => {
-    const tokens = text.match(TOKEN) ?? [];
-    const APPLY = { "+": (a, b) => a + b, "-": (a, b) => a - b, "*": (a, b) => a * b,
-      "/": (a, b) => a / b, "^": (a, b) => a ** b, "**": (a, b) => a ** b };
+    const tokens = (text.length < 200 && text.match(TOKEN)) || [];
     const inside = () => {
       const value = expression(1);
       return tokens.shift() === ")" ? value : NaN;
@@ -87,9 +87,9 @@
     };
     const expression = (loosest) => {
       let value = first(tokens.shift());
-      while (BINDS[tokens[0]] >= loosest) {
-        const mark = tokens.shift(), next = BINDS[mark] === 4 ? 3 : BINDS[mark] + 1;
-        value = APPLY[mark](value, expression(next));
+      while (OPERATORS[tokens[0]]?.[0] >= loosest) {
+        const [binds, apply] = OPERATORS[tokens.shift()];
+        value = apply(value, expression(binds === 4 ? 3 : binds + 1));
       }
       return value;
     };
@@ -224,27 +224,18 @@
     const count = Math.max(0, Math.floor(high / step + 1e-9) - first + 1);
     return Array.from({ length: count }, (_, k) => Number(((first + k) * step).toPrecision(10)));
   };
-  // Axes on a canvas; `other` has its own ticks on the far side, in other units.
-  const axes = (canvas, { x, y, names, other }) => {
+  const axes = (canvas, { x, y, names }) => {
     const fine = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     [canvas.width, canvas.height] = [Math.round(width * fine), Math.round(height * fine)];
     const pen = canvas.getContext("2d");
     pen.setTransform(fine, 0, 0, fine, 0, 0);
-    const box = { left: 62, right: width - (other?.side === "y" ? 56 : 12),
-      top: other?.side === "x" ? 44 : 12, bottom: height - 44 };
+    const box = { left: 72, right: width - 12, top: 12, bottom: height - 44 };
     const X = (v) => box.left + ((v - x[0]) / (x[1] - x[0])) * (box.right - box.left);
     const Y = (v) => box.bottom - ((v - y[0]) / (y[1] - y[0])) * (box.bottom - box.top);
     const write = (text, at, up, align, base = "middle") => {
       Object.assign(pen, { textAlign: align, textBaseline: base });
       pen.fillText(text, at, up);
-    };
-    const turned = (text, at) => {
-      pen.save();
-      pen.translate(at, (box.top + box.bottom) / 2);
-      pen.rotate(-Math.PI / 2);
-      write(text, 0, 0, "center");
-      pen.restore();
     };
     const middle = (box.left + box.right) / 2, marks = (v) => String(v).replace("-", "−");
     const sorted = (range) => [...range].sort((one, two) => one - two);
@@ -263,30 +254,16 @@
     }
     pen.stroke();
     pen.beginPath();
-    if (other) {
-      const along = other.side === "x" ? x : y, place = other.side === "x" ? X : Y;
-      const room = other.side === "x" ? (box.right - box.left) / 70 : (box.bottom - box.top) / 38;
-      for (const v of ticks(sorted(along).map((w) => w * other.scale), room)) {
-        const at = place(v / other.scale);
-        if (other.side === "x") {
-          pen.moveTo(at, box.top - 4);
-          pen.lineTo(at, box.top);
-          write(marks(v), at, box.top - 6, "center", "bottom");
-        } else {
-          pen.moveTo(box.right, at);
-          pen.lineTo(box.right + 4, at);
-          write(marks(v), box.right + 7, at, "left");
-        }
-      }
-    }
     pen.strokeStyle = "#9AA4AE";
     pen.rect(box.left, box.top, box.right - box.left, box.bottom - box.top);
     pen.stroke();
     pen.fillStyle = INK;
     write(names[0], middle, height - 4, "center", "bottom");
-    turned(names[1], 10);
-    if (other?.side === "x") write(other.name, middle, 4, "center", "top");
-    if (other?.side === "y") turned(other.name, width - 8);
+    pen.save();
+    pen.translate(10, (box.top + box.bottom) / 2);
+    pen.rotate(-Math.PI / 2);
+    write(names[1], 0, 0, "center");
+    pen.restore();
     const inside = (draw) => {
       pen.save();
       pen.beginPath();
@@ -324,7 +301,7 @@
     const pad = Math.max(0.08 * (high - low), 0.5);
     [low, high] = [Math.max(0, low - pad), Math.min(180, high + pad)];
     const at = now(), plot = axes($("tilt"), { x: [0, end], y: [high, low],
-      names: ["time [s]", "tilt θ [°]"], other: { side: "y", scale: DEGREE, name: "[rad]" } });
+      names: ["time [s]", "tilt θ [°]"] });
     for (const tilt of ends) {
       plot.line([[0, tilt / DEGREE], [end, tilt / DEGREE]], "#9AA4AE", 1, [5, 4]);
     }
@@ -346,26 +323,23 @@
     const highest = Math.max(...points.map(([, v]) => (Number.isFinite(v) ? v : energy)));
     const height = Math.max(energy - lowest, natural);
     const high = Math.min(Math.max(highest, energy) + 0.1 * height, energy + 0.9 * height);
-    const power = Math.floor(Math.log10(Math.max(Math.abs(lowest), Math.abs(high))));
-    const unit = power < -1 || power > 3 ? power : 0;
-    const scaled = (v) => v / 10 ** unit;
-    const sup = (n) => String(n).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
     const plot = axes($("potential"), { x: [from / DEGREE, to / DEGREE],
-      y: [scaled(lowest - 0.15 * height), scaled(high)],
-      names: ["tilt θ [°]", unit ? `energy [10${sup(unit)} J]` : "energy [J]"],
-      other: { side: "x", scale: DEGREE, name: "[rad]" } });
-    plot.line([[0, scaled(energy)], [180, scaled(energy)]], ORANGE, 1.2, [6, 4]);
-    plot.line(ends.map((tilt) => [tilt / DEGREE, scaled(energy)]), ORANGE, 3);
-    plot.line(points.map(([x, v]) => [x, scaled(v)]), BLUE, 2.2);
+      y: [lowest - 0.15 * height, high], names: ["tilt θ [°]", "energy [J]"] });
+    plot.line([[0, energy], [180, energy]], ORANGE, 1.2, [6, 4]);
+    plot.line(ends.map((tilt) => [tilt / DEGREE, energy]), ORANGE, 3);
+    plot.line(points, BLUE, 2.2);
     Object.assign(plot.pen, { fillStyle: ORANGE });
-    plot.write("E′", plot.box.right - 6, plot.Y(scaled(energy)) - 4, "right", "bottom");
-    plot.dot(found.theta[now()] / DEGREE, scaled(energy), ORANGE);
+    plot.write("E′", plot.box.right - 6, plot.Y(energy) - 4, "right", "bottom");
+    plot.dot(found.theta[now()] / DEGREE, energy, ORANGE);
   };
 
   // --- the plane of kicks ------------------------------------------------------------------------
   const plane = { image: document.createElement("canvas"), key: "", mesh: [0, 0] };
-  const BOUNDS = [["LOOPING", "cusps"], ["PASS_TOP", "through-top"],
-    ["PASS_BOTTOM", "through-bottom"], ["STEADY", "uniform-precession"]];
+  const BOUNDS = [ // what is zero where a kind is a line, and whether it is one there
+    ["LOOPING", "cusps", (x) => heavytop.sum("PASS_TOP", x) * heavytop.sum("PASS_BOTTOM", x) < 0],
+    ["PASS_TOP", "through-top", (x) => heavytop.relative("OVER_TOP", x) > 0],
+    ["PASS_BOTTOM", "through-bottom", (x) => heavytop.relative("OVER_BOTTOM", x) > 0],
+    ["STEADY", "uniform-precession", (x) => x.thetadot === 0]];
   const along = ([low, high], count) =>
     Array.from({ length: count }, (_, k) => low + ((high - low) * k) / (count - 1));
   const crossings = (cells, at, [columns, rows]) => { // where a function on the mesh is zero, as short lines
@@ -393,25 +367,20 @@
     Object.assign(plane, { key, mesh });
     const [columns, rows] = mesh;
     const [kicks, spins] = [along(ranges.phidot, columns), along(ranges.spin, rows)];
-    const kinds = [], fields = Object.fromEntries(BOUNDS.map(([name]) => [name, []]));
+    const kinds = [], fields = BOUNDS.map(() => []);
     for (const spin of spins) {
       for (const phidot of kicks) {
         const top = spinning({ ...state, phidot, spin }), x = heavytop.given(top);
         kinds.push(heavytop.classify(top, DATA).kind);
-        const between = heavytop.sum("PASS_TOP", x) * heavytop.sum("PASS_BOTTOM", x) < 0;
-        fields.LOOPING.push(between ? heavytop.sum("LOOPING", x) : NaN);
-        fields.PASS_TOP.push(heavytop.relative("OVER_TOP", x) > 0 ? heavytop.sum("PASS_TOP", x)
-          : NaN);
-        fields.PASS_BOTTOM.push(heavytop.relative("OVER_BOTTOM", x) > 0
-          ? heavytop.sum("PASS_BOTTOM", x) : NaN);
-        fields.STEADY.push(state.thetadot === 0 ? heavytop.sum("STEADY", x) : NaN);
+        BOUNDS.forEach(([name, , there], k) =>
+          fields[k].push(there(x) ? heavytop.sum(name, x) : NaN));
       }
     }
     const flat = Math.sin(state.theta) < 1e-12 || state.gMR === 0; // one kind, and no boundaries
     const at = (i, j) => [kicks[0] + ((kicks.at(-1) - kicks[0]) * i) / (columns - 1),
       spins[0] + ((spins.at(-1) - spins[0]) * j) / (rows - 1)];
-    plane.lines = flat ? [] : BOUNDS.map(([name, kind]) =>
-      ({ kind, lines: crossings(fields[name], at, mesh) }));
+    plane.lines = flat ? [] : BOUNDS.map(([, kind], k) =>
+      ({ kind, lines: crossings(fields[k], at, mesh) }));
     Object.assign(plane.image, { width: columns, height: rows });
     const pen = plane.image.getContext("2d"), pixels = pen.createImageData(columns, rows);
     kinds.forEach((kind, k) => {
@@ -425,7 +394,7 @@
       const [item, swatch] = ["li", "span"].map((name) => document.createElement(name));
       swatch.className = "swatch";
       Object.assign(swatch.style, { background: colour, height });
-      item.append(swatch, text);
+      item.append(swatch, ...typeset(text));
       return item;
     };
     $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
@@ -439,21 +408,23 @@
     const plot = axes($("plane"), { x, y,
       names: ["kick φ̇₀ [rad/s]", `spin ${sign()} [rad/s]`] });
     const { pen, box, X, Y } = plot, [columns, rows] = plane.mesh;
+    const outline = (colour) => {
+      for (const [strokeStyle, lineWidth] of [["#FFFFFF", 4.5], [colour, 2.1]]) {
+        Object.assign(pen, { strokeStyle, lineWidth }).stroke();
+      }
+    };
     plot.inside(() => {
       // A value of the mesh is in the middle of its cell, and the outermost are on the edges.
       const [w, h] = [(box.right - box.left) / (columns - 1), (box.bottom - box.top) / (rows - 1)];
       pen.imageSmoothingEnabled = false;
       pen.drawImage(plane.image, box.left - w / 2, box.top - h / 2, w * columns, h * rows);
       for (const { kind, lines } of plane.lines) {
-        for (const [colour, wide] of [["#FFFFFF", 4], [DATA.kinds[kind].colour, 2]]) {
-          Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
-          pen.beginPath();
-          for (const [one, two] of lines) {
-            pen.moveTo(X(one[0]), Y(one[1]));
-            pen.lineTo(X(two[0]), Y(two[1]));
-          }
-          pen.stroke();
+        pen.beginPath();
+        for (const [one, two] of lines) {
+          pen.moveTo(X(one[0]), Y(one[1]));
+          pen.lineTo(X(two[0]), Y(two[1]));
         }
+        outline(DATA.kinds[kind].colour);
       }
     });
     const tied = state.held === "psidot" ? Math.cos(state.theta) : 0;
@@ -471,10 +442,7 @@
     pen.beginPath();
     if (inside) pen.arc(0, 0, 7, 0, 2 * Math.PI);
     else for (const [a, b] of [[0, 0], [-14, -9], [-14, 9], [0, 0]]) pen.lineTo(a, b);
-    for (const [colour, wide] of [["#FFFFFF", 5], [INK, 2.2]]) {
-      Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
-      pen.stroke();
-    }
+    outline(INK);
     if (!inside) Object.assign(pen, { fillStyle: INK }).fill();
     pen.restore();
     plane.box = box;
@@ -554,31 +522,28 @@
   };
 
   // --- the controls ------------------------------------------------------------------------------
-  const boxes = (name) => document.querySelectorAll(`input[data-of="${name}"]`);
+  const box = (name) => document.querySelector(`input[data-of="${name}"]`);
   const rated = (x) => `${short(x / DEGREE, 4)} °/s = ${short(x / RPM, 4)} rpm`;
   const fill = () => {
     const { own } = shown, psidot = own.omega3 - own.phidot * Math.cos(own.theta);
     const rim = Math.atan(Math.sqrt((2 * own.A - own.C) / own.C) / 2);
-    const beside = { phidot: rated(own.phidot), thetadot: rated(own.thetadot),
+    const beside = { theta: `${short(own.theta, 5)} rad`, phidot: rated(own.phidot), thetadot: rated(own.thetadot),
       spin: `${short(state.spin / RPM, 5)} rpm; here ${state.held === "omega3"
         ? `ψ̇₀ = ${short(psidot, 5)}` : `ω₃ = ${short(own.omega3, 5)}`} rad/s`,
       shape: `A disc on a stem, its rim touches a table at a tilt of ${short(rim / DEGREE, 3)}°.` };
     for (const [name, { of }] of Object.entries(CONTROLS)) {
-      const value = of(state), slider = $(`${name}-slider`);
+      const value = of(state), slider = $(`${name}-slider`), field = box(name);
+      const scale = DATA.units[name]?.[field.dataset.unit] ?? 1;
       if (slider) {
-        const [low, high] = ranges[name], at = name === "theta" ? value / DEGREE : value;
+        const [low, high] = ranges[name], at = value / scale;
         Object.assign(slider, { min: String(low), max: String(high), step: "any" });
         if (Number(slider.value) !== at) slider.value = String(at);
         slider.step = String(name === "theta" ? 0.5 : nice((high - low) / 500));
-        slider.setAttribute("aria-valuetext", name === "theta" ? angle(value)
-          : `${short(value)} ${{ shape: "", pull: "per second squared" }[name] ?? "rad/s"}`);
+        slider.setAttribute("aria-valuetext", `${short(at)} ${field.nextElementSibling.textContent}`);
       }
-      for (const each of boxes(name)) {
-        if (each === document.activeElement && each.dataset.typed) continue;
-        const scale = DATA.units[name]?.[each.dataset.unit] ?? 1;
-        const filled = Number((value / scale).toPrecision(7));
-        each.value = Number.isFinite(filled) ? spelled(filled) : "";
-        each.removeAttribute("aria-invalid");
+      if (field !== document.activeElement || !field.dataset.typed) {
+        field.value = value === value ? spelled(Number((value / scale).toPrecision(7))) : "";
+        field.removeAttribute("aria-invalid");
         $(`${name}-fault`).textContent = "";
       }
       if (name in beside) $(name).querySelector("output").textContent = beside[name];
@@ -617,6 +582,7 @@
     if (play && !held && !calm.matches) player().set(true);
   };
   const change = (next, whole = false) => {
+    if (wrong(next)) return;
     state = next;
     $("refused").textContent = "";
     if (whole || !ranges) [ranges, placed] = [reaches(state), false];
@@ -671,29 +637,27 @@
       const value = clamp(Number(slider.value), ...ranges[name]);
       return change(control.with(state, name === "theta" ? value * DEGREE : value));
     });
-    for (const each of boxes(name)) {
-      const read = () => {
-        each.dataset.typed = "yes";
-        const { value, scale, unit, text } = typed(each.value, each.dataset);
-        const key = { spin: state.held, shape: "C/A", pull: "gMR/A" }[name] ?? name;
-        const next = control.with(state, value), bad = wrong(next);
-        const why = !Number.isFinite(value) ? "a number, such as −12.5, 2*pi*25 or 260 rpm"
-          : !bad ? "" : bad.name === key ? between(bad, scale, unit)
-            : `${bad.name} is then to be ${between(bad)}`;
-        each.setAttribute("aria-invalid", String(why !== ""));
-        $(`${name}-fault`).textContent = why;
-        if (why) return;
-        own();
-        if (name === "distance") placed = true;
-        TEXTS.set(`${key} ${value}`, text); // as it was given
-        change(next);
-      };
-      each.addEventListener("input", read);
-      each.addEventListener("blur", () => {
-        delete each.dataset.typed;
-        fill();
-      });
-    }
+    const field = box(name);
+    field.addEventListener("input", () => {
+      field.dataset.typed = "yes";
+      const { value, scale, unit, text } = typed(field.value, field.dataset);
+      const key = { spin: state.held, shape: "C/A", pull: "gMR/A" }[name] ?? name;
+      const next = control.with(state, value), bad = wrong(next);
+      const why = !Number.isFinite(value) ? "a number, such as −12.5, 2*pi*25 or 260 rpm"
+        : !bad ? "" : bad.name === key ? between(bad, scale, unit)
+          : `${bad.name} is then to be ${between(bad)}`;
+      field.setAttribute("aria-invalid", String(why !== ""));
+      $(`${name}-fault`).textContent = why;
+      if (why) return;
+      own();
+      if (name === "distance") placed = true;
+      TEXTS.set(`${key} ${value}`, text); // as it was given
+      change(next);
+    });
+    field.addEventListener("blur", () => {
+      delete field.dataset.typed;
+      fill();
+    });
   }
   document.querySelectorAll("input[name=held]").forEach((each) =>
     each.addEventListener("change", () => { // the same top, said in the other way

@@ -281,7 +281,7 @@
     };
     const DO = {
       play: () => { waiting = false; set(!playing); },
-      above, side, reset: side,
+      above, side,
       event: () => {
         const later = run.events.map((each) => (each.t / run.end) * (run.count - 1))
           .filter((frame) => frame > at + 1e-6);
