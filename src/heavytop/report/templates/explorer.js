@@ -651,7 +651,7 @@
       if (why) return;
       own();
       if (name === "distance") placed = true;
-      TEXTS.set(`${key} ${value}`, text); // as it was given
+      if (scale === 1 || name !== "A") TEXTS.set(`${key} ${value}`, text); // as it was given
       change(next);
     });
     field.addEventListener("blur", () => {
