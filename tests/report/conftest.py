@@ -1,4 +1,4 @@
-"""A result of every kind, about a scene whose texts would break out of a page."""
+"""A result of every kind, about a scene whose texts would break out of a page; the explorer."""
 
 import json
 
@@ -8,6 +8,7 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.files import write_document
+from heavytop.report.explorer import explore
 from heavytop.report.files import write_results, write_study
 from heavytop.results.base import FILES
 from heavytop.results.check import CheckResult
@@ -16,6 +17,9 @@ from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas import atlas
 from heavytop.studies.certificate import certify
 from heavytop.studies.drift import drift
+
+from .browser import CHROMIUM, Browser
+from .explorer_page import opened
 
 BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
 CLOSING = "</script></title></style><svg onload=alert(3)>&amp;<!--"
@@ -87,3 +91,24 @@ def place(tmp_path_factory):
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)
     return root
+
+
+@pytest.fixture(scope="module")
+def html(tmp_path_factory):
+    return explore(path=tmp_path_factory.mktemp("page") / "explore.html")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    if CHROMIUM is None:
+        pytest.skip("no Chromium is installed")
+    found = Browser(tmp_path_factory.mktemp("profile"))
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def page(browser, html):
+    """The page at its start, on a large screen."""
+    browser.ask("Emulation.clearDeviceMetricsOverride")
+    return opened(browser, html)

@@ -13,12 +13,13 @@ import pytest
 
 import heavytop as ht
 from heavytop.plots.style import KINDS
-from heavytop.report.explorer import LIMITS, PLAIN, explore
+from heavytop.report.explorer import LIMITS, PLAIN
 from heavytop.scene.scene import read_scene
 
 from ..motions import FURTHER, MOTIONS, SCENES, named, shipped
-from .browser import CHROMIUM, SECOND, Browser
+from .browser import SECOND
 from .conftest import HOSTILE
+from .explorer_page import chosen, opened, put, state, text
 
 pytestmark = pytest.mark.slow
 RANDOM, SEED = 320, 5
@@ -32,7 +33,6 @@ BESIDE = {
 }  # of another kind: doubles cannot tell
 APART = 1e-9  # of a boundary, and of an angle [rad]
 STILL = ("at-rest", "sleeping", "hanging")  # φ and ψ of a vertical axis are not told apart
-SHOWN = "Boolean(window.explorer?.shown() && window.explorer.settled())"
 
 
 def random_motions(beside_poles=False):
@@ -64,59 +64,6 @@ def numbers(motion):
 def times(motion):
     length = motion.period or 2 * math.pi / max(1.0, abs(motion.mean_angle_rates[0]))
     return [0.31 * length, 0.53 * length, 1.07 * length, 2.9 * length]
-
-
-@pytest.fixture(scope="module")
-def html(tmp_path_factory):
-    return explore(path=tmp_path_factory.mktemp("page") / "explore.html")
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed")
-    found = Browser(tmp_path_factory.mktemp("profile"))
-    yield found
-    found.close()
-
-
-def opened(browser, html, fragment="", **features):
-    browser.media(**features)
-    browser.ask("Page.navigate", url="about:blank")
-    browser.ask("Page.navigate", url=html.as_uri() + fragment)
-    browser.until(f"document.readyState === 'complete' && {SHOWN}")
-    return browser
-
-
-@pytest.fixture
-def page(browser, html):
-    """The page at its start, on a large screen."""
-    browser.ask("Emulation.clearDeviceMetricsOverride")
-    return opened(browser, html)
-
-
-def put(page, name, text):
-    """Type a text into the first box of a number."""
-    of = f"document.querySelector('input[data-of={name}]')"
-    page.value(f"{of}.value = {json.dumps(text)}; {of}.dispatchEvent(new Event('input'))")
-    page.value(f"{of}.dispatchEvent(new Event('blur'))")
-    page.until(SHOWN)
-
-
-def text(page, name):
-    page.until(SHOWN)
-    return page.value(f"document.getElementById('{name}').textContent")
-
-
-def state(page):
-    page.until(SHOWN)
-    return page.value("explorer.state()")
-
-
-def chosen(page, name):
-    of = "document.getElementById('scene')"
-    page.value(f"{of}.value = {json.dumps(name)}; {of}.dispatchEvent(new Event('change'))")
-    page.until(SHOWN)
 
 
 # --- what it computes ------------------------------------------------------------------------
@@ -215,6 +162,8 @@ def test_every_shipped_scene_is_named_and_explained_as_the_package_does(page):
         assert text(page, "plain") == PLAIN[motion.kind]
         reason = text(page, "reason")
         assert reason
+        if motion.kind == "sleeping":  # in numbers, below
+            continue
         assert not re.search(r"theta|phi|psi|dot|\^|'", reason)
         letters = re.sub(r"[^A-Zabcdefghijklmnoqrtuvwxyz]", "", reason)  # those that stay
         assert set(letters) <= set(motion.verdict.why)
@@ -232,7 +181,7 @@ def test_the_axis_goes_round_at_its_mean_rate_over_whole_nutations(page):
             assert rate == pytest.approx(motion.mean_angle_rates[0], rel=1e-8, abs=1e-12), name
     assert held > 15
     chosen(page, "sicm-kicked")
-    assert "7.32034 rad/s on average, once in 0.858318 s" in text(page, "facts")
+    assert "0.858318 s, 7.32034 rad/s on average" in text(page, "facts")
 
 
 def test_what_is_nothing_but_rounding_is_zero(page):
@@ -256,7 +205,9 @@ def test_the_scene_that_is_copied_is_the_top_that_is_seen(page):
     for name, typed in {"theta": "33.3", "spin": "1e2", "phidot": "-0.7", "shape": "1.3"}.items():
         put(page, name, typed)
     seen, copied = state(page), read_scene(text(page, "toml"))
-    assert float(copied.start.theta) == seen["theta"] == math.radians(33.3)
+    assert 'theta = "33.3 deg"' in text(page, "toml")  # as it was typed
+    assert float(copied.start.theta) == pytest.approx(seen["theta"], rel=1e-15)
+    assert seen["theta"] == math.radians(33.3)
     assert float(copied.start.phidot) == seen["phidot"] == -0.7
     assert float(copied.start.spin) == seen["spin"] == 100
     assert copied.start.held == seen["held"]
@@ -297,10 +248,10 @@ def test_a_link_that_cannot_be_leaves_the_scene_of_the_page(page, html, fragment
 def test_what_is_no_number_is_refused_beside_its_box(page):
     put(page, "phidot", "7")
     of = "document.querySelector('input[data-of=phidot]')"
-    for typed in ("<b>1</b>", "", "1e99", "1,5"):
+    for typed in ("<b>1</b>", "", "1e99", "1,500", "2 kg", "alert(1)", "2**"):
         page.value(f"{of}.value = {json.dumps(typed)}; {of}.dispatchEvent(new Event('input'))")
         assert page.value(f"{of}.getAttribute('aria-invalid')") == "true"
-        assert text(page, "refused")
+        assert text(page, "phidot-fault")
         assert state(page)["phidot"] == 7
     page.value(f"{of}.dispatchEvent(new Event('blur'))")
     assert page.value(f"{of}.value") == "7"
@@ -371,7 +322,7 @@ def test_every_control_has_a_name_and_the_kind_is_told(page):
     nodes = [each for each in tree if each.get("role", {}).get("value") in roles]
     assert len(nodes) > 25
     assert all(each.get("name", {}).get("value") for each in nodes)
-    assert page.value("document.getElementById('told').getAttribute('aria-live')") == "polite"
+    assert page.value("document.getElementById('answer').getAttribute('aria-live')") == "polite"
     for name in ("tilt", "potential", "plane"):
         assert page.value(
             f"document.getElementById('{name}').getAttribute('aria-label').length > 40"

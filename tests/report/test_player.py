@@ -214,7 +214,7 @@ def test_everything_can_be_done_with_keys_and_views_are_where_they_say(resting):
         key(resting, name)
         names = "{at, count, playing, camera: {turn, lift, zoom}}"
         resting.until(f"(({names}, first) => {found})({STATE}, {json.dumps(first)})")
-    click(resting, "reset")
+    click(resting, "side")
     assert resting.value(STATE)["camera"] == first
     click(resting, "above")
     assert resting.value(STATE)["camera"]["lift"] == pytest.approx(math.pi / 2)

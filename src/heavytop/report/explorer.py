@@ -17,6 +17,7 @@ from heavytop.classification.kinds import Kind, Number
 from heavytop.classification.why import general_reason
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.exact import Exact
+from heavytop.exact.parse import ANGLES, RATES, UNITS
 from heavytop.files import write_text
 from heavytop.plots.sphere import PUSH, STILL
 from heavytop.plots.style import EVENTS, KINDS, PATH
@@ -31,12 +32,21 @@ SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
 STARTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
 NUMBERS: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Number)}
 
-RATES: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
-LIMITS: Final = RATES | {
+FAST: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
+LIMITS: Final = FAST | {
     "theta": (0.0, math.pi), "phi": (-1e6, 1e6), "psi": (-1e6, 1e6),
-    "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9),
+    "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9), "mass": (0.0, 1e15),
 }  # fmt: skip
 """Between what the page takes each number, in SI."""
+
+UNITS_OF: Final = {
+    "theta": {name: float(UNITS[name]) for name in ANGLES},
+    **{of: {name: float(UNITS[name]) for name in RATES} for of in ("phidot", "thetadot", "spin")},
+    "A": {"kg m^2": 1.0, "g cm^2": 1e-7},
+    "mass": {"kg": 1.0, "g": 1e-3},
+    "distance": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+}
+"""The units that a box takes, in SI."""
 
 PLAIN: Final = {
     Kind.AT_REST: "Nothing moves.",
@@ -56,12 +66,6 @@ PLAIN: Final = {
 
 NUMBERED: Final = ("A", "C", "gMR", "E_prime", "p_phi", "p_psi")
 """What the page gives in numbers, by symbol and unit."""
-
-SIGNS: Final = (
-    ("cos(theta)", "cos θ"),
-    *((name, QUANTITIES[name].symbol) for name in ("thetadot", "phidot", "theta", "phi", "psi")),
-    ("E'", "E′"), ("^2", "²"), (" pi", " π"), ("-", "−"),
-)  # fmt: skip
 
 
 def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.html") -> Path:
@@ -145,8 +149,8 @@ def _data(scene: Scene) -> dict[str, Any]:
         "rules": rules, "details": details, "kinds": looks, "scenes": [_start(scene), *others],
         "quantities": {name: {"symbol": QUANTITIES[name].symbol, "unit": QUANTITIES[name].unit}
                        for name in NUMBERED},
-        "limits": LIMITS, "still": STILL, "push": PUSH, "frames": FRAMES, "turn": TURN,
-        "periods": PERIODS, "blurred": BLURRED,
+        "limits": LIMITS, "units": UNITS_OF, "still": STILL, "push": PUSH, "frames": FRAMES,
+        "turn": TURN, "periods": PERIODS, "blurred": BLURRED,
     }  # fmt: skip
 
 
@@ -172,14 +176,13 @@ def _start(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name, "title": scene.title or scene.name, "held": start.held,
         "numbers": {name: float(x) for name, x in exact.items()},
-        "texts": {name: text for name, x in exact.items() if _readable(text := str(x))},
+        "texts": {name: str(x) for name, x in exact.items() if _worth_keeping(x)},
     }  # fmt: skip
 
 
-def _readable(text: str) -> bool:
-    """Whether a scene file can say this: it has no cosines."""
+def _worth_keeping(x: Exact) -> bool:
+    """Whether a number is no double, which the page spells itself, and a scene file can say it."""
     try:
-        Exact.of(text)
-    except NotANumber:
+        return x != float(x) and Exact.of(str(x)) == x
+    except NotANumber:  # a scene file has no cosines
         return False
-    return True

@@ -50,7 +50,8 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
 
     ``quaternion``, body to space and scalar first, and ``momentum``, the angular momentum over its
     largest size, are float32 in base64; ``spin`` is by how much ψ changes [rad], ``theta`` the
-    tilts between which the axis stays, and ``notes`` says what is played where it is not the run.
+    tilts between which the axis stays, ``shape`` C/A and on which side of the pivot the centre of
+    mass is (1, −1 or 0), and ``notes`` says what is played where it is not the run.
     """
     scene, end = trajectory.scene, float(trajectory.orbit.end)
     pushed = touched(trajectory.motion)
@@ -77,6 +78,7 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     return {
         "title": scene.title or scene.name, "end": last, "spin": spin, "notes": notes,
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_EVENTS],
+        "shape": [float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))],
         "quaternion": _packed(seen.quaternion), "momentum": _packed(momentum_path(scene.top, seen)),
     }  # fmt: skip
 

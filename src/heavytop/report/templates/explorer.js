@@ -3,14 +3,21 @@
 // link or a box holds is read as a number, and is put on the page as a text.
 (() => {
   const DATA = JSON.parse(document.getElementById("data").textContent);
-  const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot"]; // and psidot, omega3
+  const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot", "mass"]; // and spin
   const START = ["theta", "thetadot", "phi", "phidot", "psi"]; // in a scene file
-  const DEGREE = Math.PI / 180, LONG = 14, CURVE = 401;
+  const DEGREE = Math.PI / 180, RPM = Math.PI / 30, LONG = 14, CURVE = 401;
   const KNOWN = 1e-9; // rad, of φ after a nutation
   const [COARSE, FINE] = [[48, 36], [160, 120]]; // the plane of kicks, in motion and at rest
   const IDLE = 150; // ms
+  const EARTH = 9.81; // m/s², where a mass and a distance make gMR
+  const SLOP = 8; // px, that a finger goes before it is known to go sideways
   const INK = "#222222", SOFT = "#57606A", GRID = "#E3E6EA", BLUE = "#0072B2", ORANGE = "#D55E00";
   const BARE = /^-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?$/; // a number in TOML
+  const TOKEN = /(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|\*\*|[a-z]+|\S/gi;
+  const THOUSANDS = /(?<![\d.])[1-9]\d{0,2}(?:,\d{3})+(?!\d)/; // or a decimal: nobody can tell
+  const OPERATORS = { "+": [1, (a, b) => a + b], "-": [1, (a, b) => a - b],
+    "*": [2, (a, b) => a * b], "/": [2, (a, b) => a / b],
+    "^": [4, (a, b) => a ** b], "**": [4, (a, b) => a ** b] }; // and how tightly they bind
   const $ = (id) => document.getElementById(id);
   const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
   const short = (x, digits = 6) => String(Number(x.toPrecision(digits))).replace("-", "−");
@@ -18,21 +25,28 @@
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   // --- the state, and what it says of a top ------------------------------------------------------
-  let state, ranges, play = true, due = false, shown, later;
+  let state, ranges, play = true, held = false, due = false, shown, later;
+  let placed = false; // whether the distance was given, or follows from mass and gMR
   const spinning = (top) => ({ ...top, omega3: top.held === "omega3" ? top.spin
     : top.spin + top.phidot * Math.cos(top.theta) });
   const stateOf = ({ numbers, held }) => ({
-    ...Object.fromEntries(NAMES.map((name) => [name, numbers[name]])), held, spin: numbers[held] });
+    ...Object.fromEntries(NAMES.map((name) => [name, numbers[name] ?? 0])), held, spin: numbers[held] });
   const rates = (top) => Math.sqrt(Math.abs(top.gMR) / top.A);
+  const limit = (top) => 2 * Math.sqrt(top.A * Math.abs(top.gMR)); // of |p_ψ|, to sleep
 
   // What a person changes: of a state its value, and the state with another value.
+  const clean = (x) => Number(x.toPrecision(15)); // a product, without the noise of its last digit
+  const plain = (name) => ({ of: (s) => s[name], with: (s, x) => ({ ...s, [name]: x }) });
   const CONTROLS = {
-    theta: { of: (s) => s.theta, with: (s, theta) => ({ ...s, theta }) },
-    phidot: { of: (s) => s.phidot, with: (s, phidot) => ({ ...s, phidot }) },
-    thetadot: { of: (s) => s.thetadot, with: (s, thetadot) => ({ ...s, thetadot }) },
-    spin: { of: (s) => s.spin, with: (s, spin) => ({ ...s, spin }) },
-    shape: { of: (s) => s.C / s.A, with: (s, ratio) => ({ ...s, C: ratio * s.A }) },
-    pull: { of: (s) => s.gMR / s.A, with: (s, pull) => ({ ...s, gMR: pull * s.A }) },
+    theta: plain("theta"), phidot: plain("phidot"), thetadot: plain("thetadot"),
+    spin: plain("spin"),
+    shape: { of: (s) => s.C / s.A, with: (s, ratio) => ({ ...s, C: clean(ratio * s.A) }) },
+    pull: { of: (s) => s.gMR / s.A, with: (s, pull) => ({ ...s, gMR: clean(pull * s.A) }) },
+    A: { of: (s) => s.A, with: (s, A) => ({ ...s, A, C: clean((s.C / s.A) * A) }) },
+    mass: { of: (s) => s.mass || NaN, with: (s, mass) => // a distance that was given stays
+      ({ ...s, mass, gMR: placed ? clean((s.gMR * mass) / s.mass) : s.gMR }) },
+    distance: { of: (s) => s.gMR / (EARTH * s.mass || NaN), with: (s, R) => (s.mass
+      ? { ...s, gMR: clean(s.mass * EARTH * R) } : { ...s, mass: clean(s.gMR / (EARTH * R)) }) },
   };
   const nice = (x) => { // 1, 2 or 5 times a power of ten, not below x
     const power = 10 ** Math.floor(Math.log10(x));
@@ -46,18 +60,55 @@
       ...Object.fromEntries(Object.entries(wide).map(([name, x]) => [name, [-x, x]])) };
   };
 
-  // Why a state cannot be, or nothing.
+  // Which number of a state cannot be, and between what it has to be; or nothing.
   const wrong = (s) => {
     const values = { ...s, [s.held]: s.spin, "C/A": s.C / s.A, "gMR/A": s.gMR / s.A };
     for (const [name, [low, high]] of Object.entries(DATA.limits)) {
       const value = values[name];
-      if (name in values && !(value >= low && value <= high)) {
-        return `${name} is to be a number from ${short(low)} to ${short(high)}.`;
-      }
+      if (name in values && !(value >= low && value <= high)) return { name, low, high };
     }
-    return "";
+    return null;
   };
-  const number = (text) => (text.trim() === "" ? NaN : Number(text.trim().replace("−", "-")));
+  const between = ({ low, high }, scale = 1, unit = "") =>
+    `from ${short(low / scale)} to ${short(high / scale)} ${unit === "deg" ? "°" : unit}`.trim();
+  // A number, which may be an expression: never run as a script.
+  const number = (text) => {
+    const tokens = (text.length < 200 && text.match(TOKEN)) || [];
+    const inside = () => {
+      const value = expression(1);
+      return tokens.shift() === ")" ? value : NaN;
+    };
+    const first = (token = "") => {
+      if (token === "-" || token === "+") return (token === "-" ? -1 : 1) * expression(3);
+      if (token === "pi") return Math.PI;
+      if (token === "(") return inside();
+      if (token === "sqrt" && tokens.shift() === "(") return Math.sqrt(inside());
+      return /^[\d.]/.test(token) ? Number(token) : NaN;
+    };
+    const expression = (loosest) => {
+      let value = first(tokens.shift());
+      while (OPERATORS[tokens[0]]?.[0] >= loosest) {
+        const [binds, apply] = OPERATORS[tokens.shift()];
+        value = apply(value, expression(binds === 4 ? 3 : binds + 1));
+      }
+      return value;
+    };
+    const value = expression(1);
+    return tokens.length ? NaN : value;
+  };
+  // What a box says: its text as a scene takes it, its unit, that in SI, and the value in SI.
+  const typed = (text, { of: name, unit: usual }) => {
+    const units = DATA.units[name] ?? {};
+    const ascii = text.trim().replaceAll("−", "-").replace(/[×·]/g, "*").replaceAll("π", " pi ")
+      .replaceAll("°", "deg").replaceAll("²", "^2");
+    const named = Object.keys(units).sort((one, two) => two.length - one.length).find((each) =>
+      ascii.endsWith(each) && !/[a-z]$/i.test(ascii.slice(0, -each.length)));
+    const unit = named ?? (usual in units ? usual : ""), scale = units[unit] ?? 1;
+    const body = ascii.slice(0, ascii.length - (named ?? "").length).trim();
+    const decimal = body.replace(/(?<=\d),(?=\d)/g, ".");
+    return { scale, unit, text: `${decimal} ${scale === 1 ? "" : unit}`.trim(),
+      value: THOUSANDS.test(body) ? NaN : number(decimal) * scale };
+  };
 
   // --- a state as a link and as a scene ----------------------------------------------------------
   const spelled = (x) => String(x === 0 ? 0 : x);
@@ -161,6 +212,7 @@
     const events = NODDING.includes(verdict.kind)
       ? happenings(top, found, times, verdict.kind) : [];
     const run = { title: "the explorer", end, spin, notes, theta: ends, events,
+      shape: [own.C / own.A, Math.sign(own.gMR)],
       quaternion: Float32Array.from(found.quaternion),
       momentum: Float32Array.from(found.momentum, (x) => x / (most || 1)) };
     return { own, top, verdict, still, ends, period, rate, end, times, found, run };
@@ -172,27 +224,18 @@
     const count = Math.max(0, Math.floor(high / step + 1e-9) - first + 1);
     return Array.from({ length: count }, (_, k) => Number(((first + k) * step).toPrecision(10)));
   };
-  // Axes on a canvas; `other` has its own ticks on the far side, in other units.
-  const axes = (canvas, { x, y, names, other }) => {
+  const axes = (canvas, { x, y, names }) => {
     const fine = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     [canvas.width, canvas.height] = [Math.round(width * fine), Math.round(height * fine)];
     const pen = canvas.getContext("2d");
     pen.setTransform(fine, 0, 0, fine, 0, 0);
-    const box = { left: 62, right: width - (other?.side === "y" ? 56 : 12),
-      top: other?.side === "x" ? 44 : 12, bottom: height - 44 };
+    const box = { left: 72, right: width - 12, top: 12, bottom: height - 44 };
     const X = (v) => box.left + ((v - x[0]) / (x[1] - x[0])) * (box.right - box.left);
     const Y = (v) => box.bottom - ((v - y[0]) / (y[1] - y[0])) * (box.bottom - box.top);
     const write = (text, at, up, align, base = "middle") => {
       Object.assign(pen, { textAlign: align, textBaseline: base });
       pen.fillText(text, at, up);
-    };
-    const turned = (text, at) => {
-      pen.save();
-      pen.translate(at, (box.top + box.bottom) / 2);
-      pen.rotate(-Math.PI / 2);
-      write(text, 0, 0, "center");
-      pen.restore();
     };
     const middle = (box.left + box.right) / 2, marks = (v) => String(v).replace("-", "−");
     const sorted = (range) => [...range].sort((one, two) => one - two);
@@ -211,30 +254,16 @@
     }
     pen.stroke();
     pen.beginPath();
-    if (other) {
-      const along = other.side === "x" ? x : y, place = other.side === "x" ? X : Y;
-      const room = other.side === "x" ? (box.right - box.left) / 70 : (box.bottom - box.top) / 38;
-      for (const v of ticks(sorted(along).map((w) => w * other.scale), room)) {
-        const at = place(v / other.scale);
-        if (other.side === "x") {
-          pen.moveTo(at, box.top - 4);
-          pen.lineTo(at, box.top);
-          write(marks(v), at, box.top - 6, "center", "bottom");
-        } else {
-          pen.moveTo(box.right, at);
-          pen.lineTo(box.right + 4, at);
-          write(marks(v), box.right + 7, at, "left");
-        }
-      }
-    }
     pen.strokeStyle = "#9AA4AE";
     pen.rect(box.left, box.top, box.right - box.left, box.bottom - box.top);
     pen.stroke();
     pen.fillStyle = INK;
     write(names[0], middle, height - 4, "center", "bottom");
-    turned(names[1], 10);
-    if (other?.side === "x") write(other.name, middle, 4, "center", "top");
-    if (other?.side === "y") turned(other.name, width - 8);
+    pen.save();
+    pen.translate(10, (box.top + box.bottom) / 2);
+    pen.rotate(-Math.PI / 2);
+    write(names[1], 0, 0, "center");
+    pen.restore();
     const inside = (draw) => {
       pen.save();
       pen.beginPath();
@@ -272,7 +301,7 @@
     const pad = Math.max(0.08 * (high - low), 0.5);
     [low, high] = [Math.max(0, low - pad), Math.min(180, high + pad)];
     const at = now(), plot = axes($("tilt"), { x: [0, end], y: [high, low],
-      names: ["time [s]", "tilt θ [°]"], other: { side: "y", scale: DEGREE, name: "[rad]" } });
+      names: ["time [s]", "tilt θ [°]"] });
     for (const tilt of ends) {
       plot.line([[0, tilt / DEGREE], [end, tilt / DEGREE]], "#9AA4AE", 1, [5, 4]);
     }
@@ -294,26 +323,23 @@
     const highest = Math.max(...points.map(([, v]) => (Number.isFinite(v) ? v : energy)));
     const height = Math.max(energy - lowest, natural);
     const high = Math.min(Math.max(highest, energy) + 0.1 * height, energy + 0.9 * height);
-    const power = Math.floor(Math.log10(Math.max(Math.abs(lowest), Math.abs(high))));
-    const unit = power < -1 || power > 3 ? power : 0;
-    const scaled = (v) => v / 10 ** unit;
-    const sup = (n) => String(n).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
     const plot = axes($("potential"), { x: [from / DEGREE, to / DEGREE],
-      y: [scaled(lowest - 0.15 * height), scaled(high)],
-      names: ["tilt θ [°]", unit ? `energy [10${sup(unit)} J]` : "energy [J]"],
-      other: { side: "x", scale: DEGREE, name: "[rad]" } });
-    plot.line([[0, scaled(energy)], [180, scaled(energy)]], ORANGE, 1.2, [6, 4]);
-    plot.line(ends.map((tilt) => [tilt / DEGREE, scaled(energy)]), ORANGE, 3);
-    plot.line(points.map(([x, v]) => [x, scaled(v)]), BLUE, 2.2);
+      y: [lowest - 0.15 * height, high], names: ["tilt θ [°]", "energy [J]"] });
+    plot.line([[0, energy], [180, energy]], ORANGE, 1.2, [6, 4]);
+    plot.line(ends.map((tilt) => [tilt / DEGREE, energy]), ORANGE, 3);
+    plot.line(points, BLUE, 2.2);
     Object.assign(plot.pen, { fillStyle: ORANGE });
-    plot.write("E′", plot.box.right - 6, plot.Y(scaled(energy)) - 4, "right", "bottom");
-    plot.dot(found.theta[now()] / DEGREE, scaled(energy), ORANGE);
+    plot.write("E′", plot.box.right - 6, plot.Y(energy) - 4, "right", "bottom");
+    plot.dot(found.theta[now()] / DEGREE, energy, ORANGE);
   };
 
   // --- the plane of kicks ------------------------------------------------------------------------
   const plane = { image: document.createElement("canvas"), key: "", mesh: [0, 0] };
-  const BOUNDS = [["LOOPING", "cusps"], ["PASS_TOP", "through-top"],
-    ["PASS_BOTTOM", "through-bottom"], ["STEADY", "uniform-precession"]];
+  const BOUNDS = [ // what is zero where a kind is a line, and whether it is one there
+    ["LOOPING", "cusps", (x) => heavytop.sum("PASS_TOP", x) * heavytop.sum("PASS_BOTTOM", x) < 0],
+    ["PASS_TOP", "through-top", (x) => heavytop.relative("OVER_TOP", x) > 0],
+    ["PASS_BOTTOM", "through-bottom", (x) => heavytop.relative("OVER_BOTTOM", x) > 0],
+    ["STEADY", "uniform-precession", (x) => x.thetadot === 0]];
   const along = ([low, high], count) =>
     Array.from({ length: count }, (_, k) => low + ((high - low) * k) / (count - 1));
   const crossings = (cells, at, [columns, rows]) => { // where a function on the mesh is zero, as short lines
@@ -341,25 +367,20 @@
     Object.assign(plane, { key, mesh });
     const [columns, rows] = mesh;
     const [kicks, spins] = [along(ranges.phidot, columns), along(ranges.spin, rows)];
-    const kinds = [], fields = Object.fromEntries(BOUNDS.map(([name]) => [name, []]));
+    const kinds = [], fields = BOUNDS.map(() => []);
     for (const spin of spins) {
       for (const phidot of kicks) {
         const top = spinning({ ...state, phidot, spin }), x = heavytop.given(top);
         kinds.push(heavytop.classify(top, DATA).kind);
-        const between = heavytop.sum("PASS_TOP", x) * heavytop.sum("PASS_BOTTOM", x) < 0;
-        fields.LOOPING.push(between ? heavytop.sum("LOOPING", x) : NaN);
-        fields.PASS_TOP.push(heavytop.relative("OVER_TOP", x) > 0 ? heavytop.sum("PASS_TOP", x)
-          : NaN);
-        fields.PASS_BOTTOM.push(heavytop.relative("OVER_BOTTOM", x) > 0
-          ? heavytop.sum("PASS_BOTTOM", x) : NaN);
-        fields.STEADY.push(state.thetadot === 0 ? heavytop.sum("STEADY", x) : NaN);
+        BOUNDS.forEach(([name, , there], k) =>
+          fields[k].push(there(x) ? heavytop.sum(name, x) : NaN));
       }
     }
     const flat = Math.sin(state.theta) < 1e-12 || state.gMR === 0; // one kind, and no boundaries
     const at = (i, j) => [kicks[0] + ((kicks.at(-1) - kicks[0]) * i) / (columns - 1),
       spins[0] + ((spins.at(-1) - spins[0]) * j) / (rows - 1)];
-    plane.lines = flat ? [] : BOUNDS.map(([name, kind]) =>
-      ({ kind, lines: crossings(fields[name], at, mesh) }));
+    plane.lines = flat ? [] : BOUNDS.map(([, kind], k) =>
+      ({ kind, lines: crossings(fields[k], at, mesh) }));
     Object.assign(plane.image, { width: columns, height: rows });
     const pen = plane.image.getContext("2d"), pixels = pen.createImageData(columns, rows);
     kinds.forEach((kind, k) => {
@@ -369,15 +390,17 @@
     });
     pen.putImageData(pixels, 0, 0);
     const drawn = plane.lines.filter(({ lines }) => lines.length).map(({ kind }) => kind);
-    const areas = new Set(kinds);
-    $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
+    const areas = new Set(kinds), label = (text, colour, height) => {
       const [item, swatch] = ["li", "span"].map((name) => document.createElement(name));
       swatch.className = "swatch";
-      swatch.style.background = DATA.kinds[kind].colour;
-      if (!areas.has(kind)) swatch.style.height = "3px";
-      item.append(swatch, DATA.kinds[kind].label + (areas.has(kind) ? "" : " (a line)"));
+      Object.assign(swatch.style, { background: colour, height });
+      item.append(swatch, ...typeset(text));
       return item;
-    }));
+    };
+    $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
+      const { label: name, colour } = DATA.kinds[kind];
+      return areas.has(kind) ? label(name, colour) : label(`${name} (a line)`, colour, "3px");
+    }), label("p_ψ² = 4A gMR: from there out it sleeps (dashed)", INK, "1px"));
   };
   const sign = () => (state.held === "omega3" ? "ω₃" : "ψ̇₀");
   const drawPlane = () => {
@@ -385,32 +408,44 @@
     const plot = axes($("plane"), { x, y,
       names: ["kick φ̇₀ [rad/s]", `spin ${sign()} [rad/s]`] });
     const { pen, box, X, Y } = plot, [columns, rows] = plane.mesh;
+    const outline = (colour) => {
+      for (const [strokeStyle, lineWidth] of [["#FFFFFF", 4.5], [colour, 2.1]]) {
+        Object.assign(pen, { strokeStyle, lineWidth }).stroke();
+      }
+    };
     plot.inside(() => {
       // A value of the mesh is in the middle of its cell, and the outermost are on the edges.
       const [w, h] = [(box.right - box.left) / (columns - 1), (box.bottom - box.top) / (rows - 1)];
       pen.imageSmoothingEnabled = false;
       pen.drawImage(plane.image, box.left - w / 2, box.top - h / 2, w * columns, h * rows);
       for (const { kind, lines } of plane.lines) {
-        for (const [colour, wide] of [["#FFFFFF", 4], [DATA.kinds[kind].colour, 2]]) {
-          Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
-          pen.beginPath();
-          for (const [one, two] of lines) {
-            pen.moveTo(X(one[0]), Y(one[1]));
-            pen.lineTo(X(two[0]), Y(two[1]));
-          }
-          pen.stroke();
-        }
-      }
-      const [px, py] = [X(state.phidot), Y(state.spin)];
-      for (const [colour, wide] of [["#FFFFFF", 5], [INK, 2.2]]) {
-        Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
         pen.beginPath();
-        pen.arc(px, py, 7, 0, 2 * Math.PI);
-        pen.stroke();
+        for (const [one, two] of lines) {
+          pen.moveTo(X(one[0]), Y(one[1]));
+          pen.lineTo(X(two[0]), Y(two[1]));
+        }
+        outline(DATA.kinds[kind].colour);
       }
     });
+    const tied = state.held === "psidot" ? Math.cos(state.theta) : 0;
+    for (const least of [-1, 1].map((side) => (side * limit(state)) / state.C)) {
+      const points = x.map((kick) => [kick, least - tied * kick]);
+      plot.line(points, "#FFFFFF", 3.5);
+      plot.line(points, INK, 1.5, [6, 4]);
+    }
+    // This top: a ring, or where the point has left the map an arrow at its edge.
+    const there = [clamp(state.phidot, ...x), clamp(state.spin, ...y)];
+    const out = [state.phidot - there[0], there[1] - state.spin], inside = !out[0] && !out[1];
+    pen.save();
+    pen.translate(X(there[0]), Y(there[1]));
+    pen.rotate(Math.atan2(...out.map(Math.sign).reverse()));
+    pen.beginPath();
+    if (inside) pen.arc(0, 0, 7, 0, 2 * Math.PI);
+    else for (const [a, b] of [[0, 0], [-14, -9], [-14, 9], [0, 0]]) pen.lineTo(a, b);
+    outline(INK);
+    if (!inside) Object.assign(pen, { fillStyle: INK }).fill();
+    pen.restore();
     plane.box = box;
-    const inside = Math.abs(state.phidot) <= x[1] && Math.abs(state.spin) <= y[1];
     $("plane").setAttribute("aria-label", `The plane of kicks and spins. This top, ${named()}, is `
       + (inside ? `at a kick of ${short(state.phidot)} and a spin of ${short(state.spin)} rad/s.`
         : "outside it."));
@@ -431,25 +466,41 @@
   const tell = (id, text) => { // a text that does not change is not read out again
     if ($(id).textContent !== text) $(id).textContent = text;
   };
+  const asleep = ({ own, verdict: { detail } }) => { // why it sleeps, in numbers
+    const [has, needs] = [own.C * own.omega3, limit(own)].map((p) => short(p * p, 5));
+    const least = limit(own) / own.C, mark = { stable: ">", unstable: "<", marginal: "=" }[detail];
+    return `p_ψ² = ${has} ${mark} 4A ${own.gMR < 0 ? "|gMR|" : "gMR"} = ${needs} kg² m⁴/s²; it `
+      + `stands from ω₃ = ${short(least)} rad/s = ${short(least / RPM, 5)} rpm on`;
+  };
   const describe = () => {
     const { verdict, own, ends, period, rate, still } = shown, look = DATA.kinds[verdict.kind];
     tell("kind", named());
     tell("plain", look.plain);
     $("verdict").style.setProperty("--kind", look.colour);
-    $("reason").replaceChildren(...typeset(verdict.why));
+    const why = verdict.kind === "sleeping" ? asleep(shown) : verdict.why;
+    $("reason").replaceChildren(...typeset(why));
     tell("margin", verdict.margin < 1e-9
       ? "It is nearer to another kind than this page tells apart: heavytop classify proves which it is."
       : `The nearest other kind is ${short(verdict.margin, 3)} away (0: on its boundary; 1: far).`);
     const { p_phi: pPhi, p_psi: pPsi, E_prime: energy } = heavytop.constants(own);
     const psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    const fast = verdict.detail === "fast", span = ends[1] - ends[0];
+    const drop = 2 * Math.sin((ends[0] + ends[1]) / 2) * Math.sin(span / 2); // of cos θ
+    const [round, textbook] = [rate, fast ? pPsi / (own.A * Math.cos(own.theta)) : own.gMR / pPsi]
+      .map((each) => Math.abs((2 * Math.PI) / each));
     const spins = [psidot, own.omega3].map((each) => short(heavytop.settled(each,
       Math.abs(state.spin) + Math.abs(own.phidot))));
     const Q = DATA.quantities, facts = [
       ["Tilt", still ? angle(own.theta) : ends[0] === ends[1] ? angle(ends[0])
         : `${angle(ends[0])} to ${angle(ends[1])}`],
+      ["Amplitude of nutation", still ? "–" : `${short(span / DEGREE, 5)}° from end to end, `
+        + `${short(drop, 5)} in cos θ`],
       ["Period of nutation", still || !period ? "–" : `${short(period)} s`],
-      ["Axis goes round", still || rate === null ? "–" : `${short(rate)} rad/s on average`
-        + (rate ? `, once in ${short((2 * Math.PI) / Math.abs(rate))} s` : "")],
+      ["One round", still || !rate ? "–" : `${short(round)} s, ${short(rate)} rad/s on average`],
+      [`One round, by the textbook's ${fast ? "2πA cos θ/p_ψ" : "2π p_ψ/gMR"}`, still || !rate
+        || !pPsi || !own.gMR ? "–" : `${short(textbook)} s, off by `
+          + `${short(100 * (textbook / round - 1), 3)} %: it is for p_ψ² ≫ 4A gMR`],
+      ["p_ψ²/(4A gMR)", own.gMR ? short((pPsi / limit(own)) ** 2, 5) : "–"],
       ["ψ̇ and ω₃ at the start", `${spins.join(" and ")} rad/s`],
       [`${Q.p_phi.symbol}, ${Q.p_psi.symbol}`, `${short(pPhi)}, ${short(pPsi)} ${Q.p_psi.unit}`],
       [Q.E_prime.symbol, `${short(energy)} ${Q.E_prime.unit}`],
@@ -458,7 +509,7 @@
     $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
       const [term, text] = ["dt", "dd"].map((each) => document.createElement(each));
       term.append(...typeset(name));
-      text.textContent = value;
+      text.append(...typeset(value));
       return [term, text];
     }));
     const nods = period ? `, with period ${short(period, 4)} s` : "";
@@ -471,29 +522,31 @@
   };
 
   // --- the controls ------------------------------------------------------------------------------
-  const SCALE = { theta: 1 / DEGREE };
-  const box = (name) => document.querySelectorAll(`input[data-of="${name}"]`);
-  const scaleOf = (name, unit) => (unit === "rad" ? 1 : SCALE[name] ?? 1);
+  const box = (name) => document.querySelector(`input[data-of="${name}"]`);
+  const rated = (x) => `${short(x / DEGREE, 4)} °/s = ${short(x / RPM, 4)} rpm`;
   const fill = () => {
-    const own = spinning(state), psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    const { own } = shown, psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    const rim = Math.atan(Math.sqrt((2 * own.A - own.C) / own.C) / 2);
+    const beside = { theta: `${short(own.theta, 5)} rad`, phidot: rated(own.phidot), thetadot: rated(own.thetadot),
+      spin: `${short(state.spin / RPM, 5)} rpm; here ${state.held === "omega3"
+        ? `ψ̇₀ = ${short(psidot, 5)}` : `ω₃ = ${short(own.omega3, 5)}`} rad/s`,
+      shape: `A disc on a stem, its rim touches a table at a tilt of ${short(rim / DEGREE, 3)}°.` };
     for (const [name, { of }] of Object.entries(CONTROLS)) {
-      const value = of(state), slider = $(`${name}-slider`), [low, high] = ranges[name];
-      const seen = value * (SCALE[name] ?? 1);
-      Object.assign(slider, { min: String(low), max: String(high), step: "any" });
-      if (Number(slider.value) !== seen) slider.value = String(seen);
-      slider.step = String(name === "theta" ? 0.5 : nice((high - low) / 500));
-      slider.setAttribute("aria-valuetext", name === "theta" ? angle(value)
-        : `${short(value)} ${{ shape: "", pull: "per second squared" }[name] ?? "radians a second"}`);
-      for (const each of box(name)) {
-        if (each === document.activeElement && each.dataset.typed) continue;
-        each.value = spelled(Number((value * scaleOf(name, each.dataset.unit)).toPrecision(7)));
-        each.removeAttribute("aria-invalid");
+      const value = of(state), slider = $(`${name}-slider`), field = box(name);
+      const scale = DATA.units[name]?.[field.dataset.unit] ?? 1;
+      if (slider) {
+        const [low, high] = ranges[name], at = value / scale;
+        Object.assign(slider, { min: String(low), max: String(high), step: "any" });
+        if (Number(slider.value) !== at) slider.value = String(at);
+        slider.step = String(name === "theta" ? 0.5 : nice((high - low) / 500));
+        slider.setAttribute("aria-valuetext", `${short(at)} ${field.nextElementSibling.textContent}`);
       }
-      const beside = { phidot: `${short(value / DEGREE, 4)} °/s`,
-        thetadot: `${short(value / DEGREE, 4)} °/s`,
-        spin: state.held === "omega3" ? `here ψ̇₀ = ${short(psidot, 5)} rad/s`
-          : `here ω₃ = ${short(own.omega3, 5)} rad/s` };
-      $(name).querySelector("output").textContent = beside[name] ?? "";
+      if (field !== document.activeElement || !field.dataset.typed) {
+        field.value = value === value ? spelled(Number((value / scale).toPrecision(7))) : "";
+        field.removeAttribute("aria-invalid");
+        $(`${name}-fault`).textContent = "";
+      }
+      if (name in beside) $(name).querySelector("output").textContent = beside[name];
     }
     $("spin").querySelector("i").textContent = sign();
     document.querySelectorAll("input[name=held]").forEach((each) => {
@@ -526,17 +579,15 @@
     $("link").href = text;
     $("toml").textContent = toml(state, shown.end);
     $("copied").textContent = "";
-    if (play && !calm.matches) player().set(true);
+    if (play && !held && !calm.matches) player().set(true);
   };
-  const change = (next, whole = false) => { // refuses what cannot be
-    const why = wrong(next);
-    $("refused").textContent = why;
-    if (why) return false;
+  const change = (next, whole = false) => {
+    if (wrong(next)) return;
     state = next;
-    if (whole || !ranges) ranges = reaches(state);
+    $("refused").textContent = "";
+    if (whole || !ranges) [ranges, placed] = [reaches(state), false];
     if (!due) requestAnimationFrame(update);
     due = true;
-    return true;
   };
   const choose = (index) => {
     $("scene").selectedIndex = index;
@@ -545,14 +596,14 @@
   const followLink = () => {
     if (location.hash.length < 2) return choose(0);
     if (location.hash === `#${state && fragment(state)}`) return undefined;
-    const next = ofFragment(location.hash), why = wrong(next);
-    if (!why) {
+    const next = ofFragment(location.hash), bad = wrong(next);
+    if (!bad) {
       const same = DATA.scenes.findIndex((each) => fragment(stateOf(each)) === fragment(next));
       $("scene").selectedIndex = same + 1 ? same : DATA.scenes.length;
       return change(next, true);
     }
     if (!state) choose(0);
-    $("refused").textContent = `The link cannot be followed: ${why}`;
+    $("refused").textContent = `The link cannot be followed: ${bad.name} is to be ${between(bad)}.`;
     return undefined;
   };
   const own = () => { $("scene").selectedIndex = DATA.scenes.length; };
@@ -561,32 +612,52 @@
   $("scene").add(new Option("a top of your own", ""));
   $("scene").lastChild.disabled = true;
   $("scene").addEventListener("change", () => choose($("scene").selectedIndex));
-  for (const [name, control] of Object.entries(CONTROLS)) {
-    const slider = $(`${name}-slider`);
-    slider.addEventListener("input", () => {
-      own();
-      const [low, high] = ranges[name], seen = clamp(Number(slider.value), low, high);
-      const full = name === "theta" && seen === 180 ? Math.PI : seen / (SCALE[name] ?? 1);
-      change(control.with(state, full));
+  // Whether a pointer means what it is on. A finger does once it has gone sideways: one that goes up
+  // or down scrolls the page, and changes nothing.
+  const meant = (element) => {
+    let from, sure = true;
+    element.addEventListener("pointerdown", (event) => {
+      [from, sure] = [event, event.pointerType !== "touch"];
     });
-    for (const each of box(name)) {
-      const read = () => {
-        each.dataset.typed = "yes";
-        const value = number(each.value), scale = scaleOf(name, each.dataset.unit);
-        const full = scale !== 1 && value === 180 ? Math.PI : value / scale;
-        const next = control.with(state, full), fits = Number.isFinite(value) && !wrong(next);
-        each.setAttribute("aria-invalid", String(!fits));
-        if (fits) own();
-        if (Number.isFinite(value)) change(next);
-        else $("refused").textContent = "A number, such as -12.5 or 1e-3.";
-      };
-      each.addEventListener("input", read);
-      each.addEventListener("blur", () => {
-        delete each.dataset.typed;
-        $("refused").textContent = "";
-        fill();
-      });
+    element.addEventListener("pointermove", (event) => {
+      if (sure) return;
+      const [dx, dy] = ["clientX", "clientY"].map((way) => Math.abs(event[way] - from[way]));
+      sure = dx > Math.max(SLOP, dy);
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+      element.addEventListener(end, () => { sure = true; });
     }
+    return () => sure;
+  };
+  for (const [name, control] of Object.entries(CONTROLS)) {
+    const slider = $(`${name}-slider`), sure = slider && meant(slider);
+    slider?.addEventListener("input", () => {
+      if (!sure()) return fill();
+      own();
+      const value = clamp(Number(slider.value), ...ranges[name]);
+      return change(control.with(state, name === "theta" ? value * DEGREE : value));
+    });
+    const field = box(name);
+    field.addEventListener("input", () => {
+      field.dataset.typed = "yes";
+      const { value, scale, unit, text } = typed(field.value, field.dataset);
+      const key = { spin: state.held, shape: "C/A", pull: "gMR/A" }[name] ?? name;
+      const next = control.with(state, value), bad = wrong(next);
+      const why = !Number.isFinite(value) ? "a number, such as −12.5, 2*pi*25 or 260 rpm"
+        : !bad ? "" : bad.name === key ? between(bad, scale, unit)
+          : `${bad.name} is then to be ${between(bad)}`;
+      field.setAttribute("aria-invalid", String(why !== ""));
+      $(`${name}-fault`).textContent = why;
+      if (why) return;
+      own();
+      if (name === "distance") placed = true;
+      if (scale === 1 || name !== "A") TEXTS.set(`${key} ${value}`, text); // as it was given
+      change(next);
+    });
+    field.addEventListener("blur", () => {
+      delete field.dataset.typed;
+      fill();
+    });
   }
   document.querySelectorAll("input[name=held]").forEach((each) =>
     each.addEventListener("change", () => { // the same top, said in the other way
@@ -603,11 +674,11 @@
     change({ ...state, phidot: value(ranges.phidot, part(event.clientX - at.left, left, right)),
       spin: value(ranges.spin, part(event.clientY - at.top, bottom, top)) });
   };
-  $("plane").addEventListener("pointerdown", (event) => {
-    $("plane").setPointerCapture(event.pointerId);
-    pick(event);
+  const sure = meant($("plane"));
+  $("plane").addEventListener("click", pick);
+  $("plane").addEventListener("pointermove", (event) => {
+    if (event.buttons && sure()) pick(event);
   });
-  $("plane").addEventListener("pointermove", (event) => { if (event.buttons) pick(event); });
   document.querySelectorAll("button[data-copy]").forEach((each) =>
     each.addEventListener("click", async () => {
       const text = each.dataset.copy === "toml" ? $("toml").textContent : $("link").href;
@@ -620,6 +691,11 @@
       }
     }));
   const root = document.querySelector(".player");
+  player().tilt = (by, over) => { // the body is dragged, and at the end let go
+    held = !over;
+    own();
+    change({ ...state, theta: clamp(state.theta + by, 0, Math.PI) });
+  };
   root.addEventListener("moved", draw);
   root.querySelector("[data-do=play]").addEventListener("click", () => {
     play = player().state().playing;

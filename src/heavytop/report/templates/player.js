@@ -6,8 +6,7 @@
   const SPIN = 9; // rad of spin in a second on the screen: slow enough to be followed
   const [SHORTEST, LONGEST] = [10, 40]; // s that playing a run takes
   const SECTORS = 36, MARKED = SECTORS / 4; // a quarter of the body is orange, so its spin is seen
-  const PROFILE = [[0, 0], [0.2, 0.34], [0.3, 0.5], [0.3, 0.56], [0.12, 0.62], [0.035, 0.65],
-    [0.035, 0.88], [0, 0.88]]; // the body's radius and height; its tip is the pivot
+  const [STEM, REACH, SIZE, THICK] = [0.03, 0.88, 0.62, 0.04]; // of the body; the sphere has 1
   const BODY = [150, 166, 181], PATCH = [236, 164, 30], LIGHT = [-0.45, 0.62, 0.64];
   const INK = "#222222", FAINT = "#9AA4AE", MOMENTUM = "#882255";
   const SPACINGS = [1, 2, 5, 10, 15, 30].map((degrees) => (degrees * Math.PI) / 180);
@@ -27,6 +26,15 @@
   ];
   const floats = (text) => (text instanceof Float32Array ? text
     : new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer));
+  // Radii and heights of the body: a disc on a stem with the C/A of the top, where a disc without
+  // thickness has it, tan = r/h; its centre of mass is over the pivot, or on the other side.
+  const profile = ([ratio, side]) => {
+    const wide = Math.atan2(2 * Math.sqrt(Math.min(ratio, 2)), Math.sqrt(Math.max(2 - ratio, 0)));
+    const [r, h] = [SIZE * Math.max(Math.sin(wide), 0.1), SIZE * Math.cos(wide) * side];
+    const foot = Math.min(0, h - THICK);
+    return [[0, foot], [STEM, foot], [STEM, h - THICK], [r / 2, h - THICK], [r, h - THICK / 2],
+      [r, h + THICK / 2], [r / 2, h + THICK], [STEM, h + THICK], [STEM, REACH], [0, REACH]];
+  };
   const ring = (tilt) => Array.from({ length: 91 }, (_, k) => {
     const angle = (2 * Math.PI * k) / 90;
     return [Math.sin(tilt) * Math.cos(angle), Math.sin(tilt) * Math.sin(angle), Math.cos(tilt)];
@@ -51,6 +59,7 @@
       ["canvas", "input", "select", "output", "ul"].map((name) => root.querySelector(name));
     const pen = canvas.getContext("2d");
     let run, at = 0, playing = false, last = 0, waiting = !calm.matches, due = false, own = false;
+    let body, grip = null; // the body on the screen, and the finger that holds it
     const frame = () => Math.round(at);
     let camera;
 
@@ -64,7 +73,7 @@
       const span = Math.abs(given.end) || 1;
       return { ...given, turned, count, momentum, seconds, slow: seconds / span,
         axes: turned.map((rows) => rows.map((row) => row[2])),
-        digits: clamp(4 - Math.floor(Math.log10(span)), 0, 12) };
+        profile: profile(given.shape), digits: clamp(4 - Math.floor(Math.log10(span)), 0, 12) };
     };
     const view = () => { // right, up and towards the eye
       const [s, c] = [Math.sin(camera.turn), Math.cos(camera.turn)];
@@ -104,7 +113,8 @@
       pen.stroke();
     };
     const label = (points, text, colour, end, taken) => { // beside the outermost place in front
-      const front = points.filter((point) => point[2] >= -0.01);
+      const front = points.filter(([, y, depth]) =>
+        depth >= -0.01 && y > 7 && y < canvas.clientHeight - 7);
       if (!front.length) return;
       const [far, y] = front.reduce((one, other) => (end * other[0] > end * one[0] ? other : one));
       pen.font = "12px sans-serif";
@@ -118,7 +128,7 @@
       pen.fillText(text, x, y);
     };
     const drawBody = (rows, place) => {
-      const rim = PROFILE.map(([radius, height]) => Array.from({ length: SECTORS }, (_, k) => {
+      const rim = run.profile.map(([radius, height]) => Array.from({ length: SECTORS }, (_, k) => {
         const angle = (2 * Math.PI * k) / SECTORS;
         return times(rows, [radius * Math.cos(angle), radius * Math.sin(angle), height]);
       }));
@@ -172,7 +182,7 @@
         colour: marks[k ? "theta_max" : "theta_min"].colour,
         name: ends.length === 1 ? "θ" : k ? "greatest θ" : "least θ" }));
       const path = run.axes.map(seen), now = frame(), turned = run.turned[now];
-      const axis = [0, 0.88, 1].map((far) => seen(run.axes[now].map((x) => far * x)));
+      const axis = [0, REACH, 1].map((far) => seen(run.axes[now].map((x) => far * x)));
 
       const [x, y] = seen([0, 0, 0]);
       pen.beginPath();
@@ -180,6 +190,7 @@
       Object.assign(pen, { strokeStyle: FAINT, lineWidth: 1 });
       pen.stroke();
       line([[0, 0, -1], [0, 0, 1.15]].map(seen), FAINT, 1);
+      body = { foot: [x, y], head: axis[1], scale };
       const half = (behind) => {
         pen.globalAlpha = behind ? 0.35 : 1;
         for (const { points } of rings) line(points, "#C9CED6", 0.8, { behind });
@@ -270,7 +281,7 @@
     };
     const DO = {
       play: () => { waiting = false; set(!playing); },
-      above, side, reset: side,
+      above, side,
       event: () => {
         const later = run.events.map((each) => (each.t / run.end) * (run.count - 1))
           .filter((frame) => frame > at + 1e-6);
@@ -310,10 +321,11 @@
     };
 
     const open = (given) => { // another run instead of all; a view that was chosen is kept
-      const before = own && { ...camera };
+      const before = (own || grip !== null) && { ...camera }, mine = own;
       runs.splice(0, runs.length, given);
       choose(0);
-      if (before) {
+      if (grip !== null) [camera, own] = [before, mine]; // nothing moves away from under a finger
+      else if (before) {
         look(before.turn, before.lift, 0.7);
         zoom(before.zoom);
       }
@@ -336,9 +348,21 @@
       const [one, two] = [...fingers.values()];
       return Math.hypot(one.x - two.x, one.y - two.y);
     };
+    const onBody = ({ clientX, clientY }) => { // where a page tilts it: near the line up the axis
+      if (!root.player.tilt || !body) return false;
+      const { left, top } = canvas.getBoundingClientRect(), [x, y] = body.foot;
+      const [a, b] = [clientX - left - x, clientY - top - y];
+      const [u, v] = [body.head[0] - x, body.head[1] - y];
+      const part = clamp((a * u + b * v) / (u * u + v * v || 1), 0, 1);
+      return Math.hypot(a - part * u, b - part * v) < 0.3 * body.scale;
+    };
+    canvas.addEventListener("touchstart", (event) => { // there a finger does not scroll the page
+      if (event.touches.length === 1 && onBody(event.touches[0])) event.preventDefault();
+    }, { passive: false });
     canvas.addEventListener("pointerdown", (event) => {
       fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
       canvas.setPointerCapture(event.pointerId);
+      if (fingers.size === 1 && onBody(event)) grip = event.pointerId;
     });
     canvas.addEventListener("pointermove", (event) => {
       const before = fingers.get(event.pointerId);
@@ -346,12 +370,19 @@
       const far = fingers.size === 2 ? apart() : 0;
       fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
       if (far) zoom(apart() / far);
-      else if (fingers.size === 1) {
+      else if (grip === event.pointerId) {
+        root.player.tilt((event.clientY - before.y) / body.scale, false);
+      } else if (fingers.size === 1) {
         turn((event.clientX - before.x) / 150, (event.clientY - before.y) / 150);
       }
     });
     for (const end of ["pointerup", "pointercancel"]) {
-      canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+      canvas.addEventListener(end, (event) => {
+        fingers.delete(event.pointerId);
+        if (grip !== event.pointerId) return;
+        grip = null;
+        root.player.tilt(0, true);
+      });
     }
     canvas.addEventListener("wheel", (event) => {
       if (document.activeElement !== canvas) return;
@@ -370,7 +401,7 @@
     }, { threshold: 0.5 }).observe(canvas);
     // What a program beside it may ask for and do.
     root.player = { to, set, choose, open, state: () => ({ at, playing, camera: { ...camera },
-      axis: run.axes[frame()], time: time(), count: run.count }) };
+      axis: run.axes[frame()], time: time(), count: run.count, profile: run.profile, body }) };
   };
   document.querySelectorAll(".player").forEach(start);
 })();

@@ -1,0 +1,37 @@
+"""The page of the explorer in a browser: how a test opens it, types into it and reads it."""
+
+import json
+
+SHOWN = "Boolean(window.explorer?.shown() && window.explorer.settled())"
+
+
+def opened(browser, html, fragment="", **features):
+    browser.media(**features)
+    browser.ask("Page.navigate", url="about:blank")
+    browser.ask("Page.navigate", url=html.as_uri() + fragment)
+    browser.until(f"document.readyState === 'complete' && {SHOWN}")
+    return browser
+
+
+def put(page, name, text):
+    """Type a text into the first box of a number."""
+    of = f"document.querySelector('input[data-of={name}]')"
+    page.value(f"{of}.value = {json.dumps(text)}; {of}.dispatchEvent(new Event('input'))")
+    page.value(f"{of}.dispatchEvent(new Event('blur'))")
+    page.until(SHOWN)
+
+
+def text(page, name):
+    page.until(SHOWN)
+    return page.value(f"document.getElementById('{name}').textContent")
+
+
+def state(page):
+    page.until(SHOWN)
+    return page.value("explorer.state()")
+
+
+def chosen(page, name):
+    of = "document.getElementById('scene')"
+    page.value(f"{of}.value = {json.dumps(name)}; {of}.dispatchEvent(new Event('change'))")
+    page.until(SHOWN)
