@@ -23,7 +23,7 @@ from heavytop.classification.many import Verdicts, classify_many, impossible
 from heavytop.errors import NoClosedForm
 from heavytop.scene.arguments import expect
 
-CHUNK: Final = 16384  # motions at a time: the arrays in use stay in the cache, the calls are few
+CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
 PROMISED: Final = 1e-12  # relative error of T; of angles relative to max(1, |x|)
 
 ERROR: Final = 2.0**-51  # of a sum of products, relative to the sizes of its terms
