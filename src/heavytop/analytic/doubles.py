@@ -34,7 +34,7 @@ MOST_PERIODS: Final = 2**31
 FARTHEST: Final = 2**62
 """Periods that are counted."""
 
-CHUNK: Final = 8192
+CHUNK: Final = 16384
 """Times computed at once, so that what is computed with them stays in the processor's cache."""
 
 VECTORS: Final = {"axis": (3,), "quaternion": (4,), "omega": (3,)}
@@ -88,9 +88,9 @@ def _times(t: Any, t_lo: Any) -> tuple[Any, Any, tuple[int, ...]]:
     """Finite times in one row, each the double nearest t + t_lo and the rest; their shape."""
     try:
         time, low = np.asarray(t, np.float64), np.asarray(t_lo, np.float64)
-        if not (np.isfinite(time).all() and np.isfinite(low).all()):
-            raise NotANumber("t: finite times")
         time, low = map(np.asarray, pairs.two_sum(time, low))
+        if not np.isfinite(time).all():
+            raise NotANumber("t: finite times")
     except (TypeError, ValueError, OverflowError):  # of no float; shapes that do not fit
         raise NotANumber(NO_TIMES) from None
     return time.ravel(), low.ravel(), time.shape
@@ -140,13 +140,15 @@ def half_sum(x: Any, y: Any, sign: int) -> Any:
 
 def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, ...]]:
     """From times to the numbers of the turning points nearest, whether of u₂, and z since those."""
-    still = c.w.is_zero()
+    zero = np.float64(0)
+    if c.w.is_zero():
+        return lambda t: (zero, zero > 0, (zero, zero))
     steps, ahead = (0.0, 0.0) if c.period is None else (float(2 / c.period), float(c.x0 / c.half))
     rate, size = float(c.rate), abs(float(c.x0))
 
     def found(t: Any) -> tuple[Any, ...]:
-        n = np.rint(t[0] * steps + ahead) if steps else np.float64(0)
-        high, low = (n, n) if still else z(n, t)
+        n = np.rint(t[0] * steps + ahead) if steps else zero
+        high, low = z(n, t)
         # a turning point counts as passed at it: at an exact pass what follows has begun
         at_it = abs(high) <= EDGE * (abs(rate * t[0]) + size)
         half = (n + c.first) / 2
