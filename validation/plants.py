@@ -181,14 +181,14 @@ FINE = (
         "half of the jump at exact passes, in the closed form",
         "analytic/constants.py",
         (
-            ('(N.number(arb.pi()) / 2)', '(N.number(arb.pi()) / 4)'),
+            ("turn = N.number(arb.pi() / 2)", "turn = N.number(arb.pi() / 4)"),
         ),
         ("euler-through",),
     ),
     Plant(
         "M R for M R², in a top of parts",
         "scene/top.py",
-        (("_set(A + M * R**2, C", "_set(A + M * R, C"),),
+        (('parts["A_cm"] + M * R**2', 'parts["A_cm"] + M * R'),),
         ("book-exercise-2.11",),
     ),
     Plant(

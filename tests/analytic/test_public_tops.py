@@ -87,7 +87,7 @@ def test_a_point_mass_goes_round_and_a_start_at_a_reversal_counts_once() -> None
     start = 'omega3 = 1\np_phi = 0.5\ntheta = "pi/3"\nthetadot = 0.5625'
     kicked = motion('A = "2/3"\nC = 1\ngMR = 1.962', start)
     assert kicked.start.phidot == 0
-    assert ht.enclose(kicked.top, kicked.start).count("reversal", "2.49") == 2
+    assert kicked.events("reversal").count(0, "2.49") == 2
 
 
 @pytest.mark.reference

@@ -200,7 +200,7 @@ def test_force_replaces(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "forced", "told"),
     [
-        ("run.json", "{}", "", "run.json: scene: Field required (--force replaces it)"),
+        ("run.json", "{}", "", "run.json: of the format None, not heavytop/run/1"),
         ("study.jsonl", "{}", "--force", "holds a study; a run needs a folder of its own"),
         ("request.json", '{"mine": 1}', "", "request.json"),
         ("overview.png", "mine", "", "overview.png"),

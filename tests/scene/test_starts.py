@@ -97,10 +97,8 @@ START = State("0.8", thetadot="1.5", phidot="-2", omega3="3.25")
 
 
 def constants(start: State) -> dict[str, Fraction | ht.Exact]:
-    found = ht.Motion(TOP, start).form(60)
     values = ht.Motion(TOP, start).constants
     numbers = {name: str(getattr(values, name)) for name in NAMES}
-    assert found is not None
     return numbers | {"theta": start.theta, "thetadot": start.thetadot, "omega3": start.omega3}
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import Impossible, ImpossibleStart, ImpossibleTop
+from heavytop.errors import FoldedTiltWarning, Impossible, ImpossibleStart, ImpossibleTop
 from heavytop.exact import Exact
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -80,8 +81,10 @@ def _slopes(numbers: dict[str, Exact], x: str, step: Exact) -> list[float]:
     ends, width = [], 2
     for by in (-step, step):
         try:
-            ends.append(_turns(numbers | {x: numbers[x] + by}))
-        except (ImpossibleTop, ImpossibleStart):  # such as C < 0
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", FoldedTiltWarning)
+                ends.append(_turns(numbers | {x: numbers[x] + by}))
+        except (ImpossibleTop, ImpossibleStart, FoldedTiltWarning):  # such as C < 0, theta < 0
             ends, width = [*ends, _turns(numbers)], 1
     ctx = ends[0][0].context
     period, *turned = (high - low for low, high in zip(*ends, strict=True))
