@@ -118,8 +118,8 @@ PLANTS = (
         "analytic/form.py",
         (
             (
-                '    "sn": lambda r: r.functions[0],',
-                '    "sn": lambda r: r.functions[0] * (arb("nan") if r.upper is True else 1),',
+                '"sn": lambda r: _theta(r, 1) / r.under,',
+                '"sn": lambda r: _theta(r, 1) / r.under * (arb("nan") if r.upper is True else 1),',
             ),
         ),
         ("mpmath-tilt", "flint-weierstrass", "lie-closed-form"),
@@ -130,7 +130,7 @@ FINE = (
     Plant(
         "without gravity another modulus, in the closed form",
         "analytic/roots.py",
-        (("(beyond + f3 * minus2) / reach,", "(beyond + f3 * minus2) / reach if d3 else arb(2),"),),
+        (("(beyond + f3 * minus2) / reach", "(beyond + f3 * minus2) / reach if d3 else arb(2)"),),
         ("landau-free",),
     ),
     Plant(
