@@ -24,7 +24,7 @@ from heavytop.classification.reduced import (
 from heavytop.display import Played
 from heavytop.exact.balls import Interval, working
 from heavytop.exact.decimals import Number, context
-from heavytop.scene.arguments import expect, whole
+from heavytop.scene.arguments import expect, whole, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -200,6 +200,8 @@ class ClosedForm(Refined):
             65 536 bits do not give the digits.
         """
         if t is None:
+            if not isinstance(getattr(ClosedForm, name, None), Quantity):
+                raise wrong_type("t", f"a time, which {name} needs", t)
             return self.refine(name, lambda c: getattr(c, name), digits)
         return self.reader(t, digits)(name)
 

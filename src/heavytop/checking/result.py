@@ -20,8 +20,8 @@ MOST_NAMED: Final = 6  # columns that are ignored, in a line
 MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 START: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
-UNITS: Final = {"axis": "1", "energy": "of max(|E'|, gMR)"} | dict.fromkeys(
-    ("p_phi", "p_psi"), "relative"
+UNITS: Final = {"axis": "", "energy": " (of max(|E'|, gMR))"} | dict.fromkeys(
+    ("p_phi", "p_psi"), " (relative)"
 )
 EVENTS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
 
@@ -216,10 +216,10 @@ def lines(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     sizes = {name: document["errors"].get(name) for name in MEASURED}
     for name, size in sizes.items():
         if size is not None:
-            unit = UNITS.get(name, "rad")
+            unit = UNITS.get(name, " (rad)")
             yield (
                 name,
-                "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e} ({unit})".format(unit=unit, **size),
+                "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e}{unit}".format(unit=unit, **size),
             )
     if (phase := document["errors"]["phase_s"]) is not None:
         way, power = "behind" if phase["last"] < 0 else "ahead", document["growth"]["phase"]

@@ -84,7 +84,8 @@ def finish(found: Result, output: Path | None, *, figures: bool = True) -> None:
         note(f"wrote {Path(output or '') / name}")
     if manner().json:
         show(replace(found, files=files))
-    leave([*ends, *(_missing(found.unrun()) or found.problems())])
+    unrun = found.unrun()
+    leave([*ends, *((_missing(unrun) if unrun else ()) or found.problems())])
 
 
 @contextmanager

@@ -30,7 +30,7 @@ assert ahead[-1] > measured[-1] / period
 mine = drift.methods[0]
 assert max(mine.energy) < 1e-13
 assert mine.phase_s[-1] is None
-assert abs(mine.phase_growth.exponent - 1) < 0.01
+assert abs(mine.phase_exponent - 1) < 0.01
 
 # %% run-errors
 assert errors.theta < 1e-13
