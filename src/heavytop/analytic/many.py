@@ -245,7 +245,9 @@ def rows(starts: Starts) -> tuple[Array, ...]:
     for angle, size in ((precession, turned), (spun, turned + abs(carried))):
         reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
     tilts = _tilt(sign, minus1, plus1), _tilt(sign, minus2, plus2)
-    return np.minimum(*tilts), np.maximum(*tilts), A * period, precession, spun, reliable
+    ends: tuple[Any, Any] = np.minimum(*tilts), np.maximum(*tilts)
+    found: Any = (*ends, A * period, precession, spun, reliable)
+    return found  # type: ignore[no-any-return]
 
 
 def _heights(theta: Array, sign: Array) -> tuple[Array, Array]:
