@@ -136,7 +136,8 @@ def test_a_method_that_ends_its_process_ends_the_study_with_4(mine):
 
 @pytest.mark.slow
 @pytest.mark.processes
-def test_stress_names_what_a_method_does(mine):
+def test_stress_names_what_a_method_does(mine, monkeypatch):
+    monkeypatch.setattr("heavytop.studies.stress.SET_UP_S", 15.0)
     methods = ["auto", f"{mine}:rk4=200", f"{mine}:hangs", f"{mine}:dop853=1e-10"]
     found = ht.stress(cases=["cusp"], methods=methods, time_limit=5)
     assert found["cusp", "auto"].outcome == "ok"

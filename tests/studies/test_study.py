@@ -74,7 +74,7 @@ def steps(log):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [2])
 def test_killed_at_any_moment_it_goes_on(jobs, whole, tmp_path):
     """Each kill loses no more than the chunk at hand, or the slice of each worker."""
     path, log, moments = tmp_path / "study", tmp_path / "log", random.Random(jobs)
