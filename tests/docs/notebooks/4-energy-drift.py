@@ -37,5 +37,5 @@ assert left < 1.1e-6
 assert np.allclose((energy, phase), (8, 4), rtol=0.15)
 
 # %% cell-26
-assert abs(energy.exponent - 0.5) < 0.2
-assert abs(phase.exponent - 1.5) < 0.2
+assert abs(taylor.energy_exponent - 0.5) < 0.2
+assert abs(taylor.phase_exponent - 1.5) < 0.2
