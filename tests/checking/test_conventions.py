@@ -9,7 +9,7 @@ from heavytop.checking.comparison import Comparison
 from heavytop.checking.conventions import LAST, TABLE
 from heavytop.checking.judge import check
 from heavytop.checking.reading import read
-from heavytop.checking.search import Explanation, Step, judge, undo
+from heavytop.checking.search import Explanation, Undoing, judge, undo
 from heavytop.errors import BadScene
 
 from .made import SCENE, exact
@@ -68,7 +68,7 @@ def test_a_planted_error_of_the_table_is_seen(plants, monkeypatch):
 
 
 def explanation(misfit, *names):
-    steps = tuple(Step(NAMES.index(name), 0, "", 1.0) for name in names)
+    steps = tuple(Undoing(NAMES.index(name), 0, "", 1.0) for name in names)
     return Explanation(steps, {"attitude": misfit})
 
 

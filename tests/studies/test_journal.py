@@ -8,7 +8,7 @@ import pytest
 
 from heavytop.cli import exit_code
 from heavytop.errors import ForeignFile
-from heavytop.studies.study import Chunk, Journal, Record, differences
+from heavytop.studies.study import Chunk, Journal, TaskRecord, differences
 
 from .toy import done
 
@@ -35,15 +35,15 @@ def test_a_record_is_the_sum_of_its_chunks(tmp_path):
     )
     with Journal.open(tmp_path, PARAMETERS) as stored:
         for journal in (stored, Journal.in_memory(PARAMETERS)):
-            assert journal.load("a/1") == Record("a/1")
+            assert journal.load("a/1") == TaskRecord("a/1")
             for chunk in chunks:
                 journal.append("a/1", chunk)
             rows = [{"x": 1}, {"x": 2}, {"x": 3}]
-            assert journal.load("a/1") == Record(
+            assert journal.load("a/1") == TaskRecord(
                 "a/1", {"at": "0x1p+0"}, True, None, 1.0, 3.0, rows
             )
             assert journal.state("a/1").ended
-            assert journal.load("a/2") == Record("a/2")
+            assert journal.load("a/2") == TaskRecord("a/2")
     assert Journal.read(tmp_path).load("a/1") == stored.load("a/1")
 
 

@@ -32,7 +32,7 @@ MOST_DIGITS: Final = 10_000
 FLOAT_DIGITS: Final = 40  # behind every float
 
 
-class Quantity(property):
+class Constant(property):
     """A number of `Constants`, by its name, as a float or a tuple of floats, or None."""
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -53,20 +53,20 @@ class ClosedForm(Refined):
         Bits at which to give up.
     """
 
-    period = Quantity(doc="T [s], the period of θ; None where nothing nutates.")
-    tilts = Quantity(doc="θ [rad] at u₁ and at u₂; the same twice where it is steady.")
-    theta_min = Quantity(doc="The least θ [rad]; 0, never reached, where it tends to the top.")
-    theta_max = Quantity(doc="The greatest θ [rad]; π, never reached, where it tends there.")
-    amplitude = Quantity(doc="How far it nods, θ_max − θ_min [rad]; None where nothing nutates.")
-    nearest = Quantity(doc="How near the axis comes to θ = 0 and to θ = π [rad].")
-    roots = Quantity(doc="The roots of the cubic as cos θ, increasing, but for an infinite one.")
-    precession = Quantity(doc="Δφ in one period [rad], +π for each exact pass of a pole; or None.")
-    spin = Quantity(doc="Δψ in one period [rad], −π for a pass of the top, +π of the bottom.")
-    relative_spin = Quantity(doc="Δψ − κT in one period [rad]; None where nothing nutates.")
-    mean_rates = Quantity(doc="Means of (φ ± ψ)˙ ∓ κ [rad/s], without jumps at poles.")
-    lower_turning = Quantity(doc="The time of a passage through u₁, θ_max if gMR ≥ 0 [s]; or None.")
-    modulus = Quantity(doc="The parameter m = k² and 1 − m; None where nothing nutates.")
-    growth = Quantity(doc="The rate at which an axis tends to the vertical [1/s]; or None.")
+    period = Constant(doc="T [s], the period of θ; None where nothing nutates.")
+    tilts = Constant(doc="θ [rad] at u₁ and at u₂; the same twice where it is steady.")
+    theta_min = Constant(doc="The least θ [rad]; 0, never reached, where it tends to the top.")
+    theta_max = Constant(doc="The greatest θ [rad]; π, never reached, where it tends there.")
+    amplitude = Constant(doc="How far it nods, θ_max − θ_min [rad]; None where nothing nutates.")
+    nearest = Constant(doc="How near the axis comes to θ = 0 and to θ = π [rad].")
+    roots = Constant(doc="The roots of the cubic as cos θ, increasing, but for an infinite one.")
+    precession = Constant(doc="Δφ in one period [rad], +π for each exact pass of a pole; or None.")
+    spin = Constant(doc="Δψ in one period [rad], −π for a pass of the top, +π of the bottom.")
+    relative_spin = Constant(doc="Δψ − κT in one period [rad]; None where nothing nutates.")
+    mean_rates = Constant(doc="Means of (φ ± ψ)˙ ∓ κ [rad/s], without jumps at poles.")
+    lower_turning = Constant(doc="The time of a passage through u₁, θ_max if gMR ≥ 0 [s]; or None.")
+    modulus = Constant(doc="The parameter m = k² and 1 − m; None where nothing nutates.")
+    growth = Constant(doc="The rate at which an axis tends to the vertical [1/s]; or None.")
 
     @property
     def nutates(self) -> bool:
@@ -200,7 +200,7 @@ class ClosedForm(Refined):
             65 536 bits do not give the digits.
         """
         if t is None:
-            if not isinstance(getattr(ClosedForm, name, None), Quantity):
+            if not isinstance(getattr(ClosedForm, name, None), Constant):
                 raise wrong_type("t", f"a time, which {name} needs", t)
             return self.refine(name, lambda c: getattr(c, name), digits)
         return self.reader(t, digits)(name)

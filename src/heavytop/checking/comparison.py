@@ -35,7 +35,7 @@ LACKING: Final = "none follows from {} alone: give a scene with a start, or thet
 Origin = Literal["scene", "first row", "fitted"]
 
 
-class Reference:
+class ExactMotion:
     """The exact motion at some times, with what data are compared with."""
 
     def __init__(self, motion: Motion, t: Array) -> None:
@@ -74,7 +74,7 @@ class Reference:
         return norm(axis - axis[0]), norm(self.rotation - self.rotation[0]) / np.sqrt(2)
 
 
-VECTORS: Final[Mapping[str, Callable[[Reference, Top], Array]]] = {
+VECTORS: Final[Mapping[str, Callable[[ExactMotion, Top], Array]]] = {
     "axis": lambda at, top: at.record.axis,
     "vertical": lambda at, top: at.rotation[:, 2],
     "omega": lambda at, top: at.record.omega,
@@ -89,8 +89,8 @@ def _motion(top: Top, start: State) -> Motion:
 
 
 @lru_cache(maxsize=64)
-def _reference(top: Top, start: State, times: bytes) -> Reference:
-    return Reference(_motion(top, start), np.frombuffer(times))
+def _reference(top: Top, start: State, times: bytes) -> ExactMotion:
+    return ExactMotion(_motion(top, start), np.frombuffer(times))
 
 
 @dataclass(frozen=True)
@@ -126,10 +126,10 @@ class Comparison:
         return self.data.t - (0.0 if self.given is not None else self.data.t[0])
 
     @cached_property
-    def reference(self) -> Reference:
+    def reference(self) -> ExactMotion:
         """The exact motion at the times of the data."""
         if self.data.t.size > FITTED:
-            return Reference(self.motion, self.since)
+            return ExactMotion(self.motion, self.since)
         return _reference(self.top, self.start, self.since.tobytes())
 
     @property

@@ -15,7 +15,7 @@ from heavytop.checking.consistency import angle_remarks, prepare
 from heavytop.checking.conventions import TABLE
 from heavytop.checking.reading import Array, Data, read
 from heavytop.checking.result import Check, Finding, Size, Slip
-from heavytop.checking.search import Verdict, explain, undo
+from heavytop.checking.search import Judgement, explain, undo
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
@@ -132,7 +132,9 @@ def check(
     )
 
 
-def _agent(verdict: Verdict, comparison: Comparison) -> tuple[tuple[Finding, ...], Comparison, str]:
+def _agent(
+    verdict: Judgement, comparison: Comparison
+) -> tuple[tuple[Finding, ...], Comparison, str]:
     """The conventions that are sure, the data without them, and the motor or friction in words."""
     steps = [step for step in verdict.best.steps if verdict.sure.issuperset(step.names)]
     described = [step for step in steps if not TABLE[step.row].physics]

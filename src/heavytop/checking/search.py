@@ -25,7 +25,7 @@ DENSE_ROWS: Final = 200  # the first, where the start is that of the data
 MOST_ROWS: Final = 1000
 
 
-class Step(NamedTuple):
+class Undoing(NamedTuple):
     """A convention that is undone: its row in the table, which of its variants, words, cost."""
 
     row: int
@@ -47,7 +47,7 @@ class Step(NamedTuple):
 class Explanation(NamedTuple):
     """Conventions, and how far off the data are without them, by quantity [decades]."""
 
-    steps: tuple[Step, ...]
+    steps: tuple[Undoing, ...]
     misfit: dict[str, float]
 
     @property
@@ -66,7 +66,7 @@ class Explanation(NamedTuple):
         return sum(self.misfit.values()) + ALIKE * self.cost
 
 
-class Verdict(NamedTuple):
+class Judgement(NamedTuple):
     """The best explanation, the names that are sure, those that explain alike, and all gains."""
 
     best: Explanation
@@ -74,7 +74,7 @@ class Verdict(NamedTuple):
     alike: tuple[Explanation, ...]
     found: tuple[Explanation, ...]
 
-    def gain(self, step: Step) -> float | None:
+    def gain(self, step: Undoing) -> float | None:
         """How many times smaller the misfit of everything is with a convention undone."""
         rest, best = self.best.names - {*step.names}, self.best.misfit
         without = [x for x in self.found if x.names == rest]
@@ -84,9 +84,9 @@ class Verdict(NamedTuple):
         return float(10 ** max(other.get(name, 0.0) - value for name, value in best.items()))
 
 
-def undo(comparison: Comparison, what: Sequence[Step] | Sequence[str]) -> Comparison:
+def undo(comparison: Comparison, what: Sequence[Undoing] | Sequence[str]) -> Comparison:
     """The data without some conventions: of names the variants that fit best."""
-    steps: list[Step] = [each for each in what if isinstance(each, Step)]
+    steps: list[Undoing] = [each for each in what if isinstance(each, Undoing)]
     if names := [each for each in what if isinstance(each, str)]:
         rows = sorted(k for k, row in enumerate(TABLE) if row.name in names)
         some, windows = _some(comparison)
@@ -99,7 +99,7 @@ def undo(comparison: Comparison, what: Sequence[Step] | Sequence[str]) -> Compar
     return comparison
 
 
-def explain(comparison: Comparison) -> Verdict:
+def explain(comparison: Comparison) -> Judgement:
     """The conventions that explain the data clearly better than any others do."""
     some, windows = _some(comparison)
     nothing = Explanation((), dict.fromkeys(("axis",), 0.0))
@@ -143,7 +143,7 @@ def _some(comparison: Comparison) -> tuple[Comparison, Octaves]:
     return replace(comparison, data=comparison.data.rows(windows.rows)), windows
 
 
-def judge(found: Sequence[Explanation]) -> Verdict:
+def judge(found: Sequence[Explanation]) -> Judgement:
     """What is sure: the names that all explanations share that are not clearly worse."""
     base = found[0]
     ranked = sorted((x for x in found if not _better(base, x)), key=_total)
@@ -161,10 +161,10 @@ def judge(found: Sequence[Explanation]) -> Verdict:
             kept.append(each)
     kept.sort(key=_total)
     if not _fits(best, base):
-        return Verdict(base, frozenset(), (), (*found,))
+        return Judgement(base, frozenset(), (), (*found,))
     sure = frozenset.intersection(*(x.names for x in kept))
     chosen = next((x for x in kept if x.names == sure), kept[0])
-    return Verdict(chosen, sure, tuple(kept) if len(kept) > 1 else (), (*found,))
+    return Judgement(chosen, sure, tuple(kept) if len(kept) > 1 else (), (*found,))
 
 
 def _fits(best: Explanation, base: Explanation) -> bool:
@@ -200,10 +200,10 @@ def _tried(
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
-        states: list[tuple[tuple[Step, ...], Comparison]] = [((), some)]
+        states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
         for row in rows:
             states = [
-                ((*steps, Step(row, k, words, cost(row, words))), after)
+                ((*steps, Undoing(row, k, words, cost(row, words))), after)
                 for steps, before in states
                 for k, (words, after) in enumerate(_variants(row, before))
                 if k == (fixed or {}).get(row, k)

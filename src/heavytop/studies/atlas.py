@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop import __version__
-from heavytop.analytic.many import Motions, motions_many
+from heavytop.analytic.many import PROMISED, Motions, motions_many
 from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
 from heavytop.classification.many import classify_many
 from heavytop.errors import BadScene, Fault, ForeignFile
@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+ACCURACY: Final = f"{PROMISED:g}: of period relative, of angles relative to max(1, |x|)"
+"""What the numbers of a map promise."""
 KIND: Final = "atlas"
 TILE: Final = {"kind": 2**20, "rows": 2**16}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
@@ -279,6 +281,7 @@ class Atlas(AtlasResult):
             file.attrs["Conventions"] = "CF-1.11"
             file.attrs["title"] = scene.title or scene.name
             file.attrs["source"] = f"heavytop {__version__}"
+            file.attrs["accuracy"] = ACCURACY
             file.attrs["parameters"] = canonical_json(self.journal.parameters)
             file.dimensions = {axis.name: axis.count for axis in axes}
             for axis in axes:

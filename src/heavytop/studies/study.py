@@ -102,7 +102,7 @@ class Chunk(NamedTuple):
 
 
 @dataclass(slots=True)
-class Record:
+class TaskRecord:
     """One task, as far as it is.
 
     Attributes
@@ -155,7 +155,7 @@ class Journal:
 
     def __init__(self, path: Path | None, file: IO[bytes], parameters: Parameters) -> None:
         self.path, self._file, self.parameters = path, file, parameters
-        self._records: dict[str, Record] = {}
+        self._records: dict[str, TaskRecord] = {}
 
     @classmethod
     def in_memory(cls, parameters: Parameters) -> Self:
@@ -238,11 +238,11 @@ class Journal:
         if found := differences(self.parameters, json.loads(canonical_json(parameters))):
             raise ForeignFile(f"{self.path}: holds another study: {'; '.join(found)}")
 
-    def state(self, task: str) -> Record:
+    def state(self, task: str) -> TaskRecord:
         """Return how far a task is, without its rows."""
-        return self._records.setdefault(task, Record(task))
+        return self._records.setdefault(task, TaskRecord(task))
 
-    def load(self, task: str) -> Record:
+    def load(self, task: str) -> TaskRecord:
         """Return the record of a task with its rows; an empty one before it began."""
         record, rows = replace(self.state(task)), []
         with (self.path / STUDY).open("rb") if self.path else nullcontext(self._file) as file:
@@ -602,7 +602,7 @@ def _versions() -> dict[str, str | None]:
     return versions()
 
 
-def _fraction(records: Sequence[Record]) -> float:
+def _fraction(records: Sequence[TaskRecord]) -> float:
     return sum(r.fraction for r in records) / len(records) if records else 1.0
 
 
