@@ -66,7 +66,10 @@ def test_a_swipe_up_or_down_scrolls_and_changes_nothing(phone):
         assert phone.value("scrollY") > scrolled + 50, name
         swipe(phone, middle(phone, what, 0.2), dy=150)
         assert state(phone) == before, name
-        swipe(phone, middle(phone, what, 0.3), dx=120, dy=10)
+        for _ in range(3):  # a busy machine may lose a touch
+            swipe(phone, middle(phone, what, 0.3), dx=120, dy=10)
+            if state(phone) != before:
+                break
         assert state(phone) != before, name
 
 
@@ -142,7 +145,7 @@ def test_what_a_finger_touches_is_44_px_high_and_what_is_typed_is_16_px(phone):
         "[...document.querySelectorAll('input[type=text], #scene')].map((e) =>"
         "[parseFloat(getComputedStyle(e).fontSize), e.inputMode || 'text'])"
     )
-    assert len(boxes) >= 11
+    assert len(boxes) >= 10
     assert all(size >= 16 and mode == "text" for size, mode in boxes)  # decimal has no minus
 
 
@@ -331,15 +334,11 @@ def test_a_round_stands_beside_the_textbooks_and_the_amplitude(phone):
             "[e.textContent.slice(0, 22), e.nextSibling.textContent]))"
         )
         rounds, book = (seen[key] for key in ("One round", "One round, by the text"))
-        if facts.fast_top_precession_error is not None and rounds != "–":
+        if "round" in facts.estimates and rounds != "–":
             held += 1
-            for each, rate in (
-                (rounds, facts.mean_precession_rate),
-                (book, facts.fast_top_precession_rate),
-            ):
-                assert float(each.partition(" ")[0]) == pytest.approx(
-                    abs(2 * math.pi / rate), rel=1e-5
-                ), name
+            estimate = facts.estimates["round"]
+            for each, seconds in ((rounds, estimate["exact"]), (book, estimate["estimate"])):
+                assert float(each.partition(" ")[0]) == pytest.approx(abs(seconds), rel=1e-5), name
         if facts.nutation_amplitude and seen["Amplitude of nutation"] != "–":
             drop = float(seen["Amplitude of nutation"].split("end, ")[1].split()[0])
             assert drop == pytest.approx(facts.nutation_amplitude, rel=1e-4), name

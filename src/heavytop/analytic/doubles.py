@@ -61,7 +61,7 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
         # of one time all are scalars, which is several times as fast
         starts = range(0, time.size, CHUNK)
         parts = [slice(at, at + CHUNK) for at in starts] if time.size > 1 else [0] * time.size
-        points = [motion.doubles((time[part], low[part])) for part in parts]
+        points = [motion.doubles()((time[part], low[part])) for part in parts]
 
     @quietly
     def read(name: str) -> Any:
@@ -71,6 +71,12 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
             return np.full(shape, float(motion.energy(17)))
         wide = VECTORS.get(name, ())
         found = np.empty((time.size, *wide))
+        try:
+            for point in points[:1]:
+                getattr(point, name)
+        except TooFewBits:  # of what the constants of other quantities did not need
+            form = motion.doubles(complete=True)
+            points[:] = [form((time[part], low[part])) for part in parts]
         for part, point in zip(parts, points, strict=True):
             if not wide:
                 found[part] = getattr(point, name)

@@ -9,7 +9,7 @@ the sweep a jump: φ jumps by +π as time goes forward, ψ by −π at θ = 0 an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cached_property, wraps
 from typing import Any, Final
 
 from flint import arb
@@ -17,8 +17,20 @@ from flint import arb
 from heavytop.analytic import balls
 from heavytop.analytic.constants import Constants
 from heavytop.analytic.roots import root_of
+from heavytop.exact.balls import working
 
 SLOWEST: Final = 1e-300  # rad/s: beside this rates are known where no time is too late
+
+
+def constant(build: Callable[[Form], Any]) -> cached_property[Any]:
+    """Constants of a form, computed at the precision of its balls when they are first read."""
+
+    @wraps(build)
+    def built(form: Form) -> Any:
+        with working(form.c.bits):
+            return build(form)
+
+    return cached_property(built)
 
 
 class Form:
@@ -54,7 +66,7 @@ class Form:
         _ = self.functions, self.sweeps, self.angles, self.rates, self.opposed
         return self
 
-    @cached_property
+    @constant
     def angles(self) -> list[Callable[..., Any]]:
         """φ and ψ but for what Φ± have swept since the nearest turning point."""
         c, (plus, minus) = self.c, self.c.halves
@@ -81,7 +93,7 @@ class Form:
         sweep = c.sweep(balls, which, bool(c.first % 2))
         return arb(0) if sweep is None else sweep(*balls.argument(c.x0, c.theta.hyperbolic))
 
-    @cached_property
+    @constant
     def rates(self) -> list[tuple[Any, Any]]:
         """Of Φ₋ and Φ₊ the rate where P∓ = 0, which is 0 but on the pole, or ½ P∓/least."""
         ends = zip(
@@ -95,7 +107,7 @@ class Form:
             for P, half, least in ends
         ]
 
-    @cached_property
+    @constant
     def opposed(self) -> list[tuple[Any, Any]]:
         """φ̇ sin θ and sin θ at u₁ and at u₂, where P₊ and P₋ are of two signs."""
         c, number = self.c, self.N.number
@@ -109,13 +121,13 @@ class Form:
         size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST
         return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
 
-    @cached_property
+    @constant
     def functions(self) -> list[list[Any]]:
         """Beside u₁ and u₂ the numerators of sn (1), cn (2) and dn (3), and the denominator (0)."""
         theta = self.c.theta
         return [[theta.function(self.N, upper, k) for k in range(4)] for upper in (False, True)]
 
-    @cached_property
+    @constant
     def sweeps(self) -> list[list[Any]]:
         """Beside u₁ and u₂ the sweeps of Φ₊ (0) and Φ₋ (1)."""
         return [[self.c.sweep(self.N, k, upper) for k in (0, 1)] for upper in (False, True)]

@@ -180,13 +180,17 @@ class Refined:
         found: Form = self._computed[key]
         return found
 
-    @cached_property
-    def doubles(self) -> Form:
-        """The closed form in doubles."""
+    def doubles(self, *, complete: bool = False) -> Form:
+        """The closed form in doubles; `complete` with as many bits as all its constants take."""
         from heavytop.analytic import doubles  # a verdict takes no arrays
 
-        form: Form = self.refine("the closed form", lambda c: Form(c, doubles).complete())
-        return form
+        if complete or "doubles" not in self._computed:
+            self._computed["doubles"] = self.refine(
+                "the closed form",
+                lambda c: Form(c, doubles).complete() if complete else Form(c, doubles),
+            )
+        found: Form = self._computed["doubles"]
+        return found
 
     def time(self, t: Any) -> Callable[[int], arb]:
         """A time [s] of any kind as a ball of so many bits; floats mean their binary value."""
