@@ -108,6 +108,29 @@ def test_the_equations_of_the_page_are_those_integrated():
     assert sp.expand(cubic - reduced_cubic.height_cubic(1)) == 0
 
 
+def test_what_the_axis_form_writes_down_is_of_the_rotation_matrix_and_the_lagrangian():
+    form, (_, p_phi, p_psi) = euler_poisson.axis_form(), lag.momenta()
+    axis = sp.Matrix(lag.axis())
+    momentum = axis.cross(axis.applyfunc(lag.time_derivative)) + p_psi / lag.A * axis
+    along = lag.angular_velocity()[2]
+    derived = dict(zip(form.states, (*axis, *momentum), strict=False)) | {
+        g: lag.gMR / lag.A,
+        l_z: p_phi / lag.A,
+        euler_poisson.n: p_psi / lag.A,
+        kappa: along - p_psi / lag.A,
+        euler_poisson.P_plus: (p_phi + p_psi) / lag.A,
+        euler_poisson.P_minus: (p_phi - p_psi) / lag.A,
+        euler_poisson.omega3: along,
+        euler_poisson.phi_0: lag.phi,
+        euler_poisson.psi_0: lag.psi,
+    }
+    written = dict(zip(form.states, form.start, strict=True)) | form.parameters
+    assert written.keys() == derived.keys()
+    for symbol, expression in written.items():
+        assert normal_form(expression - derived[symbol]) == 0, symbol
+    assert normal_form(p_phi - momentum[2] * lag.A) == 0
+
+
 @every_form
 def test_invariants_are_conserved_identically(form):
     for name, invariant in form.invariants.items():

@@ -13,6 +13,9 @@ quadrature. Of (phi + psi)' and (phi - psi)' freed from the constant (1/C - 1/A)
     delta' = (p_phi - p_psi) / (A (1 - cos theta)),    regular at the bottom,
 
 one is carried as the deviation from a uniform rotation, so that nothing in the state grows.
+
+Axis, momenta and angular momentum at the start are written down, lest every process derive them
+anew: ``tests/equations/test_formulation.py`` proves them equal to those of the Lagrangian.
 """
 
 from __future__ import annotations
@@ -34,6 +37,11 @@ phi_0, psi_0, turned_phi = sp.symbols("phi_0 psi_0 turned_phi", real=True)
 e = sp.Matrix([e_x, e_y, e_z])
 ell = sp.Matrix([l_x, l_y, l_z])
 
+_cos, _sin = sp.cos(lag.theta), sp.sin(lag.theta)
+_along_axis = lag.psidot + lag.phidot * _cos  # the rate of spin omega3, also of a point mass
+_p_psi = lag.C * _along_axis
+_p_phi = lag.A * _sin**2 * lag.phidot + _p_psi * _cos
+
 _horizontal = e_x**2 + e_y**2  # sin^2(theta), without cancellation near the poles
 _along = l_x * e_x + l_y * e_y  # of l, along the horizontal part of e
 _turning = -ell.cross(e)[2]  # thetadot sin(theta)
@@ -45,14 +53,20 @@ def axis_form(variant: str | None = None) -> Formulation:
     """Return the axis formulation: ``"phi"`` adds phi, ``"sigma"`` and ``"delta"`` psi as well."""
     if variant is not None:
         return _with_angles(axis_form(), variant)
-    axis = sp.Matrix(lag.axis())
-    momentum = axis.cross(axis.applyfunc(lag.time_derivative)) + lag.momenta()[2] / lag.A * axis
+    sine, cosine = sp.sin(lag.phi), sp.cos(lag.phi)
+    across = _p_psi * _sin / lag.A - lag.phidot * _sin * _cos  # of l, from the axis to the vertical
     torque = -g * e.cross(sp.Matrix([0, 0, 1]))  # of V = gMR e_z, divided by A
     return Formulation(
         name="axis",
         states=(e_x, e_y, e_z, l_x, l_y),
         derivatives=(*ell.cross(e), *torque[:2]),
-        start=(*axis, *(lag.normal_form(momentum[i]) for i in range(2))),
+        start=(
+            _sin * sine,
+            -_sin * cosine,
+            _cos,
+            lag.thetadot * cosine + across * sine,
+            lag.thetadot * sine - across * cosine,
+        ),
         parameters=_parameters(),
         outputs=_outputs(),
         events={"turning": _turning, "reversal": _precession},
@@ -92,16 +106,14 @@ def _with_angles(form: Formulation, variant: str) -> Formulation:
 
 
 def _parameters() -> dict[Any, Any]:
-    _, p_phi, p_psi = lag.momenta()
-    along = sp.cancel(p_psi / lag.C)  # the rate, also of a point mass, whose C is 0
     return {
         g: lag.gMR / lag.A,
-        l_z: p_phi / lag.A,
-        n: p_psi / lag.A,
-        kappa: along - p_psi / lag.A,
-        P_plus: (p_phi + p_psi) / lag.A,
-        P_minus: (p_phi - p_psi) / lag.A,
-        omega3: along,
+        l_z: _p_phi / lag.A,
+        n: _p_psi / lag.A,
+        kappa: _along_axis - _p_psi / lag.A,
+        P_plus: (_p_phi + _p_psi) / lag.A,
+        P_minus: (_p_phi - _p_psi) / lag.A,
+        omega3: _along_axis,
         phi_0: lag.phi,
         psi_0: lag.psi,
     }

@@ -8,14 +8,13 @@ walks through expressions once; `lambdified` writes them as Python code, for wha
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, reduce
 from math import isfinite
 from typing import Any, Final
 
 import numpy as np
 import sympy as sp
-from sympy.printing.pycode import PythonCodePrinter
 
 from heavytop import exact
 from heavytop.errors import WrongType
@@ -36,17 +35,23 @@ def lambdified(
 ) -> Callable[..., Any]:
     """Return a function of numbers of one type, which computes in that type alone.
 
-    What it returns is a list or a tuple as the expressions are: compiled, a list costs more.
+    What it returns is a list or a tuple as the expressions are. sympy's own `lambdify` would do,
+    but for its 1/3, which is a double, and the time that its printers take to import.
 
     Parameters
     ----------
     expressions : sequence of sympy expressions, or of sequences of them
-    arguments : sequence of symbols
+    arguments : sequence of symbols, or of their names
     number : callable
         From an integer to a number of the type.
     functions : mapping from str to callable
         What ``sin``, ``cos``, ``sqrt``, ``atan2`` mean there, of those that occur. Together with
         `number`, those of arrays of doubles unless others are given.
+
+    Raises
+    ------
+    WrongType
+        As `evaluated` does.
 
     Examples
     --------
@@ -57,30 +62,96 @@ def lambdified(
     >>> lambdified((x / 3, -x), [x], Fraction, {})(Fraction(1, 2))
     (Fraction(1, 6), Fraction(-1, 2))
     """
-    ratios = set().union(*(sp.sympify(x).atoms(sp.Rational) for x in sp.flatten(expressions)))
-    signed = [r for ratio in ratios if ratio.q != 1 for r in (ratio, -ratio)]
-    names = {_name(r): number(int(r.p)) / number(int(r.q)) for r in signed}
-    return sp.lambdify(  # type: ignore[no-any-return]
-        list(arguments),
-        expressions,
-        modules=[{**names, **functions}],  # modules="numpy" would import all of numpy, f2py too
-        printer=_Printer({"fully_qualified_modules": False, "inline": True}),
-        cse=True,
+    names = [str(x) for x in arguments]
+    of_terms = {name: _of_terms(name, f) for name, f in {"Abs": abs, **functions}.items()}
+    values = evaluated(
+        sp.flatten(expressions), dict(zip(names, map(_Term, names), strict=True)), number, of_terms
     )
+    for value in values:
+        if isinstance(value, _Term):
+            value.uses += 1
+    lines, known = list[str](), {"Abs": abs, **functions}
+    text = _written(expressions, iter([_code(value, lines, known) for value in values]))
+    source = "\n ".join([f"def function({', '.join(names)}):", *lines, f"return {text}"])
+    exec(compile(source, "<expressions>", "exec"), known)  # of our own expressions, no texts
+    function: Callable[..., Any] = known["function"]
+    return function
 
 
-def _name(ratio: Any) -> str:
-    sign = "minus_" if ratio.p < 0 else ""
-    return f"ratio_{sign}{abs(ratio.p)}_{ratio.q}"
+class _Term:
+    """A term of the code that is written: a name, or an operation on other terms and numbers."""
+
+    __array_ufunc__ = None  # numpy's numbers leave the arithmetic to it
+
+    def __init__(self, form: str, *args: Any) -> None:
+        self.form, self.args, self.uses = form, args, 0
+        for each in args:
+            if isinstance(each, _Term):
+                each.uses += 1
+
+    def __add__(self, other: Any) -> _Term:
+        return _Term("({} + {})", self, other)
+
+    def __radd__(self, other: Any) -> _Term:
+        return _Term("({} + {})", other, self)
+
+    def __sub__(self, other: Any) -> _Term:
+        return _Term("({} - {})", self, other)
+
+    def __rsub__(self, other: Any) -> _Term:
+        return _Term("({} - {})", other, self)
+
+    def __mul__(self, other: Any) -> _Term:
+        return _Term("({} * {})", self, other)
+
+    def __rmul__(self, other: Any) -> _Term:
+        return _Term("({} * {})", other, self)
+
+    def __truediv__(self, other: Any) -> _Term:
+        return _Term("({} / {})", self, other)
+
+    def __rtruediv__(self, other: Any) -> _Term:
+        return _Term("({} / {})", other, self)
+
+    def __pow__(self, exponent: int) -> _Term:
+        return _Term(f"({{}} ** {exponent})", self)
+
+    def __neg__(self) -> _Term:
+        return _Term("(-{})", self)
 
 
-class _Printer(PythonCodePrinter):  # type: ignore[misc]
-    """Writes 1/3 as the name of a number: Python's own would be a double."""
+def _of_terms(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that also takes terms, of which it makes another one."""
 
-    def _print_Rational(self, ratio: Any) -> str:
-        return _name(ratio)
+    def applied(*args: Any) -> Any:
+        if any(isinstance(x, _Term) for x in args):
+            return _Term(f"{name}({', '.join(['{}'] * len(args))})", *args)
+        return function(*args)
 
-    _print_Half = _print_Rational
+    return applied
+
+
+def _code(value: Any, lines: list[str], known: dict[str, Any]) -> str:
+    """The text of a term or a number; what occurs twice is a line of its own, before it."""
+    if not isinstance(value, _Term):
+        name = f"number_{len(known)}"
+        known[name] = value
+        return name
+    if value.args:
+        text = value.form.format(*[_code(x, lines, known) for x in value.args])
+        if value.uses < 2:
+            return text
+        value.form, value.args = f"part_{len(lines)}", ()
+        lines.append(f"{value.form} = {text}")
+    return value.form
+
+
+def _written(expressions: Any, values: Iterator[str]) -> str:
+    """The text of values in lists and tuples as those of expressions."""
+    if not isinstance(expressions, (list, tuple)):
+        return next(values)
+    parts = "".join(f"{_written(each, values)}, " for each in expressions)
+    return f"[{parts}]" if isinstance(expressions, list) else f"({parts})"
 
 
 def evaluated(

@@ -90,6 +90,6 @@ class SceneMotion:
         OSError
             It cannot be written.
         """
-        from heavytop.run.trajectory_file import write_dataset
+        from heavytop.run.trajectory_file import write_exact
 
-        write_dataset(self.to_xarray(), path)
+        write_exact(self, path)

@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -60,6 +61,7 @@ TEXTS: Final = (
 """Variables that are read back as texts."""
 
 Variables = dict[str, Any]
+SPACE: Final = {"space": np.array(list("xyz"))}
 
 
 # --- writing -------------------------------------------------------------------------------------
@@ -75,9 +77,63 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     """
     import xarray
 
+    variables, attributes = _contents(trajectory)
+    return xarray.Dataset(variables, attrs=attributes)
+
+
+def exact_dataset(run: SceneMotion) -> xarray.Dataset:
+    """Return the samples of a scene that was not integrated, under the names of `dataset`."""
+    import xarray
+
+    variables, attributes = _exact_contents(run)
+    return xarray.Dataset(variables, attrs=attributes)
+
+
+def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write a trajectory to a netCDF file, whole or not at all."""
+    variables, attributes = _contents(trajectory)
+    _write(variables | _kept(trajectory), attributes, path)
+
+
+def write_exact(run: SceneMotion, path: str | os.PathLike[str]) -> None:
+    """Write the samples of a scene that was not integrated, whole or not at all."""
+    _write(*_exact_contents(run), path)
+
+
+def _write(
+    variables: Variables, attributes: Mapping[str, Any], path: str | os.PathLike[str]
+) -> None:
+    """Write a netCDF file without xarray, whose import takes longer than a run."""
+    import h5netcdf
+    import h5py
+
+    target, held = Path(path), BytesIO()  # HDF5 does not survive a full disk
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"{target.parent}: no such folder")
+    with h5netcdf.File(held, "w") as file:
+        file.attrs.update(attributes)
+        for name, (dimensions, values, told) in variables.items():
+            column = np.asarray(values)
+            if name in TEXTS:  # letters, of a known size
+                encoded = np.char.encode(column, "utf-8")
+                column = encoded.view("S1").reshape(*column.shape, encoded.itemsize)
+                dimensions += (f"letters_{encoded.itemsize}",)
+                told = told | {"_Encoding": "utf-8"}
+            for dimension, size in zip(dimensions, column.shape, strict=True):
+                if dimension not in file.dimensions:
+                    file.dimensions[dimension] = size
+            kind = column.dtype
+            if kind.kind == "U":
+                column, kind = column.astype(object), h5py.string_dtype()
+            file.create_variable(name, dimensions, kind, data=column).attrs.update(told)
+    write_sealed(target, lambda part: part.write_bytes(held.getvalue()))
+
+
+def _contents(trajectory: Trajectory) -> tuple[Variables, dict[str, Any]]:
+    """Samples and events as variables, and the attributes of them all."""
     run, events, decimals = trajectory.samples, trajectory.events, trajectory.decimals
     names = (*ANGLES, *RATES, "axis", "omega", "states", *derived(trajectory.scene.quantities))
-    samples = {name: values_of(run, name) for name in names}
+    samples = {"t": run.t} | {name: values_of(run, name) for name in names}
     if trajectory.scene.top.mass is not None:
         samples["reaction"] = trajectory.reaction
     met = {name: getattr(events, name) for name in STORED}
@@ -85,45 +141,20 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     if decimals is not None:
         samples |= _texts(decimals, decimals.samples)
         met |= _texts(decimals, (event.sample for event in decimals.events))
-    states = [s.name for s in trajectory.plan.equations.states]
-    return xarray.Dataset(
-        _over("t", samples) | _over("event", met, "event_", "at an event"),
-        coords=_over("t", {"t": run.t})
-        | _over("space", {"space": list("xyz")})
-        | _over("state", {"state": states}),
-        attrs=_attributes(trajectory),
+    states = np.array([s.name for s in trajectory.plan.equations.states])
+    variables = _over("t", samples) | _over("event", met, "event_", "at an event")
+    return variables | _over("space", SPACE) | _over("state", {"state": states}), _attributes(
+        trajectory
     )
 
 
-def exact_dataset(run: SceneMotion) -> xarray.Dataset:
-    """Return the samples of a scene that was not integrated, under the names of `dataset`."""
-    import xarray
-
+def _exact_contents(run: SceneMotion) -> tuple[Variables, dict[str, Any]]:
+    """Samples of a scene that was not integrated as variables, and their attributes."""
     names = (*ANGLES, *RATES, "axis", "omega", *derived(run.scene.quantities))
-    samples = {name: values_of(run.samples, name) for name in names}
+    samples = {"t": run.samples.t} | {name: values_of(run.samples, name) for name in names}
     if run.scene.top.mass is not None:
         samples["reaction"] = run.scene.top.reaction(samples["axis"], samples["omega"])
-    return xarray.Dataset(
-        _over("t", samples),
-        coords=_over("t", {"t": run.samples.t}) | _over("space", {"space": list("xyz")}),
-        attrs=_origin(run),
-    )
-
-
-def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
-    """Write a trajectory to a netCDF file, whole or not at all."""
-    write_dataset(dataset(trajectory).assign(_kept(trajectory)), path)
-
-
-def write_dataset(contents: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write samples to a netCDF file, whole or not at all."""
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"{target.parent}: no such folder")
-    letters = {name: {"dtype": "S1"} for name in contents if name in TEXTS}  # of a known size
-    # HDF5 does not survive a full disk
-    data = bytes(contents.to_netcdf(engine="h5netcdf", encoding=letters))
-    write_sealed(target, lambda part: part.write_bytes(data))
+    return _over("t", samples) | _over("space", SPACE), _origin(run)
 
 
 def _over(
