@@ -33,6 +33,13 @@ FROZEN = "c09d51c87203c5b02902c4b4729e93bc8469b7f4"
 EXPLAINED: dict[str, str] = {  # pattern of a line of the list -> why it may stand there
     r"margin_enclosure|\.margin: .* gone|integrated|differing": "margins are gone",
     r"\.why: ": "a reason names its numbers",
+    r"\.motion\.(round|amplitude|estimates)": "facts that are new",
+    r"facts\.(fast_top_(precession|nutation|period|amplitude)|estimates)": "they stand together",
+    r"^motion .* arrays\.": "arrays are plain doubles: a few ulps of the largest of a vector",
+    r"^motion .* enclosure\.": "balls of another form of the same numbers, as narrow",
+    r"scene\.top\.(mass|distance)|\.reaction": "mass and distance give the force of the pivot",
+    r"scene\.start\.(phi|psi): 0 -> gone": "a scene keeps what it was given",
+    r"start\.theta=4": "a tilt beyond pi is folded, and said",
     r"plan\.folded": "nothing is folded",
     r"(warnings|source): gone ->": "impossible bodies are warned of; a run says what it is from",
     r"^run (near-separatrix|planar-asymptotic|separatrix) ": "64 bits instead of long doubles",

@@ -7,20 +7,16 @@ A sum or a product of two doubles and its rounding error are both doubles (Knuth
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from heavytop.exact.balls import working
-
 Array: TypeAlias = NDArray[np.float64]
 Words = TypeVar("Words", float, NDArray[np.float64])
 DoubleDouble = tuple[float, float]
 
-_GRID: Final = 512
 _CIRCLE: Final = 6.283185307179586
 _CIRCLE_REST: Final = 2.4492935982947064e-16  # of 2π, beyond a double
 
@@ -105,83 +101,3 @@ def plus_turns(angle: Array, turns: Array) -> Array:
     """Return an angle and many turns more, rounded as if they were known exactly."""
     whole, rest = two_product(turns, _CIRCLE)
     return whole + (rest + turns * _CIRCLE_REST + angle)
-
-
-class LongArray:
-    """Arrays of numbers high + low with +, − and ×: sums of products lose 2⁻⁷⁵ of their terms.
-
-    `low` is what `high` leaves, however large beside it; a product is exact in the upper 26 bits of
-    its factors.
-    """
-
-    __slots__ = ("_parts", "high", "low")
-    __array_ufunc__ = None  # numpy leaves the arithmetic to us
-
-    def __init__(self, high: Array, low: Array | float = 0.0) -> None:
-        self.high, self.low = high, low
-        self._parts: tuple[Array, Array, Array] | None = None
-
-    @property
-    def rounded(self) -> Array:
-        """The nearest doubles."""
-        return self._parts[0] if self._parts else self.high + self.low
-
-    @property
-    def parts(self) -> tuple[Array, Array, Array]:
-        """The nearest doubles, their upper bits, and the rest."""
-        if self._parts is None:
-            rounded = self.rounded
-            high = upper(rounded)
-            self._parts = rounded, high, (self.high - high) + self.low
-        return self._parts
-
-    def __add__(self, other: LongArray) -> LongArray:
-        high, low = two_sum(self.high, other.high)
-        return LongArray(high, low + (self.low + other.low))
-
-    def __sub__(self, other: LongArray) -> LongArray:
-        return self + -other
-
-    def __neg__(self) -> LongArray:
-        return LongArray(-self.high, -self.low)
-
-    def __mul__(self, other: LongArray) -> LongArray:
-        (_, high, low), (rounded, other_high, other_low) = self.parts, other.parts
-        return LongArray(high * other_high, high * other_low + low * rounded)
-
-    def __rmul__(self, power: float) -> LongArray:
-        """The product with a power of 2, which is exact."""
-        return LongArray(power * self.high, power * self.low)
-
-
-def sine(x: LongArray) -> LongArray:
-    """Return sin x, 0 ≤ x ≤ π/4, to 2⁻⁶⁵ of itself: from the nearest 512th by short series.
-
-    Examples
-    --------
-    >>> found = sine(LongArray(np.array([0.5]))).rounded
-    >>> print(found == np.sin(0.5))
-    [ True]
-    """
-    nearest = np.rint(_GRID * x.high)
-    sin, sin_low, cos, cos_low = _sines().take(nearest.astype(np.intp), axis=1, mode="clip")
-    step, low = x.high - nearest / _GRID, x.low
-    square, long = step * step, upper(step)
-    rest = (step - long) + (low + step * square * (-1 / 6 + square / 120))  # sin step − long
-    drop = square * (-1 / 2 + square / 24) - step * low  # cos step − 1
-    high, lost = two_sum(sin, cos * long)
-    small = sin_low + cos_low * long + (sin * drop + (cos + cos_low) * rest)
-    return LongArray(*two_sum(high, small + lost))
-
-
-@cache
-def _sines() -> Array:
-    """Sines and cosines of all 512ths up to π/4: 53 bits, or 26 of a cosine, and the rest."""
-    with working(160):
-        angles = [arb(k) / _GRID for k in range(_GRID)]
-        sines, cosines = (
-            np.array([double_double(x) for x in each]).T
-            for each in ([x.sin() for x in angles], [x.cos() for x in angles])
-        )
-    high = upper(cosines[0])
-    return np.array([*sines, high, (cosines[0] - high) + cosines[1]])

@@ -262,7 +262,10 @@ class Integrator:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Orbit:
-    """The result of an integration; it can be asked for the state at any time it covers."""
+    """The result of an integration; it can be asked for the state at any time it covers.
+
+    `between` was seen at other times than the samples, on the way from the start.
+    """
 
     integrator: Integrator
     checkpoints: tuple[Checkpoint, ...]
@@ -271,6 +274,7 @@ class Orbit:
     end: float
     steps: int
     outcome: Outcome
+    between: Seen | None = None
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -315,6 +319,7 @@ def continued(
     orbit: Orbit,
     samples: Array,
     *,
+    between: Array = NEVER,
     on_block: Callable[[float], None] | None = None,
     step_limit: int | None = None,
     keep: Keep | None = None,
@@ -329,6 +334,8 @@ def continued(
     orbit : Orbit
     samples : ndarray, shape (k,), k >= 1
         Strictly monotonic times on one side of the start [s]; the last is the end.
+    between : ndarray, shape (m,), optional
+        Other times up to the end, at which the orbit is seen on its way; in any order [s].
     on_block : callable, optional
         Called with the fraction done after each block.
     step_limit : int, optional
@@ -336,7 +343,7 @@ def continued(
     keep : callable, optional
         Called after each block but the last with a function that returns the orbit so far.
     """
-    journey = _Journey(orbit, samples)
+    journey = _Journey(orbit, samples, between)
     outcome: Outcome | None = None
     try:
         while outcome is None:
@@ -362,8 +369,10 @@ def _far(start: Checkpoint, end: float) -> float:
 class _Journey:
     """An integration under way, behind an orbit that is known."""
 
-    def __init__(self, orbit: Orbit, samples: Array) -> None:
-        self.known, self.samples = orbit, samples
+    def __init__(self, orbit: Orbit, samples: Array, between: Array) -> None:
+        times = np.concatenate((samples, between))
+        order = np.argsort(np.abs(times), kind="stable")
+        self.known, self.samples, self.is_sample = orbit, times[order], order < samples.size
         self.integrator = orbit.integrator.for_this_thread()
         self.checkpoints = [*orbit.checkpoints]
         self.end = float(samples[-1])
@@ -439,13 +448,16 @@ class _Journey:
         ):  # a step back, so that rounding cannot put it behind the last state
             end = float(np.nextafter(np.nextafter(last.time[0], first.time[0]), first.time[0]))
         forward = math.copysign(1.0, self.far)
+        seen = Seen.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
+        is_sample = self.is_sample[: seen.t.size]
         return Orbit(
             integrator=self.integrator,
             checkpoints=tuple(self.checkpoints),
-            samples=Seen.join([known.samples, *(seen.samples for seen in blocks)]),
+            samples=Seen.join([known.samples, seen.where(is_sample)]),
+            between=seen.where(~is_sample),
             hits=tuple(
                 Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
-                for hit, *later in zip(known.hits, *(seen.hits for seen in blocks), strict=True)
+                for hit, *later in zip(known.hits, *(each.hits for each in blocks), strict=True)
             ),
             end=end,
             steps=last.steps,

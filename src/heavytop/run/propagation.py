@@ -25,6 +25,7 @@ from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Seen, compiled
 from heavytop.integration.high_precision import Unfinished
 from heavytop.integration.integrator import (
+    NEVER,
     Checkpoint,
     Integrator,
     Orbit,
@@ -287,8 +288,15 @@ def _gone_on(
     in_doubles = chosen.precision == "double"
     began, orbit = time.perf_counter(), replace(part.orbit, outcome=Outcome.FINISHED)
     if times.size:
-        on_block = progress if in_doubles else None
-        orbit = continued(part.orbit, times, on_block=on_block, step_limit=step_limit, keep=saves)
+        whole = in_doubles and not part.orbit.steps
+        orbit = continued(
+            part.orbit,
+            times,
+            between=times_between(float(times[-1]), motion.period) if whole else NEVER,
+            on_block=progress if in_doubles else None,
+            step_limit=step_limit,
+            keep=saves,
+        )
     engine, spent = orbit.integrator.compiled, cost.integrate_s + time.perf_counter() - began
     cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
     if saves is not None:

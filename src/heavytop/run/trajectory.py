@@ -376,7 +376,9 @@ class Trajectory(Played):
         """The motion at times that do not depend on the samples, as `times_between` has them."""
         if self.decimals is not None:
             return self.decimals.rounded(self.decimals.between)
-        return self(times_between(self._end, self.motion.period))
+        times, seen = times_between(self._end, self.motion.period), self.orbit.between
+        on_the_way = seen is not None and seen.t.size == times.size  # of a run in one piece
+        return self._sampled(seen) if seen is not None and on_the_way else self(times)
 
     @property
     def t(self) -> Array:
