@@ -129,7 +129,7 @@ class Constants:
             v, sign, False, step, (turn - 2 * step) / self.period, turn, turn / self.period
         )
 
-    def sweep(self, N: Any, which: int, upper: bool) -> Series | None:
+    def sweep(self, N: Any, upper: bool, which: int) -> Series | None:
         """The sweep of Φ₊ (0) or Φ₋ (1) beside u₁, or beside u₂; None where there is none."""
         half, beside = self.halves[which], upper == bool(which)
         if half.jumps and beside:

@@ -72,16 +72,13 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
         wide = VECTORS.get(name, ())
         found = np.empty((time.size, *wide))
         try:
-            for point in points[:1]:
-                getattr(point, name)
+            values = [getattr(point, name) for point in points]
         except TooFewBits:  # of what the constants of other quantities did not need
             form = motion.doubles(complete=True)
             points[:] = [form((time[part], low[part])) for part in parts]
-        for part, point in zip(parts, points, strict=True):
-            if not wide:
-                found[part] = getattr(point, name)
-                continue
-            for column, each in zip(found.T, getattr(point, name), strict=True):
+            values = [getattr(point, name) for point in points]
+        for part, value in zip(parts, values, strict=True):
+            for column, each in zip(found.T, value, strict=True) if wide else [(found, value)]:
                 column[part] = each
         if np.count_nonzero(np.isfinite(found)) < found.size:  # faster than all()
             raise NoClosedForm(f"{name} is too large for doubles: ask for digits instead")

@@ -9,7 +9,7 @@ the sweep a jump: φ jumps by +π as time goes forward, ψ by −π at θ = 0 an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property, wraps
+from functools import cached_property, partial, wraps
 from typing import Any, Final
 
 from flint import arb
@@ -46,6 +46,7 @@ class Form:
 
     def __init__(self, constants: Constants, N: Any) -> None:
         self.c, self.N, c = constants, N, constants
+        self._computed: dict[tuple[str, bool, int], Any] = {}
         self.w, self.m, self.delta = map(N.number, (c.w, c.m, c.delta))
         kappa, b = c.start.kappa, c.start.b
         self.kappa, self.omega3 = (N.number(x, abs(b)) for x in (kappa, kappa + b))
@@ -63,7 +64,12 @@ class Form:
 
     def complete(self) -> Form:
         """The form with all its constants, which are else computed when they are first read."""
-        _ = self.functions, self.sweeps, self.angles, self.rates, self.opposed
+        _ = self.angles, self.rates, self.opposed
+        for upper in (False, True):
+            _ = (
+                *map(partial(self.function, upper), range(4)),
+                *map(partial(self.sweep, upper), (0, 1)),
+            )
         return self
 
     @constant
@@ -90,7 +96,7 @@ class Form:
         c, half = self.c, self.c.halves[which]
         if c.x0.is_zero() and not half.jumps:
             return arb(0)
-        sweep = c.sweep(balls, which, bool(c.first % 2))
+        sweep = c.sweep(balls, bool(c.first % 2), which)
         return arb(0) if sweep is None else sweep(*balls.argument(c.x0, c.theta.hyperbolic))
 
     @constant
@@ -121,16 +127,21 @@ class Form:
         size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST
         return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
 
-    @constant
-    def functions(self) -> list[list[Any]]:
-        """Beside u₁ and u₂ the numerators of sn (1), cn (2) and dn (3), and the denominator (0)."""
-        theta = self.c.theta
-        return [[theta.function(self.N, upper, k) for k in range(4)] for upper in (False, True)]
+    def function(self, upper: bool, which: int) -> Any:
+        """Beside u₁ or u₂ the numerator of sn (1), cn (2) or dn (3), or the denominator (0)."""
+        return self._series(self.c.theta.function, upper, which)
 
-    @constant
-    def sweeps(self) -> list[list[Any]]:
-        """Beside u₁ and u₂ the sweeps of Φ₊ (0) and Φ₋ (1)."""
-        return [[self.c.sweep(self.N, k, upper) for k in (0, 1)] for upper in (False, True)]
+    def sweep(self, upper: bool, which: int) -> Any:
+        """Beside u₁ or u₂ the sweep of Φ₊ (0) or Φ₋ (1), if there is one."""
+        return self._series(self.c.sweep, upper, which)
+
+    def _series(self, build: Callable[..., Any], upper: bool, which: int) -> Any:
+        """Computed when it is first read: a single time is beside one turning point only."""
+        key = build.__name__, upper, which
+        if key not in self._computed:
+            with working(self.c.bits):
+                self._computed[key] = build(self.N, upper, which)
+        return self._computed[key]
 
 
 class Point:
@@ -149,13 +160,13 @@ class Point:
 
 def _theta(r: Point, which: int) -> Any:
     """A numerator of the elliptic functions, or their denominator (0)."""
-    parts = [(where, r.form.functions[upper][which](*at)) for where, upper, at in r.sides]
+    parts = [(where, r.form.function(bool(upper), which)(*at)) for where, upper, at in r.sides]
     return r.N.join(r.upper, parts)
 
 
 def _swept(r: Point, which: int) -> Any:
     """What Φ₊ (0) or Φ₋ (1) has swept since the nearest turning point."""
-    found = [(where, r.form.sweeps[upper][which], at) for where, upper, at in r.sides]
+    found = [(where, r.form.sweep(bool(upper), which), at) for where, upper, at in r.sides]
     parts = [(where, sweep(*at) if sweep else 0 * at[0]) for where, sweep, at in found]
     return r.N.join(r.upper, parts)
 
