@@ -50,6 +50,26 @@ def test_options_are_those_asked_for(tmp_path):
     assert quiet.stderr == ""
 
 
+def test_a_tolerance_is_that_of_the_steps_and_of_a_resumed_run(tmp_path):
+    words = (*KICKED, "--no-figures", "--json", "--set", "want.digits=5", "--tolerance")
+    errors = {}
+    for tolerance in (1e-7, 1e-9):
+        folder = tmp_path / str(tolerance)
+        found = heavytop_(*words, tolerance, "-o", folder)
+        assert found.exit_code == 0, found.stderr
+        document = json.loads(found.stdout)
+        assert document["plan"]["tolerance"] == tolerance
+        errors[tolerance] = document["errors"]["axis"]
+        (folder / "run.json").unlink()  # as if it had been killed before it was written
+        again = heavytop_("resume", folder, "--json")
+        assert json.loads(again.stdout)["errors"] == document["errors"]
+    assert 3 < errors[1e-7] / errors[1e-9] < 3e4
+    other = heavytop_(*words, 1e-9, "-o", tmp_path / "1e-07")
+    assert other.exit_code == Exit.BAD_SCENE  # it holds another run
+    for wrong in (("0.5",), ("1e-9", "--digits", "30")):
+        assert heavytop_(*words, *wrong).exit_code == 2
+
+
 def test_every_fault_of_a_scene_is_listed_with_its_line_and_no_folder_is_made(tmp_path):
     scene = tmp_path / "top.toml"
     text = "format = 1\n[top]\nA = -1\nC = 1\ngMR = 1\n[start]\nthteta = 0.1\n"

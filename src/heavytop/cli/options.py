@@ -81,6 +81,7 @@ WHICH: Final = "A shipped scene (heavytop scenes lists them), a TOML file, or th
 SET: Final = "Change a value of the scene; may be repeated: --set start.phidot=-14."
 DIGITS: Final = "Correct digits at the end of the span, such as 30; default: the scene's."
 EQUATIONS: Final = f"Equations to integrate: {', '.join(FormulationName)}; auto: the fewest."
+TOLERANCE: Final = "Relative error tolerance of a step in doubles, such as 1e-9; default: 2.2e-16."
 FOLDER: Final = "Write results to this folder, such as out/first; default: no files."
 METHODS: Final = (
     "Methods, each NAME or NAME=SETTING (a tolerance, or steps a period), as in "
@@ -94,6 +95,7 @@ SceneName = Annotated[str, SCENE]
 Changes = Annotated[list[str] | None, option("KEY=VALUE", SET, "--set", callback=_changes)]
 Digits = Annotated[int | None, option("D", DIGITS, min=1)]
 Formulation = Annotated[FormulationName, option("NAME", EQUATIONS)]
+Tolerance = Annotated[float | None, option("T", TOLERANCE)]
 Folder = Annotated[Path | None, option("DIR", FOLDER, "-o", "--output", parser=named_folder)]
 NoFigures = Annotated[bool, Option("--no-figures", help="Do not draw figures.")]
 Methods = Annotated[str | None, option("NAME,…", METHODS)]

@@ -36,11 +36,13 @@ def run(
     output: options.Folder = None,
     changes: options.Changes = None,
     no_figures: options.NoFigures = False,
+    tolerance: options.Tolerance = None,
 ) -> None:
     """Integrate a scene and compare it with the closed form."""
     from heavytop.report.files import Request
 
-    asked = Request(options.read(scene, changes, digits), formulation.value, not no_figures)
+    read = options.read(scene, changes, digits)
+    asked = Request(read, formulation.value, not no_figures, tolerance)
     carry_out(asked, output, force=force)
 
 
@@ -79,7 +81,7 @@ def carry_out(asked: Request, folder: Path | None, *, force: bool = False) -> No
     from heavytop.run.planning import closed_form_of, planned
 
     motion = closed_form_of(asked.scene)
-    chosen = planned(asked.scene, motion, asked.formulation)
+    chosen = planned(asked.scene, motion, asked.formulation, tolerance=asked.tolerance)
     early: Early | None = None
     with nullcontext() if folder is None else _holding(folder, asked, force=force):
         if chosen.formulation == "none":

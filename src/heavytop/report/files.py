@@ -27,7 +27,7 @@ from heavytop.errors import (
 )
 from heavytop.files import as_json, locked, write_document
 from heavytop.results.base import Result, Row, not_as_written, read_json, typed
-from heavytop.results.classification import asked_formulation, plan_summary
+from heavytop.results.classification import asked_formulation, asked_tolerance, plan_summary
 from heavytop.results.run import RunResult, exact_result, run_result
 from heavytop.scene.scene import Scene, read_scene
 
@@ -59,11 +59,12 @@ class Request:
     scene: Scene
     formulation: str = "auto"
     figures: bool = True
+    tolerance: float | None = None
 
     @property
     def question(self) -> dict[str, Any]:
         """What makes it another run."""
-        return _question(self.scene.document(), self.formulation)
+        return _question(self.scene.document(), self.formulation, self.tolerance)
 
     def write(self, folder: Path) -> None:
         """Write it down."""
@@ -74,6 +75,7 @@ class Request:
             "scene": self.scene.to_toml(),
             "formulation": self.formulation,
             "figures": self.figures,
+            "tolerance": self.tolerance,
         }
         write_document(folder / REQUEST, document)
 
@@ -90,17 +92,22 @@ class Request:
 
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
-            return cls(found.scene, asked_formulation(plan_summary(found.plan)))
+            plan = plan_summary(found.plan)
+            return cls(found.scene, asked_formulation(plan), tolerance=asked_tolerance(plan))
         request = Row(read_json(folder / REQUEST))
         with not_as_written(folder / REQUEST):
             scene = read_scene(request.scene, where=f"{request.name}.toml")
-            return cls(scene, request.formulation, bool(request.figures))
+            return cls(scene, request.formulation, bool(request.figures), request.tolerance)
 
 
-def _question(scene: Mapping[str, Any], formulation: str) -> dict[str, Any]:
+def _question(
+    scene: Mapping[str, Any], formulation: str, tolerance: float | None
+) -> dict[str, Any]:
     """A run as it is compared with others: whatever its scene is called."""
     told = {key: scene[key] for key in ("top", "start", "span", "want")}
-    return {"scene": json.loads(as_json(told)), "formulation": formulation}
+    return {
+        "scene": json.loads(as_json(told)), "formulation": formulation, "tolerance": tolerance,
+    }  # fmt: skip
 
 
 @contextmanager
@@ -169,7 +176,8 @@ def _expect_same(folder: Path, asked: Request) -> None:
             there = Request.read(folder).question
         elif (folder / DOCUMENT).exists():
             found = RunResult.load(folder / DOCUMENT)
-            there = _question(found.scene, asked_formulation(found.plan))
+            plan = found.plan
+            there = _question(found.scene, asked_formulation(plan), asked_tolerance(plan))
         elif (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
         else:

@@ -66,6 +66,12 @@ def asked_formulation(plan: Mapping[str, Any]) -> str:
     return form if f"{form}: asked for by name" in plan["reasons"] else "auto"
 
 
+def asked_tolerance(plan: Mapping[str, Any]) -> float | None:
+    """The tolerance that was asked for, by the summary of a plan."""
+    asked = any(reason.endswith(": asked for") for reason in plan["reasons"])
+    return plan["tolerance"] if asked else None
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Classification(Result):
     """What can be said of a scene without integrating it.

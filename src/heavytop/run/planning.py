@@ -104,7 +104,13 @@ class Plan(Shown):
         return self.equations.integrated or self.equations
 
 
-def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) -> Plan:
+def plan(
+    scene: Scene,
+    formulation: str = "auto",
+    *,
+    projected: bool = False,
+    tolerance: float | None = None,
+) -> Plan:
     """Return the plan for a scene.
 
     Parameters
@@ -115,6 +121,8 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
         ``auto`` or the name of a formulation: axis, attitude, cubic, routh, subsystem, lagrange.
     projected : bool
         Whether the state is put back onto the invariants of the start, between blocks of steps.
+    tolerance : float, optional
+        Relative error tolerance of a step in doubles, 1e-20 to 0.01; by default their rounding.
 
     Returns
     -------
@@ -137,11 +145,15 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
     Accuracy: ``tests/run/test_planning.py`` runs what auto plans for tops drawn at random, and
     none misses its digits; ``validation/17_auto.py`` does more of them.
     """
-    return planned(scene, closed_form_of(scene), formulation, projected)
+    return planned(scene, closed_form_of(scene), formulation, projected, tolerance)
 
 
 def planned(
-    scene: Scene, motion: Motion, formulation: str = "auto", projected: bool = False
+    scene: Scene,
+    motion: Motion,
+    formulation: str = "auto",
+    projected: bool = False,
+    tolerance: float | None = None,
 ) -> Plan:
     """The plan for a scene whose motion is at hand."""
     expect("projected", projected, bool)
@@ -165,8 +177,21 @@ def planned(
     else:
         bits = expected.bits(name)
         found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
+    if tolerance is not None:
+        found = _loosened(scene, found, tolerance)
     reasons = (*found.reasons, *_how_exactly(scene, found))
     return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
+
+
+def _loosened(scene: Scene, found: Plan, tolerance: float) -> Plan:
+    """A plan in doubles with another tolerance of its steps."""
+    if not 1e-20 <= tolerance <= 1e-2:
+        raise refusal(scene, "tolerance", str(tolerance), "from 1e-20 to 0.01")
+    if found.precision != "double":
+        rule = f"{scene.digits} digits take {found.precision}, whose steps have their own tolerance"
+        raise refusal(scene, "tolerance", str(tolerance), rule)
+    reasons = (*found.reasons, f"tolerance {tolerance:g}: asked for")
+    return replace(found, tolerance=float(tolerance), reasons=reasons, estimate=None)
 
 
 def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:

@@ -65,6 +65,7 @@ def propagate(
     *,
     formulation: str = "auto",
     projected: bool = False,
+    tolerance: float | None = None,
     progress: Progress | None = None,
     step_limit: int | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
@@ -80,6 +81,8 @@ def propagate(
     projected : bool
         Whether to put the state back onto the invariants of the start, between blocks of steps:
         for long runs: the phase error then grows only as the root of the time.
+    tolerance : float, optional
+        Relative error tolerance of a step in doubles, 1e-20 to 0.01; by default their rounding.
     progress : callable, optional
         Called with the fraction done, after each block of steps.
     step_limit : int, optional
@@ -133,7 +136,7 @@ def propagate(
     step_limit = None if step_limit is None else whole("step_limit", step_limit, 1)
     heard("progress", progress)
     motion = closed_form_of(scene)
-    chosen = planned(scene, motion, formulation, projected)
+    chosen = planned(scene, motion, formulation, projected, tolerance)
     if chosen.formulation == "none":
         known = "heavytop.Motion has the motion at any time, a formulation by name integrates it"
         raise refusal(scene, "formulation", formulation, f"{chosen.reasons[0]}; {known}")
