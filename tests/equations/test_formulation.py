@@ -218,3 +218,12 @@ def test_each_half_of_the_quaternion_moves_in_a_central_force():
             assert sp.expand(form.flow_derivative(rate) + factor * x) == 0
         momentum = pair[0] * rates[1] - pair[1] * rates[0]
         assert sp.expand(momentum - (l_z * (upper + lower) + sign * form.spin) / 4) == 0
+
+
+def test_an_entry_of_the_table_says_what_its_formulation_is():
+    for name, entry in FORMULATIONS.items():
+        for variant in entry.variants:
+            form = entry.build(variant)
+            assert (form.name, bool(form.limits)) == (name, entry.starts_at_pole)
+        assert entry.states == len(entry.build(entry.variants[0]).states)
+        assert entry.us > 0

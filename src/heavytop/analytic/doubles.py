@@ -125,8 +125,11 @@ def modulo_circle(x: Any) -> Any:
 
 
 def sin_cos(x: Any) -> tuple[Any, Any]:
-    """Sine and cosine."""
-    return np.sin(x), np.cos(x)
+    """Sine and cosine of an angle, which is a pair."""
+    high, low = x
+    sin, cos = np.sin(high), np.cos(high)
+    half = low / 2  # after 2³¹ periods low is 1e-5
+    return sin + low * (cos - half * sin), cos - low * (sin + half * cos)
 
 
 def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., Any]:

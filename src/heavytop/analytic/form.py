@@ -205,21 +205,19 @@ def _uddot(r: Point) -> Any:
 
 
 def _axis(r: Point) -> Any:
-    sin, cos = r.N.sin_cos(r.phi_mod)
+    sin, cos = r.nodes
     return r.sine * sin, -r.sine * cos, r.u
 
 
 def _quaternion(r: Point) -> Any:
     sine, cosine = r.N.sqrt(r.one_minus_u / 2), r.N.sqrt(r.one_plus_u / 2)
-    (s1, c1), (s2, c2) = (
-        r.N.sin_cos(r.N.modulo_circle(r.N.half_sum(*r.sums, sign))) for sign in (1, -1)
-    )
+    (s1, c1), (s2, c2) = (r.N.sin_cos(r.N.half_sum(*r.sums, sign)) for sign in (1, -1))
     return cosine * c1, sine * c2, sine * s2, cosine * s1
 
 
 def _omega(r: Point) -> Any:
     """ω₃ along the axis, and e × ė."""
-    sin, cos = r.N.sin_cos(r.phi_mod)
+    sin, cos = r.nodes
     across = (r.omega3 - r.phidot * r.u) * r.sine
     upright = r.omega3 * r.u + r.phidot * r.sine * r.sine
     return r.thetadot * cos + across * sin, r.thetadot * sin - across * cos, upright
@@ -253,6 +251,7 @@ FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "psi": lambda r: r.N.rounded(r.psi_sum),
     "phi_mod": lambda r: r.N.modulo_circle(r.phi_sum),
     "psi_mod": lambda r: r.N.modulo_circle(r.psi_sum),
+    "nodes": lambda r: r.N.sin_cos(r.phi_sum),
     "axis": _axis,
     "quaternion": _quaternion,
     "omega3": lambda r: r.form.omega3 + 0 * r.turning,

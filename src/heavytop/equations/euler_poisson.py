@@ -76,6 +76,7 @@ def axis_form(variant: str | None = None) -> Formulation:
             "length": e.dot(e),
         },
         spin=ell.dot(e),
+        limits=(sp.sqrt(l_x**2 + l_y**2), P_plus / 4, P_minus / 4),
     )
 
 

@@ -61,6 +61,9 @@ class Formulation:
         ``p_psi`` are p_phi/A and p_psi/A [1/s].
     spin : sympy expression
         p_psi/A, a function of states and parameters.
+    limits : tuple of sympy expressions
+        At theta = 0 or pi: |thetadot|, and phidot of an axis that passes the top, or the bottom,
+        functions of states and parameters; none where these are no ordinary points.
     given : tuple of symbols
         Parameters that are free: the motion is the same for any value (a frame's rate).
     integrated : Formulation, optional
@@ -77,6 +80,7 @@ class Formulation:
     events: Mapping[str, Any]
     invariants: Mapping[str, Any]
     spin: Any
+    limits: tuple[Any, ...] = ()
     given: tuple[Any, ...] = ()
     integrated: Formulation | None = None
 

@@ -78,6 +78,12 @@ def lambdified(
     return function
 
 
+def _operators(sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """An operator of terms and the same reflected."""
+    form = f"({{}} {sign} {{}})"
+    return lambda x, y: _Term(form, x, y), lambda x, y: _Term(form, y, x)
+
+
 class _Term:
     """A term of the code that is written: a name, or an operation on other terms and numbers."""
 
@@ -89,29 +95,10 @@ class _Term:
             if isinstance(each, _Term):
                 each.uses += 1
 
-    def __add__(self, other: Any) -> _Term:
-        return _Term("({} + {})", self, other)
-
-    def __radd__(self, other: Any) -> _Term:
-        return _Term("({} + {})", other, self)
-
-    def __sub__(self, other: Any) -> _Term:
-        return _Term("({} - {})", self, other)
-
-    def __rsub__(self, other: Any) -> _Term:
-        return _Term("({} - {})", other, self)
-
-    def __mul__(self, other: Any) -> _Term:
-        return _Term("({} * {})", self, other)
-
-    def __rmul__(self, other: Any) -> _Term:
-        return _Term("({} * {})", other, self)
-
-    def __truediv__(self, other: Any) -> _Term:
-        return _Term("({} / {})", self, other)
-
-    def __rtruediv__(self, other: Any) -> _Term:
-        return _Term("({} / {})", other, self)
+    __add__, __radd__ = _operators("+")
+    __sub__, __rsub__ = _operators("-")
+    __mul__, __rmul__ = _operators("*")
+    __truediv__, __rtruediv__ = _operators("/")
 
     def __pow__(self, exponent: int) -> _Term:
         return _Term(f"({{}} ** {exponent})", self)

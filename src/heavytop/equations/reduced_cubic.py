@@ -48,6 +48,7 @@ def cubic_form(variant: str | None = None) -> Formulation:
         events={"turning": side * wdot, "reversal": P + side * n * w},
         invariants={"energy": h + (wdot**2 - wdot_squared) / 2},
         spin=n,
+        limits=(sp.sqrt((k_0 + sp.Abs(k_0)) / 2), n / 2, -n / 2),
     )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -28,14 +29,27 @@ class FormulationEntry:
         What the builder accepts: how phi and psi are had, or which pole heights are measured from.
     gives : Need
         How much of a motion it can follow.
+    states : int
+        How many it has without phi and psi.
+    us : float
+        The time of a nutation period without events or samples [µs].
+    phase : float
+        The phase lost after N periods in units of T 2⁻⁵³ N^{3/2}.
     starts_at_pole : bool
         Whether a start with theta = 0 or pi is an ordinary one.
+    written_in : str
+        What its states are: ``axis`` and momentum, Euler's ``angles``, the ``height`` of the axis.
+        By that a run's own numbers are read.
     """
 
     builder: str
     variants: tuple[str | None, ...]
     gives: Need = Need.PSI
+    states: int = 0
+    us: float = 10.0
+    phase: float = 2.0
     starts_at_pole: bool = True
+    written_in: str = "axis"
 
     def build(self, variant: str | None = None) -> Formulation:
         """Return the formulation, derived once."""
@@ -45,12 +59,17 @@ class FormulationEntry:
 
 
 _ANGLES = (None, "angles")
+_by_angles = partial(FormulationEntry, starts_at_pole=False, written_in="angles")
+_cubic = partial(FormulationEntry, gives=Need.TILT, written_in="height")
 
+# us and phase are from ``validation/05_formulations.py``
 FORMULATIONS: Mapping[str, FormulationEntry] = {
-    "cubic": FormulationEntry("reduced_cubic.cubic_form", ("top", "bottom"), Need.TILT),
-    "routh": FormulationEntry("euler_angles.routh_form", _ANGLES, starts_at_pole=False),
-    "subsystem": FormulationEntry("euler_angles.subsystem_form", _ANGLES, starts_at_pole=False),
-    "axis": FormulationEntry("euler_poisson.axis_form", (None, "phi", "sigma", "delta")),
-    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES),
-    "lagrange": FormulationEntry("euler_angles.lagrange_form", (None,), starts_at_pole=False),
+    "cubic": _cubic("reduced_cubic.cubic_form", ("top", "bottom"), states=2, us=2.5),
+    "routh": _by_angles("euler_angles.routh_form", _ANGLES, states=2, us=21.0),
+    "subsystem": _by_angles("euler_angles.subsystem_form", _ANGLES, states=4, us=36.0),
+    "axis": FormulationEntry(
+        "euler_poisson.axis_form", (None, "phi", "sigma", "delta"), states=5, us=3.8
+    ),
+    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES, states=6, us=10.0, phase=4.0),
+    "lagrange": _by_angles("euler_angles.lagrange_form", (None,), states=6, us=30.0, phase=200.0),
 }

@@ -75,6 +75,8 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
         expressions: Any = (form.events[what], form.flow_derivative(form.events[what]))
     elif what == "spin":
         expressions = (form.spin,)
+    elif what == "limits":
+        expressions = form.limits
     else:
         expressions = tuple(getattr(form, what).values())
     if what == "outputs":
@@ -103,7 +105,7 @@ def sample(form: Formulation, rows: Array, parameters: Parameters, t: Array) -> 
     values = _values(form, "outputs", rows, parameters, t, *_spun(parameters, t))
     unknown = np.full(t.shape, np.nan)
     full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
-    full |= _limits_at_poles(full, parameters)
+    full |= _limits_at_poles(form, rows, full, parameters, t)
     full |= _attitude(full)
     scalars = {name: full[name] for name in (*ANGLES, *RATES)}
     vectors = {
@@ -139,24 +141,20 @@ def _attitude(full: Mapping[str, Array]) -> dict[str, Array]:
     return {f"quaternion_{i}": part for i, part in enumerate(parts)}
 
 
-def _limits_at_poles(full: Mapping[str, Array], parameters: Parameters) -> dict[str, Array]:
+def _limits_at_poles(
+    form: Formulation, rows: Array, full: Mapping[str, Array], parameters: Parameters, t: Array
+) -> dict[str, Array]:
     """Return the rates where the axis is exactly vertical, and phi undefined.
 
     A passing axis leaves with the speed it has, phi turning as its regular term says; where the
     axis rests, phi stays and psi takes all the spin.
     """
     pole = np.isnan(full["phidot"])
-    if not pole.any() or not {"kappa", "k_0"} & set(parameters):
+    if not (form.limits and pole.any()):
         return {}
+    tilting, at_top, at_bottom = _values(form, "limits", rows, parameters, t)
     up = full["axis_z"] > 0
-    if "k_0" in parameters:  # the cubic form
-        falling = parameters["k_0"]
-        tilting: Any = np.sqrt(np.where(falling > 0, falling, 0 * falling))
-        regular = np.where(up, parameters["n"] / 2, -parameters["n"] / 2)
-    else:
-        x, y = (full[f"omega_{i}"] - parameters["kappa"] * full[f"axis_{i}"] for i in "xy")
-        tilting = hypot(x, y)
-        regular = np.where(up, parameters["P_plus"] / 4, parameters["P_minus"] / 4)
+    regular = np.where(up, at_top, at_bottom)
     phidot = np.where(pole, np.where(tilting > 0, regular, 0 * regular), full["phidot"])
     thetadot = np.where(pole, np.where(up, tilting, -tilting), full["thetadot"])
     psidot = np.where(pole, parameters["omega3"] - phidot * full["axis_z"], full["psidot"])

@@ -2,18 +2,17 @@
 
 Steps, time and error grow with the nutation periods. An integration in doubles whose state holds
 no growing angle loses phase as the 3/2 power of the periods, a projected one as the square root;
-what is wanted is off by its rate times the phase that is lost. `MEASURED` and the numbers below it
-are from ``validation/05_formulations.py`` and ``validation/09_projection.py``;
+what is wanted is off by its rate times the phase that is lost. The numbers here and in the
+table of formulations are from ``validation/05_formulations.py`` and ``09_projection.py``;
 ``validation/17_auto.py`` holds the plans that follow from them against every other.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -26,24 +25,6 @@ from heavytop.scene.scene import Scene
 UNIT: Final = 2.0**-53
 
 
-class Measured(NamedTuple):
-    """Of a formulation: its states; the time of a nutation period without events or samples [µs];
-    the phase lost after N periods in units of T 2⁻⁵³ N^{3/2}.
-    """
-
-    states: int
-    us: float
-    phase: float
-
-
-MEASURED: Final[Mapping[str, Measured]] = {
-    "cubic": Measured(2, 2.5, 2.0),
-    "routh": Measured(2, 21.0, 2.0),
-    "subsystem": Measured(4, 36.0, 2.0),
-    "axis": Measured(5, 3.8, 2.0),
-    "attitude": Measured(6, 10.0, 4.0),
-    "lagrange": Measured(6, 30.0, 200.0),
-}
 # time
 QUADRATURE_US: Final = 2.0  # of psi beside the axis
 WATCHED: Final = 3.0  # times as long, with events
@@ -128,7 +109,7 @@ class Forecast:
         return enough(self.scene.digits * math.log2(10) + SPARE + lost)
 
     def _seconds(self, formulation: str, projected: bool, bits: int) -> float:
-        each, asked = MEASURED[formulation].us, self.scene.events
+        each, asked = FORMULATIONS[formulation].us, self.scene.events
         if formulation == "axis" and self.need >= Need.PSI:
             each += QUADRATURE_US
         if not FORMULATIONS[formulation].starts_at_pole:
@@ -146,7 +127,7 @@ class Forecast:
     def _error(self, formulation: str, projected: bool) -> float:
         """The largest error of what is wanted, in doubles, at any time that may be looked at."""
         count = self.periods
-        lost = MEASURED[formulation].phase * count * math.sqrt(count)
+        lost = FORMULATIONS[formulation].phase * count * math.sqrt(count)
         if projected:
             lost = WANDER * math.sqrt(count) + STEADY * count
         late = abs(self.span) / max(count, 1.0) * lost

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final
 
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import (
@@ -20,6 +20,7 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     through_poles,
 )
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
 from heavytop.run.planning import Plan
@@ -62,12 +63,11 @@ def motion_of(
     names = (symbol.name for symbol in plan.equations.states)
     given = (*parameters.items(), *zip(names, state, strict=True))
     known = {name: rational(value) for name, value in given}
-    if "w" in known:
-        return _from_cubic(known, context(digits), 1 if plan.variant == "top" else -1)
-    return _from_angles(known, context(digits)) if "theta" in known else _from_axis(known)
+    entry = FORMULATIONS[plan.formulation]
+    return READERS[entry.written_in](known, context(digits), plan.variant)
 
 
-def _from_angles(known: Known, ctx: Context) -> ReducedMotion:
+def _from_angles(known: Known, ctx: Context, _: str | None) -> ReducedMotion:
     """The motion from Euler angles and their rates; Routh's form has momenta for two of these."""
     phi, psi = (known[name if name in known else f"{name}_0"] for name in ("phi", "psi"))
     if "p_minus" in known:
@@ -81,7 +81,7 @@ def _from_angles(known: Known, ctx: Context) -> ReducedMotion:
     return reduced_from_scene(Top.of_numbers(*(known[name] for name in ("A", "C", "gMR"))), start)
 
 
-def _from_axis(known: Known) -> ReducedMotion:
+def _from_axis(known: Known, *_: Any) -> ReducedMotion:
     """The motion from the axis, or a quaternion q whose |q|² is the length of it."""
     if "q_0" in known:
         w, x, y, z = (known[f"q_{i}"] for i in range(4))
@@ -92,12 +92,12 @@ def _from_axis(known: Known) -> ReducedMotion:
     return reduced_from_axis(axis, momentum, *(known[x] for x in ("g", "kappa", "phi_0", "psi_0")))
 
 
-def _from_cubic(known: Known, ctx: Context, side: int) -> ReducedMotion:
+def _from_height(known: Known, ctx: Context, pole: str | None) -> ReducedMotion:
     """The motion from ẅ = k₀ + k₁ w + k₂ w² through w and ẇ, as the run integrates it.
 
     At w = 0 and w = 2 the cubic that is ẇ² has the values −P² and −(P + 2 side n)².
     """
-    w, wdot = known["w"], known["wdot"]
+    w, wdot, side = known["w"], known["wdot"], 1 if pole == "top" else -1
     k = [known[f"k_{i}"] for i in range(3)]
 
     def momentum(pole: int, given: Fraction) -> Fraction:
@@ -117,3 +117,7 @@ def _from_cubic(known: Known, ctx: Context, side: int) -> ReducedMotion:
     spin = known["omega3"] - n  # κ = ω3 − p_ψ/A
     motion = Reduced(-side * k[2] / 3, n, 1 - above, above, below, zero, drift, kinetic, spin)
     return reduced_from_constants(motion, wdot**2, falls=side * wdot > 0)
+
+
+READERS: Final = {"axis": _from_axis, "angles": _from_angles, "height": _from_height}
+"""By what the states of a formulation are; see `FormulationEntry`."""

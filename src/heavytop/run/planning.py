@@ -23,7 +23,6 @@ from heavytop.exact import PI, Exact
 from heavytop.exact.decimals import Context, Number
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.run.estimates import (
-    MEASURED,
     MOST_TURNS,
     SPARE,
     Estimate,
@@ -292,7 +291,7 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
             variant = variant or "phi"
             reasons.append("phi from the axis, its turns counted by Sturm's theorem")
     watched, why_watched = _watched(scene, motion, expected.span)
-    reasons, states = [why, *reasons, *why_watched], MEASURED[name].states + len(frame)
+    reasons, states = [why, *reasons, *why_watched], FORMULATIONS[name].states + len(frame)
     return Plan(name, variant, (*frame.items(),), watched, states, reasons=(*reasons,))
 
 
