@@ -1,6 +1,7 @@
 """find, sweep and --unit as they are typed."""
 
 import json
+import re
 
 import pytest
 
@@ -48,6 +49,11 @@ def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
     words = run("classify", "sicm-dropped", "--unit", "deg,ms").stdout
     assert "period         401.405870195 ms" in words
     assert "Δφ per period  145.800832346 deg" in words
+    assert "φ̇              0 to" in run("classify", "sicm-dropped", "--unit", "rpm").stdout
+    for scene in ("sicm-dropped", "sleeping-unstable", "steady-betsch", "spherical-pendulum"):
+        shown = run("classify", scene, "--unit", "deg,ms,rpm").stdout.partition("why")
+        rest = shown[2].partition("\nθ")[2]
+        assert not re.search(r"[0-9] (rad/s|rad|s)\b", rest), rest
     document = json.loads(run("classify", "sicm-dropped", "--unit", "deg,ms", "--json").stdout)
     assert round(document["motion"]["period"], 6) == 0.401406
 
