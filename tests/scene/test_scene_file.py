@@ -82,7 +82,7 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         (KICK, 'steady = "slow"\ntheta = 0.1', 9, "start.omega3", "missing"),
         (KICK, 'steady = "slow"\ntheta = 0.1\nomega3 = 100', 12, "start.omega3", "at least 116.9"),
         ("time = 2", "time = 0", 15, "span.time", "not 0"),
-        ("time = 2", "time = 2\nperiods = 1", 16, "span.periods", "does not go with time"),
+        ("time = 2", "time = 2\nperiods = 1", 16, "span.periods", "give time or periods"),
         ('["theta", "phi"]', '["theta", "fi"]', 18, "want.quantities", "names out of"),
         ('["theta", "phi"]', '["phi", "phi"]', 18, "want.quantities", "at most once"),
         ('["turning"]', '["turnings"]', 19, "want.events", 'did you mean "turning"?'),

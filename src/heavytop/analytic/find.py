@@ -23,9 +23,17 @@ from heavytop.display import Shown
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
+from heavytop.exact.parse import UNITS_OF
 from heavytop.names import nearest
-from heavytop.scene.arguments import NUMBERS, Reader, Refused, expect, one_of, read_values
-from heavytop.scene.quantities import UNITS_OF
+from heavytop.scene.arguments import (
+    NUMBERS,
+    UNIT_OF,
+    Reader,
+    Refused,
+    expect,
+    one_of,
+    read_values,
+)
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
 
@@ -346,22 +354,9 @@ def _read_wish(text: Any) -> tuple[str, str, Any]:
         return name, relation, one_of({str(kind): str(kind) for kind in Kind})(parts[3])
     if name not in FACTS:
         raise Refused(f"a fact out of kind, {', '.join(FACTS)}", nearest(name, FACTS))
-    return name, relation, float(Exact.of(parts[3], UNITS_OF.get(FACTS[name][1], ())))
+    return name, relation, float(Exact.of(parts[3], UNITS_OF[unit_of(name)]))
 
 
 def unit_of(name: str) -> str:
     """The SI unit of a column: of a fact, or of a key of the scene."""
-    if name in FACTS:
-        return FACTS[name][1]
-    return KEY_UNITS.get(name.rpartition(".")[2], "")
-
-
-KEY_UNITS: Final = {
-    **dict.fromkeys(("theta", "phi", "psi"), "rad"),
-    **dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), "rad/s"),
-    **dict.fromkeys(("mass",), "kg"),
-    **dict.fromkeys(("distance",), "m"),
-    **dict.fromkeys(("A", "C", "A_cm", "C_cm"), "kg m²"),
-    **dict.fromkeys(("E", "E_prime", "gMR"), "J"),
-}
-"""By the keys of a scene, what their numbers are in."""
+    return FACTS[name][1] if name in FACTS else UNIT_OF.get(name.rpartition(".")[2], "")

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
 from heavytop.exact import Exact, Number, parse
@@ -274,42 +274,82 @@ def _number(value: object, whole: bool) -> int | float | None:
 
 # --- the numbers of a scene ------------------------------------------------------------------
 
+Numbers: TypeAlias = Mapping[str, Exact]
 Broken: TypeAlias = list[tuple[str, str]]
 """Names of values, and the rules that they break."""
 
-PLAIN: Final[Reader] = partial(Exact.of, units=())
-NUMBERS: Final[Mapping[str, Reader]] = {
-    name: partial(Exact.of, units=units)
-    for units, names in (
-        (parse.ANGLES, "theta phi psi"),
-        (parse.RATES, "thetadot phidot psidot omega3"),
-        (parse.MASSES, "mass"),
-        (parse.LENGTHS, "distance radius thickness length outer inner apex base centre"),
-        (parse.MOMENTS, "A C A_cm C_cm"),
-        (("m/s^2",), "gravity"),
-        (("kg/m^3", "g/cm^3"), "density"),
-        (("J",), "gMR E E_prime"),
-        ((), "p_phi p_psi periods"),
-        (parse.TIMES, "time"),
-    )
+UNIT_OF: Final[Mapping[str, str]] = {
+    name: unit
+    for unit, names in {
+        "rad": "theta phi psi",
+        "rad/s": "thetadot phidot psidot omega3",
+        "kg": "mass",
+        "m": "distance radius thickness length outer inner apex base centre",
+        "kg m²": "A C A_cm C_cm",
+        "m/s²": "gravity",
+        "kg/m³": "density",
+        "J": "gMR E E_prime",
+        "kg m²/s": "p_phi p_psi",
+        "s": "time",
+        "": "periods ratio",
+    }.items()
     for name in names.split()
 }
-"""What reads each number of a scene: by its key, as it may have units of its own."""
-STATE: Final = {
-    name: NUMBERS[name]
-    for name in ("theta", "phi", "psi", "thetadot", "phidot", "psidot", "omega3")
+"""What each number of a scene is in, by its key."""
+PLAIN: Final[Reader] = partial(Exact.of, units=())
+NUMBERS: Final[Mapping[str, Reader]] = {
+    name: partial(Exact.of, units=parse.UNITS_OF[unit]) for name, unit in UNIT_OF.items()
 }
+"""What reads each of them."""
+
+
+class Way(NamedTuple):
+    """One way to say a thing: slots, each for one of its names, of which so many are needed."""
+
+    name: str
+    slots: tuple[tuple[str, ...], ...]
+    make: Callable[..., dict[str, Any]]
+    optional: tuple[tuple[str, ...], ...] = ()
+    needed: int | None = None  # of the slots; all of them
+
+    def broken(self, given: Iterable[str]) -> Broken:
+        """What is missing, stands twice or does not belong here, by name."""
+        there, every = [*given], (*self.slots, *self.optional)
+        broken: Broken = []
+        for slot in every:
+            first, *more = [name for name in slot if name in there] or [""]
+            broken += [(name, f"give {first} or {name}, not both") for name in more]
+        foreign = [name for name in there if not any(name in slot for slot in every)]
+        broken += [(name, f"does not go with {self.name}") for name in foreign]
+        lacking = [slot for slot in self.slots if not {*slot} & {*there}]
+        needed = len(self.slots) if self.needed is None else self.needed
+        count = needed - len(self.slots) + len(lacking)
+        listed = ", ".join(" or ".join(slot) for slot in (lacking if count > 0 else self.slots))
+        if count > 0:
+            which = "" if count == len(lacking) else f"{count} more of "
+            broken.append((lacking[0][0], f"missing: {self.name} takes {which}{listed}"))
+        if count < 0:
+            rule = f"one too many: {self.name} takes {needed} of {listed}"
+            broken.append((self.slots[0][0], rule))
+        return [*dict.fromkeys(broken)]
+
+
+def nearest_way(ways: Iterable[Way], given: Iterable[str]) -> Way:
+    """The way that has least broken, the first of them."""
+    return min(ways, key=lambda way: len(way.broken(given)))
 
 
 def exact_numbers(
     refused: type[Impossible],
+    way: Way,
     given: Mapping[str, object],
-    rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
     readers: Mapping[str, Reader] = NUMBERS,
+    rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
 ) -> dict[str, Any]:
-    """Return values as exact numbers; all that is wrong with them is raised at once."""
+    """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = read_values(given, readers)
     broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
+    broken += way.broken(name for name in given if name in readers)
     if broken := broken + rule(values):
         raise refused(broken)
     return values

@@ -40,10 +40,6 @@ Units: TypeAlias = Mapping[str, tuple[str, float]]
 SI: Final[Units] = {}
 SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
 """The units that people asked for, in place of those of SI."""
-UNITS_OF: Final = {
-    "rad": parse.ANGLES, "rad/s": parse.RATES, "s": parse.TIMES, "kg": parse.MASSES,
-    "m": parse.LENGTHS, "kg m²": parse.MOMENTS,
-}  # fmt: skip
 
 
 def read_units(names: str) -> Units:
@@ -54,10 +50,9 @@ def read_units(names: str) -> Units:
     """
     found = {}
     for name in (each.strip() for each in names.split(",")):
-        si = next((si for si, units in UNITS_OF.items() if name in units), "")
+        si = next((si for si, units in parse.UNITS_OF.items() if name in units), "")
         if not si:
-            known = [each for units in UNITS_OF.values() for each in units]
-            raise Refused(f"units out of {', '.join(known)}", nearest(name, known))
+            raise Refused(f"units out of {', '.join(parse.UNITS)}", nearest(name, parse.UNITS))
         found[si] = name, float(1 / parse.UNITS[name])
     return found
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, NoReturn
 
 from heavytop.display import Shown
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.exact import Exact, Number
 from heavytop.names import closest, nearest
 from heavytop.scene import arguments, scene_file
@@ -117,15 +117,21 @@ class Scene(Shown):
         given = locals()
         spans = {key: given[key] for key in TABLES["span"] if given[key] is not None}
         others = {key: given[key] for key in _ARGUMENTS}
-        span, wrong = scene_file.read_table("span", spans, "Scene")
-        values, more = scene_file.read_keys(_ARGUMENTS, others, "Scene")
+        values, faults = arguments.read_values(others, _ARGUMENTS, "Scene")
+        try:
+            values |= {"time": None, "periods": None} | scene_file.read_span(spans)
+        except Impossible as error:
+            faults += [
+                Fault("Scene", None, key, arguments.shown(given[key]), rule)
+                for key, rule in error.broken
+            ]
         body = values.get("top")
         if "reaction" in values.get("quantities", ()) and body and body.mass is None:
             rule = "a top with mass and distance, where the force on the pivot is wanted"
-            more.append(Fault("Scene", None, "top", arguments.shown(top), rule))
-        if wrong or more:
-            raise BadScene((*wrong, *more))
-        arguments.set_fields(self, {"time": None, "periods": None} | span | values)
+            faults.append(Fault("Scene", None, "top", arguments.shown(top), rule))
+        if faults:
+            raise BadScene(tuple(faults))
+        arguments.set_fields(self, values)
 
     def __repr__(self) -> str:
         values = {each.name: getattr(self, each.name) for each in fields(self)}

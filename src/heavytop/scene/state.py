@@ -143,12 +143,9 @@ class State(Shown):
 
     def _read(self, given: Mapping[str, object], top: Top | None) -> None:
         way, every = starts.way_of(given), starts.completed(given)
-        readers = starts.START | {"top": arguments.a(Top)}
-        needed = {"top": top} if way.on_top else {}
-        values = exact_numbers(
-            ImpossibleStart, {**every, **needed}, lambda _: way.broken(every), readers
-        )
-        values.pop("top", None)
+        if way in starts.ON_TOP:
+            arguments.expect("top", top, Top)
+        values = exact_numbers(ImpossibleStart, way, every, starts.START)
         found = starts.solve(values, top)
         for notice in found["notices"]:
             warnings.warn(notice, FoldedTiltWarning, stacklevel=4)
