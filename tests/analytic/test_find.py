@@ -104,7 +104,7 @@ def test_all_solutions_are_found_also_two_that_no_sample_tells_apart() -> None:
         ("start.psidot=120:120", "period = 9", "none between 120 and 120"),
         ("start.psidot=100:400", "theta_max >= 3", "none between"),
         ("start.psidot=150:400", "kind = waves", "there are cusps"),
-        ("start.psidot=150:400", "kind = cusps", "holds from 150 to 400"),
+        ("start.psidot=150:400", "kind = cusps", "holds from 150 to 400 rad/s"),
         ("start.psidot=150:400", "theta_max <= 1 rad", "holds from 150 to 400"),
         ("top.A=-3:-1", "period = 1", "does not exist"),
     ],
@@ -194,7 +194,7 @@ def test_the_least_spin_that_keeps_a_ring_off_the_floor() -> None:
     for limit in ("10 deg", "63.43 deg"):
         found = find(ring, "start.psidot=1:900", f"theta_max <= {limit}")
         (least,) = found.solutions
-        assert found.why == f"holds from {least.value:.6g} to 900"
+        assert found.why == f"holds from {least.value:.6g} to 900 rad/s"
         for x, stays in ((least.value * (1 - 1e-9), False), (least.value * (1 + 1e-9), True)):
             reached = _fact(ring, "start.psidot", x, "theta_max")
             assert (reached <= float(ht.Exact.of(limit))) is stays

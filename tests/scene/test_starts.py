@@ -282,3 +282,17 @@ def test_all_that_is_wrong_with_a_start_is_said_at_once() -> None:
         (9, "start.omega3", "1"),
         (10, "start.quaternions", "[1, 0, 0, 0]"),
     ]
+
+
+def test_a_start_that_follows_from_a_wrong_top_is_read_all_the_same() -> None:
+    head = HEAD.replace("A = 1", "A = 0")
+    for start, keys in (
+        ('steady = "slow"\ntheta = 1', ["top.A", "start.omega3"]),
+        ('steady = "slow"\ntheta = "x"\nomega3 = 9', ["top.A", "start.theta"]),
+        ('steady = "slow"\ntheta = 1\nomega3 = 9', ["top.A"]),
+    ):
+        with pytest.raises(BadScene) as bad:
+            read_scene(head + start)
+        assert [fault.key for fault in bad.value.faults] == keys
+    with pytest.raises(ImpossibleStart, match="top: a Top"):
+        State.steady(None, 1, omega3=9)  # type: ignore[arg-type]

@@ -121,10 +121,7 @@ class Scene(Shown):
         try:
             values |= {"time": None, "periods": None} | scene_file.read_span(spans)
         except Impossible as error:
-            faults += [
-                Fault("Scene", None, key, arguments.shown(given[key]), rule)
-                for key, rule in error.broken
-            ]
+            faults += scene_file.faults_of(error, "Scene", spans)
         body = values.get("top")
         if "reaction" in values.get("quantities", ()) and body and body.mass is None:
             rule = "a top with mass and distance, where the force on the pivot is wanted"

@@ -18,20 +18,9 @@ from typing import Any, Final
 from heavytop.errors import Fault, Impossible
 from heavytop.exact import Exact
 from heavytop.names import nearest
-from heavytop.scene import arguments
-from heavytop.scene.arguments import (
-    NUMBERS,
-    NumberText,
-    Range,
-    Reader,
-    Refused,
-    Way,
-    exact_numbers,
-    read_values,
-    shown,
-)
+from heavytop.scene import arguments, starts
+from heavytop.scene.arguments import NUMBERS, NumberText, Range, Reader, Refused
 from heavytop.scene.quantities import RATES, WANTED
-from heavytop.scene.starts import START
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
 from heavytop.spelling import harmless
@@ -148,7 +137,7 @@ def _format(value: object) -> int:
 
 TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "top": TOP,
-    "start": START,
+    "start": starts.START,
     "span": {name: partial(_length, name) for name in ("time", "periods")},
     "want": {
         "quantities": _names(WANTED, least=1),
@@ -167,7 +156,7 @@ _NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} |
     table: f"missing: a scene has a table [{table}]" for table in ("top", "start")
 }
 _HOMES: Final = {key: name for name, keys in TABLES.items() for key in keys}
-_SPAN: Final = Way("a span", (), dict, (("time", "periods"),))
+_SPAN: Final = arguments.Way("a span", (), dict, (("time", "periods"),))
 
 
 # --- reading tables --------------------------------------------------------------------------
@@ -175,15 +164,27 @@ _SPAN: Final = Way("a span", (), dict, (("time", "periods"),))
 
 def read_span(raw: Mapping[str, object]) -> dict[str, Exact]:
     """Return the span that a table says; `Impossible` where it says none, or two."""
-    return exact_numbers(Impossible, _SPAN, raw, TABLES["span"])
+    return arguments.exact_numbers(Impossible, _SPAN, raw, TABLES["span"])
+
+
+def faults_of(
+    error: Impossible, file: str, given: Mapping[str, object], table: str = ""
+) -> list[Fault]:
+    """Return what is wrong with values, each with its place."""
+    shown = {key: arguments.shown(value) for key, value in given.items()}
+    return [
+        Fault(file, None, table + key, shown.get(key, ""), rule)
+        for key, rule in error.broken
+        if key != starts.WITHOUT_TOP  # the faults of the top say why
+    ]
 
 
 def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
     """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
-    found, faults = read_values(raw, SCENE, file)
+    found, faults = arguments.read_values(raw, SCENE, file)
     faults += [Fault(file, None, key, "", rule) for key, rule in _NEEDED.items() if key not in raw]
     tables = {name: found.pop(name) for name in TABLES if name in found}  # the top before the start
-    wants, wrong = read_values(tables.pop("want", {}), TABLES["want"], file, "want.")
+    wants, wrong = arguments.read_values(tables.pop("want", {}), TABLES["want"], file, "want.")
     faults += wrong
     for name, table in tables.items():
         makers: Mapping[str, Callable[[], Any]] = {
@@ -194,12 +195,7 @@ def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], l
         try:
             found[name] = makers[name]()
         except Impossible as error:
-            values = {key: shown(value) for key, value in table.items()}
-            faults += [
-                Fault(file, None, f"{name}.{key}", values.get(key, ""), rule)
-                for key, rule in error.broken
-                if key != "top"
-            ]
+            faults += faults_of(error, file, table, f"{name}.")
     found.pop("format", None)
     return found | found.pop("span", {}) | wants, [*map(_at_home, faults)]
 

@@ -21,6 +21,7 @@ Values = Mapping[str, Any]
 ZERO: Final = Exact.of(0)
 BRANCHES: Final = ("falling", "rising", "forward", "backward")
 ATTITUDE: Final = ("theta", "quaternion", "rotation")
+_FIELDS: Final = ("theta", "thetadot", "phi", "phidot", "psi")
 _ENERGIES: Final = ("E", "E_prime")
 _SPINS: Final = ("psidot", "omega3")
 _PLACED: Final = ("quaternion", "rotation")
@@ -43,7 +44,7 @@ def completed(given: Values) -> Values:
     way = way_of(given)
     if way is RATES:
         placed = {*_PLACED} & given.keys()
-        names = ("thetadot", "phidot") if placed else ("theta", "thetadot", "phi", "phidot", "psi")
+        names = ("thetadot", "phidot") if placed else _FIELDS
         spin = {} if {*_SPINS} & given.keys() else {"psidot": ZERO}
         return {**dict.fromkeys(names, ZERO), **given, **spin}
     still = way is CONSTANTS and not {*_ENERGIES} & given.keys()
@@ -59,9 +60,11 @@ def solve(given: Values, top: Top | None) -> dict[str, Any]:
         No motion has them, or they are not those of a way.
     """
     values, notice = _folded(given)
-    rest = dict.fromkeys(("thetadot", "phi", "phidot", "psi"), ZERO)
-    found = way_of(given).make(values, top)
-    return rest | found | {"notices": (notice,) * bool(notice)}
+    if {*_PLACED} & given.keys():
+        values = {**values, **_attitude(values)}
+    found = {**dict.fromkeys(_FIELDS, ZERO), **values, **way_of(given).make(values, top)}
+    names = (*_FIELDS, "held", "spin")
+    return {name: found[name] for name in names} | {"notices": (notice,) * bool(notice)}
 
 
 def _folded(given: Values) -> tuple[Values, str]:
@@ -92,14 +95,12 @@ def _folded(given: Values) -> tuple[Values, str]:
 
 def _from_rates(values: Values, _: object) -> dict[str, Any]:
     held = "omega3" if "omega3" in values else "psidot"
-    rates = {name: values[name] for name in ("thetadot", "phidot") if name in values}
-    return _attitude(values) | rates | {"held": held, "spin": values.get(held, ZERO)}
+    return {"held": held, "spin": values.get(held, ZERO)}
 
 
 def _from_omega(values: Values, _: object) -> dict[str, Any]:
     """Rates by the angular velocity: θ̇ along the line of nodes, φ̇ sinθ across it, ω₃."""
-    angles = _attitude(values)
-    theta, phi, psi = (angles[name] for name in ("theta", "phi", "psi"))
+    theta, phi, psi = (values.get(name, ZERO) for name in ("theta", "phi", "psi"))
     u, s = cos(theta), sin(theta)
     if "omega_body" in values:
         x, y, omega3 = values["omega_body"]
@@ -112,20 +113,17 @@ def _from_omega(values: Values, _: object) -> dict[str, Any]:
         across, omega3 = u * level + s * z, u * z - s * level
     rates = {"thetadot": along, "held": "omega3", "spin": omega3}
     if s.sign() != 0:
-        return angles | rates | {"phidot": across / s}
+        return rates | {"phidot": across / s}
     if across.sign() == 0:
-        return angles | rates
+        return rates
     # on a pole the line of nodes is turned to where the axis goes
     speed = _length(along, across)
     turn = _angle(u * along / speed, u * across / speed)
-    moved = {"thetadot": u * speed, "phi": phi + u * turn, "psi": psi - turn}
-    return angles | rates | moved
+    return rates | {"thetadot": u * speed, "phi": phi + u * turn, "psi": psi - turn}
 
 
 def _attitude(values: Values) -> dict[str, Exact]:
     """Euler's angles, z-x-z; on the vertical a rotation is all φ."""
-    if not {*_PLACED} & values.keys():
-        return {name: values.get(name, ZERO) for name in ("theta", "phi", "psi")}
     w, x, y, z = values["quaternion"] if "quaternion" in values else _quaternion(values["rotation"])
     up, down = w**2 + z**2, x**2 + y**2
     if down.sign() == 0:
@@ -177,9 +175,7 @@ def _from_constants(values: Values, top: Top) -> dict[str, Any]:
         (unknown,) = {"p_phi", "p_psi", "theta", "thetadot"} - x.keys()
         x[unknown] = _theta(top, values, x) if unknown == "theta" else _root(top, values, x)
     spin = values.get("omega3", ZERO if top.C.sign() == 0 else x["p_psi"] / top.C)
-    angles = {name: values[name] for name in ("phi", "psi") if name in values}
-    rates = {"thetadot": x["thetadot"], "phidot": _precession_rate(top, x)}
-    return {"theta": x["theta"], "held": "omega3", "spin": spin} | angles | rates
+    return x | {"phidot": _precession_rate(top, x), "held": "omega3", "spin": spin}
 
 
 def _precession_rate(top: Top, x: Numbers) -> Exact:
@@ -306,17 +302,13 @@ def _lowest(top: Top, p_phi: float, p_psi: float) -> tuple[float, float]:
 
 
 def _steady(values: Values, top: Top) -> dict[str, Any]:
-    """A cosθ Ω² − p_ψ Ω + gMR = 0; with ψ̇ given in place of ω₃ it has A − C in place of A."""
+    """A cosθ Ω² − p_ψ Ω + gMR = 0; with ψ̇ given in place of ω₃ it has A − C in place of A.
+
+    The slow rate is taken from its partner, which neither cancels nor divides by cosθ.
+    """
     held = "omega3" if "omega3" in values else "psidot"
-    spin, u = values[held], cos(values["theta"])
-    square = (top.A if held == "omega3" else top.A - top.C) * u
-    rate = _steady_rate(top, square, spin, values["steady"], held)
-    return _attitude(values) | {"phidot": rate, "held": held, "spin": spin}
-
-
-def _steady_rate(top: Top, square: Exact, spin: Exact, which: str, held: str) -> Exact:
-    """The slow rate is taken from its partner, which neither cancels nor divides by cosθ."""
-    p_psi = top.C * spin
+    p_psi = top.C * values[held]
+    square = (top.A if held == "omega3" else top.A - top.C) * cos(values["theta"])
     discriminant = p_psi**2 - 4 * square * top.gMR
     if discriminant.sign() == -1:
         if top.C.sign() == 0:
@@ -325,25 +317,25 @@ def _steady_rate(top: Top, square: Exact, spin: Exact, which: str, held: str) ->
         raise ImpossibleStart([(held, f"at least {short(least)} in magnitude at this theta")])
     root = sqrt(discriminant)
     larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
-    if which == "fast":
-        if square.sign() == 0:
-            why = "at theta = pi/2" if held == "omega3" else "here"
-            raise ImpossibleStart([("steady", f'"slow" {why}: there is no fast rate')])
-        return larger / (2 * square)
-    if top.gMR.sign() == 0:
-        return ZERO
-    if larger.sign() == 0:
+    fast = values["steady"] == "fast"
+    if fast and square.sign() == 0:
+        why = "at theta = pi/2" if held == "omega3" else "here"
+        raise ImpossibleStart([("steady", f'"slow" {why}: there is no fast rate')])
+    light = top.gMR.sign() == 0
+    if not (fast or light) and larger.sign() == 0:
         raise ImpossibleStart([(held, "not 0 at this theta")])
-    return 2 * top.gMR / larger
+    slow = ZERO if fast or light else 2 * top.gMR / larger
+    rate = larger / (2 * square) if fast else slow
+    return {"phidot": rate, "held": held, "spin": values[held]}
 
 
 def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
     """ω₃ = (A cosθ φ̇² + gMR) / C φ̇."""
-    u, rate = cos(values["theta"]), values["phidot"]
+    rate = values["phidot"]
     if (top.C * rate).sign() == 0:
         raise ImpossibleStart([("phidot", "not 0, of a top that has C > 0: no spin holds it")])
-    spin = (top.A * u * rate**2 + top.gMR) / (top.C * rate)
-    return _attitude(values) | {"phidot": rate, "held": "omega3", "spin": spin}
+    spin = (top.A * cos(values["theta"]) * rate**2 + top.gMR) / (top.C * rate)
+    return {"held": "omega3", "spin": spin}
 
 
 # --- the ways, and what reads their values ---------------------------------------------------
@@ -367,6 +359,8 @@ SPIN_OF_STEADY: Final = STEADY._replace(
 )
 ON_TOP: Final = (CONSTANTS, STEADY, SPIN_OF_STEADY)
 """The ways for which a start follows from what spins."""
+WITHOUT_TOP: Final = "top"
+"""What is named where that is not known."""
 
 
 def _steadiness(value: object) -> object:

@@ -14,7 +14,7 @@ from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 from heavytop.display import Shown
 from heavytop.errors import FoldedTiltWarning, ImpossibleStart
 from heavytop.exact import Exact, Number, cos
-from heavytop.scene import arguments, starts
+from heavytop.scene import starts
 from heavytop.scene.arguments import as_call, exact_numbers, set_fields
 from heavytop.scene.top import Top
 
@@ -143,9 +143,9 @@ class State(Shown):
 
     def _read(self, given: Mapping[str, object], top: Top | None) -> None:
         way, every = starts.way_of(given), starts.completed(given)
-        if way in starts.ON_TOP:
-            arguments.expect("top", top, Top)
         values = exact_numbers(ImpossibleStart, way, every, starts.START)
+        if way in starts.ON_TOP and not isinstance(top, Top):
+            raise ImpossibleStart([(starts.WITHOUT_TOP, "a Top, from which this start follows")])
         found = starts.solve(values, top)
         for notice in found["notices"]:
             warnings.warn(notice, FoldedTiltWarning, stacklevel=4)

@@ -14,19 +14,8 @@ from typing import Any, Final
 from heavytop.display import Shown
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
-from heavytop.scene.arguments import (
-    NUMBERS,
-    Broken,
-    Numbers,
-    Reader,
-    Way,
-    as_call,
-    exact_numbers,
-    nearest_way,
-    not_positive,
-    set_fields,
-    short,
-)
+from heavytop.scene import arguments
+from heavytop.scene.arguments import NUMBERS, Broken, Numbers, Reader, Way, exact_numbers, short
 from heavytop.scene.solids import Solid, read_solids, whole
 
 
@@ -142,14 +131,14 @@ class Top(Shown):
             warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
 
     def _set(self, given: Mapping[str, object]) -> None:
-        way = nearest_way(WAYS, [name for name in given if name in TOP])
+        way = arguments.nearest_way(WAYS, [name for name in given if name in TOP])
         values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
         found = way.make(values)
         if broken := broken_body(found):
             raise ImpossibleTop(broken)
         source = tuple((found if "solids" in values else values).items())
         known = found | {"given": source, "impossible": _impossible(found)}
-        set_fields(self, {"mass": None, "distance": None} | known)
+        arguments.set_fields(self, {"mass": None, "distance": None} | known)
 
     @property
     def warning(self) -> str:
@@ -197,7 +186,7 @@ class Top(Shown):
         return M * R * bent + weight * up
 
     def __repr__(self) -> str:
-        return as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
+        return arguments.as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
 
     @classmethod
     def from_parts(
@@ -319,7 +308,7 @@ def broken_body(values: Numbers) -> Broken:
     """The rules that the mass and the moments, or those of them that are there, break."""
     negative = (name for name in ("C", "C_cm") if name in values and values[name].sign() == -1)
     rule = "must not be negative"
-    return [*not_positive(values, ("A", "mass")), *((name, rule) for name in negative)]
+    return [*arguments.not_positive(values, ("A", "mass")), *((name, rule) for name in negative)]
 
 
 def _impossible(values: Numbers) -> str:
