@@ -106,7 +106,7 @@ def test_all_solutions_are_found_also_two_that_no_sample_tells_apart() -> None:
         ("start.psidot=150:400", "kind = waves", "there are cusps"),
         ("start.psidot=150:400", "kind = cusps", "holds from 150 to 400 rad/s"),
         ("start.psidot=150:400", "theta_max <= 1 rad", "holds from 150 to 400"),
-        ("top.A=-3:-1", "period = 1", "does not exist"),
+        ("start.theta=0:0", "round = 1", "the round does not exist"),
     ],
 )
 def test_what_no_value_has_is_said_with_the_range(vary, so_that, why) -> None:
@@ -156,6 +156,15 @@ def test_what_cannot_be_asked_is_refused_with_every_fault(vary, so_that, keys) -
     with pytest.raises(BadScene) as bad:
         find(KICKED, vary, so_that)
     assert [fault.key for fault in bad.value.faults] == keys
+
+
+def test_a_range_without_a_scene_is_refused_with_the_reason() -> None:
+    heavy = scene("mass = 1\ndistance = 1\ngravity = 9.81\nA = 2\nC = 1", "theta = 1")
+    with pytest.raises(BadScene, match=r"top\.A = -3\.0: must be greater than 0"):
+        find(DROPPED, "top.A=-3:-1", "period = 1")
+    with pytest.raises(BadScene, match="does not go with A, C, gMR"):
+        find(heavy, "top.gMR=1:2", "period = 1")
+    assert find(DROPPED, "top.A=-1:1", "period = 9").solutions
 
 
 def test_ranges_have_units_and_may_be_of_any_number() -> None:

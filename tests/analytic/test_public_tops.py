@@ -149,9 +149,10 @@ def test_below_the_least_spin_a_sweep_says_that_no_motion_is_steady() -> None:
     top = 'A = 1\nC = 1\ngMR = "151.21^2/2"'  # so that 2 sqrt(A gMR cos(theta))/C = 151.21
     top = read_scene(f"format = 1\n[top]\n{top}\n[start]\n{start}\n")
     facts = ["round", "round_estimate"]
+    *rows, last = sweep(top, "start.omega3=312 deg/s:151.22:4", facts).rows
+    assert {(row["kind"], row["round"]) for row in rows} == {(None, None)}
     for speed in ("312 deg/s", "624 deg/s", "1249 deg/s", "151.2"):
-        (row,) = sweep(top, f"start.omega3={speed}:{speed}:1", facts).rows
-        assert (row["kind"], row["round"]) == (None, None)
-    (row,) = sweep(top, "start.omega3=151.22:151.22:1", facts).rows
-    assert row["kind"] == "uniform-precession"
-    assert row["round"] == pytest.approx(row["round_estimate"] / 2, rel=0.02)  # at the least spin
+        with pytest.raises(BadScene, match=r"omega3 = .*: at least 151.21\d* in magnitude"):
+            sweep(top, f"start.omega3={speed}:{speed}:1", facts)
+    assert last["kind"] == "uniform-precession"
+    assert last["round"] == pytest.approx(last["round_estimate"] / 2, rel=0.02)  # at the least

@@ -246,6 +246,7 @@ def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path: Path) 
         ({"time": 1, "quantities": ("thta",)}, "quantities"),
         ({"time": 1, "events": "turning"}, "events"),
         ({"time": 1, "start": 0.1}, "start"),
+        ({"name": "Scene", "quantities": ("reaction",)}, "top.mass"),
     ],
 )
 def test_a_scene_built_in_python_obeys_the_same_rules(values: dict[str, object], key: str) -> None:

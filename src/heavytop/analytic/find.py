@@ -123,7 +123,8 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     Raises
     ------
     BadScene
-        There is no such number, range, fact or kind; every fault is listed.
+        There is no such number, range, fact or kind, or no scene in the range; every fault is
+        listed.
 
     Notes
     -----
@@ -144,6 +145,8 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
         raise BadScene(tuple(faults))
     (key, points), (name, relation, wanted) = read["vary"], read["so_that"]
     motion_at = lru_cache(maxsize=None)(partial(motion_of, scene, key))
+    if not any(map(motion_at, points)):
+        scene.changed(key, points[0])  # which says why not
     if name == "kind":
         brackets, inside, why = _of_kind(motion_at, points, wanted)
     else:

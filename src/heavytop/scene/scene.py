@@ -25,15 +25,11 @@ FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES: Final = "--set"
 _MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
-_INSTEAD: Final = {  # by a key, those that give way to it
-    "time": ("periods",),
-    "periods": ("time",),
-    "psidot": ("omega3",),
-    "omega3": ("psidot", "p_psi"),
-    "p_psi": ("omega3",),
-    "E": ("E_prime",),
-    "E_prime": ("E",),
-}
+_RIVALS: Final = (
+    ("time", "periods"), ("psidot", "omega3"), ("omega3", "p_psi"), ("E", "E_prime"),
+    ("A", "A_cm"), ("C", "C_cm"),
+)  # fmt: skip
+"""Keys of which a change of one displaces the other."""
 _LONGEST: Final = 120  # of changes, told in a title
 _OF_THE_MOTION: Final = ("top.", "start.")
 
@@ -124,8 +120,8 @@ class Scene(Shown):
             faults += scene_file.faults_of(error, "Scene", spans)
         body = values.get("top")
         if "reaction" in values.get("quantities", ()) and body and body.mass is None:
-            rule = "a top with mass and distance, where the force on the pivot is wanted"
-            faults.append(Fault("Scene", None, "top", arguments.shown(top), rule))
+            rule = "missing: the force on the pivot needs mass and distance"
+            faults.append(Fault(name, None, "top.mass", "", rule))
         if faults:
             raise BadScene(tuple(faults))
         arguments.set_fields(self, values)
@@ -188,9 +184,7 @@ class Scene(Shown):
         table, _, name = key.rpartition(".")
         if table not in ("top", "start"):
             _refuse(self.name, "a number of the top or of the start, as start.psidot", key=key)
-        for other in _INSTEAD.get(name, ()):
-            tables[table].pop(other, None)
-        tables[table][name] = value
+        _displace(tables[table], name, value)
         values, faults = scene_file.read_tables(self.name, tables)
         if faults:
             raise BadScene(tuple(faults))
@@ -443,12 +437,18 @@ def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Faul
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
             wrong.append(Fault(CHANGES, None, harmless(change[:60]), "", rule))
             continue
-        for other in _INSTEAD.get(last, ()):
-            table.pop(other, None)
-        table[last] = _override_value(text)
+        _displace(table, last, _override_value(text))
         changed[key] = text.strip("\"'")
     _retitle(raw, changed)
     return set(changed), wrong
+
+
+def _displace(table: dict[str, Any], key: str, value: object) -> None:
+    """Set a value, in place of those that cannot stand beside it."""
+    for pair in _RIVALS:
+        if key in pair:
+            table.pop(pair[1 - pair.index(key)], None)
+    table[key] = value
 
 
 def _override_value(text: str) -> object:
