@@ -40,17 +40,23 @@ def problem(seed: int) -> tuple[ht.Scene, str, float, str]:
 
 
 def solve_problem(seed: int) -> None:
+    """In a range around the value, backwards, from it, up to it, or of that value alone."""
     made, key, value, name = problem(seed)
     wanted = FACTS[name][0](ht.Motion(made.top, made.start))
     width = 0.3 * abs(value) if key != "start.theta" else min(0.3, value / 2)
     low, high = value - width * random.Random(seed).random(), value + width / 2
     high = min(high, 3.14) if key == "start.theta" else high
-    found = find(made, f"{key}={low!r}:{high!r}", f"{name} = {wanted!r}")
+    ends = [(low, high), (high, low), (value, high), (low, value), (value, value)][seed % 5]
+    found = find(made, f"{key}={ends[0]!r}:{ends[1]!r}", f"{name} = {wanted!r}")
+    low, high = sorted(ends)
     assert any(a - 1e-9 <= value <= b + 1e-9 for a, b in (s.bracket for s in found.solutions))
     for solution in found.solutions:
         assert solution.facts[name] == pytest.approx(wanted, rel=1e-7, abs=1e-9)
         a, b = (_fact(made, key, x, name) - wanted for x in solution.bracket)
         assert min(a, b) <= 0 <= max(a, b) or abs(a) + abs(b) < 1e-12
+    if low == high:
+        assert [solution.bracket for solution in found.solutions] == [(value, value)]
+        return
     grid = np.linspace(low, high, 60)
     signs = np.sign([_fact(made, key, x, name) - wanted for x in grid])
     jumps = np.abs(np.diff([_fact(made, key, x, name) for x in grid]))
