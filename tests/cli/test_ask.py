@@ -38,6 +38,7 @@ def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
         (("find", "sicm-dropped", "--vary", "start.psidot=1:2", "--so-that", "x=1"), "--so-that"),
         (("sweep", "sicm-dropped", "--over", "start.psidot=1:2:2", "--facts", "x"), "--facts"),
         (("classify", "sicm-dropped", "--unit", "furlong"), "--unit"),
+        (("reference", "sicm-dropped", "--times", "0:1:1", "--unit", "deg"), "--unit"),
     ],
 )
 def test_what_cannot_be_asked_is_a_bad_option(words, named):

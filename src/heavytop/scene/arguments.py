@@ -327,9 +327,9 @@ class Way(NamedTuple):
         listed = ", ".join(" or ".join(slot) for slot in (lacking if count > 0 else self.slots))
         if count > 0:
             which = "" if count == len(lacking) else f"{count} more of "
-            broken.append((lacking[0][0], f"missing: {self.name} takes {which}{listed}"))
+            broken.append((lacking[0][0], f"missing for {self.name}: {which}{listed}"))
         if count < 0:
-            rule = f"one too many: {self.name} takes {needed} of {listed}"
+            rule = f"one too many for {self.name}: {needed} of {listed}"
             broken.append((self.slots[0][0], rule))
         return [*dict.fromkeys(broken)]
 

@@ -202,10 +202,15 @@ def read_solids(value: object) -> tuple[Solid, ...]:
     if not given or not all(isinstance(each, Solid | dict) for each in given):
         rule = 'the parts of a body, at least one solid, such as {shape = "disc", radius = 0.1, …}'
         raise Refused(rule)
-    try:
-        return tuple(each if isinstance(each, Solid) else solid(**each) for each in given)
-    except ImpossibleTop as wrong:
-        raise Refused(str(wrong)) from None
+    found, wrong = [], []
+    for number, each in enumerate(given, start=1):
+        try:
+            found.append(each if isinstance(each, Solid) else solid(**each))
+        except ImpossibleTop as broken:
+            wrong.append(f"of solid {number} {broken}")
+    if wrong:
+        raise Refused("; ".join(wrong))
+    return tuple(found)
 
 
 # --- a solid by the name of its shape --------------------------------------------------------
