@@ -26,7 +26,8 @@ from heavytop.exact.balls import working
 from heavytop.exact.parse import UNITS_OF
 from heavytop.names import nearest
 from heavytop.scene import arguments
-from heavytop.scene.arguments import NUMBERS, UNIT_OF, Reader, Refused
+from heavytop.scene.arguments import Reader, Refused
+from heavytop.scene.quantities import NUMBERS, UNIT_OF
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
 

@@ -23,8 +23,8 @@ from heavytop.plots.sphere import PUSH, STILL
 from heavytop.plots.style import EVENTS, KINDS, PATH
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, PERIODS, TURN
-from heavytop.scene.arguments import UNIT_OF, expect, path_of
-from heavytop.scene.quantities import QUANTITIES
+from heavytop.scene.arguments import expect, path_of
+from heavytop.scene.quantities import QUANTITIES, UNIT_OF
 from heavytop.scene.scene import Scene, load_scene, shipped_names
 
 SCENE: Final = "sicm-kicked"

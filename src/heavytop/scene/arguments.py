@@ -12,12 +12,11 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
-from heavytop.exact import Exact, Number, parse
+from heavytop.exact import Exact, Number
 from heavytop.exact.number import written
 from heavytop.names import LONGEST, article, listed, nearest
 from heavytop.spelling import cut, harmless
@@ -278,30 +277,6 @@ Numbers: TypeAlias = Mapping[str, Exact]
 Broken: TypeAlias = list[tuple[str, str]]
 """Names of values, and the rules that they break."""
 
-UNIT_OF: Final[Mapping[str, str]] = {
-    name: unit
-    for unit, names in {
-        "rad": "theta phi psi",
-        "rad/s": "thetadot phidot psidot omega3",
-        "kg": "mass",
-        "m": "distance radius thickness length outer inner apex base centre",
-        "kg m²": "A C A_cm C_cm",
-        "m/s²": "gravity",
-        "kg/m³": "density",
-        "J": "gMR E E_prime",
-        "kg m²/s": "p_phi p_psi",
-        "s": "time",
-        "": "periods ratio",
-    }.items()
-    for name in names.split()
-}
-"""What each number of a scene is in, by its key."""
-PLAIN: Final[Reader] = partial(Exact.of, units=())
-NUMBERS: Final[Mapping[str, Reader]] = {
-    name: partial(Exact.of, units=parse.UNITS_OF[unit]) for name, unit in UNIT_OF.items()
-}
-"""What reads each of them."""
-
 
 class Way(NamedTuple):
     """One way to say a thing: slots, each for one of its names, of which so many are needed."""
@@ -343,7 +318,7 @@ def exact_numbers(
     refused: type[Impossible],
     way: Way,
     given: Mapping[str, object],
-    readers: Mapping[str, Reader] = NUMBERS,
+    readers: Mapping[str, Reader],
     rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
 ) -> dict[str, Any]:
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
@@ -359,6 +334,11 @@ def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:
     """Return those of the names whose values are there and not positive."""
     there = (name for name in names if name in values)
     return [(name, "must be greater than 0") for name in there if values[name].sign() != 1]
+
+
+def there(**values: object) -> dict[str, Any]:
+    """Return the values that are not None, by their names."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def set_fields(instance: object, values: Mapping[str, object]) -> None:

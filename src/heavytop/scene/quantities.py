@@ -12,11 +12,12 @@ from collections.abc import Callable, Mapping
 from contextvars import ContextVar
 from decimal import ROUND_CEILING, Context
 from enum import IntEnum
+from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
-from heavytop.exact import parse
+from heavytop.exact import Exact, parse
 from heavytop.names import nearest
-from heavytop.scene.arguments import Refused
+from heavytop.scene.arguments import Reader, Refused
 
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
@@ -246,6 +247,22 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
 
 WANTED: Final = tuple(name for name, quantity in QUANTITIES.items() if quantity.need < Need.NEVER)
 """What a scene may want."""
+
+
+UNIT_OF: Final[Mapping[str, str]] = {
+    **{name: QUANTITIES[name].unit for name in (*ANGLES, *RATES, "omega3")},
+    **{name: QUANTITIES[name].unit for name in ("A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi")},
+    **dict.fromkeys(("A_cm", "C_cm"), "kg m²"),
+    **dict.fromkeys(("distance", "radius", "thickness", "length", "outer", "inner"), "m"),
+    **dict.fromkeys(("apex", "base", "centre"), "m"),
+    **{"mass": "kg", "gravity": "m/s²", "density": "kg/m³", "time": "s", "periods": ""},
+}
+"""What each number of a scene is in, by its key."""
+PLAIN: Final[Reader] = partial(Exact.of, units=())
+NUMBERS: Final[Mapping[str, Reader]] = {
+    name: partial(Exact.of, units=parse.UNITS_OF[unit]) for name, unit in UNIT_OF.items()
+}
+"""What reads each of them."""
 
 
 def quantity_of(name: str) -> Quantity:

@@ -111,7 +111,7 @@ class Scene(Shown):
         name: str = "scene",
     ) -> None:
         given = locals()
-        spans = {key: given[key] for key in TABLES["span"] if given[key] is not None}
+        spans = arguments.there(time=time, periods=periods)
         others = {key: given[key] for key in _ARGUMENTS}
         values, faults = arguments.read_values(others, _ARGUMENTS, "Scene")
         try:
@@ -139,16 +139,15 @@ class Scene(Shown):
 
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
-        span = {"time": self.time, "periods": self.periods}
         names = ("A", "C", "gMR", "mass", "distance")
         top = {name: getattr(self.top, name) for name in names}
         return {
             "format": FORMAT,
             "title": self.title,
             "source": self.source,
-            "top": {name: value for name, value in top.items() if value is not None},
+            "top": arguments.there(**top),
             "start": dict(self.start.given),
-            "span": {key: value for key, value in span.items() if value is not None},
+            "span": arguments.there(time=self.time, periods=self.periods),
             "want": {key: getattr(self, key) for key in TABLES["want"]},
         }
 

@@ -19,8 +19,8 @@ from heavytop.errors import Fault, Impossible
 from heavytop.exact import Exact
 from heavytop.names import nearest
 from heavytop.scene import arguments, starts
-from heavytop.scene.arguments import NUMBERS, NumberText, Range, Reader, Refused
-from heavytop.scene.quantities import RATES, WANTED
+from heavytop.scene.arguments import NumberText, Range, Reader, Refused
+from heavytop.scene.quantities import NUMBERS, RATES, WANTED
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
 from heavytop.spelling import harmless

@@ -14,6 +14,7 @@ from heavytop.errors import ImpossibleTop
 from heavytop.exact import PI, Exact, Number
 from heavytop.names import nearest
 from heavytop.scene.arguments import Numbers, Refused, Way, exact_numbers, not_positive
+from heavytop.scene.quantities import NUMBERS
 
 ALUMINIUM = Exact.of(2700)
 """Density of aluminium [kg m⁻³]."""
@@ -223,7 +224,7 @@ def solid(shape: object = None, **given: object) -> Solid:
         raise ImpossibleTop([("shape", rule.rstrip())])
     way = SHAPES[shape]
     values = exact_numbers(
-        ImpossibleTop, way, given, rule=lambda found: not_positive(found, _POSITIVE)
+        ImpossibleTop, way, given, NUMBERS, lambda found: not_positive(found, _POSITIVE)
     )
     found = way.make(values)
     mass = values["mass"] if "mass" in values else values["density"] * found["volume"]

@@ -13,7 +13,8 @@ from typing import Any, Final
 
 from heavytop.errors import ImpossibleStart
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
-from heavytop.scene.arguments import NUMBERS, Numbers, Reader, Refused, Way, one_of, short
+from heavytop.scene.arguments import Numbers, Reader, Refused, Way, one_of, short
+from heavytop.scene.quantities import NUMBERS, PLAIN
 from heavytop.scene.top import Top
 
 Values = Mapping[str, Any]
@@ -367,14 +368,14 @@ def _steadiness(value: object) -> object:
     return value is True or one_of({"slow": "slow", "fast": "fast"})(value)
 
 
-def _vector(name: str, count: int, value: object) -> tuple[Exact, ...]:
+def _vector(read: Reader, count: int, value: object) -> tuple[Exact, ...]:
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != count:
         raise Refused(f"{count} numbers in a list")
-    return tuple(NUMBERS[name](each) for each in value)  # type: ignore[attr-defined]
+    return tuple(read(each) for each in value)  # type: ignore[attr-defined]
 
 
 def _quaternion_given(value: object) -> tuple[Exact, ...]:
-    quaternion = _vector("ratio", 4, value)
+    quaternion = _vector(PLAIN, 4, value)
     if all(x.sign() == 0 for x in quaternion):
         raise Refused("not all zero")
     return quaternion
@@ -385,7 +386,7 @@ def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
         raise Refused("three rows of three numbers")
     import numpy as np  # as few scenes need
 
-    R = tuple(_vector("ratio", 3, row) for row in value)  # type: ignore[attr-defined]
+    R = tuple(_vector(PLAIN, 3, row) for row in value)  # type: ignore[attr-defined]
     rows = np.array(R, dtype=float)
     if (off := np.abs(rows @ rows.T - np.eye(3)).max()) > _NEARLY:
         within = f"to {_NEARLY:g}, and these are {off:.1g} off"
@@ -400,8 +401,8 @@ START: Final[dict[str, Reader]] = {
     **{name: NUMBERS[name] for name in (*_ENERGIES, "p_phi", "p_psi")},
     "quaternion": _quaternion_given,
     "rotation": _rotation_given,
-    "omega_body": partial(_vector, "omega3", 3),
-    "omega_space": partial(_vector, "omega3", 3),
+    "omega_body": partial(_vector, NUMBERS["omega3"], 3),
+    "omega_space": partial(_vector, NUMBERS["omega3"], 3),
     "branch": one_of({name: name for name in BRANCHES}),
     "steady": _steadiness,
 }

@@ -15,7 +15,8 @@ from heavytop.display import Shown
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments
-from heavytop.scene.arguments import NUMBERS, Broken, Numbers, Reader, Way, exact_numbers, short
+from heavytop.scene.arguments import Broken, Numbers, Reader, Way, exact_numbers, short, there
+from heavytop.scene.quantities import NUMBERS
 from heavytop.scene.solids import Solid, read_solids, whole
 
 
@@ -80,9 +81,7 @@ class Top(Shown):
         mass: Number | None = None,
         distance: Number | None = None,
     ) -> None:
-        pair = {"mass": mass, "distance": distance}
-        there = {name: x for name, x in pair.items() if x is not None}
-        self._read({"A": A, "C": C, "gMR": gMR} | there)
+        self._read({"A": A, "C": C, "gMR": gMR} | there(mass=mass, distance=distance))
 
     @classmethod
     def of(cls, given: Mapping[str, object]) -> Top:
@@ -234,8 +233,7 @@ class Top(Shown):
         15.234375 0.46875 147.15
         """
         given = {"mass": mass, "distance": distance, "gravity": gravity}
-        moments = {"A_cm": A_cm, "C_cm": C_cm, "A": A, "C": C}
-        return cls.of(given | {name: x for name, x in moments.items() if x is not None})
+        return cls.of(given | there(A_cm=A_cm, C_cm=C_cm, A=A, C=C))
 
     @classmethod
     def from_solids(cls, parts: Iterable[Solid], gravity: Number) -> Top:

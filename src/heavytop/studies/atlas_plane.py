@@ -24,7 +24,8 @@ from heavytop.classification.kinds import Kind
 from heavytop.exact import Exact
 from heavytop.names import nearest
 from heavytop.results.atlas import ROLES as ROLES
-from heavytop.scene.arguments import NUMBERS, PLAIN, Refused
+from heavytop.scene.arguments import Refused
+from heavytop.scene.quantities import NUMBERS, PLAIN
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
