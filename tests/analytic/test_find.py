@@ -2,6 +2,7 @@
 
 import math
 import random
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -89,6 +90,16 @@ def test_brackets_are_as_narrow_as_the_roundings_of_the_fact() -> None:
     assert high - low < 1e-12
     below, above = (_fact(DROPPED, "start.psidot", x, "period") for x in (low, high))
     assert below > 0.3 > above
+
+
+@pytest.mark.parametrize("wanted", [0.7 + k / 7 for k in range(12)])
+def test_the_ends_of_a_bracket_are_proved_to_be_on_two_sides(wanted) -> None:
+    """By p_ψ²/4A gMR, which is rational."""
+    (solution,) = find(DROPPED, "start.psidot=90:400", f"ratio = {wanted!r}").solutions
+    A, C, gMR = Fraction("3.28e-4"), Fraction("6.60e-5"), Fraction("0.0456")
+    low, high = ((C * Fraction(x)) ** 2 / (4 * A * gMR) for x in solution.bracket)
+    assert low < Fraction(wanted) < high
+    assert high - low < 1e-14
 
 
 def test_all_solutions_are_found_also_two_that_no_sample_tells_apart() -> None:

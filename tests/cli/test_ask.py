@@ -1,11 +1,17 @@
 """find, sweep and --unit as they are typed."""
 
 import json
+import math
 import re
 
 import pytest
 
+import heavytop as ht
+
 from ..commands import heavytop_
+
+DROPPED = ht.load_scene("sicm-dropped")
+MOTION = ht.Motion(DROPPED.top, DROPPED.start)
 
 
 def run(*words, code=0):
@@ -50,7 +56,16 @@ def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
     words = run("classify", "sicm-dropped", "--unit", "deg,ms").stdout
     assert "period         401.405870195 ms" in words
     assert "Δφ per period  145.800832346 deg" in words
-    assert "φ̇              0 to" in run("classify", "sicm-dropped", "--unit", "rpm").stdout
+    known = ht.facts(MOTION)
+    for line, values, size in (
+        (r"θ between +(\S+) and (\S+) deg", (MOTION.theta_min, MOTION.theta_max), 180 / math.pi),
+        (r"φ̇ +(\S+) to (\S+) rpm", (known.phidot_min, known.phidot_max), 30 / math.pi),
+        (r"mean (\S+) rpm\nψ", (known.mean_precession_rate,), 30 / math.pi),
+        (r"estimate: period (\S+) ms", (known.estimates["period"]["estimate"],), 1000),
+    ):
+        shown = run("classify", "sicm-dropped", "--unit", "deg,rpm,ms").stdout
+        found = re.search(line, shown).groups()
+        assert [float(x) for x in found] == pytest.approx([x * size for x in values], rel=5e-3)
     for scene in ("sicm-dropped", "sleeping-unstable", "steady-betsch", "spherical-pendulum"):
         shown = run("classify", scene, "--unit", "deg,ms,rpm").stdout.partition("why")
         rest = shown[2].partition("\nθ")[2]
