@@ -9,7 +9,7 @@ from __future__ import annotations
 import numbers
 import operator
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -287,16 +287,23 @@ class Way(NamedTuple):
     optional: tuple[tuple[str, ...], ...] = ()
     needed: int | None = None  # of the slots; all of them
 
-    def broken(self, given: Iterable[str]) -> Broken:
+    def lacking(self, given: Collection[str]) -> list[tuple[str, ...]]:
+        """The slots that nothing fills."""
+        return [slot for slot in self.slots if not {*slot} & {*given}]
+
+    def foreign(self, given: Collection[str]) -> list[str]:
+        """The names that belong in no slot."""
+        every = (*self.slots, *self.optional)
+        return [name for name in given if not any(name in slot for slot in every)]
+
+    def broken(self, given: Collection[str]) -> Broken:
         """What is missing, stands twice or does not belong here, by name."""
-        there, every = [*given], (*self.slots, *self.optional)
         broken: Broken = []
-        for slot in every:
-            first, *more = [name for name in slot if name in there] or [""]
+        for slot in (*self.slots, *self.optional):
+            first, *more = [name for name in slot if name in given] or [""]
             broken += [(name, f"give {first} or {name}, not both") for name in more]
-        foreign = [name for name in there if not any(name in slot for slot in every)]
-        broken += [(name, f"does not go with {self.name}") for name in foreign]
-        lacking = [slot for slot in self.slots if not {*slot} & {*there}]
+        broken += [(name, f"does not go with {self.name}") for name in self.foreign(given)]
+        lacking = self.lacking(given)
         needed = len(self.slots) if self.needed is None else self.needed
         count = needed - len(self.slots) + len(lacking)
         listed = ", ".join(" or ".join(slot) for slot in (lacking if count > 0 else self.slots))
@@ -308,10 +315,9 @@ class Way(NamedTuple):
             broken.append((self.slots[0][0], rule))
         return [*dict.fromkeys(broken)]
 
-
-def nearest_way(ways: Iterable[Way], given: Iterable[str]) -> Way:
-    """The way that has least broken, the first of them."""
-    return min(ways, key=lambda way: len(way.broken(given)))
+    def off(self, given: Collection[str]) -> float:
+        """The share of its slots that are empty, and how many names are foreign."""
+        return len(self.lacking(given)) / len(self.slots) + len(self.foreign(given))
 
 
 def exact_numbers(
@@ -324,7 +330,7 @@ def exact_numbers(
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = read_values(given, readers)
     broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
-    broken += way.broken(name for name in given if name in readers)
+    broken += way.broken([name for name in given if name in readers])
     if broken := broken + rule(values):
         raise refused(broken)
     return values

@@ -130,14 +130,15 @@ class Top(Shown):
             warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
 
     def _set(self, given: Mapping[str, object]) -> None:
-        way = arguments.nearest_way(WAYS, [name for name in given if name in TOP])
+        known = [name for name in given if name in TOP]
+        way = min(WAYS, key=lambda each: each.off(known))
         values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
         found = way.make(values)
         if broken := broken_body(found):
             raise ImpossibleTop(broken)
         source = tuple((found if "solids" in values else values).items())
-        known = found | {"given": source, "impossible": _impossible(found)}
-        arguments.set_fields(self, {"mass": None, "distance": None} | known)
+        made = found | {"given": source, "impossible": _impossible(found)}
+        arguments.set_fields(self, {"mass": None, "distance": None} | made)
 
     @property
     def warning(self) -> str:
@@ -290,9 +291,9 @@ def _of_solids(values: Mapping[str, Any]) -> dict[str, Exact]:
 MOMENTS: Final = (("A",), ("C",), ("gMR",))
 PARTS: Final = (("mass",), ("distance",), ("gravity",), ("A_cm", "A"), ("C_cm", "C"))
 WAYS: Final = (
-    Way("A, C, gMR", MOMENTS, dict),
-    Way("A, C, gMR with mass and distance", (*MOMENTS, ("mass",), ("distance",)), dict),
+    Way("a top of A, C, gMR", MOMENTS, dict),
     Way("a top of mass and distance", PARTS, _of_parts),
+    Way("a top of A, C, gMR, mass, distance", (*MOMENTS, ("mass",), ("distance",)), dict),
     Way("a top of solids", (("solids",), ("gravity",)), _of_solids),
 )
 TOP: Final[Mapping[str, Reader]] = {
