@@ -7,7 +7,7 @@ import numpy as np
 from claim import claimed, finish, most
 
 import heavytop as ht
-from heavytop.scene.top import cone
+from heavytop.scene.solids import cone
 
 mp = mpmath.MPContext()
 mp.dps = 50

@@ -1,10 +1,17 @@
 """find, sweep and --unit as they are typed."""
 
 import json
+import math
+import re
 
 import pytest
 
+import heavytop as ht
+
 from ..commands import heavytop_
+
+DROPPED = ht.load_scene("sicm-dropped")
+MOTION = ht.Motion(DROPPED.top, DROPPED.start)
 
 
 def run(*words, code=0):
@@ -37,6 +44,7 @@ def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
         (("find", "sicm-dropped", "--vary", "start.psidot=1:2", "--so-that", "x=1"), "--so-that"),
         (("sweep", "sicm-dropped", "--over", "start.psidot=1:2:2", "--facts", "x"), "--facts"),
         (("classify", "sicm-dropped", "--unit", "furlong"), "--unit"),
+        (("reference", "sicm-dropped", "--times", "0:1:1", "--unit", "deg"), "--unit"),
     ],
 )
 def test_what_cannot_be_asked_is_a_bad_option(words, named):
@@ -48,6 +56,20 @@ def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
     words = run("classify", "sicm-dropped", "--unit", "deg,ms").stdout
     assert "period         401.405870195 ms" in words
     assert "Δφ per period  145.800832346 deg" in words
+    known = ht.facts(MOTION)
+    for line, values, size in (
+        (r"θ between +(\S+) and (\S+) deg", (MOTION.theta_min, MOTION.theta_max), 180 / math.pi),
+        (r"φ̇ +(\S+) to (\S+) rpm", (known.phidot_min, known.phidot_max), 30 / math.pi),
+        (r"mean (\S+) rpm\nψ", (known.mean_precession_rate,), 30 / math.pi),
+        (r"estimate: period (\S+) ms", (known.estimates["period"]["estimate"],), 1000),
+    ):
+        shown = run("classify", "sicm-dropped", "--unit", "deg,rpm,ms").stdout
+        found = re.search(line, shown).groups()
+        assert [float(x) for x in found] == pytest.approx([x * size for x in values], rel=5e-3)
+    for scene in ("sicm-dropped", "sleeping-unstable", "steady-betsch", "spherical-pendulum"):
+        shown = run("classify", scene, "--unit", "deg,ms,rpm").stdout.partition("why")
+        rest = shown[2].partition("\nθ")[2]
+        assert not re.search(r"[0-9] (rad/s|rad|s)\b", rest), rest
     document = json.loads(run("classify", "sicm-dropped", "--unit", "deg,ms", "--json").stdout)
     assert round(document["motion"]["period"], 6) == 0.401406
 

@@ -8,7 +8,7 @@ import heavytop as ht
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
 from heavytop.exact import Exact, sin
-from heavytop.scene.top import ALUMINIUM, STEEL, cone, ring, rod
+from heavytop.scene.solids import ALUMINIUM, STEEL, cone, ring, rod
 
 from ..motions import BOOK
 

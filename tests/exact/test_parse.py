@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext
 
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact, acos, cos, sin, sqrt
+from heavytop.exact import PI, Exact, acos, cos, parse, sin, sqrt
 
 
 @st.composite
@@ -123,3 +123,18 @@ def test_the_cosine_of_an_arccosine_is_exact() -> None:
     assert cos(2 * PI - angle) == cos(-angle) == Fraction(3, 5)
     assert Exact.of(str(angle)) == angle
     assert (acos(1 - Exact.of("1e-40")) - sqrt(2) * Exact.of("1e-20")).sign() == 1
+
+
+SIZES = {  # of each unit, in those of SI
+    "deg": math.pi / 180, "rad": 1, "rev": 2 * math.pi,
+    "rpm": math.pi / 30, "rev/min": math.pi / 30, "rev/s": 2 * math.pi, "Hz": 2 * math.pi,
+    "deg/s": math.pi / 180, "rad/s": 1, "kg": 1, "g": 1e-3, "m": 1, "cm": 1e-2, "mm": 1e-3,
+    "s": 1, "ms": 1e-3, "min": 60, "kg m^2": 1, "g cm^2": 1e-7, "J": 1, "N m": 1,
+    "kg m^2/s^2": 1, "kg m^2/s": 1, "J s": 1, "m/s^2": 1, "kg/m^3": 1, "g/cm^3": 1000,
+}  # fmt: skip
+
+
+def test_every_unit_has_its_size() -> None:
+    assert {name: pytest.approx(size, rel=1e-15) for name, size in SIZES.items()} == {
+        name: float(Exact.of(f"1 {name}")) for name in parse.UNITS
+    }

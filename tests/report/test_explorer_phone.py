@@ -75,6 +75,7 @@ def test_a_swipe_up_or_down_scrolls_and_changes_nothing(phone):
 
 def test_the_body_is_tilted_by_a_drag_up_or_down(phone):
     before, scrolled = state(phone), phone.value("scrollY")
+    phone.until("document.querySelector('.player').player.state().body")  # once it is drawn
     place = phone.value(
         f"(() => {{ const r = {CANVAS}.getBoundingClientRect();"
         "const { foot, head } = document.querySelector('.player').player.state().body;"

@@ -1,6 +1,7 @@
 """Every way to say a start, held to the attitude, the rates and the constants it was made from."""
 
 import math
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -159,6 +160,28 @@ def test_a_tilt_outside_is_the_same_motion_and_is_said(theta) -> None:
     assert not State(PI / 2).notices
 
 
+LOW = {  # too little energy for these, by what is missing of the constants
+    "thetadot": {"p_phi": 5, "p_psi": 1, "theta": 1},
+    "p_phi": {"p_psi": 1, "theta": 1, "thetadot": 2},
+    "p_psi": {"p_phi": 5, "theta": 1, "thetadot": 2},
+    "theta": {"p_phi": 5, "p_psi": 1, "thetadot": 2},
+}
+
+
+@pytest.mark.parametrize("energy", ["E", "E_prime"])
+@pytest.mark.parametrize("unknown", LOW)
+def test_the_least_energy_that_is_named_is_the_least(energy, unknown) -> None:
+    with pytest.raises(ImpossibleStart) as bad:
+        State.from_constants(TOP, **LOW[unknown], **{energy: -99})
+    ((name, rule),) = bad.value.broken
+    assert name == energy
+    least = float(re.findall(r"at least (\S+)", rule)[0])
+    made = constants(State.from_constants(TOP, **LOW[unknown], **{energy: least + 1e-9}))
+    assert all(float(made[n]) == pytest.approx(x, rel=1e-9) for n, x in LOW[unknown].items())
+    with pytest.raises(ImpossibleStart):
+        State.from_constants(TOP, **LOW[unknown], **{energy: least - 1e-9})
+
+
 HEAD = "format = 1\n[top]\nA = 1\nC = 0.5\ngMR = 2\n[start]\n"
 TURN = "[[1, 0, 0], [0, 0, -1], [0, 1, 0]]"
 WRONG = {  # what is wrong, the key that is named, and a word of its sentence
@@ -168,14 +191,14 @@ WRONG = {  # what is wrong, the key that is named, and a word of its sentence
     'quaternion = [1, 0, "x", 0]': ("quaternion", "unexpected"),
     'quaternion = [1, 0, "2 cm", 0]': ("quaternion", "no unit"),
     "quaternion = [1, 0, 0, 0]\ntheta = 1": ("quaternion", "give theta or quaternion"),
-    "quaternion = [1, 0, 0, 0]\nphi = 1": ("phi", "does not go with"),
+    "quaternion = [1, 0, 0, 0]\nphi = 1": ("phi", "give quaternion or phi"),
     "quaternion = [1, 0, 0, 0]\nomega_body = [1, 2]": ("omega_body", "3 numbers"),
     "rotation = [[1, 0, 0], [0, 1, 0]]": ("rotation", "three rows"),
     "rotation = [1, 2, 3]": ("rotation", "3 numbers"),
     "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1.1]]": ("rotation", "length 1"),
     "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]": ("rotation", "reflection"),
     f"rotation = {TURN}\nquaternion = [1, 0, 0, 0]": ("rotation", "give quaternion or rotation"),
-    f"rotation = {TURN}\npsi = 1": ("psi", "does not go with"),
+    f"rotation = {TURN}\npsi = 1": ("psi", "give rotation or psi"),
     "theta = 1\nomega_body = [1, 2, 3]\nomega_space = [1, 2, 3]": ("omega_space", "not both"),
     "theta = 1\nomega_body = [1, 2, 3]\nphidot = 1": ("phidot", "does not go with"),
     "theta = 1\nomega_space = [1, 2, 3]\npsidot = 1": ("psidot", "does not go with"),
@@ -228,14 +251,48 @@ WRONG = {  # what is wrong, the key that is named, and a word of its sentence
 
 @pytest.mark.parametrize("text", WRONG)
 def test_a_wrong_start_is_refused_in_one_sentence_with_what_would_be_right(text: str) -> None:
+    """With its place, its value and the rule; what is missing stands at its table."""
     with pytest.raises(BadScene) as bad:
         read_scene(HEAD + text, "mine.toml")
-    (fault,) = bad.value.faults
     key, word = WRONG[text]
-    assert fault.key == f"start.{key}"
-    assert word in f"{fault.rule} ({fault.hint})"
-    assert fault.line == (6 if key not in text else fault.line)
+    lines = [*HEAD.splitlines(), *text.splitlines()]
+    spelled = {line.partition(" = ")[0]: line.partition(" = ")[2] for line in text.splitlines()}
+    starts = [line.partition(" = ")[0] for line in lines]
+    number = (starts.index(key) if key in spelled else lines.index("[start]")) + 1
+    value = f" = {spelled[key]}" if key in spelled else ""
+    (sentence,) = str(bad.value).splitlines()
+    assert sentence.startswith(f"mine.toml:{number}: start.{key}{value}: ")
+    assert word in sentence.removeprefix(f"mine.toml:{number}: start.{key}{value}: ")
 
 
 def test_there_are_sixty_of_them() -> None:
     assert len(WRONG) >= 60
+
+
+def test_all_that_is_wrong_with_a_start_is_said_at_once() -> None:
+    """The first sentences of single faults, each at its own line."""
+    together = ["theta = true", 'psidot = "3 kg"', "omega3 = 1", "quaternions = [1, 0, 0, 0]"]
+    with pytest.raises(BadScene) as bad:
+        read_scene(HEAD.replace("A = 1", "A = -1") + "\n".join(together), "mine.toml")
+    places = [(fault.line, fault.key, fault.value) for fault in bad.value.faults]
+    assert places == [
+        (3, "top.A", "-1"),
+        (7, "start.theta", "true"),
+        (8, "start.psidot", '"3 kg"'),
+        (9, "start.omega3", "1"),
+        (10, "start.quaternions", "[1, 0, 0, 0]"),
+    ]
+
+
+def test_a_start_that_follows_from_a_wrong_top_is_read_all_the_same() -> None:
+    head = HEAD.replace("A = 1", "A = 0")
+    for start, keys in (
+        ('steady = "slow"\ntheta = 1', ["top.A", "start.omega3"]),
+        ('steady = "slow"\ntheta = "x"\nomega3 = 9', ["top.A", "start.theta"]),
+        ('steady = "slow"\ntheta = 1\nomega3 = 9', ["top.A"]),
+    ):
+        with pytest.raises(BadScene) as bad:
+            read_scene(head + start)
+        assert [fault.key for fault in bad.value.faults] == keys
+    with pytest.raises(ImpossibleStart, match="top: a Top"):
+        State.steady(None, 1, omega3=9)  # type: ignore[arg-type]

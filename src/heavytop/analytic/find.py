@@ -23,9 +23,11 @@ from heavytop.display import Shown
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
+from heavytop.exact.parse import UNITS_OF
 from heavytop.names import nearest
-from heavytop.scene.arguments import NUMBERS, Reader, Refused, expect, one_of, read_values
-from heavytop.scene.quantities import UNITS_OF
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Reader, Refused
+from heavytop.scene.quantities import NUMBERS, UNIT_OF
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
 
@@ -33,13 +35,14 @@ SCHEMA: Final = "heavytop/find/1"
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0
 _ROUNDINGS: Final = 8 * 2.0**-53  # of a fact that is made of others
 _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
-_SECTIONS: Final = 60  # after which a double does not change
-_GOLDEN: Final = (math.sqrt(5) - 1) / 2
+_THIRDS: Final = 48  # after which the least of a fact does not change
 _WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|==|=|≤|≥)\s*(.+?)\s*")
 _RANGE: Final = re.compile(r"\s*(top|start)\.(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
 _SPELLINGS: Final = {"==": "=", "≤": "<=", "≥": ">=", "p_psi^2/4A gMR": "ratio"}
 
 Bracket: TypeAlias = tuple[float, float]
+Answer: TypeAlias = tuple[list[Bracket], list[Bracket], str]
+"""Brackets of the solutions, ranges in which an inequality holds, and why there is nothing."""
 MotionAt: TypeAlias = "Callable[[float], Motion | None]"
 Distance: TypeAlias = "Callable[[float], float | None]"
 """How far the motion of a value is from what is asked for; its sign is proved. None if nowhere."""
@@ -95,10 +98,9 @@ class Found(Shown):
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/find/1``."""
-        request = {"vary": self.vary, "so_that": self.so_that}
-        solutions = [asdict(each) | {"bracket": [*each.bracket]} for each in self.solutions]
-        found = {"solutions": solutions, "why": self.why}
-        return {"schema": SCHEMA, "scene": self.scene.problem(), **request, **found}
+        found = {name: getattr(self, name) for name in ("vary", "so_that", "why")}
+        solutions = [asdict(each) for each in self.solutions]
+        return {"schema": SCHEMA, "scene": self.scene.problem(), **found, "solutions": solutions}
 
 
 def find(scene: Scene, vary: str, so_that: str) -> Found:
@@ -122,7 +124,8 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     Raises
     ------
     BadScene
-        There is no such number, range, fact or kind; every fault is listed.
+        There is no such number, range, fact or kind, or no scene in the range; every fault is
+        listed.
 
     Notes
     -----
@@ -134,20 +137,24 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     >>> from heavytop.scene.scene import load_scene
     >>> found = find(load_scene("sicm-dropped"), "start.psidot=130:200", "theta_max <= 0.15")
     >>> [round(each.value, 6) for each in found.solutions], found.why
-    ([156.855673], 'holds from 156.856 to 200')
+    ([156.855673], 'holds from 156.856 to 200 rad/s')
     """
-    expect("scene", scene, Scene, "load_scene gives one")
+    arguments.expect("scene", scene, Scene, "load_scene gives one")
     readers: dict[str, Reader] = {"vary": read_range, "so_that": _read_wish}
-    read, faults = read_values({"vary": vary, "so_that": so_that}, readers, scene.name)
+    read, faults = arguments.read_values({"vary": vary, "so_that": so_that}, readers, scene.name)
     if faults:
         raise BadScene(tuple(faults))
     (key, points), (name, relation, wanted) = read["vary"], read["so_that"]
     motion_at = lru_cache(maxsize=None)(partial(motion_of, scene, key))
+    if not any(map(motion_at, points)):
+        scene.changed(key, points[0])  # which says why not
     if name == "kind":
-        brackets, why = _of_kind(motion_at, points, wanted)
+        brackets, inside, why = _of_kind(motion_at, points, wanted)
     else:
-        distance = partial(_fact_distance, motion_at, name, wanted)
-        brackets, why = _of_fact(distance, points, relation, name, wanted)
+        brackets, inside, why = _of_fact(motion_at, points, name, relation, wanted)
+    if inside:
+        where = ", ".join(f"from {a:.6g} to {b:.6g}" for a, b in inside)
+        why = f"holds {where} {unit_of(key)}".rstrip()
     middles = [(low + (high - low) / 2, (low, high)) for low, high in brackets]
     solutions = [Solution(x, bracket, facts_of(motion_at(x), FACTS)) for x, bracket in middles]
     return Found(scene, vary, so_that, tuple(solutions), why)
@@ -180,18 +187,19 @@ def facts_of(motion: Motion | None, names: Iterable[str]) -> dict[str, float | N
 # --- a fact, and a kind ----------------------------------------------------------------------
 
 
-def _fact_distance(motion_at: MotionAt, name: str, wanted: float, x: float) -> float | None:
-    """How far a fact is from what is wanted; 0 within the roundings that it may have."""
-    value = value_of(motion_at(x), name)
-    if value is None or not math.isfinite(value):
-        return None
-    off = value - wanted
-    return off if abs(off) > _ROUNDINGS * max(abs(value), abs(wanted)) else 0.0
-
-
 def _of_fact(
-    distance: Distance, points: Sequence[float], relation: str, name: str, wanted: float
-) -> tuple[list[Bracket], str]:
+    motion_at: MotionAt, points: Sequence[float], name: str, relation: str, wanted: float
+) -> Answer:
+    """Where a fact is what is wanted, or on its side of it."""
+
+    def distance(x: float) -> float | None:
+        """How far the fact is off; 0 within the roundings that it may have."""
+        value = value_of(motion_at(x), name)
+        if value is None or not math.isfinite(value):
+            return None
+        off = value - wanted
+        return off if abs(off) > _ROUNDINGS * max(abs(value), abs(wanted)) else 0.0
+
     points = _with_nearest(distance, points)
     if relation != "=":
         side = -1 if relation == "<=" else 1
@@ -201,7 +209,7 @@ def _of_fact(
     goes = "does not exist"
     if values:
         goes = f"goes from {min(values):.6g} to {max(values):.6g} {FACTS[name][1]}".rstrip()
-    return found, "" if found else f"{_none(points)}: the {name} {goes}"
+    return found, [], "" if found else f"{_none(points)}: the {name} {goes}"
 
 
 def _jumps(distance: Distance, wanted: float, low: float, high: float) -> bool:
@@ -209,11 +217,7 @@ def _jumps(distance: Distance, wanted: float, low: float, high: float) -> bool:
     return abs(above - below) > _JUMP * (abs(wanted) + abs(below))
 
 
-def _none(points: Sequence[float]) -> str:
-    return f"none between {points[0]:.6g} and {points[-1]:.6g}"
-
-
-def _of_kind(motion_at: MotionAt, points: Sequence[float], kind: str) -> tuple[list[Bracket], str]:
+def _of_kind(motion_at: MotionAt, points: Sequence[float], kind: str) -> Answer:
     """Where a kind holds; of a kind that asks for zeros, where these numbers change their sign."""
     found: list[Bracket] = []
     for rule in (rule for rule in RULES if rule.kind == kind):
@@ -227,10 +231,10 @@ def _of_kind(motion_at: MotionAt, points: Sequence[float], kind: str) -> tuple[l
             if loops and positive and not any(_alike(each, low, high) for each in moving[1:]):
                 found.append((low, high))
     if found:
-        return found, ""
+        return found, [], ""
     kinds = {str(motion.kind) for motion in map(motion_at, points) if motion is not None}
     if kind not in kinds:
-        return [], f"{_none(points)}: there are {', '.join(sorted(kinds)) or 'no motions'}"
+        return [], [], f"{_none(points)}: there are {', '.join(sorted(kinds)) or 'no motions'}"
     return _where(lambda x: (motion := motion_at(x)) is not None and motion.kind == kind, points)
 
 
@@ -246,13 +250,16 @@ def _number(motion_at: MotionAt, number: Number, x: float) -> float | None:
             return None
 
 
-def _where(holds: Callable[[float], bool], points: Sequence[float]) -> tuple[list[Bracket], str]:
-    """The ends of where something holds, and that in words."""
+def _where(holds: Callable[[float], bool], points: Sequence[float]) -> Answer:
+    """The ends of where something holds, and between which of them it does."""
     brackets = [*_brackets(lambda x: 1.0 if holds(x) else -1.0, points)]
     ends = [points[0], *((low + high) / 2 for low, high in brackets), points[-1]]
     inside = [(a, b) for a, b in pairwise(ends) if holds(a + (b - a) / 2)]
-    where = ", ".join(f"from {a:.6g} to {b:.6g}" for a, b in inside)
-    return brackets, f"holds {where}" if inside else _none(points)
+    return brackets, inside, "" if inside else _none(points)
+
+
+def _none(points: Sequence[float]) -> str:
+    return f"none between {points[0]:.6g} and {points[-1]:.6g}"
 
 
 # --- sides of what is asked for --------------------------------------------------------------
@@ -302,16 +309,15 @@ def _with_nearest(distance: Distance, points: Sequence[float]) -> list[float]:
 
 
 def _nearest(distance: Distance, a: float, b: float) -> float:
-    """Where it is least between two points, by the golden section; or where its side changes."""
-    first, x, y = a, b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
-    for _ in range(_SECTIONS):
-        if not _alike(distance, first, y):
-            return y
-        if not _alike(distance, first, x) or abs(distance(x) or 0.0) < abs(distance(y) or 0.0):
-            b, y, x = y, x, y - _GOLDEN * (y - a)
-        else:
-            a, x, y = x, y, x + _GOLDEN * (b - x)
-    return x
+    """Where it is least between two points, by thirds; or where its side changes."""
+    first = a
+    for _ in range(_THIRDS):
+        x, y = a + (b - a) / 3, b - (b - a) / 3
+        for other in (x, y):
+            if not _alike(distance, first, other):
+                return other
+        a, b = (a, y) if abs(distance(x) or 0.0) < abs(distance(y) or 0.0) else (x, b)
+    return a
 
 
 # --- what is asked for -----------------------------------------------------------------------
@@ -327,8 +333,8 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     if parts is None:
         raise Refused("KEY=A:B of a number of top or start, such as start.psidot=10:400")
     table, name, *ends, number = parts.groups()
-    if name not in (homes := TABLES[table].keys() & NUMBERS.keys()):
-        raise Refused(f"a number of the {table}", nearest(name, homes))
+    if name not in (homes := [key for key in TABLES[table] if key in NUMBERS]):
+        raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))
     low, high = sorted(float(NUMBERS[name](end.strip())) for end in ends)
     steps = int(number or count or SAMPLES + 1)
     points = {low + (high - low) * k / max(steps - 1, 1) for k in range(steps)} | {high}
@@ -343,25 +349,12 @@ def _read_wish(text: Any) -> tuple[str, str, Any]:
         raise Refused("FACT = X, FACT <= X or FACT >= X, such as round = 3.5 s")
     name, relation = (_SPELLINGS.get(part, part) for part in parts.groups()[:2])
     if name == "kind" and relation == "=":
-        return name, relation, one_of({str(kind): str(kind) for kind in Kind})(parts[3])
+        return name, relation, arguments.one_of({str(kind): str(kind) for kind in Kind})(parts[3])
     if name not in FACTS:
         raise Refused(f"a fact out of kind, {', '.join(FACTS)}", nearest(name, FACTS))
-    return name, relation, float(Exact.of(parts[3], UNITS_OF.get(FACTS[name][1], ())))
+    return name, relation, float(Exact.of(parts[3], UNITS_OF[unit_of(name)]))
 
 
 def unit_of(name: str) -> str:
     """The SI unit of a column: of a fact, or of a key of the scene."""
-    if name in FACTS:
-        return FACTS[name][1]
-    return KEY_UNITS.get(name.rpartition(".")[2], "")
-
-
-KEY_UNITS: Final = {
-    **dict.fromkeys(("theta", "phi", "psi"), "rad"),
-    **dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), "rad/s"),
-    **dict.fromkeys(("mass",), "kg"),
-    **dict.fromkeys(("distance",), "m"),
-    **dict.fromkeys(("A", "C", "A_cm", "C_cm"), "kg m²"),
-    **dict.fromkeys(("E", "E_prime", "gMR"), "J"),
-}
-"""By the keys of a scene, what their numbers are in."""
+    return FACTS[name][1] if name in FACTS else UNIT_OF.get(name.rpartition(".")[2], "")

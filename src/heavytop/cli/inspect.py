@@ -114,6 +114,8 @@ def reference(
 
     if events and not (manner().json or (file is not None and file.suffix.lower() == ".json")):
         raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
+    if manner().unit:
+        raise BadParameter("none: every digit is proved in SI", param_hint="--unit")
     wanted = options.names("--quantities", quantities) or ()
     happening = options.names("--events", events) or ()
     asked = exact.read_times(times)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from typing import Final
@@ -26,20 +26,24 @@ _MAX_BUILT_POWER: Final = 4096  # of what results
 _BITS: Final = 128  # to which an irrational number is known when its size is checked
 
 _FEW: Final = Exact.of(Decimal("1e-3"))
-_ANGLES: Final = {"deg": PI / 180, "rad": ONE, "rev": 2 * PI}
-_RATES: Final = {
-    "rpm": PI / 30, "rev/min": PI / 30, "rev/s": 2 * PI, "Hz": 2 * PI,
-    "deg/s": PI / 180, "rad/s": ONE,
+UNITS_OF: Final[Mapping[str, Mapping[str, Exact]]] = {
+    "rad": {"deg": PI / 180, "rad": ONE, "rev": 2 * PI},
+    "rad/s": {
+        "rpm": PI / 30, "rev/min": PI / 30, "rev/s": 2 * PI, "Hz": 2 * PI,
+        "deg/s": PI / 180, "rad/s": ONE,
+    },
+    "kg": {"kg": ONE, "g": _FEW},
+    "m": {"m": ONE, "cm": 10 * _FEW, "mm": _FEW},
+    "s": {"s": ONE, "ms": _FEW, "min": 60 * ONE},
+    "kg m²": {"kg m^2": ONE, "g cm^2": _FEW**2 / 10},
+    "J": {"J": ONE, "N m": ONE, "kg m^2/s^2": ONE},
+    "kg m²/s": {"kg m^2/s": ONE, "J s": ONE},
+    "m/s²": {"m/s^2": ONE},
+    "kg/m³": {"kg/m^3": ONE, "g/cm^3": ONE / _FEW},
+    "": {},
 }  # fmt: skip
-_MASSES: Final = {"kg": ONE, "g": _FEW}
-_LENGTHS: Final = {"m": ONE, "cm": 10 * _FEW, "mm": _FEW}
-_TIMES: Final = {"s": ONE, "ms": _FEW, "min": 60 * ONE}
-_MOMENTS: Final = {"kg m^2": ONE, "g cm^2": _FEW**2 / 10}
-_OTHERS: Final = {"J": ONE, "m/s^2": ONE, "kg/m^3": ONE, "g/cm^3": ONE / _FEW}
-UNITS: Final = _ANGLES | _RATES | _MASSES | _LENGTHS | _TIMES | _MOMENTS | _OTHERS
-"""Units by their names, each as the number of SI units that it is."""
-ANGLES, RATES, MASSES = tuple(_ANGLES), tuple(_RATES), tuple(_MASSES)
-LENGTHS, TIMES, MOMENTS = tuple(_LENGTHS), tuple(_TIMES), tuple(_MOMENTS)
+"""By a unit of SI those that may be written in its place, each as the number of it that it is."""
+UNITS: Final = {name: size for units in UNITS_OF.values() for name, size in units.items()}
 
 RULE: Final = (
     f"a number may use digits, pi, {', '.join(FUNCTIONS)}, + - * / ** (or ^) and parentheses"
@@ -121,7 +125,7 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
     else:
         raise _Unexpected(token)
     if tokens[-1] == "deg":  # within an expression, as in cos(30 deg)
-        value = value * _ANGLES[tokens.pop()]
+        value = value * UNITS[tokens.pop()]
     while (mark := tokens[-1]) in _OPERATORS and _OPERATORS[mark][0] >= loosest:
         _, tighter, applied = _OPERATORS[tokens.pop()]
         value = _limited(applied(value, _expression(tokens, tighter, depth + 1)))

@@ -17,14 +17,14 @@ from heavytop.classification.kinds import Kind, Number
 from heavytop.classification.why import general_reason
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.exact import Exact
-from heavytop.exact.parse import ANGLES, RATES, UNITS
+from heavytop.exact.parse import UNITS_OF
 from heavytop.files import write_text
 from heavytop.plots.sphere import PUSH, STILL
 from heavytop.plots.style import EVENTS, KINDS, PATH
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, PERIODS, TURN
 from heavytop.scene.arguments import expect, path_of
-from heavytop.scene.quantities import QUANTITIES
+from heavytop.scene.quantities import QUANTITIES, UNIT_OF
 from heavytop.scene.scene import Scene, load_scene, shipped_names
 
 SCENE: Final = "sicm-kicked"
@@ -39,13 +39,13 @@ LIMITS: Final = FAST | {
 }  # fmt: skip
 """Between what the page takes each number, in SI."""
 
-UNITS_OF: Final = {
-    "theta": {name: float(UNITS[name]) for name in ANGLES},
-    **{of: {name: float(UNITS[name]) for name in RATES} for of in ("phidot", "thetadot", "spin")},
-    "A": {"kg m^2": 1.0, "g cm^2": 1e-7},
-    "mass": {"kg": 1.0, "g": 1e-3},
-    "distance": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-}
+BOXES: Final = {
+    of: {name: float(size) for name, size in UNITS_OF[UNIT_OF[key]].items()}
+    for of, key in {
+        "theta": "theta", "phidot": "phidot", "thetadot": "thetadot", "spin": "psidot",
+        "A": "A", "mass": "mass", "distance": "distance",
+    }.items()
+}  # fmt: skip
 """The units that a box takes, in SI."""
 
 PLAIN: Final = {
@@ -149,7 +149,7 @@ def _data(scene: Scene) -> dict[str, Any]:
         "rules": rules, "details": details, "kinds": looks, "scenes": [_start(scene), *others],
         "quantities": {name: {"symbol": QUANTITIES[name].symbol, "unit": QUANTITIES[name].unit}
                        for name in NUMBERED},
-        "limits": LIMITS, "units": UNITS_OF, "still": STILL, "push": PUSH, "frames": FRAMES,
+        "limits": LIMITS, "units": BOXES, "still": STILL, "push": PUSH, "frames": FRAMES,
         "turn": TURN, "periods": PERIODS, "blurred": BLURRED,
     }  # fmt: skip
 

@@ -168,8 +168,12 @@ def warnings_of(scene: Scene) -> tuple[str, ...]:
 def _kick(scene: Scene) -> str:
     """What a kick would do that holds ω₃, where it is ψ̇ that is held."""
     top, start = scene.top, scene.start
-    held = start.held == "psidot" and start.spin.sign() and top.C.sign()
-    if not held or not start.phidot.sign() or float(start.theta) in (0.0, math.pi):
+    kicked = start.held == "psidot" and "steady" not in dict(start.given)
+    if (
+        not (kicked and start.spin.sign() and top.C.sign())
+        or not start.phidot.sign()
+        or float(start.theta) in (0.0, math.pi)
+    ):
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
     motion, other = (Motion(top, each) for each in (start, State(**rates, omega3=start.spin)))

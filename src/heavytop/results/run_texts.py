@@ -20,24 +20,24 @@ PROVED_DIGITS: Final = 17  # shown of what is enclosed
 CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 FACTS: Final = (
-    ("nutation", "{nutation_frequency} rad/s"),
-    ("", "range of cos θ {nutation_amplitude}"),
-    ("", "turns of φ per nutation: {rotation_number}"),
-    ("small nutation", "{small_nutation_frequency} rad/s about this motion"),
-    ("the other rate", "{other}"),
-    ("a small tilt", "grows by e in {growth_time} s"),
-    ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
-    ("sleep stable", "from |ω₃| = {sleeping_threshold} rad/s on"),
-    ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
+    ("nutation", "rad/s", "{nutation_frequency}"),
+    ("", "", "range of cos θ {nutation_amplitude}"),
+    ("", "", "turns of φ per nutation: {rotation_number}"),
+    ("small nutation", "rad/s", "{small_nutation_frequency} about this motion"),
+    ("the other rate", "rad/s", "{other_precession_rate}{nods}"),
+    ("a small tilt", "s", "grows by e in {growth_time}"),
+    ("a small tilt", "rad/s", "precesses between {slow_cone_rate} and {fast_cone_rate}"),
+    ("sleep stable", "rad/s", "from |ω₃| = {sleeping_threshold} on"),
+    ("p_ψ²/4A|gMR|", "", "{fast_top_ratio}"),
 )
-"""Of a classification: labels and words, with the names of facts."""
+"""Of a classification: labels, units, and words with the names of facts."""
 ESTIMATES: Final = {
-    "precession": "mean φ̇ {} rad/s",
-    "period": "period {} s",
-    "amplitude": "range of cos θ {}",
-    "round": "once round in {} s",
+    "precession": ("rad/s", "mean φ̇ {}"),
+    "period": ("s", "period {}"),
+    "amplitude": ("", "range of cos θ {}"),
+    "round": ("s", "once round in {}"),
 }
-"""Of a fast top: what textbooks estimate, in words."""
+"""Of a fast top: what textbooks estimate, its unit, and words."""
 
 
 def run_facts(run: Any) -> Iterator[Fact]:
@@ -95,13 +95,14 @@ def course_rows(motion: Mapping[str, Any], values: Mapping[str, Any]) -> Iterato
     if MISSING not in (low, high):
         least, greatest = (f"{math.degrees(float(end)):.2f}°" for end in (low, high))
         if low == high:
-            yield "θ", f"{low} rad ({least}), constant"
+            yield "θ", f"{measured('rad', low)} ({least}), constant"
         else:
-            yield "θ between", f"{low} and {high} rad ({least} to {greatest})"
+            both = measured("rad", low, high, between=" and ")
+            yield "θ between", f"{both} ({least} to {greatest})"
     yield from quantities(values, "period")
     if motion["kind"] == "planar-pendulum" and "swinging" in motion["tags"]:
-        twice = number(2 * float(motion["period"]))
-        yield "", f"the swing there and back {twice} s; φ jumps by π at the vertical"
+        twice = measured("s", 2 * float(motion["period"]))
+        yield "", f"the swing there and back {twice}; φ jumps by π at the vertical"
     yield from quantities(values, "precession", "spin")
     yield from quantities(motion, "round", "amplitude")
 
@@ -131,8 +132,8 @@ def _end(run: Any) -> Iterator[Fact]:
             yield "", f"force of the pivot [{force}] N"
         for name in ("phi", "psi"):
             if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
-                rest = number(final[f"{name}_mod"])
-                yield "", f"{QUANTITIES[name].symbol} = {turns} turns and {rest} rad"
+                rest = measured("rad", final[f"{name}_mod"])
+                yield "", f"{QUANTITIES[name].symbol} = {turns} turns and {rest}"
         counts = ((run.events[name], name) for name in ("turning", "reversal", "cusp"))
         asked = [f"{count} {name}" for count, name in counts if count is not None]
         yield "events", ", ".join(asked) or "none requested"
@@ -219,21 +220,20 @@ def between(low: str, high: str) -> str:
 
 def _facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
     """The facts that are known, each in the words of `FACTS`."""
-    shown = {name: number(x) for name, x in facts.items() if x is not None and name != "estimates"}
+    known = {name: x for name, x in facts.items() if isinstance(x, int | float)}
     if facts["steady_branch"] is None:
-        shown.pop("small_nutation_frequency", None)
+        known.pop("small_nutation_frequency", None)
     if rate := facts["growth_rate"]:
-        shown["growth_time"] = number(1 / rate)
-    if (other := facts["other_precession_rate"]) is not None:
-        about = facts["other_nutation_frequency"]
-        nods = "" if about is None else f", with a small nutation of {number(about)} rad/s"
-        shown["other"] = f"{number(other)} rad/s{nods}"
+        known["growth_time"] = 1 / rate
+    about = facts["other_nutation_frequency"]
+    nods = "" if about is None else f", with a small nutation of {measured('rad/s', about)}"
     yield from quantities(facts, "omega3")
     yield from _range(facts, "phidot", "mean_precession_rate")
     yield from _range(facts, "psidot", "mean_spin_rate")
-    for label, words in FACTS:
+    for label, unit, words in FACTS:
+        shown = {name: measured(unit, x) for name, x in known.items()}
         with suppress(KeyError):  # of what is not known
-            yield label, words.format_map(shown)
+            yield label, words.format(**shown, nods=nods)
 
 
 def _range(facts: Mapping[str, Any], name: str, mean: str) -> Iterator[Fact]:
@@ -241,23 +241,25 @@ def _range(facts: Mapping[str, Any], name: str, mean: str) -> Iterator[Fact]:
     if low is None or high is None:
         return
     if low == high:
-        yield label, f"{number(low)} rad/s"
+        yield label, measured("rad/s", low)
         return
-    text = f"{number(low)} to {number(high)} rad/s"
+    text = measured("rad/s", low, high)
     if facts[mean] is not None:
-        text += f", mean {number(facts[mean])}"
+        text += f", mean {measured('rad/s', facts[mean])}"
         if not low <= facts[mean] <= high:  # the angle jumps in passing a pole, and is counted so
             text += " with its jumps by π at the pole"
     yield label, text
     if facts[f"{name}_reverses"]:
-        yield "", f"reverses at θ = {number(facts[f'{name}_reversal_theta'])} rad"
+        yield "", f"reverses at θ = {measured('rad', facts[f'{name}_reversal_theta'])}"
 
 
 def _estimates(estimates: Mapping[str, Any]) -> Iterator[Fact]:
     """What textbooks give for a fast top, with their errors."""
     for name, known in estimates.items():
         off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
-        yield "", f"fast-top estimate: {ESTIMATES[name].format(short(known['estimate']))}{off}"
+        unit, words = ESTIMATES[name]
+        estimate = measured(unit, known["estimate"], form=".3g")
+        yield "", f"fast-top estimate: {words.format(estimate)}{off}"
 
 
 def quantities(values: Mapping[str, Any], *names: str) -> Iterator[Fact]:
@@ -274,6 +276,18 @@ def number(value: Any) -> str:
     ('0.666666666667', '0.66666666666666666667', '–')
     """
     return Quantity("").text(value)
+
+
+def measured(unit: str, *values: Any, between: str = " to ", form: str = ".12g") -> str:
+    """Values with their unit, as it is or as people asked for it.
+
+    >>> measured("rad", 0.5, 1)
+    '0.5 to 1 rad'
+    """
+    quantity = Quantity("", unit, format=form)
+    factor = quantity.shown[1]
+    texts = (quantity.text(x if factor == 1.0 else float(x)) for x in values)
+    return f"{between.join(texts)} {quantity.shown[0]}".rstrip()
 
 
 def short(value: Any) -> str:

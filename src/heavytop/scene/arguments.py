@@ -9,15 +9,14 @@ from __future__ import annotations
 import numbers
 import operator
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
-from heavytop.exact import Exact, Number, parse
+from heavytop.exact import Exact, Number
 from heavytop.exact.number import written
 from heavytop.names import LONGEST, article, listed, nearest
 from heavytop.spelling import cut, harmless
@@ -274,42 +273,64 @@ def _number(value: object, whole: bool) -> int | float | None:
 
 # --- the numbers of a scene ------------------------------------------------------------------
 
+Numbers: TypeAlias = Mapping[str, Exact]
 Broken: TypeAlias = list[tuple[str, str]]
 """Names of values, and the rules that they break."""
 
-PLAIN: Final[Reader] = partial(Exact.of, units=())
-NUMBERS: Final[Mapping[str, Reader]] = {
-    name: partial(Exact.of, units=units)
-    for units, names in (
-        (parse.ANGLES, "theta phi psi"),
-        (parse.RATES, "thetadot phidot psidot omega3"),
-        (parse.MASSES, "mass"),
-        (parse.LENGTHS, "distance radius thickness length outer inner apex base centre"),
-        (parse.MOMENTS, "A C A_cm C_cm"),
-        (("m/s^2",), "gravity"),
-        (("kg/m^3", "g/cm^3"), "density"),
-        (("J",), "gMR E E_prime"),
-        ((), "p_phi p_psi periods"),
-        (parse.TIMES, "time"),
-    )
-    for name in names.split()
-}
-"""What reads each number of a scene: by its key, as it may have units of its own."""
-STATE: Final = {
-    name: NUMBERS[name]
-    for name in ("theta", "phi", "psi", "thetadot", "phidot", "psidot", "omega3")
-}
+
+class Way(NamedTuple):
+    """One way to say a thing: slots, each for one of its names, of which so many are needed."""
+
+    name: str
+    slots: tuple[tuple[str, ...], ...]
+    make: Callable[..., dict[str, Any]]
+    optional: tuple[tuple[str, ...], ...] = ()
+    needed: int | None = None  # of the slots; all of them
+
+    def lacking(self, given: Collection[str]) -> list[tuple[str, ...]]:
+        """The slots that nothing fills."""
+        return [slot for slot in self.slots if not {*slot} & {*given}]
+
+    def foreign(self, given: Collection[str]) -> list[str]:
+        """The names that belong in no slot."""
+        every = (*self.slots, *self.optional)
+        return [name for name in given if not any(name in slot for slot in every)]
+
+    def broken(self, given: Collection[str]) -> Broken:
+        """What is missing, stands twice or does not belong here, by name."""
+        broken: Broken = []
+        for slot in (*self.slots, *self.optional):
+            first, *more = [name for name in slot if name in given] or [""]
+            broken += [(name, f"give {first} or {name}, not both") for name in more]
+        broken += [(name, f"does not go with {self.name}") for name in self.foreign(given)]
+        lacking = self.lacking(given)
+        needed = len(self.slots) if self.needed is None else self.needed
+        count = needed - len(self.slots) + len(lacking)
+        listed = ", ".join(" or ".join(slot) for slot in (lacking if count > 0 else self.slots))
+        if count > 0:
+            which = "" if count == len(lacking) else f"{count} more of "
+            broken.append((lacking[0][0], f"missing for {self.name}: {which}{listed}"))
+        if count < 0:
+            rule = f"one too many for {self.name}: {needed} of {listed}"
+            broken.append((self.slots[0][0], rule))
+        return [*dict.fromkeys(broken)]
+
+    def off(self, given: Collection[str]) -> float:
+        """The share of its slots that are empty, and how many names are foreign."""
+        return len(self.lacking(given)) / len(self.slots) + len(self.foreign(given))
 
 
 def exact_numbers(
     refused: type[Impossible],
+    way: Way,
     given: Mapping[str, object],
+    readers: Mapping[str, Reader],
     rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
-    readers: Mapping[str, Reader] = NUMBERS,
 ) -> dict[str, Any]:
-    """Return values as exact numbers; all that is wrong with them is raised at once."""
+    """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = read_values(given, readers)
     broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
+    broken += way.broken([name for name in given if name in readers])
     if broken := broken + rule(values):
         raise refused(broken)
     return values
@@ -319,6 +340,11 @@ def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:
     """Return those of the names whose values are there and not positive."""
     there = (name for name in names if name in values)
     return [(name, "must be greater than 0") for name in there if values[name].sign() != 1]
+
+
+def there(**values: object) -> dict[str, Any]:
+    """Return the values that are not None, by their names."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def set_fields(instance: object, values: Mapping[str, object]) -> None:

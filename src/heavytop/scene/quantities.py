@@ -12,11 +12,12 @@ from collections.abc import Callable, Mapping
 from contextvars import ContextVar
 from decimal import ROUND_CEILING, Context
 from enum import IntEnum
+from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
-from heavytop.exact import parse
+from heavytop.exact import Exact, parse
 from heavytop.names import nearest
-from heavytop.scene.arguments import Refused
+from heavytop.scene.arguments import Reader, Refused
 
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
@@ -40,10 +41,6 @@ Units: TypeAlias = Mapping[str, tuple[str, float]]
 SI: Final[Units] = {}
 SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
 """The units that people asked for, in place of those of SI."""
-UNITS_OF: Final = {
-    "rad": parse.ANGLES, "rad/s": parse.RATES, "s": parse.TIMES, "kg": parse.MASSES,
-    "m": parse.LENGTHS, "kg m²": parse.MOMENTS,
-}  # fmt: skip
 
 
 def read_units(names: str) -> Units:
@@ -54,10 +51,9 @@ def read_units(names: str) -> Units:
     """
     found = {}
     for name in (each.strip() for each in names.split(",")):
-        si = next((si for si, units in UNITS_OF.items() if name in units), "")
+        si = next((si for si, units in parse.UNITS_OF.items() if name in units), "")
         if not si:
-            known = [each for units in UNITS_OF.values() for each in units]
-            raise Refused(f"units out of {', '.join(known)}", nearest(name, known))
+            raise Refused(f"units out of {', '.join(parse.UNITS)}", nearest(name, parse.UNITS))
         found[si] = name, float(1 / parse.UNITS[name])
     return found
 
@@ -251,6 +247,22 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
 
 WANTED: Final = tuple(name for name, quantity in QUANTITIES.items() if quantity.need < Need.NEVER)
 """What a scene may want."""
+
+
+UNIT_OF: Final[Mapping[str, str]] = {
+    **{name: QUANTITIES[name].unit for name in (*ANGLES, *RATES, "omega3")},
+    **{name: QUANTITIES[name].unit for name in ("A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi")},
+    **dict.fromkeys(("A_cm", "C_cm"), "kg m²"),
+    **dict.fromkeys(("distance", "radius", "thickness", "length", "outer", "inner"), "m"),
+    **dict.fromkeys(("apex", "base", "centre"), "m"),
+    **{"mass": "kg", "gravity": "m/s²", "density": "kg/m³", "time": "s", "periods": ""},
+}
+"""What each number of a scene is in, by its key."""
+PLAIN: Final[Reader] = partial(Exact.of, units=())
+NUMBERS: Final[Mapping[str, Reader]] = {
+    name: partial(Exact.of, units=parse.UNITS_OF[unit]) for name, unit in UNIT_OF.items()
+}
+"""What reads each of them."""
 
 
 def quantity_of(name: str) -> Quantity:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, NoReturn
 
 from heavytop.display import Shown
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.exact import Exact, Number
 from heavytop.names import closest, nearest
 from heavytop.scene import arguments, scene_file
@@ -25,15 +25,11 @@ FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES: Final = "--set"
 _MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
-_INSTEAD: Final = {  # by a key, those that give way to it
-    "time": ("periods",),
-    "periods": ("time",),
-    "psidot": ("omega3",),
-    "omega3": ("psidot", "p_psi"),
-    "p_psi": ("omega3",),
-    "E": ("E_prime",),
-    "E_prime": ("E",),
-}
+_RIVALS: Final = (
+    ("time", "periods"), ("psidot", "omega3"), ("omega3", "p_psi"), ("E", "E_prime"),
+    ("A", "A_cm"), ("C", "C_cm"),
+)  # fmt: skip
+"""Keys of which a change of one displaces the other."""
 _LONGEST: Final = 120  # of changes, told in a title
 _OF_THE_MOTION: Final = ("top.", "start.")
 
@@ -115,17 +111,20 @@ class Scene(Shown):
         name: str = "scene",
     ) -> None:
         given = locals()
-        spans = {key: given[key] for key in TABLES["span"] if given[key] is not None}
+        spans = arguments.there(time=time, periods=periods)
         others = {key: given[key] for key in _ARGUMENTS}
-        span, wrong = scene_file.read_table("span", spans, "Scene")
-        values, more = scene_file.read_keys(_ARGUMENTS, others, "Scene")
+        values, faults = arguments.read_values(others, _ARGUMENTS, "Scene")
+        try:
+            values |= {"time": None, "periods": None} | scene_file.read_span(spans)
+        except Impossible as error:
+            faults += scene_file.faults_of(error, "Scene", spans)
         body = values.get("top")
         if "reaction" in values.get("quantities", ()) and body and body.mass is None:
-            rule = "a top with mass and distance, where the force on the pivot is wanted"
-            more.append(Fault("Scene", None, "top", arguments.shown(top), rule))
-        if wrong or more:
-            raise BadScene((*wrong, *more))
-        arguments.set_fields(self, {"time": None, "periods": None} | span | values)
+            rule = "missing: the force on the pivot needs mass and distance"
+            faults.append(Fault(name, None, "top.mass", "", rule))
+        if faults:
+            raise BadScene(tuple(faults))
+        arguments.set_fields(self, values)
 
     def __repr__(self) -> str:
         values = {each.name: getattr(self, each.name) for each in fields(self)}
@@ -140,16 +139,15 @@ class Scene(Shown):
 
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
-        span = {"time": self.time, "periods": self.periods}
         names = ("A", "C", "gMR", "mass", "distance")
         top = {name: getattr(self.top, name) for name in names}
         return {
             "format": FORMAT,
             "title": self.title,
             "source": self.source,
-            "top": {name: value for name, value in top.items() if value is not None},
+            "top": arguments.there(**top),
             "start": dict(self.start.given),
-            "span": {key: value for key, value in span.items() if value is not None},
+            "span": arguments.there(time=self.time, periods=self.periods),
             "want": {key: getattr(self, key) for key in TABLES["want"]},
         }
 
@@ -185,9 +183,7 @@ class Scene(Shown):
         table, _, name = key.rpartition(".")
         if table not in ("top", "start"):
             _refuse(self.name, "a number of the top or of the start, as start.psidot", key=key)
-        for other in _INSTEAD.get(name, ()):
-            tables[table].pop(other, None)
-        tables[table][name] = value
+        _displace(tables[table], name, value)
         values, faults = scene_file.read_tables(self.name, tables)
         if faults:
             raise BadScene(tuple(faults))
@@ -440,12 +436,18 @@ def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Faul
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
             wrong.append(Fault(CHANGES, None, harmless(change[:60]), "", rule))
             continue
-        for other in _INSTEAD.get(last, ()):
-            table.pop(other, None)
-        table[last] = _override_value(text)
+        _displace(table, last, _override_value(text))
         changed[key] = text.strip("\"'")
     _retitle(raw, changed)
     return set(changed), wrong
+
+
+def _displace(table: dict[str, Any], key: str, value: object) -> None:
+    """Set a value, in place of those that cannot stand beside it."""
+    for pair in _RIVALS:
+        if key in pair:
+            table.pop(pair[1 - pair.index(key)], None)
+    table[key] = value
 
 
 def _override_value(text: str) -> object:

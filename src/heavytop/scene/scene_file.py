@@ -15,16 +15,14 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, Final
 
-from heavytop.errors import Fault, Impossible, ImpossibleTop
+from heavytop.errors import Fault, Impossible
 from heavytop.exact import Exact
 from heavytop.names import nearest
 from heavytop.scene import arguments, starts
-from heavytop.scene.arguments import NUMBERS, Broken, NumberText, Range, Reader, Refused, shown
-from heavytop.scene.quantities import RATES, WANTED
-from heavytop.scene.solids import Solid, solid
-from heavytop.scene.starts import START
+from heavytop.scene.arguments import NumberText, Range, Reader, Refused
+from heavytop.scene.quantities import NUMBERS, RATES, WANTED
 from heavytop.scene.state import State
-from heavytop.scene.top import Top, broken_body
+from heavytop.scene.top import TOP, Top
 from heavytop.spelling import harmless
 
 FORMAT: Final = 1
@@ -122,23 +120,11 @@ def _names(allowed: tuple[str, ...], least: int) -> Reader:
     return read
 
 
-def _length(name: str) -> Reader:
-    def read(value: object) -> Exact:
-        length: Exact = NUMBERS[name](value)
-        if not length.sign():
-            raise Refused("not 0: a span has a length")
-        return length
-
-    return read
-
-
-def _solids(value: object) -> tuple[Solid, ...]:
-    if not isinstance(value, list | tuple) or not all(isinstance(each, dict) for each in value):
-        raise Refused('a list of tables, such as [{shape = "disc", radius = 0.1, …}]')
-    try:
-        return tuple(solid(**each) for each in value)
-    except ImpossibleTop as wrong:
-        raise Refused(str(wrong)) from None
+def _length(name: str, value: object) -> Exact:
+    length: Exact = NUMBERS[name](value)
+    if not length.sign():
+        raise Refused("not 0: a span has a length")
+    return length
 
 
 def _format(value: object) -> int:
@@ -150,13 +136,9 @@ def _format(value: object) -> int:
 # --- the keys --------------------------------------------------------------------------------
 
 TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
-    "top": {
-        **{name: NUMBERS[name] for name in ("A", "C", "gMR", "mass", "distance", "gravity")},
-        **{name: NUMBERS[name] for name in ("A_cm", "C_cm")},
-        "solids": _solids,
-    },
-    "start": START,
-    "span": {"time": _length("time"), "periods": _length("periods")},
+    "top": TOP,
+    "start": starts.START,
+    "span": {name: partial(_length, name) for name in ("time", "periods")},
     "want": {
         "quantities": _names(WANTED, least=1),
         "events": _names(EVENTS, least=0),
@@ -173,98 +155,58 @@ SCENE: Final[Mapping[str, Reader]] = {
 _NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} | {
     table: f"missing: a scene has a table [{table}]" for table in ("top", "start")
 }
-_PARTS: Final = ("mass", "distance", "gravity")
-
-# The ways to say what a table stands for, by the keys that each needs; the nearest is meant.
-_WAYS: Final[Mapping[str, Mapping[tuple[str, ...], Callable[..., Any]]]] = {
-    "top": {
-        ("A", "C", "gMR"): Top,
-        ("A", "C", "gMR", "mass", "distance"): Top,
-        (*_PARTS, "A_cm", "C_cm"): Top.from_parts,
-        (*_PARTS, "A", "C"): Top.from_parts,
-        ("solids", "gravity"): lambda solids, gravity: Top.from_solids(solids, gravity),
-    },
-    "span": {(): dict, ("time",): dict, ("periods",): dict},
-}
+_HOMES: Final = {key: name for name, keys in TABLES.items() for key in keys}
+_SPAN: Final = arguments.Way("a span", (), dict, (("time", "periods"),))
 
 
 # --- reading tables --------------------------------------------------------------------------
 
 
-def read_keys(
-    keys: Mapping[str, Reader], raw: Mapping[str, object], file: str, table: str = ""
-) -> tuple[dict[str, Any], list[Fault]]:
-    """Return the values of a table that are right, and what is wrong with the others."""
-    values, faults = arguments.read_values(raw, keys, file, table)
-    homes = {key: name for name, others in TABLES.items() for key in others}
-    for k, fault in enumerate(faults):
-        key = fault.key.removeprefix(table)
-        if key not in keys and key in homes:
-            hint = f"it belongs in [{homes[key]}]: {homes[key]}.{key}"
-            faults[k] = replace(fault, hint=hint)
-    return values, faults
+def read_span(raw: Mapping[str, object]) -> dict[str, Exact]:
+    """Return the span that a table says; `Impossible` where it says none, or two."""
+    return arguments.exact_numbers(Impossible, _SPAN, raw, TABLES["span"])
 
 
-def read_table(
-    name: str, raw: Mapping[str, object], file: str, table: str = "", top: Top | None = None
-) -> tuple[Any, list[Fault]]:
-    """Return what a table stands for, and everything that is wrong with it.
-
-    It is None where anything is, and where it needs a `top` that is not known.
-    """
-    values, faults = read_keys(TABLES[name], raw, file, table)
-    there = {key: raw[key] for key in raw if key in TABLES[name]}
-    strange = raw and not there  # unknown keys say enough
-    make: Callable[..., Any] = dict
-    broken: Broken = []
-    if name == "start":
-        way, every = starts.way_of(there), starts.completed(there)
-        broken = way.broken(every)
-        if way.on_top and top is None and not broken:
-            return None, faults
-        make = partial(_start, top=top)
-    elif name in _WAYS:
-        needed = min(_WAYS[name], key=lambda keys: len({*keys} ^ there.keys()))
-        broken = [
-            (key, f"missing: a {name} is {_listed(name)}") for key in needed if key not in raw
-        ]
-        broken += [
-            (key, f"does not go with {', '.join(needed)}") for key in there if key not in needed
-        ]
-        make = _WAYS[name][needed]
-    if name == "top":
-        broken += broken_body(values)
-    broken = [each for each in broken if each[0] in there or not strange]
-    try:
-        if not faults and not broken:
-            return make(**values), []
-    except Impossible as error:
-        broken = [*error.broken]
-    return None, faults + [
-        Fault(file, None, table + key, shown(raw[key]) if key in raw else "", rule)
-        for key, rule in broken
+def faults_of(
+    error: Impossible, file: str, given: Mapping[str, object], table: str = ""
+) -> list[Fault]:
+    """Return what is wrong with values, each with its place."""
+    shown = {key: arguments.shown(value) for key, value in given.items()}
+    return [
+        Fault(file, None, table + key, shown.get(key, ""), rule)
+        for key, rule in error.broken
+        if key != starts.WITHOUT_TOP  # the faults of the top say why
     ]
-
-
-def _start(top: Top | None, **given: Any) -> State:
-    return State.of(given, top)
-
-
-def _listed(name: str) -> str:
-    return " or ".join(", ".join(keys) for keys in _WAYS[name] if keys)
 
 
 def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
     """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
-    found, faults = read_keys(SCENE, raw, file)
+    found, faults = arguments.read_values(raw, SCENE, file)
     faults += [Fault(file, None, key, "", rule) for key, rule in _NEEDED.items() if key not in raw]
     tables = {name: found.pop(name) for name in TABLES if name in found}  # the top before the start
+    wants, wrong = arguments.read_values(tables.pop("want", {}), TABLES["want"], file, "want.")
+    faults += wrong
     for name, table in tables.items():
-        found[name], wrong = read_table(name, table, file, f"{name}.", found.get("top"))
-        faults += wrong
-    inner = [found.pop(name, None) or {} for name in ("span", "want")]
+        makers: Mapping[str, Callable[[], Any]] = {
+            "top": partial(Top.of, table),
+            "start": partial(State.of, table, found.get("top")),
+            "span": partial(read_span, table),
+        }
+        try:
+            found[name] = makers[name]()
+        except Impossible as error:
+            faults += faults_of(error, file, table, f"{name}.")
     found.pop("format", None)
-    return found | inner[0] | inner[1], faults
+    return found | found.pop("span", {}) | wants, [*map(_at_home, faults)]
+
+
+def _at_home(fault: Fault) -> Fault:
+    """The fault of an unknown key with the table in which it would be known."""
+    table, _, key = fault.key.rpartition(".")
+    if fault.rule.startswith("unknown key") and key in _HOMES and table != _HOMES[key]:
+        home = _HOMES[key]
+        return replace(fault, rule="unknown key", hint=f"it belongs in [{home}]: {home}.{key}")
+    return fault
 
 
 # --- TOML and JSON out -----------------------------------------------------------------------

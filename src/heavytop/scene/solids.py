@@ -13,7 +13,8 @@ from typing import Any, Final
 from heavytop.errors import ImpossibleTop
 from heavytop.exact import PI, Exact, Number
 from heavytop.names import nearest
-from heavytop.scene.arguments import Broken, exact_numbers, not_positive
+from heavytop.scene.arguments import Numbers, Refused, Way, exact_numbers, not_positive
+from heavytop.scene.quantities import NUMBERS
 
 ALUMINIUM = Exact.of(2700)
 """Density of aluminium [kg m⁻³]."""
@@ -52,7 +53,7 @@ class Solid:
         return self.C_cm
 
 
-def disk(*, radius: Number, thickness: Number, **given: Number | None) -> Solid:
+def disk(*, radius: Number, thickness: Number, **given: Number) -> Solid:
     """A disk: a cylinder about the axis.
 
     Parameters
@@ -82,7 +83,7 @@ def disk(*, radius: Number, thickness: Number, **given: Number | None) -> Solid:
     return solid("disk", radius=radius, thickness=thickness, **given)
 
 
-def rod(*, radius: Number, length: Number, **given: Number | None) -> Solid:
+def rod(*, radius: Number, length: Number, **given: Number) -> Solid:
     """A rod along the axis: the same cylinder as a disk, with the words for a long one.
 
     Parameters
@@ -104,7 +105,7 @@ def rod(*, radius: Number, length: Number, **given: Number | None) -> Solid:
     return solid("rod", radius=radius, length=length, **given)
 
 
-def ring(*, outer: Number, inner: Number, thickness: Number, **given: Number | None) -> Solid:
+def ring(*, outer: Number, inner: Number, thickness: Number, **given: Number) -> Solid:
     """A ring: a disk with a hole along the axis, through which a rod may go.
 
     Parameters
@@ -131,7 +132,7 @@ def ring(*, outer: Number, inner: Number, thickness: Number, **given: Number | N
     return solid("ring", outer=outer, inner=inner, thickness=thickness, **given)
 
 
-def cone(*, radius: Number, apex: Number, base: Number, **given: Number | None) -> Solid:
+def cone(*, radius: Number, apex: Number, base: Number, **given: Number) -> Solid:
     """A cone about the axis, from its apex to its flat base.
 
     Parameters
@@ -160,7 +161,7 @@ def cone(*, radius: Number, apex: Number, base: Number, **given: Number | None) 
     return solid("cone", radius=radius, apex=apex, base=base, **given)
 
 
-def sphere(*, radius: Number, centre: Number, **given: Number | None) -> Solid:
+def sphere(*, radius: Number, centre: Number, **given: Number) -> Solid:
     """A ball whose centre is on the axis.
 
     Parameters
@@ -187,85 +188,96 @@ def whole(parts: Iterable[Solid]) -> Solid:
 
     Where one part goes through another, say so with a `ring`: they are added as they are.
     """
-    given: object = parts
-    solids = tuple(given) if isinstance(given, Iterable) else ()
-    if not solids or not all(isinstance(part, Solid) for part in solids):
-        rule = "at least one solid of heavytop.scene.top, and nothing else"
-        raise ImpossibleTop([("parts", rule)])
+    try:
+        solids = read_solids(parts)
+    except Refused as wrong:
+        raise ImpossibleTop([("parts", str(wrong))]) from None
     of_each = ((part.mass, part.mass * part.centre, part.A, part.C) for part in solids)
     mass, moment, A, C = (sum(values, Exact.of(0)) for values in zip(*of_each, strict=True))
     return Solid(mass, moment / mass, A - moment**2 / mass, C)
 
 
+def read_solids(value: object) -> tuple[Solid, ...]:
+    """The solids of a list, each a `Solid` or a table that says one."""
+    given = tuple(value) if isinstance(value, Iterable) else ()
+    if not given or not all(isinstance(each, Solid | dict) for each in given):
+        rule = 'the parts of a body, at least one solid, such as {shape = "disc", radius = 0.1, …}'
+        raise Refused(rule)
+    found, wrong = [], []
+    for number, each in enumerate(given, start=1):
+        try:
+            found.append(each if isinstance(each, Solid) else solid(**each))
+        except ImpossibleTop as broken:
+            wrong.append(f"of solid {number} {broken}")
+    if wrong:
+        raise Refused("; ".join(wrong))
+    return tuple(found)
+
+
 # --- a solid by the name of its shape --------------------------------------------------------
 
 
-def solid(shape: object = None, **given: Any) -> Solid:
+def solid(shape: object = None, **given: object) -> Solid:
     """The solid of a shape of `SHAPES`, by the sizes that the shape has."""
     if not isinstance(shape, str) or shape not in SHAPES:
-        rule = f"one of {', '.join(SHAPES)}"
-        raise ImpossibleTop([("shape", f"{rule} {nearest(shape, SHAPES)}".rstrip())])
-    sizes, build = SHAPES[shape]
-    chosen = {name: value for name, value in given.items() if value is not None}
-    broken: Broken = [
-        (name, "missing: a size of a " + shape) for name in sizes if name not in chosen
-    ]
-    pairs = [pair for pair in _PAIRS if not {*sizes} & {*pair}]
-    unclear = (pair for pair in pairs if len(chosen.keys() & {*pair}) != 1)
-    broken += [(" or ".join(pair), "exactly one of them") for pair in unclear]
-    names = [*sizes, *(name for pair in pairs for name in pair)]
-    foreign = chosen.keys() - {*names}
-    broken += [(name, f"a {shape} takes {', '.join(names)}") for name in foreign]
-    numbers = {name: value for name, value in chosen.items() if name not in foreign}
-    return build(
-        exact_numbers(
-            ImpossibleTop, numbers, lambda values: broken + not_positive(values, _POSITIVE)
-        )
+        rule = f"one of {', '.join(SHAPES)} {nearest(shape, SHAPES)}"
+        raise ImpossibleTop([("shape", rule.rstrip())])
+    way = SHAPES[shape]
+    values = exact_numbers(
+        ImpossibleTop, way, given, NUMBERS, lambda found: not_positive(found, _POSITIVE)
     )
+    found = way.make(values)
+    mass = values["mass"] if "mass" in values else values["density"] * found["volume"]
+    return Solid(mass, found["centre"], mass * found["across"], mass * found["along"])
 
 
-def _cylinder(values: Mapping[str, Exact]) -> Solid:
+def _cylinder(values: Numbers) -> dict[str, Exact]:
     height = values["thickness"] if "thickness" in values else values["length"]
     outer = values["outer"] if "outer" in values else values["radius"]
     inner = values.get("inner", Exact.of(0))
     if (outer - inner).sign() != 1:
         raise ImpossibleTop([("inner", "less than outer")])
-    M = _mass(values, PI * (outer**2 - inner**2) * height)
-    centre = values["centre"] if "centre" in values else values["base"] + height / 2
-    across = outer**2 + inner**2
-    return Solid(M, centre, M * (3 * across + height**2) / 12, M * across / 2)
+    along = (outer**2 + inner**2) / 2
+    return {
+        "volume": PI * (outer**2 - inner**2) * height,
+        "centre": values["centre"] if "centre" in values else values["base"] + height / 2,
+        "across": along / 2 + height**2 / 12,
+        "along": along,
+    }
 
 
-def _cone(values: Mapping[str, Exact]) -> Solid:
+def _cone(values: Numbers) -> dict[str, Exact]:
     r, height = values["radius"], values["base"] - values["apex"]
     if height.sign() == 0:
         raise ImpossibleTop([("base", "apart from the apex")])
-    M = _mass(values, PI * r**2 * height * (height.sign() or 1) / 3)
-    centre = values["apex"] + height * 3 / 4
-    return Solid(M, centre, M * 3 * (4 * r**2 + height**2) / 80, M * 3 * r**2 / 10)
+    return {
+        "volume": PI * r**2 * height * (height.sign() or 1) / 3,
+        "centre": values["apex"] + height * 3 / 4,
+        "across": (4 * r**2 + height**2) * 3 / 80,
+        "along": r**2 * 3 / 10,
+    }
 
 
-def _sphere(values: Mapping[str, Exact]) -> Solid:
-    M = _mass(values, PI * values["radius"] ** 3 * 4 / 3)
-    moment = M * values["radius"] ** 2 * 2 / 5
-    return Solid(M, values["centre"], moment, moment)
+def _sphere(values: Numbers) -> dict[str, Exact]:
+    r = values["radius"]
+    moment = r**2 * 2 / 5
+    volume = PI * r**3 * 4 / 3
+    return {"volume": volume, "centre": values["centre"], "across": moment, "along": moment}
 
 
-def _mass(values: Mapping[str, Exact], volume: Exact) -> Exact:
-    return values["mass"] if "mass" in values else values["density"] * volume
+def _shape(name: str, make: Callable[..., dict[str, Any]], *sizes: str) -> Way:
+    place = () if {"apex", "centre"} & {*sizes} else (("centre", "base"),)
+    return Way(name, (*((size,) for size in sizes), *place, ("density", "mass")), make)
 
 
-_PAIRS: Final = (("centre", "base"), ("density", "mass"))
 _POSITIVE: Final = ("radius", "outer", "inner", "thickness", "length", "density", "mass")
-_DISK: Final = ("radius", "thickness"), _cylinder
-_ROD: Final = ("radius", "length"), _cylinder
-SHAPES: Final[Mapping[str, tuple[tuple[str, ...], Callable[..., Solid]]]] = {
-    "cone": (("radius", "apex", "base"), _cone),
-    "cylinder": _ROD,
-    "disc": _DISK,
-    "disk": _DISK,
-    "ring": (("outer", "inner", "thickness"), _cylinder),
-    "rod": _ROD,
-    "sphere": (("radius", "centre"), _sphere),
+SHAPES: Final[Mapping[str, Way]] = {
+    "cone": _shape("a cone", _cone, "radius", "apex", "base"),
+    "cylinder": _shape("a cylinder", _cylinder, "radius", "length"),
+    "disc": _shape("a disc", _cylinder, "radius", "thickness"),
+    "disk": _shape("a disk", _cylinder, "radius", "thickness"),
+    "ring": _shape("a ring", _cylinder, "outer", "inner", "thickness"),
+    "rod": _shape("a rod", _cylinder, "radius", "length"),
+    "sphere": _shape("a sphere", _sphere, "radius", "centre"),
 }
-"""Sizes of each shape [m], and what makes a solid of them."""
+"""What each shape takes [m], and its volume, its centre, and its moments by the mass [m²]."""

@@ -6,60 +6,29 @@ rotation or from constants is the arccosine of an exact number.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from math import floor, pi
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from heavytop.errors import ImpossibleStart
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
-from heavytop.scene.arguments import NUMBERS, Broken, Reader, Refused, one_of, short
+from heavytop.scene.arguments import Numbers, Reader, Refused, Way, one_of, short
+from heavytop.scene.quantities import NUMBERS, PLAIN
 from heavytop.scene.top import Top
 
 Values = Mapping[str, Any]
-Numbers = Mapping[str, Exact]
-Slot = tuple[str, ...]
 
 ZERO: Final = Exact.of(0)
 BRANCHES: Final = ("falling", "rising", "forward", "backward")
 ATTITUDE: Final = ("theta", "quaternion", "rotation")
+_FIELDS: Final = ("theta", "thetadot", "phi", "phidot", "psi")
 _ENERGIES: Final = ("E", "E_prime")
 _SPINS: Final = ("psidot", "omega3")
-_ANGLES: Final = (("phi",), ("psi",))
+_PLACED: Final = ("quaternion", "rotation")
+_ANGLES: Final = ((*_PLACED, "phi"), (*_PLACED, "psi"))
 _DEGREES: Final = range(4, 361)  # a θ that is one of these was hardly meant in radians
 _NEARLY: Final = 1e-6  # so far a rotation may be from a rotation
-
-
-class Way(NamedTuple):
-    """One way to say a start: slots of which so many are needed, and slots that may be left out."""
-
-    name: str
-    slots: tuple[Slot, ...]
-    needed: int
-    optional: tuple[Slot, ...]
-    solve: Callable[[Values, Any], dict[str, Any]]
-    on_top: bool = True
-
-    def broken(self, given: Collection[str]) -> Broken:
-        """What over- or under-determines a start, by name."""
-        broken: Broken = []
-        for slot in (*self.slots, *self.optional):
-            first, *more = [name for name in slot if name in given] or [""]
-            broken += [(name, f"give {first} or {name}, not both") for name in more]
-        filled = [slot for slot in self.slots if {*slot} & {*given}]
-        names = {name for slot in (*self.slots, *self.optional) for name in slot}
-        if {"quaternion", "rotation"} & {*given}:
-            names -= {"phi", "psi"}
-        foreign = [name for name in given if name not in names]
-        broken += [(name, f"does not go with {self.name}") for name in foreign]
-        lacking = [slot for slot in self.slots if slot not in filled]
-        if (count := self.needed - len(filled)) > 0:
-            listed = ", ".join(" or ".join(slot) for slot in lacking)
-            which = "" if count == len(lacking) else f"{count} more of "
-            broken.append((lacking[0][0], f"missing: {self.name} takes {which}{listed}"))
-        if len(filled) > self.needed:
-            broken.append((filled[0][0], f"one too many: {self.needed} constants say a start"))
-        return broken
 
 
 def way_of(given: Values) -> Way:
@@ -75,8 +44,8 @@ def completed(given: Values) -> Values:
     """Return a start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
     way = way_of(given)
     if way is RATES:
-        placed = {"quaternion", "rotation"} & given.keys()
-        names = ("thetadot", "phidot") if placed else ("theta", "thetadot", "phi", "phidot", "psi")
+        placed = {*_PLACED} & given.keys()
+        names = ("thetadot", "phidot") if placed else _FIELDS
         spin = {} if {*_SPINS} & given.keys() else {"psidot": ZERO}
         return {**dict.fromkeys(names, ZERO), **given, **spin}
     still = way is CONSTANTS and not {*_ENERGIES} & given.keys()
@@ -91,11 +60,12 @@ def solve(given: Values, top: Top | None) -> dict[str, Any]:
     ImpossibleStart
         No motion has them, or they are not those of a way.
     """
-    way = way_of(given)
     values, notice = _folded(given)
-    rest = dict.fromkeys(("thetadot", "phi", "phidot", "psi"), ZERO)
-    found = rest | way.solve(values, top)
-    return found | {"notices": (notice,) * bool(notice)}
+    if {*_PLACED} & given.keys():
+        values = {**values, **_attitude(values)}
+    found = {**dict.fromkeys(_FIELDS, ZERO), **values, **way_of(given).make(values, top)}
+    names = (*_FIELDS, "held", "spin")
+    return {name: found[name] for name in names} | {"notices": (notice,) * bool(notice)}
 
 
 def _folded(given: Values) -> tuple[Values, str]:
@@ -126,14 +96,12 @@ def _folded(given: Values) -> tuple[Values, str]:
 
 def _from_rates(values: Values, _: object) -> dict[str, Any]:
     held = "omega3" if "omega3" in values else "psidot"
-    rates = {name: values[name] for name in ("thetadot", "phidot") if name in values}
-    return _attitude(values) | rates | {"held": held, "spin": values.get(held, ZERO)}
+    return {"held": held, "spin": values.get(held, ZERO)}
 
 
 def _from_omega(values: Values, _: object) -> dict[str, Any]:
     """Rates by the angular velocity: θ̇ along the line of nodes, φ̇ sinθ across it, ω₃."""
-    angles = _attitude(values)
-    theta, phi, psi = (angles[name] for name in ("theta", "phi", "psi"))
+    theta, phi, psi = (values.get(name, ZERO) for name in ("theta", "phi", "psi"))
     u, s = cos(theta), sin(theta)
     if "omega_body" in values:
         x, y, omega3 = values["omega_body"]
@@ -146,20 +114,17 @@ def _from_omega(values: Values, _: object) -> dict[str, Any]:
         across, omega3 = u * level + s * z, u * z - s * level
     rates = {"thetadot": along, "held": "omega3", "spin": omega3}
     if s.sign() != 0:
-        return angles | rates | {"phidot": across / s}
+        return rates | {"phidot": across / s}
     if across.sign() == 0:
-        return angles | rates
+        return rates
     # on a pole the line of nodes is turned to where the axis goes
     speed = _length(along, across)
     turn = _angle(u * along / speed, u * across / speed)
-    moved = {"thetadot": u * speed, "phi": phi + u * turn, "psi": psi - turn}
-    return angles | rates | moved
+    return rates | {"thetadot": u * speed, "phi": phi + u * turn, "psi": psi - turn}
 
 
 def _attitude(values: Values) -> dict[str, Exact]:
     """Euler's angles, z-x-z; on the vertical a rotation is all φ."""
-    if "quaternion" not in values and "rotation" not in values:
-        return {name: values.get(name, ZERO) for name in ("theta", "phi", "psi")}
     w, x, y, z = values["quaternion"] if "quaternion" in values else _quaternion(values["rotation"])
     up, down = w**2 + z**2, x**2 + y**2
     if down.sign() == 0:
@@ -204,16 +169,14 @@ def _quaternion(R: Sequence[Sequence[Exact]]) -> list[Exact]:
 def _from_constants(values: Values, top: Top) -> dict[str, Any]:
     """The start with four of E (or E′), p_φ, p_ψ (or ω₃), θ and θ̇."""
     x = {"p_psi": top.C * values["omega3"]} if "omega3" in values else {}
-    x |= {name: values[name] for name in _UNKNOWNS if name in values}
+    x |= {name: values[name] for name in ("p_phi", "p_psi", "theta", "thetadot") if name in values}
     if top.C.sign() == 0 and x.get("p_psi", ONE).sign() != 0:
         raise ImpossibleStart([("p_psi", "0 of a point mass (C = 0), which has no spin")])
-    if "E" in values or "E_prime" in values:
-        unknown = next(name for name in _UNKNOWNS if name not in x)
-        x[unknown] = _UNKNOWNS[unknown](top, values, x)
+    if {*_ENERGIES} & values.keys():
+        (unknown,) = {"p_phi", "p_psi", "theta", "thetadot"} - x.keys()
+        x[unknown] = _theta(top, values, x) if unknown == "theta" else _root(top, values, x)
     spin = values.get("omega3", ZERO if top.C.sign() == 0 else x["p_psi"] / top.C)
-    angles = {name: values[name] for name in ("phi", "psi") if name in values}
-    rates = {"thetadot": x["thetadot"], "phidot": _precession_rate(top, x)}
-    return {"theta": x["theta"], "held": "omega3", "spin": spin} | angles | rates
+    return x | {"phidot": _precession_rate(top, x), "held": "omega3", "spin": spin}
 
 
 def _precession_rate(top: Top, x: Numbers) -> Exact:
@@ -229,29 +192,27 @@ def _precession_rate(top: Top, x: Numbers) -> Exact:
     return x["p_psi"] * u / (2 * top.A)
 
 
-def _energy(top: Top, values: Values, x: Numbers) -> Exact:
-    """E′ without the energy of θ̇, if that is known."""
-    whole = "E_prime" not in values
-    free: Exact = values["E"] - _spin_energy(top, x) if whole else values["E_prime"]
-    return free - top.A * x.get("thetadot", ZERO) ** 2 / 2
+def _rest(top: Top, values: Values, x: Numbers) -> Exact:
+    """The energy of θ̇, and of the spin where it counts, of those that are known."""
+    turning = "E" in values and "p_psi" in x and top.C.sign() != 0
+    spinning = x["p_psi"] ** 2 / (2 * top.C) if turning else ZERO
+    return spinning + top.A * x.get("thetadot", ZERO) ** 2 / 2
 
 
-def _spin_energy(top: Top, x: Numbers) -> Exact:
-    return ZERO if top.C.sign() == 0 else x["p_psi"] ** 2 / (2 * top.C)
-
-
-def _least(top: Top, values: Values, x: Numbers, least: Exact, more: str = "") -> ImpossibleStart:
+def _too_low(values: Values, x: Numbers, least: Exact, more: str = "") -> ImpossibleStart:
     """What refuses an energy, with the least that there is and what these momenta are at rest."""
-    name = "E" if "E" in values else "E_prime"
-    least += top.A * x.get("thetadot", ZERO) ** 2 / 2
-    if name == "E" and "p_psi" in x:
-        least += _spin_energy(top, x)
     where = f"at theta = {values['theta']}" if "theta" in values else "with these momenta"
     rest = ""
     if {"p_phi", "p_psi"} <= x.keys() and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
         tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
         rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
+    name = next(name for name in _ENERGIES if name in values)
     return ImpossibleStart([(name, f"at least {short(least)} {where}{more}{rest}")])
+
+
+def _energy(values: Values) -> Exact:
+    found: Exact = values["E"] if "E" in values else values["E_prime"]
+    return found
 
 
 def _branch(values: Values, first: str, second: str) -> int:
@@ -262,46 +223,33 @@ def _branch(values: Values, first: str, second: str) -> int:
     return 1 if branch == first else -1
 
 
-def _thetadot(top: Top, values: Values, x: Numbers) -> Exact:
-    u = cos(x["theta"])
-    least = top.gMR * u + top.A * (_precession_rate(top, x) * sin(x["theta"])) ** 2 / 2
-    excess = _energy(top, values, x) - least
-    if excess.sign() == -1:
-        raise _least(top, values, x, least)
-    return _branch(values, "falling", "rising") * sqrt(2 * excess / top.A)
-
-
-def _p_phi(top: Top, values: Values, x: Numbers) -> Exact:
-    u, s = cos(x["theta"]), sin(x["theta"])
-    excess = _energy(top, values, x) - top.gMR * u
-    if excess.sign() == -1 or (s.sign() == 0 and excess.sign() != 0):
-        raise _least(top, values, x, top.gMR * u)
-    across = s * sqrt(2 * top.A * excess)
-    return x["p_psi"] * u + _branch(values, "forward", "backward") * across
-
-
-def _p_psi(top: Top, values: Values, x: Numbers) -> Exact:
-    """The root of a quadratic equation: p_ψ²/2C + (p_φ − p_ψ u)²/(2A sin²θ) = E − …"""
+def _root(top: Top, values: Values, x: Numbers) -> Exact:
+    """Of p_φ, p_ψ and θ̇ the unknown one: the energy is least + (unknown − middle)² / square."""
     u, sin2 = cos(x["theta"]), sin(x["theta"]) ** 2
-    if top.C.sign() == 0 or sin2.sign() == 0:
-        raise ImpossibleStart([("p_psi", "missing: it does not follow here")])
-    free = "E_prime" in values
-    inverse = ZERO if free else 1 / top.C
-    excess = _energy(top, values, {**x, "p_psi": ZERO}) - top.gMR * u
-    square, linear = inverse + u**2 / (top.A * sin2), x["p_phi"] * u / (top.A * sin2)
-    if square.sign() == 0:
-        raise ImpossibleStart([("p_psi", "missing: at theta = pi/2 E_prime does not tell it")])
-    inside = linear**2 - square * (x["p_phi"] ** 2 / (top.A * sin2) - 2 * excess)
-    if inside.sign() == -1:
-        body = top.A * sin2 + (ZERO if free else top.C * u**2)
-        rotation = ZERO if free else x["p_phi"] ** 2 / (2 * body)
-        raise _least(top, values, x, top.gMR * u + rotation)
-    return (linear + _branch(values, "forward", "backward") * sqrt(inside)) / square
+    least, middle = top.gMR * u + _rest(top, values, x), ZERO
+    branches = "forward", "backward"
+    if "thetadot" not in x:
+        branches, square = ("falling", "rising"), 2 / top.A
+        least += top.A * _precession_rate(top, x) ** 2 * sin2 / 2
+    elif "p_phi" not in x:
+        middle, square = x["p_psi"] * u, 2 * top.A * sin2
+    else:
+        across, along = top.A * sin2, ZERO if "E_prime" in values else 1 / top.C
+        body = u**2 + across * along  # in that of θ̇ … of p_ψ
+        if top.C.sign() == 0 or sin2.sign() == 0 or body.sign() == 0:
+            raise ImpossibleStart([("p_psi", "missing: it does not follow here")])
+        middle, square = x["p_phi"] * u / body, 2 * across / body
+        least += x["p_phi"] ** 2 * along / (2 * body)
+    excess = _energy(values) - least
+    if excess.sign() == -1 or (square.sign() == 0 and excess.sign() != 0):
+        raise _too_low(values, x, least)
+    return middle + _branch(values, *branches) * sqrt(excess * square)
 
 
 def _theta(top: Top, values: Values, x: Numbers) -> Exact:
     """The root of a cubic equation in cosθ between which and another the axis nods."""
-    free, p_phi, p_psi = _energy(top, values, x), x["p_phi"], x["p_psi"]
+    rest = _rest(top, values, x)
+    free, p_phi, p_psi = _energy(values) - rest, x["p_phi"], x["p_psi"]
     roots = _real_roots(
         2 * top.A * top.gMR,
         -2 * top.A * free - p_psi**2,
@@ -311,7 +259,8 @@ def _theta(top: Top, values: Values, x: Numbers) -> Exact:
     between = [u for u in roots if (ONE - u**2).sign() == 1]  # p_φ = ±p_ψ has a pole as a root
     if not between:
         least, at = _lowest(top, float(p_phi), float(p_psi))
-        raise _least(top, values, x, Exact.of(least), f", which have it at theta = {at:.6g}")
+        where = f", which have it at theta = {at:.6g}"
+        raise _too_low(values, x, Exact.of(least) + rest, where)
     return acos(between[0 if _branch(values, "falling", "rising") == 1 else -1])
 
 
@@ -335,7 +284,7 @@ def _real_roots(a: Exact, b: Exact, c: Exact, d: Exact) -> list[Exact]:
 
 
 def _lowest(top: Top, p_phi: float, p_psi: float) -> tuple[float, float]:
-    """The least energy, without that of the spin, and its θ, by trisection."""
+    """The least energy, without that of the spin and of θ̇, and its θ, by trisection."""
     from math import cos, sin
 
     A, gMR = float(top.A), float(top.gMR)
@@ -350,30 +299,17 @@ def _lowest(top: Top, p_phi: float, p_psi: float) -> tuple[float, float]:
     return height(low), low
 
 
-_UNKNOWNS: Final[dict[str, Callable[..., Exact]]] = {
-    "p_phi": _p_phi,
-    "p_psi": _p_psi,
-    "theta": _theta,
-    "thetadot": _thetadot,
-}
-"""What is found of the constants where the energy is given, by what is missing."""
-
-
 # --- steady precession -----------------------------------------------------------------------
 
 
 def _steady(values: Values, top: Top) -> dict[str, Any]:
-    """A cosθ Ω² − p_ψ Ω + gMR = 0; with ψ̇ given in place of ω₃ it has A − C in place of A."""
+    """A cosθ Ω² − p_ψ Ω + gMR = 0; with ψ̇ given in place of ω₃ it has A − C in place of A.
+
+    The slow rate is taken from its partner, which neither cancels nor divides by cosθ.
+    """
     held = "omega3" if "omega3" in values else "psidot"
-    spin, u = values[held], cos(values["theta"])
-    square = (top.A if held == "omega3" else top.A - top.C) * u
-    rate = _steady_rate(top, square, spin, values["steady"], held)
-    return _attitude(values) | {"phidot": rate, "held": held, "spin": spin}
-
-
-def _steady_rate(top: Top, square: Exact, spin: Exact, which: str, held: str) -> Exact:
-    """The slow rate is taken from its partner, which neither cancels nor divides by cosθ."""
-    p_psi = top.C * spin
+    p_psi = top.C * values[held]
+    square = (top.A if held == "omega3" else top.A - top.C) * cos(values["theta"])
     discriminant = p_psi**2 - 4 * square * top.gMR
     if discriminant.sign() == -1:
         if top.C.sign() == 0:
@@ -382,62 +318,64 @@ def _steady_rate(top: Top, square: Exact, spin: Exact, which: str, held: str) ->
         raise ImpossibleStart([(held, f"at least {short(least)} in magnitude at this theta")])
     root = sqrt(discriminant)
     larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
-    if which == "fast":
-        if square.sign() == 0:
-            why = "at theta = pi/2" if held == "omega3" else "here"
-            raise ImpossibleStart([("steady", f'"slow" {why}: there is no fast rate')])
-        return larger / (2 * square)
-    if top.gMR.sign() == 0:
-        return ZERO
-    if larger.sign() == 0:
+    fast = values["steady"] == "fast"
+    if fast and square.sign() == 0:
+        why = "at theta = pi/2" if held == "omega3" else "here"
+        raise ImpossibleStart([("steady", f'"slow" {why}: there is no fast rate')])
+    light = top.gMR.sign() == 0
+    if not (fast or light) and larger.sign() == 0:
         raise ImpossibleStart([(held, "not 0 at this theta")])
-    return 2 * top.gMR / larger
+    slow = ZERO if fast or light else 2 * top.gMR / larger
+    rate = larger / (2 * square) if fast else slow
+    return {"phidot": rate, "held": held, "spin": values[held]}
 
 
 def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
     """ω₃ = (A cosθ φ̇² + gMR) / C φ̇."""
-    u, rate = cos(values["theta"]), values["phidot"]
+    rate = values["phidot"]
     if (top.C * rate).sign() == 0:
         raise ImpossibleStart([("phidot", "not 0, of a top that has C > 0: no spin holds it")])
-    spin = (top.A * u * rate**2 + top.gMR) / (top.C * rate)
-    return _attitude(values) | {"phidot": rate, "held": "omega3", "spin": spin}
+    spin = (top.A * cos(values["theta"]) * rate**2 + top.gMR) / (top.C * rate)
+    return {"held": "omega3", "spin": spin}
 
 
 # --- the ways, and what reads their values ---------------------------------------------------
 
 RATES: Final = Way(
-    "angles and rates", (), 0,
-    (ATTITUDE, ("thetadot",), ("phidot",), _SPINS, *_ANGLES), _from_rates, on_top=False,
-)  # fmt: skip
+    "angles and rates", (), _from_rates, (ATTITUDE, ("thetadot",), ("phidot",), _SPINS, *_ANGLES)
+)
 OMEGA: Final = Way(
-    "an angular velocity", (ATTITUDE, ("omega_body", "omega_space")), 2, _ANGLES, _from_omega,
-    on_top=False,
-)  # fmt: skip
+    "an angular velocity", (ATTITUDE, ("omega_body", "omega_space")), _from_omega, _ANGLES
+)
 CONSTANTS: Final = Way(
     "constants of the motion",
-    (_ENERGIES, ("p_phi",), ("p_psi", "omega3"), ("theta",), ("thetadot",)), 4,
-    (("branch",), *_ANGLES), _from_constants,
+    (_ENERGIES, ("p_phi",), ("p_psi", "omega3"), ("theta",), ("thetadot",)),
+    _from_constants, (("branch",), ("phi",), ("psi",)), needed=4,
 )  # fmt: skip
-STEADY: Final = Way("a steady start", (("steady",), ("theta",), _SPINS[::-1]), 3, _ANGLES, _steady)
-SPIN_OF_STEADY: Final = Way(
-    "a steady start", (("steady",), ("theta",), ("phidot",)), 3, _ANGLES, _spin_of_steady
+STEADY: Final = Way(
+    "a steady start", (("steady",), ("theta",), _SPINS[::-1]), _steady, (("phi",), ("psi",))
 )
+SPIN_OF_STEADY: Final = STEADY._replace(
+    slots=(("steady",), ("theta",), ("phidot",)), make=_spin_of_steady
+)
+ON_TOP: Final = (CONSTANTS, STEADY, SPIN_OF_STEADY)
+"""The ways for which a start follows from what spins."""
+WITHOUT_TOP: Final = "top"
+"""What is named where that is not known."""
 
 
 def _steadiness(value: object) -> object:
-    if value is True:
-        return True
-    return one_of({"slow": "slow", "fast": "fast"})(value)
+    return value is True or one_of({"slow": "slow", "fast": "fast"})(value)
 
 
-def _vector(name: str, count: int, value: object) -> tuple[Exact, ...]:
+def _vector(read: Reader, count: int, value: object) -> tuple[Exact, ...]:
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != count:
         raise Refused(f"{count} numbers in a list")
-    return tuple(NUMBERS[name](each) for each in value)  # type: ignore[attr-defined]
+    return tuple(read(each) for each in value)  # type: ignore[attr-defined]
 
 
 def _quaternion_given(value: object) -> tuple[Exact, ...]:
-    quaternion = _vector("p_phi", 4, value)
+    quaternion = _vector(PLAIN, 4, value)
     if all(x.sign() == 0 for x in quaternion):
         raise Refused("not all zero")
     return quaternion
@@ -448,10 +386,11 @@ def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
         raise Refused("three rows of three numbers")
     import numpy as np  # as few scenes need
 
-    R = tuple(_vector("p_phi", 3, row) for row in value)  # type: ignore[attr-defined]
+    R = tuple(_vector(PLAIN, 3, row) for row in value)  # type: ignore[attr-defined]
     rows = np.array(R, dtype=float)
-    if np.abs(rows @ rows.T - np.eye(3)).max() > _NEARLY:
-        raise Refused("a rotation: rows of length 1, at right angles")
+    if (off := np.abs(rows @ rows.T - np.eye(3)).max()) > _NEARLY:
+        within = f"to {_NEARLY:g}, and these are {off:.1g} off"
+        raise Refused(f"a rotation: rows of length 1, at right angles, {within}")
     if np.linalg.det(rows) < 0:
         raise Refused("a rotation, and no reflection")
     return R
@@ -462,8 +401,8 @@ START: Final[dict[str, Reader]] = {
     **{name: NUMBERS[name] for name in (*_ENERGIES, "p_phi", "p_psi")},
     "quaternion": _quaternion_given,
     "rotation": _rotation_given,
-    "omega_body": partial(_vector, "omega3", 3),
-    "omega_space": partial(_vector, "omega3", 3),
+    "omega_body": partial(_vector, NUMBERS["omega3"], 3),
+    "omega_space": partial(_vector, NUMBERS["omega3"], 3),
     "branch": one_of({name: name for name in BRANCHES}),
     "steady": _steadiness,
 }

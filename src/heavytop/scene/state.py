@@ -14,8 +14,8 @@ from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 from heavytop.display import Shown
 from heavytop.errors import FoldedTiltWarning, ImpossibleStart
 from heavytop.exact import Exact, Number, cos
-from heavytop.scene import arguments, starts
-from heavytop.scene.arguments import as_call, exact_numbers, set_fields
+from heavytop.scene import starts
+from heavytop.scene.arguments import as_call, exact_numbers, set_fields, there
 from heavytop.scene.top import Top
 
 Branch: TypeAlias = Literal["falling", "rising", "forward", "backward"]
@@ -107,14 +107,11 @@ class State(Shown):
         omega_body: Any = None,
         omega_space: Any = None,
     ) -> None:
-        angles = {"theta": theta, "phi": phi, "psi": psi}
-        rates = {"thetadot": thetadot, "phidot": phidot}
-        choices = {"psidot": psidot, "omega3": omega3}
-        choices |= {"omega_body": omega_body, "omega_space": omega_space}
-        chosen = {name: choice for name, choice in choices.items() if choice is not None}
-        if chosen.keys() & {"omega_body", "omega_space"}:
-            rates = {name: rate for name, rate in rates.items() if rate != 0}
-        self._read({**angles, **rates, **chosen}, None)
+        given = {"theta": theta, "phi": phi, "psi": psi, "thetadot": thetadot, "phidot": phidot}
+        spin = there(psidot=psidot, omega3=omega3)
+        if omega := there(omega_body=omega_body, omega_space=omega_space):
+            given = {name: x for name, x in given.items() if not (name.endswith("dot") and x == 0)}
+        self._read(given | spin | omega, None)
 
     @classmethod
     def of(cls, given: Mapping[str, object], top: Top | None = None) -> Self:
@@ -143,12 +140,9 @@ class State(Shown):
 
     def _read(self, given: Mapping[str, object], top: Top | None) -> None:
         way, every = starts.way_of(given), starts.completed(given)
-        readers = starts.START | {"top": arguments.a(Top)}
-        needed = {"top": top} if way.on_top else {}
-        values = exact_numbers(
-            ImpossibleStart, {**every, **needed}, lambda _: way.broken(every), readers
-        )
-        values.pop("top", None)
+        values = exact_numbers(ImpossibleStart, way, every, starts.START)
+        if way in starts.ON_TOP and not isinstance(top, Top):
+            raise ImpossibleStart([(starts.WITHOUT_TOP, "a Top, from which this start follows")])
         found = starts.solve(values, top)
         for notice in found["notices"]:
             warnings.warn(notice, FoldedTiltWarning, stacklevel=4)
@@ -311,11 +305,9 @@ class State(Shown):
         >>> print(start.thetadot, start.phidot)
         2 1
         """
-        constants = {
-            "E": E, "E_prime": E_prime, "p_phi": p_phi, "p_psi": p_psi, "omega3": omega3,
-            "theta": theta, "thetadot": thetadot, "branch": branch, "phi": phi, "psi": psi,
-        }  # fmt: skip
-        return cls.of({name: x for name, x in constants.items() if x is not None}, top)
+        constants = there(E=E, E_prime=E_prime, p_phi=p_phi, p_psi=p_psi, omega3=omega3)
+        rest = there(theta=theta, thetadot=thetadot, branch=branch, phi=phi, psi=psi)
+        return cls.of(constants | rest, top)
 
     @classmethod
     def steady(
@@ -364,7 +356,6 @@ class State(Shown):
         >>> print(State.steady(top, "pi/3", phidot=10).omega3)
         140.6
         """
-        spins = {"omega3": omega3, "psidot": psidot, "phidot": phidot}
-        spin = {name: x for name, x in spins.items() if x is not None}
+        spin = there(omega3=omega3, psidot=psidot, phidot=phidot)
         steady = True if phidot is not None else which
         return cls.of({"steady": steady, "theta": theta, **spin, "phi": phi, "psi": psi}, top)

@@ -9,22 +9,15 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from heavytop.display import Shown
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
-from heavytop.scene.arguments import (
-    Broken,
-    as_call,
-    exact_numbers,
-    not_positive,
-    set_fields,
-    short,
-)
-from heavytop.scene.solids import ALUMINIUM, STEEL, Solid, cone, disk, ring, rod, sphere, whole
-
-__all__ = ["ALUMINIUM", "STEEL", "Solid", "Top", "cone", "disk", "ring", "rod", "sphere", "whole"]
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Broken, Numbers, Reader, Way, exact_numbers, short, there
+from heavytop.scene.quantities import NUMBERS
+from heavytop.scene.solids import Solid, read_solids, whole
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
@@ -88,8 +81,30 @@ class Top(Shown):
         mass: Number | None = None,
         distance: Number | None = None,
     ) -> None:
-        self._set(A, C, gMR, mass, distance)
-        self._warn()
+        self._read({"A": A, "C": C, "gMR": gMR} | there(mass=mass, distance=distance))
+
+    @classmethod
+    def of(cls, given: Mapping[str, object]) -> Top:
+        """The top that the keys of a scene's ``[top]`` say, in any of their ways.
+
+        Parameters
+        ----------
+        given : mapping from str to object
+            What `heavytop.scene.top.TOP` has.
+
+        Raises
+        ------
+        ImpossibleTop
+            Some value is out of its rule, or too many or too few are given.
+
+        Examples
+        --------
+        >>> print(Top.of({"mass": 2, "distance": 3, "gravity": 10, "A_cm": 1, "C": 1}).A)
+        19
+        """
+        top = cls.__new__(cls)
+        top._read(given)
+        return top
 
     @classmethod
     def of_numbers(cls, A: Number, C: Number, gMR: Number) -> Top:
@@ -106,28 +121,24 @@ class Top(Shown):
         'C = 5 > 2A = 2: no rigid body has these moments of inertia'
         """
         top = cls.__new__(cls)
-        top._set(A, C, gMR)
+        top._set({"A": A, "C": C, "gMR": gMR})
         return top
 
-    def _set(
-        self,
-        A: Number,
-        C: Number,
-        gMR: Number,
-        mass: Number | None = None,
-        distance: Number | None = None,
-        given: Mapping[str, object] | None = None,
-    ) -> None:
-        mass, distance = (None, None) if mass is None or distance is None else (mass, distance)
-        pair = {"mass": mass, "distance": distance}
-        every = {"A": A, "C": C, "gMR": gMR} | ({} if mass is None else pair)
-        values = exact_numbers(ImpossibleTop, every, broken_body)
-        impossible, source = _impossible(values), tuple((given or values).items())
-        set_fields(self, pair | values | {"given": source, "impossible": impossible})
-
-    def _warn(self) -> None:
+    def _read(self, given: Mapping[str, object]) -> None:
+        self._set(given)
         if self.impossible:
-            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=3)
+            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
+
+    def _set(self, given: Mapping[str, object]) -> None:
+        known = [name for name in given if name in TOP]
+        way = min(WAYS, key=lambda each: each.off(known))
+        values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
+        found = way.make(values)
+        if broken := broken_body(found):
+            raise ImpossibleTop(broken)
+        source = tuple((found if "solids" in values else values).items())
+        made = found | {"given": source, "impossible": _impossible(found)}
+        arguments.set_fields(self, {"mass": None, "distance": None} | made)
 
     @property
     def warning(self) -> str:
@@ -175,7 +186,7 @@ class Top(Shown):
         return M * R * bent + weight * up
 
     def __repr__(self) -> str:
-        return as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
+        return arguments.as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
 
     @classmethod
     def from_parts(
@@ -222,21 +233,8 @@ class Top(Shown):
         >>> print(top.A, top.C, top.gMR)
         15.234375 0.46875 147.15
         """
-        chosen = {"A_cm": A_cm, "C_cm": C_cm, "A": A, "C": C}
         given = {"mass": mass, "distance": distance, "gravity": gravity}
-        given |= {name: value for name, value in chosen.items() if value is not None}
-        pairs = [
-            pair for pair in (("A_cm", "A"), ("C_cm", "C")) if len(given.keys() & {*pair}) != 1
-        ]
-        unclear = [(pair[0], f"exactly one of {' and '.join(pair)}") for pair in pairs]
-        parts = exact_numbers(ImpossibleTop, given, lambda parts: unclear + broken_body(parts))
-        M, R = parts["mass"], parts["distance"]
-        about_pivot = parts["A"] if "A" in parts else parts["A_cm"] + M * R**2
-        axial = parts["C"] if "C" in parts else parts["C_cm"]
-        top = cls.__new__(cls)
-        top._set(about_pivot, axial, M * parts["gravity"] * R, M, R, given=parts)
-        top._warn()
-        return top
+        return cls.of(given | there(A_cm=A_cm, C_cm=C_cm, A=A, C=C))
 
     @classmethod
     def from_solids(cls, parts: Iterable[Solid], gravity: Number) -> Top:
@@ -245,7 +243,7 @@ class Top(Shown):
         Parameters
         ----------
         parts : iterable of Solid
-            Disks, rods, rings, cones and spheres of `heavytop.scene.top`, each with its place.
+            Disks, rods, rings, cones and spheres of `heavytop.scene.solids`, each with its place.
         gravity : number
             g [m s⁻²].
 
@@ -258,7 +256,7 @@ class Top(Shown):
         --------
         An aluminium disk on a steel rod: the book's A = 3.28e-4, C = 6.60e-5 and gMR = 0.0456.
 
-        >>> from heavytop.scene.top import ALUMINIUM, STEEL, ring, rod
+        >>> from heavytop.scene.solids import ALUMINIUM, STEEL, ring, rod
         >>> wheel = ring(outer="0.042", inner="0.0015", thickness="0.005", centre="0.0505",
         ...              density=ALUMINIUM)
         >>> handle = rod(radius="0.0015", length="0.178", base=0, density=STEEL)
@@ -266,19 +264,53 @@ class Top(Shown):
         >>> print(f"{float(top.A):.3g} {float(top.C):.3g} {float(top.gMR):.3g}")
         0.000328 6.6e-05 0.0456
         """
-        g = exact_numbers(ImpossibleTop, {"gravity": gravity})["gravity"]
-        body = whole(parts)
-        return cls(body.A, body.C, body.mass * body.centre * g, body.mass, body.centre)
+        return cls.of({"solids": parts, "gravity": gravity})
 
 
-def broken_body(values: Mapping[str, Exact]) -> Broken:
+# --- the ways to say a top -------------------------------------------------------------------
+
+
+def _of_parts(values: Numbers) -> dict[str, Exact]:
+    """About the pivot, by parallel axes."""
+    M, R = values["mass"], values["distance"]
+    return {
+        "A": values["A"] if "A" in values else values["A_cm"] + M * R**2,
+        "C": values["C"] if "C" in values else values["C_cm"],
+        "gMR": M * values["gravity"] * R,
+        "mass": M,
+        "distance": R,
+    }
+
+
+def _of_solids(values: Mapping[str, Any]) -> dict[str, Exact]:
+    body = whole(values["solids"])
+    known = {"gravity": values["gravity"], "mass": body.mass, "distance": body.centre}
+    return _of_parts({**known, "A": body.A, "C": body.C})
+
+
+MOMENTS: Final = (("A",), ("C",), ("gMR",))
+PARTS: Final = (("mass",), ("distance",), ("gravity",), ("A_cm", "A"), ("C_cm", "C"))
+WAYS: Final = (
+    Way("a top of A, C, gMR", MOMENTS, dict),
+    Way("a top of mass and distance", PARTS, _of_parts),
+    Way("a top of A, C, gMR, mass, distance", (*MOMENTS, ("mass",), ("distance",)), dict),
+    Way("a top of solids", (("solids",), ("gravity",)), _of_solids),
+)
+TOP: Final[Mapping[str, Reader]] = {
+    name: read_solids if name == "solids" else NUMBERS[name]
+    for way in WAYS for slot in way.slots for name in slot
+}  # fmt: skip
+"""What reads each value of a top."""
+
+
+def broken_body(values: Numbers) -> Broken:
     """The rules that the mass and the moments, or those of them that are there, break."""
     negative = (name for name in ("C", "C_cm") if name in values and values[name].sign() == -1)
     rule = "must not be negative"
-    return [*not_positive(values, ("A", "mass")), *((name, rule) for name in negative)]
+    return [*arguments.not_positive(values, ("A", "mass")), *((name, rule) for name in negative)]
 
 
-def _impossible(values: Mapping[str, Exact]) -> str:
+def _impossible(values: Numbers) -> str:
     """The inequality of rigid bodies that moments, mass and distance break."""
     A, C = values["A"], values["C"]
     if "mass" not in values:

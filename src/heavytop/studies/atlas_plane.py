@@ -24,7 +24,8 @@ from heavytop.classification.kinds import Kind
 from heavytop.exact import Exact
 from heavytop.names import nearest
 from heavytop.results.atlas import ROLES as ROLES
-from heavytop.scene.arguments import PLAIN, STATE, Refused
+from heavytop.scene.arguments import Refused
+from heavytop.scene.quantities import NUMBERS, PLAIN
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -91,7 +92,7 @@ class Axis:
         name, *ends, count, scale = match.groups()
         if name not in ROLES:
             raise Refused(f"NAME must be one of {', '.join(ROLES)}", nearest(name, ROLES))
-        low, high = map(STATE.get(name, PLAIN), ends)
+        low, high = map(NUMBERS.get(name, PLAIN), ends)
         if not 2 <= int(count) <= MOST_VALUES:
             raise Refused(f"from 2 to {MOST_VALUES} pixels")
         if not float(low) < float(high):

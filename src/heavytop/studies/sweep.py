@@ -99,7 +99,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     Raises
     ------
     BadScene
-        There is no such number, or no such fact; every fault is listed.
+        There is no such number or fact, or no scene in the range; every fault is listed.
 
     Examples
     --------
@@ -116,7 +116,10 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
         faults.append(Fault(scene.name, None, "over", shown(over), str(wrong)))
     if faults:
         raise BadScene(tuple(faults))
-    return Sweep(scene, key, tuple(_row(scene, key, x, names) for x in points))
+    rows = tuple(_row(scene, key, x, names) for x in points)
+    if all(row["kind"] is None for row in rows):
+        scene.changed(key, points[0])  # which says why not
+    return Sweep(scene, key, rows)
 
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:
