@@ -67,6 +67,8 @@ class MethodSetting:
         Its heading in a stress test.
     atol : float or None
         The absolute tolerance, where it is not the relative one.
+    order : int or None
+        Where it is published.
     solver : str
         scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
     """
@@ -85,6 +87,7 @@ class MethodSetting:
     changed: bool = False
     short: str = ""
     atol: float | None = None
+    order: int | None = None
     solver: str = ""
     variables: str = ""
 
@@ -92,6 +95,11 @@ class MethodSetting:
     def states(self) -> str:
         """What its states are: a formulation, or the variables of a method of one's own."""
         return self.variables or self.formulation
+
+    @property
+    def fixed(self) -> bool:
+        """Whether its steps have one length."""
+        return self.set_by != TOLERANCE
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -125,7 +133,7 @@ class MethodSetting:
         """
         if self.formulation == AUTO:
             return ""
-        if self.set_by != TOLERANCE:
+        if self.fixed:
             return f"{self.setting:g}/period"
         mantissa, _, power = f"{self.setting:.1e}".partition("e")
         return f"{float(mantissa):g}e{int(power)}"
@@ -285,7 +293,10 @@ def _of_formulation(form: str) -> list[MethodSetting]:
 def _of(rival: comparison.MethodEntry) -> MethodSetting:
     names = ("name", "formulation", "variables", "language", "least", "most", "needs")
     same = {name: getattr(rival, name) for name in names}
-    return MethodSetting(setting=rival.default, set_by=rival.setting, is_rival=True, **same)
+    order = rival.order if rival.source else None  # of one's own it is measured
+    return MethodSetting(
+        setting=rival.default, set_by=rival.setting, is_rival=True, order=order, **same
+    )
 
 
 # --- what is put under stress ----------------------------------------------------------------
