@@ -50,3 +50,18 @@ class ExactRun:
     def samples(self) -> Any:
         """The motion at its start."""
         return self.motion.at(np.zeros(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Unmarked:
+    """A run without marks of its events."""
+
+    run: Any
+    events = _NOTHING
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.run, name)
+
+    def __call__(self, t: Any) -> Any:
+        """The motion at some times [s]."""
+        return self.run(t)

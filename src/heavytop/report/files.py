@@ -14,7 +14,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,7 +27,7 @@ from heavytop.errors import (
 from heavytop.files import as_json, locked, write_document
 from heavytop.results.base import Result, Row, not_as_written, read_json, typed
 from heavytop.results.classification import asked_formulation, plan_summary
-from heavytop.results.run import RunResult, exact_result, run_result
+from heavytop.results.run import PICTURES, RunResult, exact_result, run_result
 from heavytop.scene.scene import Scene, read_scene
 
 if TYPE_CHECKING:
@@ -40,11 +39,7 @@ if TYPE_CHECKING:
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
 FORMS: Final = ("svg", "png")
-FIGURES: Final = tuple(
-    f"{name}.{form}"
-    for name in ("overview", "angles", "potential", "phase", "errors")
-    for form in FORMS
-)
+FIGURES: Final = tuple(f"{name}.{form}" for name in PICTURES for form in FORMS)
 UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 """What drawing raises of numbers that no picture can show."""
 OWN: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURES)
@@ -249,13 +244,11 @@ def write_exact(run: SceneMotion, folder: Path, *, figures: bool = True) -> RunR
 
 def _figures(run: Trajectory | SceneMotion, folder: Path) -> dict[str, str]:
     """Draw the figures of a run; the names of their files, by what they are."""
-    from heavytop.plots.figures import FIGURES as drawn
-    from heavytop.plots.figures import seen_of
+    from heavytop.plots.figures import run_figures
 
     files: dict[str, str] = {}
-    for name, draw in drawn.items():
-        if name != "errors" or run.source == "integrated":
-            files |= _saved(folder, name, partial(draw, seen_of(run)), name)
+    for name, draw in run_figures(run):
+        files |= _saved(folder, name, draw, name)
     return files
 
 

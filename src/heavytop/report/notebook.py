@@ -109,10 +109,10 @@ def _plan(plan: Any) -> Cell:
 
 
 def _trajectory(trajectory: Trajectory) -> Cell:
-    from heavytop.plots.figures import overview
+    from heavytop.plots.figures import run_figure
     from heavytop.results.run import run_result
 
-    return run_result(trajectory).html(), overview(trajectory)
+    return run_result(trajectory).html(), run_figure("overview", trajectory)
 
 
 def _errors(errors: Any) -> Cell:
