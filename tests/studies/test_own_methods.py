@@ -122,7 +122,7 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
     methods = [f"{mine}:hangs", "taylor-axis", f"{mine}:rk4=50"]
     found = ht.drift(scene, methods=methods, periods=5, samples=2)
     said = [each.skipped for each in found.methods]
-    assert said == ["a step did not return within 15 s", None, None]
+    assert said == ["it did not return within 15 s", None, None]
 
 
 @pytest.mark.processes

@@ -321,7 +321,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 
 @pytest.mark.processes
 def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
-    monkeypatch.setattr("heavytop.studies.stress.get_ready", os.abort)
+    monkeypatch.setattr("heavytop.studies.stress.put_to_test", os.abort)
     monkeypatch.setattr("heavytop.studies.stress.reference", lambda name: None)
     got = stress(cases=["cusp"], methods=["auto"])
     [skipped] = got.skipped

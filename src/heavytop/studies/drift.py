@@ -13,14 +13,14 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict
-from itertools import takewhile
+from itertools import chain, repeat, takewhile
 from typing import Any, Final
 
 import numpy as np
 
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.errors import BadScene, HeavyTopError, MissingPackage
+from heavytop.errors import BadScene, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
 from heavytop.results.drift import SERIES, Drift, growth
@@ -39,7 +39,7 @@ from heavytop.studies.study import (
     open_journal,
     run,
 )
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
 
@@ -189,40 +189,21 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     handed over, which stays where it is.
     """
     name = task.rpartition("/")[0].partition("=")[0]
-    mine = own.passes([name])
-    if not mine or name.startswith("own:"):
-        chunks = _chunks(parameters, task, checkpoint)
-        next(chunks)
-        yield from chunks
-        return
-    try:
-        TIMED_WORKER.call(_begin, mine, parameters, task, checkpoint, timeout=SET_UP_S)
-        while True:  # the runner stops at the last one
-            yield TIMED_WORKER.call(_next_chunk, timeout=LIMIT_S)
-    except TimedOut:
-        limit = min(LIMIT_S, SET_UP_S)
-        raise HeavyTopError(f"a step did not return within {limit:g} s") from None
-    except Lost as death:
-        raise HeavyTopError(f"its process was lost: {death}") from None
+    mine, asked = own.passes([name]), (parameters, task, checkpoint)
+    if mine and not name.startswith("own:"):
+        limits = chain([SET_UP_S], repeat(LIMIT_S))
+        chunks = TIMED_WORKER.stages(_chunks, *asked, mine, limits=limits)
+    else:
+        chunks = _chunks(*asked)
+    next(chunks)  # it is set up
+    yield from chunks
 
 
-_AT_WORK: Final[list[Iterator[Chunk]]] = []  # in a worker: the run that it is at
-
-
-def _begin(mine: Sequence[tuple[str, str, str]], *asked: Any) -> None:
-    """In a worker: load a method of one's own, and get ready for a run."""
-    own.let_pass(mine)
-    _AT_WORK[:] = [_chunks(*asked)]
-    next(_AT_WORK[0])
-
-
-def _next_chunk() -> Chunk:
-    """In a worker: go on with the run."""
-    return next(_AT_WORK[0])
-
-
-def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+def _chunks(
+    parameters: Parameters, task: str, checkpoint: Any, mine: own.Passes = ()
+) -> Iterator[Chunk]:
     """Yield the chunks of a run in this process; first an empty one, once it is set up."""
+    own.let_pass(mine)
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = neighbour(scene.start, parameters["seed"], int(number))

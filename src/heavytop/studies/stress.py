@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import math
 import os
-import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -51,7 +49,8 @@ from heavytop.studies.methods import (
     stress_methods,
 )
 from heavytop.studies.steppers import measured_order, top_constants
-from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
+from heavytop.studies.stress_cases import Case, CaseReference, reference
+from heavytop.studies.stress_cases import cases as all_cases
 from heavytop.studies.study import (
     Chunk,
     Journal,
@@ -62,7 +61,7 @@ from heavytop.studies.study import (
     reading,
     run,
 )
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut
 
 KIND: Final = "stress"
 BUDGET_S: Final = 240.0
@@ -90,10 +89,6 @@ WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy find
 WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
 
 # --- the study -------------------------------------------------------------------------------
-
-
-class _Spent(Exception):
-    """The budget was spent."""
 
 
 def stress(
@@ -153,23 +148,12 @@ def stress(
     equations.
     """
     heard("progress", progress)
-    methods = methods and admitted(methods, KIND)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
-    parameters, values = _parameters(cases, methods, limits)
-    how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with open_journal(folder, parameters) as journal:
-        return complete(journal, on_progress=progress, **how)
-
-
-def _parameters(
-    some: Any, methods: Any, limits: Mapping[str, float]
-) -> tuple[Parameters, dict[str, Any]]:
-    """Return the test as JSON, and the limits, unless something is wrong with them."""
-    values, faults = parse_options("stress", limits, NUMBERS)
-    some = cases() if some is None else some
-    methods = stress_methods() if methods is None else methods
-    chosen, no_cases = parse_names(KIND, "cases", some, one_of(cases(), LIST))
-    known, no_methods = parse_names(KIND, "methods", methods, stress_method)
+    values, faults = parse_options(KIND, limits, NUMBERS)
+    some = all_cases() if cases is None else cases
+    asked = stress_methods() if methods is None else admitted(methods, KIND)
+    chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
+    known, no_methods = parse_names(KIND, "methods", asked, stress_method)
     if faults := [*faults, *no_cases, *no_methods]:
         raise errors.BadScene(tuple(faults))
     names = list(dict.fromkeys(each.name for each in known))
@@ -182,7 +166,9 @@ def _parameters(
         **own.stated(names),
         "versions": versions(),
     }
-    return parameters, values
+    how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
+    with open_journal(folder, parameters) as journal:
+        return complete(journal, on_progress=progress, **how)
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -191,25 +177,10 @@ def tasks(parameters: Parameters) -> list[str]:
     return [f"{case}/{method}" for method in there for case in parameters["cases"]]
 
 
-def complete(
-    journal: Journal,
-    *,
-    budget: float | None = None,
-    on_progress: Callable[[Progress], object] | None = None,
-    **how: Any,
-) -> Stress:
+def complete(journal: Journal, *, budget: float | None = None, **how: Any) -> Stress:
     """Do the runs that are left and for which there is time, and return the result."""
     budget = keep_budget(journal, budget, BUDGET_S)
-    until = time.monotonic() + budget
-
-    def heard(now: Progress) -> None:
-        if on_progress is not None:
-            on_progress(now)
-        if now.ended < now.tasks and time.monotonic() >= until:
-            raise _Spent
-
-    with suppress(_Spent):
-        run(journal, on_progress=heard, **how)
+    run(journal, budget=budget, **how)
     return collect(journal, budget)
 
 
@@ -239,7 +210,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
     limits = {"time_s": parameters["time_limit"], "steps": parameters["step_limit"]}
     return Stress(
         limits={"budget_s": budget, **limits},
-        hard={name: cases()[name].hard for name in parameters["cases"]},
+        hard={name: all_cases()[name].hard for name in parameters["cases"]},
         methods={each.name: f"{each.short} {each.set_to}".rstrip() for each in methods},
         cases=tuple(runs),
         skipped=tuple(skipped),
@@ -250,39 +221,31 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
-    asked, limit = (case, method, reference(case)), parameters["time_limit"]
+    asked, limit = (
+        (case, method, reference(case), parameters["step_limit"]),
+        parameters["time_limit"],
+    )
+    passes, limits = own.passes(parameters.get("own", {})), (SET_UP_S, limit)
     try:
-        passes = own.passes(parameters.get("own", {}))
-        TIMED_WORKER.call(get_ready, *asked, passes, timeout=SET_UP_S)
-        found = TIMED_WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
+        [_, found] = TIMED_WORKER.stages(put_to_test, *asked, passes, limits=limits)
     except TimedOut:
         form = stress_method(method).states
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
         found = run_row(case=case, method=method, formulation=form, named=True, **what)
-    except Lost as death:
-        raise errors.HeavyTopError(f"its process was lost: {death}") from None
     yield Chunk(rows=[found], done=True)
 
 
-def get_ready(
-    case: str, method: str, truth: CaseReference, methods: Sequence[tuple[str, str, str]] = ()
-) -> None:
-    """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
+def put_to_test(
+    case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Passes = ()
+) -> Iterator[Row]:
+    """In the worker: compile what a method needs; then do a run, and judge it."""
     own.let_pass(methods)
-    with Path(os.devnull).open("w", encoding="utf-8") as nothing:
+    with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # the Fortran and C of solvers
         os.dup2(nothing.fileno(), 2)
-    chosen = stress_method(method)
-    _PREPARED[:] = [prepare(cases()[case], chosen, truth)] if chosen.is_rival else []
-
-
-_PREPARED: Final[list[Prepared]] = []  # in a worker: what the next run takes
-
-
-def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Row:
-    """In the worker: do a run, and judge it."""
-    chosen = stress_method(method)
-    found = run_case(cases()[case], chosen, truth, step_limit, *_PREPARED)
-    return judged(found, truth, case, chosen)
+    chosen, asked = stress_method(method), all_cases()[case]
+    ready = prepare(asked, chosen, truth) if chosen.is_rival else None
+    yield Row()
+    yield judged(run_case(asked, chosen, truth, step_limit, ready), truth, case, chosen)
 
 
 def run_row(*, case: str, method: str, formulation: str, outcome: str, **more: Any) -> Row:
@@ -301,7 +264,7 @@ def listing() -> StressCases:
     ('140', '2.618 periods')
     """
     return StressCases(
-        cases=tuple(case.document() for case in cases().values()),
+        cases=tuple(case.document() for case in all_cases().values()),
         methods=tuple(
             {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.set_to}
             for m in stress_methods().values()
@@ -435,7 +398,7 @@ def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared
     if method.fixed:
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
         steps = math.ceil(span / period * setting)
-        order = method.order or measured_order(cases()[EASY].scene, method)
+        order = method.order or measured_order(all_cases()[EASY].scene, method)
         allowed = (math.tau / setting) ** order if order else 0.0
         setting, block = float(steps), min(steps, BLOCK)
     name, ahead = method.name.partition("=")[0], 1 if truth.end >= 0 else -1

@@ -42,7 +42,7 @@ from heavytop.studies.study import (
     open_journal,
     stop_signal,
 )
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
@@ -380,21 +380,15 @@ def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: flo
 
     Raises
     ------
-    IntegrationFailed
+    TimedOut, Lost
         It does not return, or that process dies of it.
     """
-    if not (mine := own.passes([each.name])):
-        return
-    patience = SET_UP_S + 2 * limit
-    try:
+    if mine := own.passes([each.name]):
+        patience = SET_UP_S + 2 * limit
         TIMED_WORKER.call(_try, scene, each, mine, periods, limit, timeout=patience)
-    except TimedOut:
-        raise IntegrationFailed(f"it did not return within {patience:g} s") from None
-    except Lost as death:
-        raise IntegrationFailed(f"its process was lost: {death}") from None
 
 
-def _try(scene: Scene, each: MethodSetting, mine: Any, periods: float, limit: float) -> None:
+def _try(scene: Scene, each: MethodSetting, mine: own.Passes, periods: float, limit: float) -> None:
     """In a worker: run a method once; what it raises is raised again where it is measured."""
     own.let_pass(mine)
     with suppress(IntegrationFailed):
