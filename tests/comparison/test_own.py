@@ -193,7 +193,7 @@ def file(tmp_path):
 
 def test_a_file_is_named_by_its_last_part(file):
     assert own.admit(f"{file}:euler=500") == "mine.py:euler=500"
-    assert named("mine.py:euler").setting == "steps a period"
+    assert named("mine.py:euler").set_by == "steps a period"
     assert own.admitted("mine.py:euler").digest
 
 

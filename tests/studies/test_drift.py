@@ -9,7 +9,6 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import IntegrationFailed
 from heavytop.results.drift import growth
-from heavytop.studies import methods as registry
 from heavytop.studies.drift import advance, drift_parameters, sample_times, tasks
 from heavytop.studies.methods import DEFAULT, method
 from heavytop.studies.steppers import TaylorStepper
@@ -148,7 +147,9 @@ def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "numba" else name)
+    monkeypatch.setattr(
+        "heavytop.comparison.methods.find_spec", lambda name: None if name == "numba" else name
+    )
     found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)
     assert "pip install '.[rivals]'" in found["strang"].skipped
     assert found["taylor-axis"].energy

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from heavytop.checking.result import Check
 from heavytop.errors import Impossible
 from heavytop.plots import figures
-from heavytop.plots.exact_run import Unmarked
 from heavytop.plots.style import legend
 from heavytop.results.check import CheckResult
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
@@ -75,7 +74,7 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
     def bind(draw: Draw) -> Draw:
         def bound(ax: Axes, events: bool = True, **looks: Any) -> Axes:
             marked = events or draw is figures.errors  # which has no marks
-            return draw(ax, thing if marked else Unmarked(figures.run_of(thing)), **looks)
+            return draw(ax, thing if marked else figures.Unmarked(figures.run_of(thing)), **looks)
 
         return bound
 

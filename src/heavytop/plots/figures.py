@@ -7,12 +7,12 @@ for its line, which go before its own; and returns the axes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakKeyDictionary
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -23,9 +23,8 @@ from heavytop.analytic.potential import Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
-from heavytop.plots.exact_run import ExactRun, Unmarked
 from heavytop.plots.sphere import NUTATIONS, PUSH, View, axis_path, touched
-from heavytop.plots.style import Array, in_degrees, legend, line, literal, titled
+from heavytop.plots.style import Array, in_degrees, line, literal, titled
 from heavytop.results.run import PICTURES
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
@@ -50,6 +49,61 @@ ERRORS: Final = {
     "psi": (style.GREEN, "^"),
     "axis": (style.PURPLE, "D"),
 }
+
+
+# --- the exact motion, seen as a run -------------------------------------------------------
+
+STEADY_S: Final = 2.0  # of a motion that has no period
+_NOTHING: Final = SimpleNamespace(
+    kind=(), **dict.fromkeys(("t", "theta", "phi"), ()), axis=np.empty((0, 3))
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ExactRun:
+    """The exact motion, seen as a run of some nutations without events."""
+
+    events = _NOTHING
+    motion: Motion
+    scene: Any
+    orbit: Any
+
+    @classmethod
+    def of(cls, motion: Motion, periods: int) -> ExactRun:
+        """That of a motion."""
+        moving = touched(motion) or motion
+        end = periods * moving.period if moving.period else STEADY_S
+        scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
+        return cls(motion, scene, SimpleNamespace(end=end))
+
+    @classmethod
+    def of_scene(cls, run: SceneMotion) -> ExactRun:
+        """That of a scene which was not integrated."""
+        return cls(run.motion, run.scene, SimpleNamespace(end=run.span))
+
+    def __call__(self, t: Any) -> Any:
+        """The motion at some times [s]."""
+        return self.motion.at(t)
+
+    @property
+    def samples(self) -> Any:
+        """The motion at its start."""
+        return self.motion.at(np.zeros(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Unmarked:
+    """A run without marks of its events."""
+
+    run: Any
+    events = _NOTHING
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.run, name)
+
+    def __call__(self, t: Any) -> Any:
+        """The motion at some times [s]."""
+        return self.run(t)
 
 
 # --- the part of a run that is drawn -----------------------------------------------------------
@@ -466,7 +520,6 @@ def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, Callable[[
             yield name, partial(run_figure, name, run)
 
 
-@mpl.rc_context(style.STYLE)
 def run_figure(name: str, run: Any) -> Figure:
     """The figure of a run of this name; of a top that stands still tilt against time, not phi.
 
@@ -489,13 +542,12 @@ def run_figure(name: str, run: Any) -> Figure:
     size = (7.2, 4.8) if count == 1 else (8.0, 2.3 * count)
     if beside:
         grid, size = {"ncols": count, "width_ratios": (1.15, 1.0)}, (9.6, 5.2)
-    figure = Figure(figsize=size, layout="constrained")
-    for ax, panel in zip(np.ravel(figure.subplots(**grid)), panels, strict=True):
-        DRAW[panel](ax, run)
-        ax.label_outer()
-        in_degrees(ax)
-    figure.suptitle(literal(run.scene.title or run.scene.name))
-    legend(figure, 4 if count > 1 else 2)
+    title = literal(run.scene.title or run.scene.name)
+    with style.sheet(title, size, 4 if count > 1 else 2, **grid) as (figure, axes):
+        for ax, panel in zip(axes.ravel(), panels, strict=True):
+            DRAW[panel](ax, run)
+            ax.label_outer()
+            in_degrees(ax)
     return figure
 
 

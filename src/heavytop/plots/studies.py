@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import cycle
+from itertools import cycle, zip_longest
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from heavytop.analytic.find import unit_of
 from heavytop.plots import style
-from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
+from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.drift import SERIES, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import ERRORS, error_of_point, front
@@ -25,7 +25,6 @@ Looks = dict[str, dict[str, Any]]
 # --- sweep: what is of one unit in one panel -----------------------------------------------------
 
 
-@mpl.rc_context(style.STYLE)
 def sweep_figure(document: Known, units: Units = SI) -> Figure:
     """The chart of a sweep: facts over the number that is varied, a panel for each unit.
 
@@ -43,19 +42,17 @@ def sweep_figure(document: Known, units: Units = SI) -> Figure:
     rows, key = document["rows"], document["over"]
     names = [name for name in rows[0] if name not in (key, "kind")]
     panels = [*dict.fromkeys(map(unit_of, names))]
-    figure = Figure(figsize=(7.0, 1.4 + 2.2 * len(panels)), layout="constrained")
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
+    size, grid = (7.0, 1.4 + 2.2 * len(panels)), {"nrows": len(panels), "sharex": True}
     columns = {name: np.array([row[name] for row in rows], float) for name in (key, *names)}
     shown = {name: scaled(unit_of(name), units) for name in columns}
-    for name, colour in zip(names, cycle(style.COLOURS), strict=False):
-        ax = axes[panels.index(unit_of(name))]
-        x, y = (columns[each] * shown[each][1] for each in (key, name))
-        dashed = "--" if name.endswith("_estimate") else "-"
-        line(ax, x, y, {}, color=colour, ls=dashed, lw=1.0, label=name.replace("_", " "))
-        gridded(ax, "", f"[{shown[name][0] or '1'}]")
-    axes[-1].set_xlabel(literal(f"{key} [{shown[key][0] or '1'}]"))
-    figure.suptitle(title_of(document["scene"]))
-    legend(figure, columns=3)
+    with style.sheet(title_of(document["scene"]), size, 3, **grid) as (figure, axes):
+        for name, colour in zip(names, cycle(style.COLOURS), strict=False):
+            ax = axes[panels.index(unit_of(name)), 0]
+            x, y = (columns[each] * shown[each][1] for each in (key, name))
+            dashed = "--" if name.endswith("_estimate") else "-"
+            line(ax, x, y, {}, color=colour, ls=dashed, lw=1.0, label=name.replace("_", " "))
+            gridded(ax, "", f"[{shown[name][0] or '1'}]")
+        axes[-1, 0].set_xlabel(literal(f"{key} [{shown[key][0] or '1'}]"))
     return figure
 
 
@@ -68,7 +65,6 @@ Series = dict[str, list[tuple[float, float]]]
 """By method: nutation periods and errors."""
 
 
-@mpl.rc_context(style.STYLE)
 def drift_figure(document: Known) -> Figure:
     """The chart of a drift study.
 
@@ -87,16 +83,12 @@ def drift_figure(document: Known) -> Figure:
     columns = min(3, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for ax, name in zip(axes, panels, strict=False):
-        error_growth(ax, document, name)
-    for ax in axes[len(panels) :]:
-        ax.set_visible(False)
     starts = "" if count == 1 else f", RMS of {count} starts"
     words = f"{document['periods']:g} nutation periods{starts}"
-    figure.suptitle(f"{title_of(document['scene'])} — {words}")
-    legend(figure)
+    title = f"{title_of(document['scene'])} — {words}"
+    with style.sheet(title, size, nrows=rows, ncols=columns) as (figure, axes):
+        for ax, name in zip_longest(axes.ravel(), panels):
+            error_growth(ax, document, name) if name else ax.set_visible(False)
     return figure
 
 
@@ -174,7 +166,6 @@ PER: Final = {
 }
 
 
-@mpl.rc_context(style.STYLE)
 def workprec_figure(document: Known) -> Figure:
     """The chart of a work–precision diagram.
 
@@ -199,20 +190,16 @@ def workprec_figure(document: Known) -> Figure:
         *[("us_per_period", 0.6)] * bool(more),
     ]
     heights = [height for _, height in rows]
-    figure = Figure(
-        figsize=(3.9 * len(columns) + 0.4, 3.7 * sum(heights) + 1.8), layout="constrained"
-    )
-    axes = figure.subplots(
-        len(rows), len(columns), squeeze=False, sharey="row", height_ratios=heights
-    )
-    for k, (row, (work, _)) in enumerate(zip(axes, rows, strict=True)):
-        some = more if k == 2 else [p for p in points if p["bits"] == DOUBLE]
-        for ax, name in zip(row, columns, strict=True):
-            work_precision(ax, document, name, work, some)
-        for ax in row[1:]:
-            ax.set_ylabel("")
-    figure.suptitle(f"{title_of(document['scene'])}, {document['periods']:g} periods")
-    legend(figure, order=["front", *map(literal, _looks(points))], fontsize=8)
+    size = (3.9 * len(columns) + 0.4, 3.7 * sum(heights) + 1.8)
+    title = f"{title_of(document['scene'])}, {document['periods']:g} periods"
+    grid = {"ncols": len(columns), "sharey": "row", "height_ratios": heights}
+    with style.sheet(title, size, nrows=len(rows), **grid) as (figure, axes):
+        for k, (row, (work, _)) in enumerate(zip(axes, rows, strict=True)):
+            some = more if k == 2 else [p for p in points if p["bits"] == DOUBLE]
+            for ax, name in zip(row, columns, strict=True):
+                work_precision(ax, document, name, work, some)
+            for ax in row[1:]:
+                ax.set_ylabel("")
     return figure
 
 
@@ -379,7 +366,6 @@ def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
 CHECKED: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
 
 
-@mpl.rc_context(style.STYLE)
 def check_figure(document: Known) -> Figure:
     """The chart of a check.
 
@@ -394,12 +380,10 @@ def check_figure(document: Known) -> Figure:
         The magnitude of every error over time above conditioning; below, how far the
         data run ahead.
     """
-    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    checked_errors(above, document).set_xlabel("")
-    checked_phase(below, document)
-    figure.suptitle(literal(document["data"]["file"]))
-    legend(figure, columns=3)
+    grid = {"nrows": 2, "sharex": True, "height_ratios": (3, 2)}
+    with style.sheet(literal(document["data"]["file"]), (7.0, 5.2), 3, **grid) as (figure, axes):
+        checked_errors(axes[0, 0], document).set_xlabel("")
+        checked_phase(axes[1, 0], document)
     return figure
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from typing import Any, Final, NamedTuple
 
@@ -130,6 +131,18 @@ def legend(
     if names:
         handles = [known[name] for name in names]
         figure.legend(handles, names, loc="outside lower center", ncols=columns, **looks)
+
+
+@contextmanager
+def sheet(
+    title: str, size: tuple[float, float], columns: int = 4, /, **grid: Any
+) -> Iterator[tuple[Figure, Any]]:
+    """A figure and its axes, shape (rows, columns), to draw on; in the end title and legend."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        yield figure, figure.subplots(squeeze=False, **grid)
+        figure.suptitle(title)
+        legend(figure, columns)
 
 
 def over(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]:

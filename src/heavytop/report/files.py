@@ -199,12 +199,15 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     return replace(part, scene=scene, plan=replace(part.plan, estimate=chosen.estimate))
 
 
-def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> RunResult:
+def write_results(
+    run: Trajectory | SceneMotion, folder: Path, *, figures: bool = True
+) -> RunResult:
     """Write a run; the document comes last, so that where it stands the rest is whole.
 
     Parameters
     ----------
-    trajectory : Trajectory
+    run : Trajectory or SceneMotion
+        A trajectory, or what the closed form says of a scene.
     folder : Path
         It exists; files of an earlier run in it are replaced.
     figures : bool
@@ -220,24 +223,20 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
     OSError
         A file cannot be written.
     """
-    files = {"document": DOCUMENT, "trajectory": TRAJECTORY}
-    _remove(folder, (DOCUMENT, *FIGURES))
-    trajectory.save(folder / TRAJECTORY)
-    files |= _figures(trajectory, folder) if figures else {}
-    result = run_result(trajectory, files=files)
-    result.save(folder / DOCUMENT)
-    return result
+    from heavytop.run.exact import SceneMotion
 
-
-def write_exact(run: SceneMotion, folder: Path, *, figures: bool = True) -> RunResult:
-    """Write what the closed form says of a scene, as `write_results` writes a run."""
     files = {"document": DOCUMENT}
-    _remove(folder, (DOCUMENT, TRAJECTORY, *FIGURES))
-    if run.moves:
+    _remove(folder, (DOCUMENT, *FIGURES))
+    if isinstance(run, SceneMotion) and not run.moves:
+        _remove(folder, [TRAJECTORY])
+    else:
         files["trajectory"] = TRAJECTORY
         run.save(folder / TRAJECTORY)
         files |= _figures(run, folder) if figures else {}
-    result = exact_result(run, files=files)
+    if isinstance(run, SceneMotion):
+        result = exact_result(run, files=files)
+    else:
+        result = run_result(run, files=files)
     result.save(folder / DOCUMENT)
     return result
 

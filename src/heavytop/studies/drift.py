@@ -212,7 +212,7 @@ def _chunks(
     times = [found.stepper.output_time(n * found.period) for n in periods]
     state, sampled, ended = found.stepper.begin(), 0, ""
     here: Mapping[str, int] = getattr(found.stepper, "warned", {})
-    order: float | None = chosen.order
+    order: float | None = chosen.published_order
     warned = Counter[str]()
     if checkpoint is None and chosen.fixed and order is None and int(number) == 0:
         order = measured_order(scene, chosen)

@@ -398,7 +398,7 @@ def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared
     if method.fixed:
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
         steps = math.ceil(span / period * setting)
-        order = method.order or measured_order(all_cases()[EASY].scene, method)
+        order = method.published_order or measured_order(all_cases()[EASY].scene, method)
         allowed = (math.tau / setting) ** order if order else 0.0
         setting, block = float(steps), min(steps, BLOCK)
     name, ahead = method.name.partition("=")[0], 1 if truth.end >= 0 else -1

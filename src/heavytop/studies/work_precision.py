@@ -24,7 +24,6 @@ from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import LOST, neighbour
 from heavytop.studies.methods import (
     AUTO,
-    TOLERANCE,
     MethodSetting,
     admitted,
     auto_digits,
@@ -119,7 +118,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodSetting, ..
 
 def grid(found: MethodSetting) -> Sequence[float]:
     """Return the settings of a method, from the loosest to the tightest."""
-    if found.set_by != TOLERANCE:
+    if found.fixed:
         usual = OWN_STEPS if ":" in found.name else (found.setting,)
         return STEPS.get(found.name, usual)
     if found.least == found.most:
@@ -385,14 +384,14 @@ def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: flo
     """
     if mine := own.passes([each.name]):
         patience = SET_UP_S + 2 * limit
-        TIMED_WORKER.call(_try, scene, each, mine, periods, limit, timeout=patience)
+        TIMED_WORKER.call(_try, scene, each.text, mine, periods, limit, timeout=patience)
 
 
-def _try(scene: Scene, each: MethodSetting, mine: own.Passes, periods: float, limit: float) -> None:
+def _try(scene: Scene, text: str, mine: own.Passes, periods: float, limit: float) -> None:
     """In a worker: run a method once; what it raises is raised again where it is measured."""
     own.let_pass(mine)
     with suppress(IntegrationFailed):
-        found = set_up(scene, each)
+        found = set_up(scene, method(text))
         walk(found.stepper, _end(found, periods), limit)
 
 
@@ -449,7 +448,7 @@ def _point(
     columns = {name: [row[name] for row in rows.values()] for name in ERRORS.values()}
     medians = {name: None if None in x else median(x) for name, x in columns.items()}
     axis = medians.pop("axis_error") is not None
-    errors, by_tolerance = columns[ERRORS["axis" if axis else "theta"]], each.set_by == TOLERANCE
+    errors, by_tolerance = columns[ERRORS["axis" if axis else "theta"]], not each.fixed
     return {
         "method": each.name,
         "formulation": each.states,
