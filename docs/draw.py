@@ -16,9 +16,8 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Affine2D
 
 import heavytop as ht
-from heavytop.plots.figures import View, save
-from heavytop.plots.sphere import PUSH, axis_path, kind_panel, touched
-from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE, SKY, YELLOW
+from heavytop.plots.sphere import PUSH, View, axis_path, kind_panel, touched
+from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE, SKY, YELLOW, save
 from heavytop.plots.style import KINDS as LOOKS
 
 IMAGES = Path(__file__).parent / "images"

@@ -10,8 +10,8 @@ from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.plots.figures import save
 from heavytop.plots.studies import drift_figure
+from heavytop.plots.style import save
 from heavytop.report.files import write_study
 from heavytop.results.drift import growth
 

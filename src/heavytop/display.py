@@ -24,7 +24,14 @@ class Plotted(Shown):
 
     __slots__ = ()
 
-    def plot(self, what: str | None = None, *, ax: Axes | None = None, **style: Any) -> Axes:
+    def plot(
+        self,
+        what: str | None = None,
+        *,
+        ax: Axes | None = None,
+        unit: str | None = None,
+        **style: Any,
+    ) -> Axes:
         """Draw one picture, on axes of your own or on a new figure.
 
         Parameters
@@ -36,16 +43,21 @@ class Plotted(Shown):
             "thetadot", "phidot" or "psidot" (against time), "potential" or "phase"; of a
             `Trajectory` "errors" too.
             Of a `Drift` the error that grows: "energy", "phase_s", "axis" or an invariant, of those
-            that are not zero. Of a `WorkPrecision` the error: "axis" or "theta". Of a `Check`
+            that are not zero. Of a `WorkPrecision` the error, against time or, as
+            "axis-evaluations", against evaluations: axis, theta, phase, energy. Of a `Check`
             "errors" or "phase". The first of them is the default. An `Atlas` has its "map" alone, a
             `Stress` its "digits".
         ax : matplotlib.axes.Axes, optional
-            Where to draw; nothing but these axes is touched. Without it a new figure is made by
+            Where to draw; nothing but these axes is touched, and a title that they have stays.
+            Without it a new figure is made by
             ``matplotlib.pyplot``, which a notebook and ``pyplot.show()`` show, with a legend.
+        unit : str, optional
+            Such as "deg" or "deg,ms", in place of rad, rad/s and s.
         **style
-            Keywords of matplotlib for the line, such as color, lw, ls or label, which go before
-            those of the picture; of several lines each has them, of an `Atlas` the mesh, of a
-            `Stress` the image.
+            Of a motion and of a trajectory ``events=False`` leaves out their marks. Keywords of
+            matplotlib for the line, such as color, lw, ls or label, which go before those of the
+            picture; of several lines each has them, of an `Atlas` the mesh, of a `Stress` the
+            image.
 
         Returns
         -------
@@ -74,7 +86,7 @@ class Plotted(Shown):
         """
         from heavytop.plots.drawing import plotted
 
-        return plotted(self, what, ax, style)
+        return plotted(self, what, ax, unit, style)
 
 
 class Played(Plotted):

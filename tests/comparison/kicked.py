@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import absent, make_stepper, named
+from heavytop.comparison import make_stepper, named
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
 from heavytop.run.planning import start_values
@@ -33,7 +33,7 @@ def started(formulation="axis"):
 def set_up(name, setting=None, period=None, **more):
     """The stepper of a method, or a test that is skipped by name where its packages are missing."""
     method = named(name)
-    if missing := absent(method):
+    if missing := method.absent:
         pytest.skip(f"{name} needs {' and '.join(missing)}")
     period = motion().period if period is None else period
     return make_stepper(name, *started(method.formulation), setting, period, **more)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from heavytop.cli import Exit, exit_code
-from heavytop.comparison import METHODS, IntegrationFailed, absent, make_stepper, named
+from heavytop.comparison import METHODS, IntegrationFailed, make_stepper, named
 from heavytop.comparison.adaptive import (
     AdaptiveStepper,
     Singular,
@@ -47,7 +47,7 @@ def test_a_name_may_end_in_a_formulation():
 @pytest.mark.parametrize("name", METHODS)
 def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     monkeypatch.setattr("heavytop.comparison.methods.find_spec", lambda package: None)
-    assert absent(METHODS[name]) == METHODS[name].needs != ()
+    assert METHODS[name].absent == METHODS[name].needs != ()
     said = rf"{METHODS[name].needs[0]}.*pip install '\.\[rivals\]'"
     with pytest.raises(MissingPackage, match=said) as refusal:
         make_stepper(name, *started(), None, 1.0)

@@ -164,7 +164,8 @@ def stops(fun, t_span, y0, **_):
         (lambda f, y, h: y[:2], 100, r"it returns an array of shape \(2,\), not \(5,\)"),
         (lambda f, y, h: None, 100, "it returns numbers of type object, not reals"),
         (lambda f, y, h: y + 1j, 100, "it returns numbers of type complex128, not reals"),
-        (lambda f, y, h: y * np.nan, 100, "the numbers are no longer finite"),
+        (lambda f, y, h: y * np.nan, 100, "it returns nan"),
+        (lambda f, y, h: y * 1e9, 100, "the numbers are no longer finite"),
         (stops, 1e-2, "it stops after .* s: too stiff"),
         (loses, 1e-2, "the numbers are no longer finite"),
     ],
@@ -192,7 +193,7 @@ def file(tmp_path):
 
 def test_a_file_is_named_by_its_last_part(file):
     assert own.admit(f"{file}:euler=500") == "mine.py:euler=500"
-    assert named("mine.py:euler").setting == "steps a period"
+    assert named("mine.py:euler").set_by == "steps a period"
     assert own.admitted("mine.py:euler").digest
 
 

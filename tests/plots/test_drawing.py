@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.errors import Impossible
-from heavytop.plots.drawing import RUN
+from heavytop.plots.figures import DRAW
 from heavytop.results.stress import Stress, StressOutcome
 from heavytop.studies.stress import run_row
 
@@ -103,7 +103,33 @@ def test_the_default_is_the_tilt_against_the_precession(things, ax):
         exact = at(np.linspace(0.0, end, phi.size))
         np.testing.assert_array_equal([phi, theta], [exact.phi, exact.theta])
     assert ax.yaxis_inverted()  # still, after two
-    assert len(ax.child_axes) == 2
+    assert (ax.child_axes, ax.get_title()) == ([], "")
+    labels = [x for x in ax.get_legend_handles_labels()[1] if x != "mine"]
+    assert len(labels) == len(set(labels)) > 1
+
+
+def test_a_title_stays_events_may_be_left_out_and_angles_be_in_degrees(things, ax):
+    ax.set_title("my own")
+    run = things["Trajectory"]
+    for name in set(DRAW) - {"errors"}:
+        run.plot(name, ax=ax, events=False)
+    run.plot("errors", ax=Figure().subplots(), events=False)
+    assert ax.get_title() == "my own"
+    assert not any("turning" in label for label in ax.get_legend_handles_labels()[1])
+    other = run.plot("phi", ax=Figure().subplots(), unit="deg,ms", label="mine", events=False)
+    [line] = mine(other)
+    t, phi = line.get_data()
+    np.testing.assert_allclose(phi, np.degrees(run(t / 1000).phi), rtol=1e-9)
+    assert (other.get_xlabel(), other.get_ylabel()) == ("t [ms]", "φ [deg]")
+    marked = run.plot("loop", ax=Figure().subplots(), unit="deg")
+    highest = next(x for x in marked.lines if "highest" in x.get_label()).get_ydata()
+    assert highest[0] == pytest.approx(np.degrees(run.events.of("turning").theta.min()), rel=1e-9)
+    for name in ("phase", "potential"):
+        wide = run.plot(name, ax=Figure().subplots(), unit="deg").get_xlim()
+        narrow = run.plot(name, ax=Figure().subplots()).get_xlim()
+        np.testing.assert_allclose(wide, np.degrees(narrow), rtol=1e-12)
+    with pytest.raises(Impossible, match="unit: units out of"):
+        run.plot(unit="furlong")
 
 
 @pytest.mark.parametrize("name", ["sleeping", "hanging", "at-rest"])
@@ -125,7 +151,7 @@ def test_a_run_that_follows_theta_alone_is_drawn_over_time(ax):
 
 def test_no_motion_is_integrated(monkeypatch, ax):
     monkeypatch.setattr("heavytop.run.propagation.propagate", None)
-    for name in RUN:
+    for name in set(DRAW) - {"errors"}:
         assert MOTION.plot(name, ax=ax) is ax
 
 

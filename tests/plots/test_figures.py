@@ -12,22 +12,23 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.plots.figures import (
-    FIGURES,
+    DRAW,
     axis_on_sphere,
     effective_potential,
     errors,
     loop,
-    nutation,
-    overview,
     phase_plane,
-    precession,
-    save,
-    spin_rate,
+    run_figure,
+    run_figures,
 )
+from heavytop.plots.style import save
+from heavytop.results.run import PICTURES
 from heavytop.run import verify
 from heavytop.run.propagation import propagate
 from heavytop.run.verify import deviations, run_errors
 from heavytop.scene.scene import load_scene
+
+nutation, precession, spin_rate = (DRAW[name] for name in ("theta", "phi", "psidot"))
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +67,8 @@ DRAWN = {name: (name,) for name in KINDS} | {
 def test_every_motion_can_be_drawn(name, tmp_path):
     scene, *overrides = DRAWN[name]
     run = propagate(load_scene(scene, overrides=overrides))
-    for figure, draw in FIGURES.items():
-        save(draw(run), tmp_path / f"{figure}.svg")
+    for figure, draw in run_figures(run):
+        save(draw(), tmp_path / f"{figure}.svg")
         text = (tmp_path / f"{figure}.svg").read_text("utf-8")
         assert len(text) > 5_000
         assert "nan" not in text.lower()
@@ -86,7 +87,7 @@ def test_loop_marks_every_turning_point_where_it_is_and_stands_upright(kicked):
 
 def test_an_event_at_the_end_has_its_mark_which_does_not_hide_the_start():
     run = propagate(load_scene("sicm-dropped", overrides=["span.periods=7"]))
-    for ax in overview(run).axes:
+    for ax in run_figure("overview", run).axes:
         cusps = lines(ax, "cusp")
         assert len(cusps.get_xdata()) == run.events.count("cusp")
         [dot] = [line for line in ax.lines if line.get_markersize() == 3]
@@ -102,15 +103,15 @@ def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
     assert ax.get_title() == f"the first {12.5 * period:.4g} s of 60 s"
 
 
-def test_angles_have_degrees_on_the_other_side(kicked):
-    for draw, sides in ((loop, "yx"), (nutation, "y"), (effective_potential, "x")):
-        ax = drawn(draw, kicked)
-        ax.figure.draw_without_rendering()
-        assert len(ax.child_axes) == len(sides)
-        for side, other in zip(sides, ax.child_axes, strict=True):
-            ends = (getattr(each, f"get_{side}lim")() for each in (ax, other))
-            np.testing.assert_allclose(*(sorted(x) for x in (np.degrees(next(ends)), next(ends))))
-            assert getattr(other, f"get_{side}label")() == "[°]"
+def test_angles_of_a_page_have_degrees_on_the_other_side(kicked):
+    figure = run_figure("overview", kicked)
+    figure.draw_without_rendering()
+    ax, sphere = figure.axes
+    assert (len(ax.child_axes), len(sphere.child_axes), ax.get_title()) == (2, 0, "")
+    for side, other in zip("xy", ax.child_axes, strict=True):
+        ends = (getattr(each, f"get_{side}lim")() for each in (ax, other))
+        np.testing.assert_allclose(*(sorted(x) for x in (np.degrees(next(ends)), next(ends))))
+        assert getattr(other, f"get_{side}label")() == "[°]"
 
 
 @pytest.mark.parametrize("name", ["sleeping-unstable", "at-rest"])
@@ -131,7 +132,7 @@ def test_sphere_marks_the_events_on_the_path(kicked):
 
 
 def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
-    panels = FIGURES["angles"](kicked).axes
+    panels = run_figure("angles", kicked).axes
     assert [ax.get_ylabel() for ax in panels] == [
         "θ [rad]", "φ [rad]", "ψ̇ [rad/s]",
     ]  # fmt: skip
@@ -238,11 +239,11 @@ def test_one_tiny_error_does_not_set_the_scale_of_errors_and_many_are_looked_at_
 
 def test_the_page_of_the_figures_names_them_all():
     page = (Path(__file__).parents[2] / "docs" / "figures.md").read_text("utf-8")
-    assert re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE) == list(FIGURES)
+    assert re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE) == list(PICTURES)
 
 
 def test_what_is_no_run_is_not_drawn(kicked):
-    for draw in (partial(drawn, errors), *FIGURES.values()):
+    for draw in (partial(drawn, errors), *(partial(run_figure, name) for name in PICTURES)):
         with pytest.raises(ht.WrongType, match=r"trajectory: a Trajectory .*, not a Motion"):
             draw(kicked.motion)
     for draw in (loop, nutation, axis_on_sphere, effective_potential, phase_plane):

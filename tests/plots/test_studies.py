@@ -93,31 +93,41 @@ def test_guides_of_growth_have_their_slopes():
     assert np.ravel(slopes) == pytest.approx([0.5, 1.0, 1.5, 2.0])
 
 
-def test_work_and_precision_has_a_panel_for_each_error_and_for_more_bits():
+def test_work_and_precision_has_a_panel_for_each_error_and_work_and_for_more_bits():
     document = workprec(ht.load_scene("sicm-kicked").document())
     cubic = POINT | {"method": "taylor-cubic", "formulation": "cubic", "measures": "theta"}
     cubic["rival"] = False
     longer = cubic | {"method": "taylor-cubic-mpfr", "bits": 128}
     document["points"] = [POINT | {"method": name} for name in NAMES] + document["points"]
-    document["points"] += [cubic, cubic | {"theta_error": 1e-9, "us_per_period": 20.0}, longer]
-    document["front"], document["front_theta"] = [4, 5], [4]
+    faster = {"phase_error": 1e-13, "us_per_period": 20.0}
+    document["points"] += [cubic, cubic | faster, longer, POINT | {"method": "a.py:rk4"}]
+    document["points"].append(document["points"][-1] | {"method": "own:euler"})
+    counted = POINT | {"method": "gauss8", "rhs_evaluations": 990, "error": 1e-3}
+    document["points"].append(counted)
     figure = workprec_figure(document)
-    above, theta, below, more = figure.axes
-    methods = {literal(name).strip() for name in NAMES} | {"strang", "taylor-cubic"}
-    assert set(legend(figure)) == {"front", "auto", "taylor-cubic-mpfr"} | methods
-    assert (above.get_xlabel(), theta.get_xlabel()) == ("error of axis", "error of θ [rad]")
+    panels = np.reshape(figure.axes, (3, 3))
+    methods = {literal(name).strip() for name in NAMES} | {"strang", "taylor-cubic", "gauss8"}
+    own = {"a.py:rk4", "own:euler"}
+    assert set(legend(figure)) == {"front", "auto", "taylor-cubic-mpfr"} | methods | own
+    names = ["error of axis", "error of phase [s]", "error of energy"]
+    assert [ax.get_xlabel() for ax in panels[0]] == names
+    above = panels[0, 0]
     assert above.get_xscale() == above.get_yscale() == "log"
     assert above.get_xlim()[0] > above.get_xlim()[1]
-    shown = [{line.get_label(): line for line in ax.lines} for ax in (above, theta, more)]
-    assert shown[0]["auto"].get_xydata().tolist() == [[1e-12, 9.0]]
-    assert shown[0]["front"].get_xydata().tolist() == [[1e-6, 9.0], [1e-12, 9.0]]
-    assert shown[1]["taylor-cubic"].get_xydata().tolist() == [[1e-7, 9.0], [1e-9, 20.0]]
-    assert shown[2]["taylor-cubic-mpfr"].get_xydata().tolist() == [[1e-7, 9.0]]
-    assert "taylor-cubic" not in shown[0]
-    assert len(below.lines) == 1  # an empty front: the method with more bits gives only θ
-    colours = [shown[1][name].get_color() for name in ("taylor-cubic", "strang")]
-    assert shown[2]["taylor-cubic-mpfr"].get_color() == colours[0] != colours[1]
-    document["points"], document["front"] = [POINT | {"measures": "theta"}], [0]
-    document["front_theta"] = [0]
-    [alone] = workprec_figure(document).axes  # no method gives the axis
-    assert alone.get_xlabel() == "error of θ [rad]"
+    shown = [[{line.get_label(): line for line in ax.lines} for ax in row] for row in panels]
+    time, evaluations, more = shown
+    assert time[0]["auto"].get_xydata().tolist() == [[1e-12, 9.0]]
+    assert time[0]["front"].get_xydata().tolist() == [[1e-12, 9.0]]
+    assert time[1]["taylor-cubic"].get_xydata().tolist() == [[1e-9, 9.0], [1e-13, 20.0]]
+    assert time[1]["front"].get_xydata().tolist() == [[1e-9, 9.0], [1e-13, 20.0]]
+    assert more[1]["taylor-cubic-mpfr"].get_xydata().tolist() == [[1e-9, 9.0]]
+    assert "taylor-cubic" not in time[0]
+    assert evaluations[0]["gauss8"].get_xydata().tolist() == [[1e-3, 10.0]]
+    assert "strang" not in evaluations[0]
+    colours = {name: line.get_color() for name, line in time[1].items()}
+    assert colours["taylor-cubic"] == more[1]["taylor-cubic-mpfr"].get_color()
+    some = ("a.py:rk4", "own:euler", "strang", "taylor-cubic")
+    assert len({colours[name] for name in some}) == 4
+    document["points"] = [POINT | {"measures": "theta"}]
+    alone = workprec_figure(document).axes  # no method gives the axis
+    assert alone[0].get_xlabel() == "error of θ [rad]"

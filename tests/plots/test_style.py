@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from heavytop.files import write_whole
-from heavytop.plots.figures import FIGURES
+from heavytop.plots.figures import run_figure
 from heavytop.plots.style import legend, literal, save, svg
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
@@ -19,7 +19,7 @@ HOSTILE = ("$x$ and $\\frac{$", "costs 5$", "_gone", "two\nlines", "", "\\", "\\
 def test_a_title_is_only_text():
     title = "--><script>x</script> $\\frac{ 日本"
     run = propagate(load_scene("sicm-kicked", overrides=[f"title={title}", "span.time=0.1"]))
-    assert "<script" not in svg(FIGURES["phase"](run))
+    assert "<script" not in svg(run_figure("phase", run))
 
 
 def test_a_text_is_drawn_as_it_is():

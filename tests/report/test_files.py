@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
-from heavytop.plots import figures
 from heavytop.report.files import FIGURES, write_study
 from heavytop.results.check import CheckResult
+from heavytop.results.run import PICTURES
 
 SHORT = ("--set", "span.time=0.3")
 
@@ -32,7 +32,7 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     folder = tmp_path / "out"
     printed("run", "sicm-kicked", *SHORT, "-o", folder)
     told = json.loads((folder / "run.json").read_text())["files"]
-    assert {f"{name}.{form}" for name in figures.FIGURES for form in ("svg", "png")} == {*FIGURES}
+    assert {f"{name}.{form}" for name in PICTURES for form in ("svg", "png")} == {*FIGURES}
     assert names(folder) == {*told.values()} == {*FIGURES, "run.json", "trajectory.nc"}
     (folder / "mine.svg").write_text("mine")
     printed("run", "sicm-dropped", *SHORT, "-o", folder, "--no-figures", "--force")

@@ -12,10 +12,10 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from heavytop.plots.figures import FIGURES
 from heavytop.report.files import write_results
 from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import as_drawn, frames, tops
+from heavytop.results.run import PICTURES
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
@@ -108,8 +108,8 @@ def page(tmp_path_factory):
         folder = place / f"{k}-{name}"
         folder.mkdir()
         write_results(run_of(name, *options), folder, figures=False)
-    one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
-    with patch.dict(FIGURES, one, clear=True):
+    one = {"overview": PICTURES["overview"]}  # that one picture is drawn shows that all are
+    with patch.dict(PICTURES, one, clear=True):
         return page_of([place])
 
 

@@ -16,12 +16,19 @@ STRANG = {
     "name": "strang", "skipped": None, "periods": [1.0, 10.0], "energy": [1e-9, 2e-9],
     "phase_s": [1e-3, None], "axis": [1e-9, 3e-2], "energy_exponent": 0.5, "invariants": {},
     "phase_exponent": None, "stderr": {"energy": 0.031, "phase": None}, "ended": {},
+    "growth": {"energy": 0.5, "phase": "lost"}, "order": 2, "warned": {},
     "us_per_period": 1234.5, "spread": None, "members": [], **NONE,
 }  # fmt: skip
 SHORT = STRANG | {"name": "short", "periods": [1.0, 4.0], "ended": {"3": "it diverged"},
-                  "us_per_period": None, "phase_exponent": 12.3,
-                  "stderr": {"energy": None, "phase": 2.0}}  # fmt: skip
-OTHER = STRANG | {"name": "a.py:mine", "skipped": "no package"}
+                  "us_per_period": None, "phase_exponent": 1.4,
+                  "growth": {"energy": "bounded", "phase": 1.4},
+                  "stderr": {"energy": None, "phase": 0.02}}  # fmt: skip
+OTHER = STRANG | {
+    "name": "a.py:mine",
+    "skipped": "no package",
+    "order": 1.98,
+    "warned": {"RuntimeWarning: overflow": 3},
+}
 
 
 def of(*methods):
@@ -33,14 +40,15 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
     found = of(STRANG, SHORT, OTHER)
     facts = [*found.facts()]
     assert facts[0][1].startswith("10 nutation periods, 4 starts within 1% (seed 7), RMS")
-    assert facts[-3:] == [
+    assert facts[-5:] == [
         ("short", "to 4 periods"), ("short", "start 3 ended early: it diverged"),
-        ("a.py:mine", "skipped: no package"),
+        ("a.py:mine", "skipped: no package"), ("a.py:mine", "order 2, measured"),
+        ("a.py:mine", "warned 3 times: RuntimeWarning: overflow"),
     ]  # fmt: skip
     [table] = found.tables()
     assert table.texts() == [
-        ["strang", "1230", "2.0e-09", "0.50(3)", "lost", MISSING, "3.0e-02"],
-        ["short", MISSING, "2.0e-09", "0.50(1)", "lost", "12(2)", "3.0e-02"],
+        ["strang", "1230", "2.0e-09", "0.50(3)", "lost at 10", "lost", "3.0e-02"],
+        ["short", MISSING, "2.0e-09", "bounded", "lost at 4", "1.40(2)", "3.0e-02"],
     ]
     assert [code for code, _ in found.problems()] == [4, 4]
     assert (found.unrun(), of(OTHER).unrun()) == ((), ["a.py:mine"])

@@ -29,10 +29,11 @@ def test_it_names_the_cheapest_the_next_and_what_was_left_out():
     assert [table.title for table in others] == ["Pareto front, θ alone", "cheapest, θ alone"]
     assert dict(found.facts())["left out"] == "no time: gauss8 (2 settings from 1e-09)"
     assert [*found.problems()] == []
-    assert [*found.charts()] == ["axis", "theta"]
+    names = ["axis", "theta", "phase", "energy"]
+    assert [*found.charts()] == [*names, *(f"{name}-evaluations" for name in names)]
     alone = of(POINT | {"measures": "theta"})
     assert [table.title for table in alone.tables()][1] == "Pareto front, θ"
-    assert [*alone.charts()] == ["theta"]
+    assert [*alone.charts()][:2] == ["theta", "phase"]
     nothing = of(skipped=left)
     assert [code for code, _ in nothing.problems()] == [4]
     assert (nothing.unrun(), found.unrun()) == (["gauss8"] * 2, ())

@@ -19,7 +19,6 @@ import pytest
 
 from heavytop.results.base import Row
 from heavytop.results.stress import Stress, StressOutcome
-from heavytop.studies import methods as registry
 from heavytop.studies import study, workers
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases
@@ -328,7 +327,9 @@ def test_what_the_budget_left_out_is_named_and_nothing_run_is_an_end_too_early()
 
 
 def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
-    monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "numba" else name)
+    monkeypatch.setattr(
+        "heavytop.comparison.methods.find_spec", lambda name: None if name == "numba" else name
+    )
     missing = heavytop_("drift", *QUICK["drift"][:-1], "strang")
     assert missing.exit_code == 2
     assert "pip install '.[rivals]'" in missing.stderr

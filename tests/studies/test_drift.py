@@ -9,7 +9,6 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import IntegrationFailed
 from heavytop.results.drift import growth
-from heavytop.studies import methods as registry
 from heavytop.studies.drift import advance, drift_parameters, sample_times, tasks
 from heavytop.studies.methods import DEFAULT, method
 from heavytop.studies.steppers import TaylorStepper
@@ -81,7 +80,22 @@ def test_only_the_last_three_decades_are_fitted():
     n = [1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6]
     errors = [1.0, 1.0, 1.0, 1e-3, 1e-2, 1e-1, 1.0]
     assert growth(n, errors).exponent == pytest.approx(1)
-    assert growth(n, [*errors[:-1], None]).exponent < 1  # the decades end with what is known
+    known = growth(n, [*errors[:4], 1e-2, 1e-1, None])  # the decades end with what is known
+    assert (known.exponent, known.points) == (None, 4)
+
+
+def test_only_a_power_law_has_an_exponent():
+    n = np.geomspace(1e3, 1e6, 13)
+    draw = np.random.default_rng(1)
+    walk = np.cumsum(draw.normal(size=10**6))[np.rint(n).astype(int) - 1]
+    noise = 1e-9 * np.exp(0.1 * draw.normal(size=13))
+    steady = 1e-16 * n * (1 + 0.01 * draw.normal(size=13))
+    turning = np.cos(np.arange(13.0)) ** 5 * n
+    assert growth(n, noise, noise).word == "bounded"
+    assert growth(n, steady, steady).exponent == pytest.approx(1, abs=0.02)
+    assert growth(n, abs(turning), turning).word == "changes sign"
+    assert growth(n, abs(turning), abs(turning)) == (None, None, 13, "")
+    assert growth(n, abs(walk), walk).exponent is None or min(walk) > 0 or max(walk) < 0
 
 
 def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():
@@ -133,7 +147,9 @@ def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "numba" else name)
+    monkeypatch.setattr(
+        "heavytop.comparison.methods.find_spec", lambda name: None if name == "numba" else name
+    )
     found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)
     assert "pip install '.[rivals]'" in found["strang"].skipped
     assert found["taylor-axis"].energy

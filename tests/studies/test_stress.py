@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.comparison import own
 from heavytop.comparison.adaptive import right_hand_side, scipy_stepper
 from heavytop.comparison.steppers import InitialValueProblem, IntegrationFailed
 from heavytop.equations.formulation import FORMULATIONS
@@ -18,7 +19,7 @@ from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies import stress_cases
-from heavytop.studies.methods import stress_methods
+from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress import Attempt, judged, missed_events, run_case, run_row, stress
 from heavytop.studies.stress_cases import CaseReference, cases, reference
 
@@ -131,6 +132,54 @@ def test_every_outcome_has_one_rule(raw, word, named):
     assert word is StressOutcome.OK or finding.note or raw.said == ""
 
 
+def test_a_fixed_step_is_held_to_its_order_and_its_length():
+    """Of order 4, a hundred steps a period allow (2 pi/100)^4 times the condition, which is 10."""
+    allowed = (math.tau / 100) ** 4
+    outcomes = [
+        verdict(arrived(off, step_error=step), HERE).outcome
+        for off, step in ((1e-3, allowed), (5e-2, allowed), (1e-3, allowed**2))
+    ]
+    assert outcomes == [StressOutcome.OK, StressOutcome.INACCURATE, StressOutcome.INACCURATE]
+
+
+def euler(f, y, h):
+    return y + h * f(y)
+
+
+def refuses(f, y, h):
+    raise ValueError("no luck")
+
+
+def gives_nan(f, y, h):
+    return y * np.nan
+
+
+def gives_two(f, y, h):
+    return y[:2]
+
+
+def explodes(f, y, h):
+    return y * 1e200
+
+
+@pytest.mark.parametrize(
+    ("function", "outcome", "said"),
+    [
+        (refuses, StressOutcome.METHOD_ERROR, "it raises ValueError: no luck"),
+        (gives_nan, StressOutcome.METHOD_ERROR, "it returns nan"),
+        (gives_two, StressOutcome.METHOD_ERROR, "it returns an array of shape (2,), not (5,)"),
+        (explodes, StressOutcome.DIVERGED, "the numbers are no longer finite"),
+        (euler, StressOutcome.DIVERGED, ""),
+    ],
+)
+def test_what_the_code_of_a_method_does_wrong_is_called_that(function, outcome, said):
+    chosen = stress_method(own.admit(function))
+    truth = reference("ten-periods")
+    run = run_case(cases()["ten-periods"], chosen, truth, UNDER)
+    finding = judged(run, truth, "ten-periods", chosen)
+    assert (finding.outcome, said in finding.note) == (outcome, True)
+
+
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():
     hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
     assert hopeless.hopeless
@@ -199,7 +248,6 @@ KNOWN = {  # from what others measured with other programs, before this one was 
     ("ten-periods", "solve-ivp-defaults"): StressOutcome.INACCURATE,
     ("kick-1e-6", "dop853-scipy"): StressOutcome.MISSED_EVENTS,
     ("cusp", "dop853-scipy"): StressOutcome.OK,
-    ("near-separatrix", "blanes-moan-rkn6"): StressOutcome.INACCURATE,  # long period, short turn
     ("sleeping-1+1e-8", "gauss8"): StressOutcome.STALLED,
     ("1e5-periods", "gauss8"): StressOutcome.STEP_LIMIT,
 }
@@ -273,7 +321,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 
 @pytest.mark.processes
 def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
-    monkeypatch.setattr("heavytop.studies.stress.get_ready", os.abort)
+    monkeypatch.setattr("heavytop.studies.stress.put_to_test", os.abort)
     monkeypatch.setattr("heavytop.studies.stress.reference", lambda name: None)
     got = stress(cases=["cusp"], methods=["auto"])
     [skipped] = got.skipped
@@ -349,7 +397,8 @@ def test_what_is_chance_is_counted_as_nothing_to_tell_and_as_nothing_else():
 
 
 def test_the_words_of_the_contract_are_these():
-    words = "ok inaccurate singular stalled diverged step-limit time-limit refused missed-events"
+    words = "ok inaccurate singular stalled diverged step-limit time-limit refused missed-events "
+    words += "method-error"
     assert {str(word) for word in StressOutcome} == set(words.split())
     marks = {str(word): word.mark for word in StressOutcome if word.mark}
     assert set(marks) == set(words.split()) - {"ok"}

@@ -113,14 +113,14 @@ def _holding(folder: Path, asked: Request, *, force: bool) -> Iterator[None]:
 
 def _exact(asked: Request, motion: Motion, chosen: Plan, folder: Path | None) -> RunResult:
     """The result of a scene that nothing is integrated of, written with its files."""
-    from heavytop.report.files import write_exact
+    from heavytop.report.files import write_results
     from heavytop.results.run import exact_result
     from heavytop.run.exact import SceneMotion
 
     found = SceneMotion(asked.scene, motion, chosen)
     if folder is None:
         return exact_result(found)
-    return _noted(write_exact(found, folder, figures=asked.figures), folder)
+    return _noted(write_results(found, folder, figures=asked.figures), folder)
 
 
 def _integrated(

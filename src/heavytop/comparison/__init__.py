@@ -5,7 +5,7 @@ Every method is a row of `METHODS` and, once set up by `make_stepper`, a
 scipy, CyRK); setting a method up needs its own.
 """
 
-from heavytop.comparison.methods import METHODS, MethodEntry, absent, make_stepper, named
+from heavytop.comparison.methods import METHODS, MethodEntry, make_stepper, named
 from heavytop.comparison.steppers import IntegrationFailed
 
-__all__ = ["METHODS", "IntegrationFailed", "MethodEntry", "absent", "make_stepper", "named"]
+__all__ = ["METHODS", "IntegrationFailed", "MethodEntry", "make_stepper", "named"]

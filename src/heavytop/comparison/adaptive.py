@@ -22,6 +22,7 @@ import numpy as np
 from heavytop.comparison.steppers import (
     InitialValueProblem,
     IntegrationFailed,
+    NotFinite,
     StepperState,
     compiled,
     compiled_function,
@@ -164,7 +165,7 @@ class AdaptiveStepper:
     def _taken(self, state: Array, end: float, *first: float, until: float = _FAR) -> Taken:
         taken = self.solver(state, end, self.steps, *first, until=until)
         if not np.isfinite(taken.states).all():
-            raise IntegrationFailed("the numbers are no longer finite")
+            raise NotFinite
         return taken
 
 

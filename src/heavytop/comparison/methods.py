@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
@@ -42,11 +42,12 @@ class MethodEntry:
         The setting when none is given.
     block : int
         Steps in a block; 0 where the method itself chooses.
-    build : callable
-        Returns the stepper of a problem, from that, a setting and the number of steps in a block.
+    build : callable or None
+        Returns the stepper of a problem, from that, a setting and the number of steps in a block;
+        None for the Taylor integrator.
     source : str
         Where it is published.
-    setting : str
+    set_by : str
         What is set: ``steps a period`` or ``tolerance`` (relative and absolute alike).
     least, most : float
         The bounds a setting may have.
@@ -64,9 +65,9 @@ class MethodEntry:
     order: int | None
     default: float
     block: int
-    build: Callable[[InitialValueProblem, float, int], Stepper]
+    build: Callable[[InitialValueProblem, float, int], Stepper] | None = field(compare=False)
     source: str
-    setting: str
+    set_by: str
     least: float
     most: float
     language: str
@@ -77,15 +78,20 @@ class MethodEntry:
     @property
     def fixed(self) -> bool:
         """Whether its steps have one length."""
-        return self.setting == STEPS
+        return self.set_by == STEPS
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """Packages it needs that are not installed; none of them is imported."""
+        return tuple(package for package in self.needs if find_spec(package) is None)
 
 
 _DORMAND_PRINCE = (
     "J. R. Dormand & P. J. Prince's pair of order 8 as in E. Hairer, S. P. Nørsett & G. Wanner, "
     "Solving Ordinary Differential Equations I, Springer 1993"
 )
-_by_steps = partial(MethodEntry, setting=STEPS, least=1.0, most=1e7)
-_by_tolerance = partial(MethodEntry, setting=TOLERANCE, least=1e-15, most=1e-2, language="python")
+_by_steps = partial(MethodEntry, set_by=STEPS, least=1.0, most=1e7)
+_by_tolerance = partial(MethodEntry, set_by=TOLERANCE, least=1e-15, most=1e-2, language="python")
 _fixed = partial(_by_steps, language="numba", needs=("numba",))
 _scipy = partial(_by_tolerance, needs=("scipy",))
 
@@ -187,13 +193,14 @@ def make_stepper(
     imported(method)
     setting = method.default if setting is None else setting
     if not method.least <= setting <= method.most:
-        rule = f"{setting!r} is not from {method.least:g} to {method.most:g} ({method.setting})"
+        rule = f"{setting!r} is not from {method.least:g} to {method.most:g} ({method.set_by})"
         raise Impossible([(name, rule)])
     equations = formulation or FORMULATIONS[method.formulation].build()
     state, n = tuple(float(x) for x in start), len(equations.states)
     if len(state) != n:  # compiled code would read on
         raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
     problem = InitialValueProblem(name, equations, parameters, state, direction, period, top)
+    assert method.build is not None
     return method.build(problem, float(setting), method.block if steps is None else steps)
 
 
@@ -262,16 +269,11 @@ def imported(method: MethodEntry) -> None:
     Unimportable
         One is, and raises something: built for another numpy, hidden by a file of its name.
     """
-    if missing := absent(method):
-        raise MissingPackage(method.name, missing)
+    if method.absent:
+        raise MissingPackage(method.name, method.absent)
     for package in method.needs:
         try:
             import_module("scipy.integrate" if package == "scipy" else package)
         except Exception as fault:  # whatever it raises, it is not ours
             why = " ".join(f"{type(fault).__name__}: {fault}".split())
             raise Unimportable(method.name, package, why) from fault
-
-
-def absent(method: MethodEntry) -> tuple[str, ...]:
-    """Return the packages a method needs that are not installed; none of them is imported."""
-    return tuple(package for package in method.needs if find_spec(package) is None)

@@ -14,7 +14,7 @@ import importlib
 import inspect
 import math
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib.metadata import entry_points
@@ -135,6 +135,9 @@ class Admitted:
     place: str = ""
 
 
+Passes = Sequence[tuple[str, str, str]]
+"""Name, place and digest of methods, which let another process load them."""
+
 _ADMITTED: Final[dict[str, Admitted]] = {}
 
 
@@ -210,13 +213,13 @@ def expect_anywhere(texts: Iterable[str]) -> None:
         raise Impossible([(name, rule) for name in homeless])
 
 
-def passes(names: Iterable[str]) -> tuple[tuple[str, str, str], ...]:
+def passes(names: Iterable[str]) -> Passes:
     """Return what lets another process load methods: name, place and digest of each."""
     found = (_ADMITTED[name] for name in names if name in _ADMITTED)
     return tuple((each.name, each.place, each.digest) for each in found if each.place)
 
 
-def let_pass(those: Iterable[tuple[str, str, str]]) -> None:
+def let_pass(those: Passes) -> None:
     """Load in this process what a person named in another one.
 
     Raises

@@ -6,10 +6,12 @@ What the code of a person does wrong ends its run with a sentence that says what
 from __future__ import annotations
 
 import math
+import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from typing import Any, Final
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -20,6 +22,7 @@ from heavytop.comparison.steppers import (
     InitialValueProblem,
     IntegrationFailed,
     MethodError,
+    NotFinite,
     Stepper,
     StepperState,
     TopConstants,
@@ -29,8 +32,10 @@ from heavytop.comparison.steppers import (
 from heavytop.exact.pairs import Array, DoubleDouble, two_product
 
 Rates = Callable[[Array], Array]
+T = TypeVar("T")
 
 BLOCKS: Final = {"python": 200, "numba": 4096}  # steps between two looks
+HUGE: Final = 1e30  # beyond it nan comes of an overflow
 SOLVED: Final = 4.0  # periods that a solver goes at once
 FIRST_CALL: Final = 1e-3  # of that: a call in which it imports and compiles
 
@@ -56,7 +61,9 @@ def own_stepper(
     if method.solves:
         rates = RightHandSide(_rates(function, constants, len(start)), problem.top)
         span = problem.span * (1.0 if steps else SOLVED)
-        stepper = OwnSolver(method.function, rates, setting, start, span, form)
+        warned = Counter[str]()
+        solver = _watched(method.function, warned)
+        stepper = OwnSolver(solver, rates, setting, start, span, form, warned=warned)
         with suppress(IntegrationFailed):
             stepper.solve(np.array(start), span * FIRST_CALL)
         return stepper
@@ -67,7 +74,8 @@ def own_stepper(
     else:
         python = RightHandSide(_rates(function, constants, len(start)), problem.top)
         take = _steps(method.function, python, h)
-    stepper = FixedStep(start, h, take, block, form=form)
+    warned = Counter[str]()
+    stepper = FixedStep(start, h, _watched(take, warned), block, form=form, warned=warned)
     with suppress(IntegrationFailed):
         take(np.array(start), np.empty(0), 1)
     return stepper
@@ -161,6 +169,20 @@ def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> Advance:
     return advance
 
 
+def _watched(function: Callable[..., T], warned: Counter[str]) -> Callable[..., T]:
+    """A function whose warnings are counted, and not printed."""
+
+    def watched(*given: Any, **options: Any) -> T:
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            try:
+                return function(*given, **options)
+            finally:
+                warned.update(f"{each.category.__name__}: {each.message}" for each in heard)
+
+    return watched
+
+
 def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
     """Take one step, and tell what it did wrong."""
     given = y.copy()
@@ -169,6 +191,8 @@ def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
     _unchanged(given, y)
     if after.shape != y.shape:
         raise MethodError(f"it returns an array of shape {after.shape}, not {y.shape}")
+    if np.isnan(after).any() and (np.abs([y, f(y)]) < HUGE).all():
+        raise MethodError("it returns nan")
     return after
 
 
@@ -215,6 +239,8 @@ class OwnSolver:
         How far it goes in one call [s].
     form : BodyForm or None
         Of the body's own rotation, where it computes in that.
+    warned : Counter of str
+        How often it gave each warning.
     """
 
     solver: Callable[..., Any]
@@ -224,6 +250,7 @@ class OwnSolver:
     span: float
     form: BodyForm | None = None
     compile_s: float = 0.0
+    warned: Counter[str] = field(default_factory=Counter)
 
     def begin(self) -> StepperState:
         """Return the start."""
@@ -270,7 +297,7 @@ class OwnSolver:
         if end.shape != state.shape:
             raise MethodError(f"it returns {end.size} states, not {state.size}")
         if not np.isfinite(end).all():
-            raise IntegrationFailed("the numbers are no longer finite")
+            raise NotFinite
         return end, times.size - 1
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -38,6 +39,13 @@ _KERNEL = "int64(float64, float64, float64[:, ::1], float64[::1], float64[::1], 
 
 class IntegrationFailed(Exception):
     """A stepper that cannot go on; the message says why, for a person."""
+
+
+class NotFinite(IntegrationFailed):
+    """States that are no longer numbers."""
+
+    def __str__(self) -> str:
+        return "the numbers are no longer finite"
 
 
 class MethodError(IntegrationFailed):
@@ -204,6 +212,8 @@ class FixedStep:
         What compiling took, whenever that was [s].
     form : BodyForm or None
         Of the body's own rotation, where it computes in that.
+    warned : Counter of str
+        How often a method of one's own gave each warning.
     """
 
     start: tuple[float, ...]
@@ -214,6 +224,7 @@ class FixedStep:
     scratch: int = 0
     compile_s: float = 0.0
     form: BodyForm | None = None
+    warned: Counter[str] = field(default_factory=Counter)
 
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
@@ -272,7 +283,7 @@ class FixedStep:
                 "the iteration for a step does not converge: the steps are too long"
             )
         if not np.isfinite(state).all():
-            raise IntegrationFailed("the numbers are no longer finite")
+            raise NotFinite
         return evaluations
 
 

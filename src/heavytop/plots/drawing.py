@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import Any
 
 from matplotlib.axes import Axes
 
@@ -13,26 +13,28 @@ from heavytop.plots import figures
 from heavytop.plots.style import legend
 from heavytop.results.check import CheckResult
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
+from heavytop.scene.quantities import SHOWN, read_units
 
 Draw = Callable[..., Axes]
 
 
-def _over_time(name: str) -> Draw:
-    return lambda ax, run, **looks: figures.over_time(ax, run, name, **looks)
-
-
-RUN: Final[Mapping[str, Draw]] = {
-    "loop": figures.loop,
-    "sphere": figures.axis_on_sphere,
-    "theta": figures.nutation,
-    **{name: _over_time(name) for name in ("phi", "psi", "thetadot", "phidot", "psidot")},
-    "potential": figures.effective_potential,
-    "phase": figures.phase_plane,
-}
-
-
-def plotted(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, Any]) -> Axes:
+def plotted(
+    thing: Any, what: str | None, ax: Axes | None, unit: str | None, looks: Mapping[str, Any]
+) -> Axes:
     """Draw a picture of a thing, as `heavytop.display.Plotted.plot` says."""
+    try:
+        units = SHOWN.get() if unit is None else read_units(text_of("unit", unit))
+    except Refused as wrong:
+        raise Impossible([("unit", str(wrong))]) from None
+    token = SHOWN.set(units)
+    try:
+        return _drawn(thing, what, ax, looks)
+    finally:
+        SHOWN.reset(token)
+
+
+def _drawn(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, Any]) -> Axes:
+    """Draw a picture on axes, or on those of a new figure that pyplot shows."""
     charts = _charts(thing)
     if not charts:
         raise Impossible([("what", "there is nothing to draw")])
@@ -64,10 +66,16 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
     if hasattr(thing, "charts"):
         charts: Mapping[str, Draw] = thing.charts()
         return charts
-    first = {"theta": figures.nutation} if figures.stands(thing) else {}
-    last = {"errors": figures.errors} if hasattr(thing, "plan") else {}
+    first = {"theta": None} if figures.stands(thing) else {}
+    known = dict.fromkeys([*first, *figures.DRAW])
+    if not hasattr(thing, "plan"):
+        del known["errors"]
 
     def bind(draw: Draw) -> Draw:
-        return lambda ax, **looks: draw(ax, thing, **looks)
+        def bound(ax: Axes, events: bool = True, **looks: Any) -> Axes:
+            marked = events or draw is figures.errors  # which has no marks
+            return draw(ax, thing if marked else figures.Unmarked(figures.run_of(thing)), **looks)
 
-    return {name: bind(draw) for name, draw in {**first, **RUN, **last}.items()}
+        return bound
+
+    return {name: bind(figures.DRAW[name]) for name in known}

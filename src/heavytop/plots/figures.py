@@ -6,12 +6,13 @@ for its line, which go before its own; and returns the axes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakKeyDictionary
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -22,13 +23,11 @@ from heavytop.analytic.potential import Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
-from heavytop.plots.exact_run import ExactRun
-from heavytop.plots.sphere import NUTATIONS, PUSH, axis_path, touched
-from heavytop.plots.sphere import View as View
-from heavytop.plots.style import Array, in_degrees, legend, line, literal
-from heavytop.plots.style import save as save
+from heavytop.plots.sphere import NUTATIONS, PUSH, View, axis_path, touched
+from heavytop.plots.style import Array, in_degrees, line, literal, titled
+from heavytop.results.run import PICTURES
 from heavytop.scene.arguments import expect, wrong_type
-from heavytop.scene.quantities import ANGLES, QUANTITIES
+from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
 
 if TYPE_CHECKING:
     from heavytop.integration.outputs import Sample
@@ -52,6 +51,61 @@ ERRORS: Final = {
 }
 
 
+# --- the exact motion, seen as a run -------------------------------------------------------
+
+STEADY_S: Final = 2.0  # of a motion that has no period
+_NOTHING: Final = SimpleNamespace(
+    kind=(), **dict.fromkeys(("t", "theta", "phi"), ()), axis=np.empty((0, 3))
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ExactRun:
+    """The exact motion, seen as a run of some nutations without events."""
+
+    events = _NOTHING
+    motion: Motion
+    scene: Any
+    orbit: Any
+
+    @classmethod
+    def of(cls, motion: Motion, periods: int) -> ExactRun:
+        """That of a motion."""
+        moving = touched(motion) or motion
+        end = periods * moving.period if moving.period else STEADY_S
+        scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
+        return cls(motion, scene, SimpleNamespace(end=end))
+
+    @classmethod
+    def of_scene(cls, run: SceneMotion) -> ExactRun:
+        """That of a scene which was not integrated."""
+        return cls(run.motion, run.scene, SimpleNamespace(end=run.span))
+
+    def __call__(self, t: Any) -> Any:
+        """The motion at some times [s]."""
+        return self.motion.at(t)
+
+    @property
+    def samples(self) -> Any:
+        """The motion at its start."""
+        return self.motion.at(np.zeros(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Unmarked:
+    """A run without marks of its events."""
+
+    run: Any
+    events = _NOTHING
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.run, name)
+
+    def __call__(self, t: Any) -> Any:
+        """The motion at some times [s]."""
+        return self.run(t)
+
+
 # --- the part of a run that is drawn -----------------------------------------------------------
 
 
@@ -63,20 +117,13 @@ def _expect_run(trajectory: object) -> None:
         expect("trajectory", trajectory, Trajectory, "propagate gives one")
 
 
-def seen_of(run: Trajectory | SceneMotion) -> Any:
-    """Return a run as pictures show it: the exact motion, where nothing was integrated."""
-    from heavytop.run.exact import SceneMotion  # which takes its time to import
-
-    return ExactRun.of_scene(run) if isinstance(run, SceneMotion) else run
-
-
 def run_of(thing: Trajectory | Motion) -> Any:
     """Return a trajectory, or the exact motion as one."""
     from heavytop.run.trajectory import Trajectory  # which takes its time to import
 
     if isinstance(thing, Motion):
         return ExactRun.of(thing, NUTATIONS)
-    if not isinstance(thing, Trajectory | ExactRun):
+    if not isinstance(thing, Trajectory | ExactRun | Unmarked):
         raise wrong_type("trajectory", "a Trajectory (propagate gives one) or a Motion", thing)
     return thing
 
@@ -109,24 +156,32 @@ def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) 
 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
     label, colour, marker = style.EVENTS[kind]
+    label = style.once(ax, label)
     ax.plot(x, y, marker, label=label, color=colour, ms=5, mfc="white", ls="none", zorder=3)
 
 
+def _in_unit(name: str, values: Any) -> Array:
+    """A quantity in the unit in which it is shown."""
+    return QUANTITIES[name].shown[1] * np.asarray(values)
+
+
+def _label(ax: Axes, x: str, y: str) -> Axes:
+    ax.set(xlabel=QUANTITIES[x].heading, ylabel=QUANTITIES[y].heading)
+    return ax
+
+
 def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
-    """Draw one quantity of a run against another, with its events, and angles in degrees too."""
+    """Draw one quantity of a run against another, with its events."""
     drawn, shown = _path(run)
     for name in {x, y}.intersection(ANGLES):
         if np.isnan(getattr(drawn, name)).all():
             raise ValueError(f"{name}: not followed by this trajectory")
-    path = line(ax, getattr(drawn, x), getattr(drawn, y), looks, color=style.PATH, lw=1.0)
-    events = run.events
-    if hasattr(events, y):
-        _mark_events(ax, run, shown, np.column_stack((getattr(events, x), getattr(events, y))))
-    ax.set(xlabel=QUANTITIES[x].heading, ylabel=QUANTITIES[y].heading)
-    if y in ANGLES:
-        in_degrees(ax, "y")
-    if x in ANGLES:
-        in_degrees(ax, "x")
+    across, up = (_in_unit(name, getattr(drawn, name)) for name in (x, y))
+    path = line(ax, across, up, looks, color=style.PATH, lw=1.0)
+    if hasattr(run.events, y):
+        columns = [_in_unit(name, getattr(run.events, name)) for name in (x, y)]
+        _mark_events(ax, run, shown, np.column_stack(columns))
+    _label(ax, x, y)
     return path
 
 
@@ -134,7 +189,7 @@ def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
 
 
 def loop(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
-    """Draw theta [rad] against phi [rad], upright: where the axis stands higher, so does the line.
+    """Draw theta against phi, upright: where the axis stands higher, so does the line.
 
     The dot is the start.
 
@@ -150,27 +205,42 @@ def loop(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     WrongType
         It is neither; the other figures say the same.
     ValueError
-        The trajectory did not follow phi; `nutation` draws theta over time.
+        The trajectory did not follow phi; `over_time` draws theta.
     """
     run = run_of(trajectory)
     path = _against(ax, run, "phi", "theta", looks)
-    drawn, _ = _path(run)
-    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=path.get_color(), ms=3, zorder=4)
+    first = np.asarray(path.get_xydata())[0]
+    ax.plot(*first, "o", color=path.get_color(), ms=3, zorder=4)
     return _upright(ax, run)
 
 
-def nutation(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
-    """Draw theta [rad] against time [s], upright; of a still top, what it does when touched too.
+def over_time(
+    ax: Axes, trajectory: Trajectory | Motion, name: str = "theta", /, **looks: Any
+) -> Axes:
+    """Draw an angle or a rate against time; theta upright, of a still top as it goes when touched.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
     trajectory : Trajectory or Motion
+    name : str
+        Such as phi or psidot: the top spins faster when it is more vertical.
+
+    Raises
+    ------
+    ValueError
+        The trajectory did not follow it.
     """
     run = run_of(trajectory)
-    t = _against(ax, run, "t", "theta", looks).get_xdata()
+    values = _against(ax, run, "t", name, looks).get_ydata()
+    if name not in ANGLES:
+        _cut_peaks(ax, np.asarray(values))
+    if name != "theta":
+        return ax
     if neighbour := touched(run.motion):
-        ax.plot(t, neighbour.at(t).theta, "--", color=style.OTHER, lw=1.0, label=_pushed())
+        t = _path(run)[0].t
+        look: dict[str, Any] = {"color": style.OTHER, "lw": 1.0, "label": _pushed()}
+        ax.plot(_in_unit("t", t), _in_unit("theta", neighbour.at(t).theta), "--", **look)
     return _upright(ax, run)
 
 
@@ -178,64 +248,16 @@ def _pushed() -> str:
     return f"after a push of {PUSH:g} rad/s"
 
 
-def precession(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
-    """Draw phi [rad] against time [s].
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
-
-    Raises
-    ------
-    ValueError
-        The trajectory did not follow phi.
-    """
-    return over_time(ax, trajectory, "phi", **looks)
-
-
-def spin_rate(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
-    """Draw psidot [rad/s] against time [s]: the top spins faster when it is more vertical.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
-    """
-    return over_time(ax, trajectory, "psidot", **looks)
-
-
-def over_time(ax: Axes, trajectory: Trajectory | Motion, name: str, /, **looks: Any) -> Axes:
-    """Draw an angle [rad] or a rate [rad/s] against time [s].
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
-    name : str
-        Such as phi; `nutation` draws theta.
-
-    Raises
-    ------
-    ValueError
-        The trajectory did not follow it.
-    """
-    values = _against(ax, run_of(trajectory), "t", name, looks).get_ydata()
-    if name not in ANGLES:
-        _cut_peaks(ax, np.asarray(values))
-    return ax
-
-
 def _upright(ax: Axes, run: Any) -> Axes:
-    """Let tilt grow downwards, give a constant one a scale, and say which part of a run it is."""
+    """Let tilt grow downwards, give a constant one a scale, and say where a run is cut."""
     if not ax.yaxis_inverted():  # by what was drawn there before
         ax.invert_yaxis()
-    low, high = ax.dataLim.intervaly
-    if high - low < CONSTANT:
-        ax.set_ylim(high + 0.01, low - 0.01, auto=None)
+    (low, high), unit = ax.dataLim.intervaly, QUANTITIES["theta"].shown[1]
+    if high - low < CONSTANT * unit:
+        ax.set_ylim(high + 0.01 * unit, low - 0.01 * unit, auto=None)
     shown, end = _path(run)[1], float(run.orbit.end)
-    words = f"0 to {end:.6g} s" if shown == end else f"the first {shown:.4g} s of {end:.6g} s"
-    ax.set_title(words, fontsize="medium")
+    if shown != end:
+        titled(ax, f"the first {shown:.4g} s of {end:.6g} s")
     return ax
 
 
@@ -246,7 +268,7 @@ def _cut_peaks(ax: Axes, values: Array) -> None:
     usual = float(high - low)
     if usual and PEAK * usual < float(np.ptp(known)):
         ax.set_ylim(low - 2 * usual, high + 2 * usual)
-        ax.set_title("peaks near a pole are cut off", loc="right", fontsize="small", pad=2)
+        titled(ax, "peaks near a pole are cut off", loc="right")
 
 
 # --- the axis on the unit sphere ---------------------------------------------------------------
@@ -279,8 +301,7 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> A
     view.draw_path(ax, path, colour, **looks)
     _mark_events(ax, run, shown, view.project(run.events.axis)[0])
     view.frame(ax)
-    ax.set_title(f"the axis on the unit sphere,\n{view.words}{words}", fontsize="medium")
-    return ax
+    return titled(ax, f"the axis on the unit sphere,\n{view.words}{words}")
 
 
 # --- the tilt by itself: its effective potential, and its phase plane ---------------------------
@@ -299,8 +320,8 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
     A, E_prime = float(run.scene.top.A), float(run.motion.constants.E_prime)
     tilts, floor, level = drawn_part(run.motion, V)
     theta, label = np.linspace(*tilts, 801), "V$_{eff}$ − $p_ψ^2/2C$"
-    line(ax, theta, A * V(theta), looks, color=style.PATH, lw=1.4, label=label)
-    ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label="energy E′")
+    line(ax, _in_unit("theta", theta), A * V(theta), looks, color=style.PATH, lw=1.4, label=label)
+    ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label=style.once(ax, "energy E′"))
     _allowed(ax, V, A, E_prime, run)
     height = A * BEYOND * (level - floor)
     if height:
@@ -310,7 +331,6 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
             shown += ax.get_ylim()
         ax.set_ylim(min(shown), max(shown))
     ax.set(xlabel=QUANTITIES["theta"].heading, ylabel="energy without that of the spin [J]")
-    in_degrees(ax, "x")
     return ax
 
 
@@ -321,20 +341,23 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, run: Any) -> None
     if ends[1] > ends[0]:
         theta = np.linspace(*ends, 401)
         below = np.minimum(A * V(theta), E_prime)
-        ax.fill_between(theta, below, E_prime, color=style.PATH, alpha=0.15, lw=0)
-    if motion.nutates:
+        ax.fill_between(
+            _in_unit("theta", theta), below, E_prime, color=style.PATH, alpha=0.15, lw=0
+        )
+    if motion.nutates and not isinstance(run, Unmarked):
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
-            _mark(ax, name, tilt, E_prime)
-    else:
+            _mark(ax, name, _in_unit("theta", tilt), E_prime)
+    if not motion.nutates:
         _start(ax, run.samples.theta[:1], [E_prime], {})
 
 
-def _start(ax: Axes, x: Any, y: Any, looks: Looks) -> None:
-    line(ax, x, y, looks, marker="o", color=style.BLACK, ms=4, ls="none", label="start", zorder=4)
+def _start(ax: Axes, tilt: Any, y: Any, looks: Looks) -> None:
+    line(ax, _in_unit("theta", tilt), y, looks, marker="o", color=style.BLACK, ms=4, ls="none",
+         label=style.once(ax, "start"), zorder=4)  # fmt: skip
 
 
 def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
-    """Draw curves of constant energy in the plane of theta [rad] and thetadot [rad/s].
+    """Draw curves of constant energy in the plane of theta and thetadot.
 
     All of them have the momenta p_phi and p_psi of the scene; its own curve is the heavy one. The
     separatrix, where there is one, is dashed. The dot is the start. Keywords are those of its own
@@ -350,8 +373,9 @@ def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes
     V = Potential(motion)
     tilts, floor, level = drawn_part(motion, V)
     for k, amplitude in enumerate(FAMILY if level > floor else ()):
-        name, other = None if k else "other energies", floor + amplitude**2 * (level - floor)
-        _energy_curve(ax, V, other, tilts, {}, color=style.FAINT, lw=0.8, label=name)
+        name, other = "" if k else "other energies", floor + amplitude**2 * (level - floor)
+        _energy_curve(ax, V, other, tilts, {}, color=style.FAINT, lw=0.8,
+                      label=style.once(ax, name))  # fmt: skip
     own = motion.nutates
     if own:
         _energy_curve(ax, V, _energy(motion), (motion.theta_min, motion.theta_max), looks,
@@ -362,11 +386,10 @@ def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes
         _energy_curve(ax, V, abs(V.g), ends, looks if along else {}, color=style.OTHER, lw=1.2,
                       ls="--", label=label)  # fmt: skip
     start = run.samples
-    _start(ax, start.theta[:1], start.thetadot[:1], {} if own or along else looks)
+    rate = _in_unit("thetadot", start.thetadot[:1])
+    _start(ax, start.theta[:1], rate, {} if own or along else looks)
     ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
-    ax.set(xlabel=QUANTITIES["theta"].heading, ylabel=QUANTITIES["thetadot"].heading)
-    in_degrees(ax, "x")
-    return ax
+    return _label(ax, "theta", "thetadot")
 
 
 def _energy_curve(
@@ -378,7 +401,7 @@ def _energy_curve(
     speed = np.sqrt(2 * np.maximum(energy - V(theta), 0.0))
     moves = np.pad(speed > 0, 1)
     near = moves[:-2] | moves[1:-1] | moves[2:]  # with the points that close it at its ends
-    theta, speed = theta[near], speed[near]
+    theta, speed = _in_unit("theta", theta[near]), _in_unit("thetadot", speed[near])
     x, y = np.concatenate((theta, [np.nan], theta)), np.concatenate((speed, [np.nan], -speed))
     line(ax, x, y, looks, **ours)
 
@@ -458,65 +481,77 @@ def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
 
 # --- the figures of a run, each on a page of its own --------------------------------------------
 
-Panel = Callable[[Axes, "Trajectory"], Axes]
+DRAW: Final[Mapping[str, Callable[..., Axes]]] = {
+    "loop": loop,
+    "sphere": axis_on_sphere,
+    **{
+        name: lambda ax, run, name=name, **looks: over_time(ax, run, name, **looks)
+        for name in (*ANGLES, *RATES)
+    },
+    "potential": effective_potential,
+    "phase": phase_plane,
+    "errors": errors,
+}
+"""What draws a run on axes, by the names that `plot` has for it."""
+
+UNSEEN: Final = 1e-6  # rad, in a picture
 
 
-@mpl.rc_context(style.STYLE)
-def _page(
-    trajectory: Trajectory, *panels: Panel, size: tuple[float, float] = (7.2, 4.8), **grid: Any
-) -> Figure:
-    """The figure of some pictures, with its title and its legend."""
-    _expect_run(trajectory)
-    figure = Figure(figsize=size, layout="constrained")
-    for ax, draw in zip(np.ravel(figure.subplots(**grid)), panels, strict=True):
-        draw(ax, trajectory)
-        ax.label_outer()
-    figure.suptitle(literal(trajectory.scene.title or trajectory.scene.name))
-    legend(figure, 4 if grid else 2)
-    return figure
+def as_drawn(run: Trajectory | SceneMotion) -> Any:
+    """A run as pictures show it: where nothing was integrated the exact motion; of one in many
+    digits, which takes long to draw, the doubles if no eye could tell them apart.
+    """
+    from heavytop.run.exact import SceneMotion  # which takes its time to import
+
+    if isinstance(run, SceneMotion):
+        return ExactRun.of_scene(run)
+    doubles = replace(run, decimals=None)
+    ours, theirs = doubles.samples.axis, run.samples.axis
+    return doubles if np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True) else run
 
 
-def overview(trajectory: Trajectory) -> Figure:
-    """The picture of a run: the tilt against the precession, and the axis on the sphere.
+def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, Callable[[], Figure]]]:
+    """Yield the names of the figures of a run, as `PICTURES` has them, and what draws each."""
+    shown = as_drawn(run)
+    for name in PICTURES:
+        if name != "errors":
+            yield name, partial(run_figure, name, shown)
+        elif not isinstance(shown, ExactRun):
+            yield name, partial(run_figure, name, run)
+
+
+def run_figure(name: str, run: Any) -> Figure:
+    """The figure of a run of this name; of a top that stands still tilt against time, not phi.
 
     Parameters
     ----------
-    trajectory : Trajectory
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Where phi was not followed, and of a top that stands still, the tilt is drawn against time
-        instead.
+    name : str
+        One of `heavytop.results.run.PICTURES`.
+    run : Trajectory
+        Or the exact motion, as `as_drawn` gives it.
     """
-    left = nutation if stands(trajectory) else loop
-    grid = {"ncols": 2, "width_ratios": (1.15, 1.0)}
-    return _page(trajectory, left, axis_on_sphere, size=(9.6, 5.2), **grid)
+    _expect_run(run)
+    followed = not np.isnan(run.samples.phi).all()
+    panels = [
+        "theta" if panel == "loop" and stands(run) else panel
+        for panel in PICTURES[name].panels
+        if panel != "phi" or followed
+    ]
+    count, beside = len(panels), "sphere" in panels
+    grid: dict[str, Any] = {"nrows": count, "sharex": True}
+    size = (7.2, 4.8) if count == 1 else (8.0, 2.3 * count)
+    if beside:
+        grid, size = {"ncols": count, "width_ratios": (1.15, 1.0)}, (9.6, 5.2)
+    title = literal(run.scene.title or run.scene.name)
+    with style.sheet(title, size, 4 if count > 1 else 2, **grid) as (figure, axes):
+        for ax, panel in zip(axes.ravel(), panels, strict=True):
+            DRAW[panel](ax, run)
+            ax.label_outer()
+            in_degrees(ax)
+    return figure
 
 
 def stands(trajectory: Trajectory | Motion) -> bool:
     """Whether theta cannot be drawn against phi, which is not followed, or not worth it."""
     run = run_of(trajectory)
     return touched(run.motion) is not None or bool(np.isnan(run.samples.phi).all())
-
-
-def angles(trajectory: Trajectory) -> Figure:
-    """The angles against time: theta, phi where it was followed, and psidot."""
-    _expect_run(trajectory)
-    turning = [] if np.isnan(trajectory.samples.phi).all() else [precession]
-    panels = [nutation, *turning, spin_rate]
-    return _page(trajectory, *panels, size=(8.0, 2.3 * len(panels)), nrows=len(panels), sharex=True)
-
-
-def _single(draw: Panel) -> Callable[[Trajectory], Figure]:
-    return lambda trajectory: _page(trajectory, draw)
-
-
-FIGURES: Final[Mapping[str, Callable[[Trajectory], Figure]]] = {
-    "overview": overview,
-    "angles": angles,
-    "potential": _single(effective_potential),
-    "phase": _single(phase_plane),
-    "errors": _single(errors),
-}
-"""The figures that a run writes, by the name of the file."""

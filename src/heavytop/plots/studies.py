@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import cycle
+from itertools import cycle, zip_longest
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -14,17 +14,17 @@ from matplotlib.figure import Figure
 
 from heavytop.analytic.find import unit_of
 from heavytop.plots import style
-from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
+from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.drift import SERIES, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
-from heavytop.scene.quantities import QUANTITIES, SI, Units, scaled
+from heavytop.results.work_precision import ERRORS, error_of_point, front
+from heavytop.scene.quantities import SI, Units, quantity_of, scaled
 
 Looks = dict[str, dict[str, Any]]
 
 # --- sweep: what is of one unit in one panel -----------------------------------------------------
 
 
-@mpl.rc_context(style.STYLE)
 def sweep_figure(document: Known, units: Units = SI) -> Figure:
     """The chart of a sweep: facts over the number that is varied, a panel for each unit.
 
@@ -42,19 +42,17 @@ def sweep_figure(document: Known, units: Units = SI) -> Figure:
     rows, key = document["rows"], document["over"]
     names = [name for name in rows[0] if name not in (key, "kind")]
     panels = [*dict.fromkeys(map(unit_of, names))]
-    figure = Figure(figsize=(7.0, 1.4 + 2.2 * len(panels)), layout="constrained")
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
+    size, grid = (7.0, 1.4 + 2.2 * len(panels)), {"nrows": len(panels), "sharex": True}
     columns = {name: np.array([row[name] for row in rows], float) for name in (key, *names)}
     shown = {name: scaled(unit_of(name), units) for name in columns}
-    for name, colour in zip(names, cycle(style.COLOURS), strict=False):
-        ax = axes[panels.index(unit_of(name))]
-        x, y = (columns[each] * shown[each][1] for each in (key, name))
-        dashed = "--" if name.endswith("_estimate") else "-"
-        line(ax, x, y, {}, color=colour, ls=dashed, lw=1.0, label=name.replace("_", " "))
-        gridded(ax, "", f"[{shown[name][0] or '1'}]")
-    axes[-1].set_xlabel(literal(f"{key} [{shown[key][0] or '1'}]"))
-    figure.suptitle(title_of(document["scene"]))
-    legend(figure, columns=3)
+    with style.sheet(title_of(document["scene"]), size, 3, **grid) as (figure, axes):
+        for name, colour in zip(names, cycle(style.COLOURS), strict=False):
+            ax = axes[panels.index(unit_of(name)), 0]
+            x, y = (columns[each] * shown[each][1] for each in (key, name))
+            dashed = "--" if name.endswith("_estimate") else "-"
+            line(ax, x, y, {}, color=colour, ls=dashed, lw=1.0, label=name.replace("_", " "))
+            gridded(ax, "", f"[{shown[name][0] or '1'}]")
+        axes[-1, 0].set_xlabel(literal(f"{key} [{shown[key][0] or '1'}]"))
     return figure
 
 
@@ -67,7 +65,6 @@ Series = dict[str, list[tuple[float, float]]]
 """By method: nutation periods and errors."""
 
 
-@mpl.rc_context(style.STYLE)
 def drift_figure(document: Known) -> Figure:
     """The chart of a drift study.
 
@@ -86,16 +83,12 @@ def drift_figure(document: Known) -> Figure:
     columns = min(3, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for ax, name in zip(axes, panels, strict=False):
-        error_growth(ax, document, name)
-    for ax in axes[len(panels) :]:
-        ax.set_visible(False)
     starts = "" if count == 1 else f", RMS of {count} starts"
     words = f"{document['periods']:g} nutation periods{starts}"
-    figure.suptitle(f"{title_of(document['scene'])} — {words}")
-    legend(figure)
+    title = f"{title_of(document['scene'])} — {words}"
+    with style.sheet(title, size, nrows=rows, ncols=columns) as (figure, axes):
+        for ax, name in zip_longest(axes.ravel(), panels):
+            error_growth(ax, document, name) if name else ax.set_visible(False)
     return figure
 
 
@@ -165,11 +158,14 @@ FORMS: Final = {
 OURS: Final = {"": "o", "-projected": "s", "-mpfr": "D"}
 COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", style.ORANGE, "#808080"
 FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
-ERRORS: Final = {"axis": ("error", "front"), "theta": ("theta_error", "front_theta")}
-"""Where the error and the front of each are."""
+ASTRAY: Final = 10.0  # error: a method has left the top, and the others could not be read
+OWN: Final = ("#E7298A", "#00A3A3", "#7A3DF0", "#A6761D", "#5A8F00")  # of one's own methods
+PER: Final = {
+    "us_per_period": "µs per nutation period",
+    "rhs_evaluations": "evaluations per period",
+}
 
 
-@mpl.rc_context(style.STYLE)
 def workprec_figure(document: Known) -> Figure:
     """The chart of a work–precision diagram.
 
@@ -181,39 +177,42 @@ def workprec_figure(document: Known) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Time against the error of the axis, of the methods that give it, and against that of θ, of
-        all; doubles above, more bits below. A formulation has one colour; rivals are dashed and
-        hollow, in a colour for each family; auto is a star; the front is a grey staircase.
+        Time, and below it evaluations of the right-hand side, against the errors of axis, phase and
+        energy; last the time of methods of more bits. A formulation has one colour; rivals are
+        dashed and hollow, in a colour for each family; one's own are thick, each in its colour;
+        auto is a star; the front is a grey staircase.
     """
-    points = document["points"]
-    doubles = [p for p in points if p["bits"] == DOUBLE]
-    rows = [some for some in (doubles, [p for p in points if p["bits"] > DOUBLE]) if some] or [[]]
-    columns = measured(document)
-    heights = [1.0, 0.45][: len(rows)]
-    size = (5.6 * len(columns) + 0.4, 6.0 * sum(heights) + 1.8)
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(
-        len(rows), len(columns), squeeze=False, sharey="row", height_ratios=heights
-    )
-    for row, some in zip(axes, rows, strict=True):
-        for ax, name in zip(row, columns, strict=True):
-            work_precision(ax, document, name, some)
-        for ax in row[1:]:
-            ax.set_ylabel("")
-    figure.suptitle(f"{title_of(document['scene'])}, {document['periods']:g} periods")
-    legend(figure, order=["front", *map(literal, _looks(points))], fontsize=8)
+    points, columns = document["points"], measured(document)
+    more = [p for p in points if p["bits"] > DOUBLE]
+    rows = [
+        ("us_per_period", 1.0),
+        ("rhs_evaluations", 1.0),
+        *[("us_per_period", 0.6)] * bool(more),
+    ]
+    heights = [height for _, height in rows]
+    size = (3.9 * len(columns) + 0.4, 3.7 * sum(heights) + 1.8)
+    title = f"{title_of(document['scene'])}, {document['periods']:g} periods"
+    grid = {"ncols": len(columns), "sharey": "row", "height_ratios": heights}
+    with style.sheet(title, size, nrows=len(rows), **grid) as (figure, axes):
+        for k, (row, (work, _)) in enumerate(zip(axes, rows, strict=True)):
+            some = more if k == 2 else [p for p in points if p["bits"] == DOUBLE]
+            for ax, name in zip(row, columns, strict=True):
+                work_precision(ax, document, name, work, some)
+            for ax in row[1:]:
+                ax.set_ylabel("")
     return figure
 
 
 def measured(document: Known) -> list[str]:
-    """The quantities whose errors a work–precision diagram has."""
+    """The quantities whose errors a work–precision diagram shows."""
     axis = any(point["measures"] == "axis" for point in document["points"])
-    return [name for name in ERRORS if axis or name != "axis"]
+    return ["axis" if axis else "theta", "phase", "energy"]
 
 
 def _looks(points: Sequence[Known]) -> Looks:
     """How each method is drawn: ours by formulation and precision, theirs hollow, by family."""
     markers = {colour: cycle(style.MARKERS[:7]) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
+    colours = cycle(OWN)
     found: Looks = {}
     for point in points:
         name = point["method"]
@@ -221,6 +220,8 @@ def _looks(points: Sequence[Known]) -> Looks:
             continue
         if name.startswith("auto"):
             found[name] = {"color": "#CC0000", "marker": "*", "linestyle": "none", "ms": 13}
+        elif ":" in name:
+            found[name] = {"color": next(colours), "marker": "o", "lw": 2.0, "ms": 5, "zorder": 5}
         elif point["rival"]:
             colour = FAMILIES.get(name, FAMILIES.get(point["language"], ADAPTIVE))
             found[name] = {"color": colour, "marker": next(markers[colour]), "linestyle": "--",
@@ -237,11 +238,12 @@ def work_precision(
     ax: Axes,
     document: Known,
     name: str = "axis",
+    work: str = "us_per_period",
     some: Sequence[Known] | None = None,
     /,
     **looks: Any,
 ) -> Axes:
-    """Draw the time of a nutation period against an error, both logarithmic, of every method.
+    """Draw the work of a nutation period against an error, both logarithmic, of every method.
 
     Parameters
     ----------
@@ -249,28 +251,35 @@ def work_precision(
     document : mapping
         A document of the schema ``heavytop/workprec/1``.
     name : str
-        One of those that `measured` gives.
+        One of `heavytop.results.work_precision.ERRORS`.
+    work : str
+        ``us_per_period`` or ``rhs_evaluations``.
     some : sequence, optional
         Those of its points that are drawn.
     """
-    error, leading = ERRORS[name]
-    points = document["points"] if some is None else some
-    points = [p for p in points if name in ("theta", p["measures"]) and p[error] > 0]
-    front = [document["points"][i] for i in document[leading]]
-    front = [p for p in front if any(p is each for each in points)]
-    ax.step(*_xy(front, error), where="pre", color="#999999", lw=5, alpha=0.5,
-            label="front", zorder=1)  # fmt: skip
+    rows = [
+        {"method": p["method"], "error": off, "us_per_period": p["us_per_period"],
+         "rhs_evaluations": (p["rhs_evaluations"] or 0) / p["periods"]}
+        for p in (document["points"] if some is None else some)
+        if (off := error_of_point(p, ERRORS[name])) and off < ASTRAY
+    ]  # fmt: skip
+    if work == "us_per_period":
+        leading = [rows[i] for i in front(rows, "error")]
+        ax.step(*_xy(leading, work), where="pre", color="#999999", lw=5, alpha=0.5, label="front",
+                zorder=1)  # fmt: skip
     for method, look in _looks(document["points"]).items():
-        if same := [p for p in points if p["method"] == method]:
-            line(ax, *_xy(same, error), looks, label=literal(method), lw=0.9, **{"ms": 4} | look)
+        if same := [row for row in rows if row["method"] == method and row[work]]:
+            line(ax, *_xy(same, work), looks, label=literal(method), **{"lw": 0.9, "ms": 4} | look)
     ax.set(xscale="log", yscale="log")
     if not ax.xaxis_inverted():  # by what was drawn there before
         ax.invert_xaxis()
-    return gridded(ax, f"error of {QUANTITIES[name].heading}", "µs per nutation period")
+    return gridded(
+        ax, f"error of {quantity_of('phase_s' if name == 'phase' else name).heading}", PER[work]
+    )
 
 
-def _xy(points: Sequence[Known], error: str) -> tuple[list[float], list[float]]:
-    return [point[error] for point in points], [point["us_per_period"] for point in points]
+def _xy(rows: Sequence[Known], work: str) -> tuple[list[float], list[float]]:
+    return [row["error"] for row in rows], [row[work] for row in rows]
 
 
 # --- where methods fail: the digits that every method lost at every case -------------------------
@@ -314,10 +323,11 @@ def stress_size(document: Known) -> tuple[float, float]:
 
 def _table(document: Known) -> tuple[list[str], list[str], list[str]]:
     """The methods and the cases of which there are runs, and what stands above the columns."""
-    runs = document["cases"]
-    names = [name for name in document["methods"] if any(name == r["method"] for r in runs)]
-    rows = [case for case in document["hard"] if any(case == r["case"] for r in runs)]
-    return names, rows, [literal(document["methods"][m], 40) for m in names]
+    heads = document["methods"]
+    rows = [*dict.fromkeys(run["case"] for run in document["cases"])]
+    known = dict.fromkeys(run["method"] for run in document["cases"])
+    names = [*(name for name in heads if name in known), *(n for n in known if n not in heads)]
+    return names, rows, [literal(heads.get(name, name), 40) for name in names]
 
 
 def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
@@ -356,7 +366,6 @@ def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
 CHECKED: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
 
 
-@mpl.rc_context(style.STYLE)
 def check_figure(document: Known) -> Figure:
     """The chart of a check.
 
@@ -371,12 +380,10 @@ def check_figure(document: Known) -> Figure:
         The magnitude of every error over time above conditioning; below, how far the
         data run ahead.
     """
-    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    checked_errors(above, document).set_xlabel("")
-    checked_phase(below, document)
-    figure.suptitle(literal(document["data"]["file"]))
-    legend(figure, columns=3)
+    grid = {"nrows": 2, "sharex": True, "height_ratios": (3, 2)}
+    with style.sheet(literal(document["data"]["file"]), (7.0, 5.2), 3, **grid) as (figure, axes):
+        checked_errors(axes[0, 0], document).set_xlabel("")
+        checked_phase(axes[1, 0], document)
     return figure
 
 

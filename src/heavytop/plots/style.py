@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import BytesIO
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -132,6 +133,18 @@ def legend(
         figure.legend(handles, names, loc="outside lower center", ncols=columns, **looks)
 
 
+@contextmanager
+def sheet(
+    title: str, size: tuple[float, float], columns: int = 4, /, **grid: Any
+) -> Iterator[tuple[Figure, Any]]:
+    """A figure and its axes, shape (rows, columns), to draw on; in the end title and legend."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        yield figure, figure.subplots(squeeze=False, **grid)
+        figure.suptitle(title)
+        legend(figure, columns)
+
+
 def over(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]:
     """Return how a line is drawn: as ours, but for the keywords of a user; lw is linewidth.
 
@@ -156,13 +169,26 @@ def gridded(ax: Axes, xlabel: str, ylabel: str) -> Axes:
     return ax
 
 
-def in_degrees(ax: Axes, side: Literal["x", "y"]) -> None:
-    """Show degrees on the other side of axes whose x or y is in radians, once."""
-    if any(getattr(other, f"get_{side}label")() == "[°]" for other in ax.child_axes):
-        return
-    other = ax.secondary_xaxis("top") if side == "x" else ax.secondary_yaxis("right")
-    other.set_functions((np.degrees, np.radians))
-    other.set(**{f"{side}label": "[°]"})
+def once(ax: Axes, label: str) -> str:
+    """A label, where nothing on the axes has it yet; else what a legend leaves out."""
+    return label if label not in ax.get_legend_handles_labels()[1] else "_"
+
+
+def titled(ax: Axes, words: str, **where: Any) -> Axes:
+    """Give axes a title, unless they have one."""
+    if not ax.get_title(**where):
+        ax.set_title(words, fontsize="medium", pad=4, **where)
+    return ax
+
+
+def in_degrees(ax: Axes) -> None:
+    """Show degrees on the other side of axes whose x or y is in radians."""
+    if ax.get_xlabel().endswith("[rad]"):
+        other = ax.secondary_xaxis("top", functions=(np.degrees, np.radians))
+        other.set_xlabel("[°]")
+    if ax.get_ylabel().endswith("[rad]"):
+        other = ax.secondary_yaxis("right", functions=(np.degrees, np.radians))
+        other.set_ylabel("[°]")
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:

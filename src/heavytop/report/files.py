@@ -14,7 +14,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,7 +27,7 @@ from heavytop.errors import (
 from heavytop.files import as_json, locked, write_document
 from heavytop.results.base import Result, Row, not_as_written, read_json, typed
 from heavytop.results.classification import asked_formulation, asked_tolerance, plan_summary
-from heavytop.results.run import RunResult, exact_result, run_result
+from heavytop.results.run import PICTURES, RunResult, exact_result, run_result
 from heavytop.scene.scene import Scene, read_scene
 
 if TYPE_CHECKING:
@@ -40,11 +39,7 @@ if TYPE_CHECKING:
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
 FORMS: Final = ("svg", "png")
-FIGURES: Final = tuple(
-    f"{name}.{form}"
-    for name in ("overview", "angles", "potential", "phase", "errors")
-    for form in FORMS
-)
+FIGURES: Final = tuple(f"{name}.{form}" for name in PICTURES for form in FORMS)
 UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 """What drawing raises of numbers that no picture can show."""
 OWN: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURES)
@@ -212,12 +207,15 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     return replace(part, scene=scene, plan=replace(part.plan, estimate=chosen.estimate))
 
 
-def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> RunResult:
+def write_results(
+    run: Trajectory | SceneMotion, folder: Path, *, figures: bool = True
+) -> RunResult:
     """Write a run; the document comes last, so that where it stands the rest is whole.
 
     Parameters
     ----------
-    trajectory : Trajectory
+    run : Trajectory or SceneMotion
+        A trajectory, or what the closed form says of a scene.
     folder : Path
         It exists; files of an earlier run in it are replaced.
     figures : bool
@@ -233,37 +231,31 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
     OSError
         A file cannot be written.
     """
-    files = {"document": DOCUMENT, "trajectory": TRAJECTORY}
-    _remove(folder, (DOCUMENT, *FIGURES))
-    trajectory.save(folder / TRAJECTORY)
-    files |= _figures(trajectory, folder) if figures else {}
-    result = run_result(trajectory, files=files)
-    result.save(folder / DOCUMENT)
-    return result
+    from heavytop.run.exact import SceneMotion
 
-
-def write_exact(run: SceneMotion, folder: Path, *, figures: bool = True) -> RunResult:
-    """Write what the closed form says of a scene, as `write_results` writes a run."""
     files = {"document": DOCUMENT}
-    _remove(folder, (DOCUMENT, TRAJECTORY, *FIGURES))
-    if run.moves:
+    _remove(folder, (DOCUMENT, *FIGURES))
+    if isinstance(run, SceneMotion) and not run.moves:
+        _remove(folder, [TRAJECTORY])
+    else:
         files["trajectory"] = TRAJECTORY
         run.save(folder / TRAJECTORY)
         files |= _figures(run, folder) if figures else {}
-    result = exact_result(run, files=files)
+    if isinstance(run, SceneMotion):
+        result = exact_result(run, files=files)
+    else:
+        result = run_result(run, files=files)
     result.save(folder / DOCUMENT)
     return result
 
 
 def _figures(run: Trajectory | SceneMotion, folder: Path) -> dict[str, str]:
     """Draw the figures of a run; the names of their files, by what they are."""
-    from heavytop.plots.figures import FIGURES as drawn
-    from heavytop.plots.figures import seen_of
+    from heavytop.plots.figures import run_figures
 
     files: dict[str, str] = {}
-    for name, draw in drawn.items():
-        if name != "errors" or run.source == "integrated":
-            files |= _saved(folder, name, partial(draw, seen_of(run)), name)
+    for name, draw in run_figures(run):
+        files |= _saved(folder, name, draw, name)
     return files
 
 

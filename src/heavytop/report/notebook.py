@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from heavytop.analytic.motion import Motion
 from heavytop.checking.result import Check
 from heavytop.display import Shown
-from heavytop.plots.exact_run import ExactRun
+from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
 from heavytop.report.player import PERIODS
 from heavytop.results.base import Fact, Result, Table, given, with_unit
@@ -109,10 +109,9 @@ def _plan(plan: Any) -> Cell:
 
 
 def _trajectory(trajectory: Trajectory) -> Cell:
-    from heavytop.plots.figures import overview
     from heavytop.results.run import run_result
 
-    return run_result(trajectory).html(), overview(trajectory)
+    return run_result(trajectory).html(), run_figure("overview", trajectory)
 
 
 def _errors(errors: Any) -> Cell:

@@ -23,7 +23,7 @@ from heavytop.files import write_text
 from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.machine import version
 from heavytop.report.files import UNDRAWABLE, kind_of, warn_not_drawn
-from heavytop.report.player import as_drawn, frames, tops
+from heavytop.report.player import frames, tops
 from heavytop.results.base import (
     FILES,
     Fact,
@@ -34,6 +34,7 @@ from heavytop.results.base import (
     not_as_written,
     typed,
 )
+from heavytop.results.run import PICTURES
 from heavytop.results.validation import summary
 from heavytop.scene.quantities import QUANTITIES, quantity_of
 from heavytop.scene.scene_file import written
@@ -130,8 +131,8 @@ def _section(path: Path, name: str, number: int) -> Section:
         for odd in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
             warnings.simplefilter("ignore", odd)
         warnings.simplefilter("always", NotDrawnWarning)
-        drawn = DRAW.get(kind, _chart)(result, path)
         parts = tuple(result.facts()), tuple(result.tables())
+        drawn = DRAW.get(kind, _chart)(result, path)
     return Section(path, name, result, f"{kind}-{number}", heading, *parts, *drawn)
 
 
@@ -182,18 +183,9 @@ def stored_map(path: Path, shape: Sequence[int]) -> tuple[NDArray[np.uint8], tup
         return np.asarray(codes), tuple(attribute(kind, "flag_meanings").split())
 
 
-RUN_TITLES: Final = {
-    "overview": "tilt over precession, and the path of the axis on the unit sphere",
-    "angles": "tilt, precession and rate of spin over time",
-    "potential": "effective potential, energy, and the tilts that they allow",
-    "phase": "the plane of tilt and tilt rate, with neighbouring energies",
-    "errors": "distance of the run from the closed form over time",
-}
-
-
 def _run(run: Any, path: Path) -> Drawn:
     """The pictures of a run, and its top, where its trajectory is there."""
-    from heavytop.plots.figures import FIGURES
+    from heavytop.plots.figures import as_drawn, run_figures
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory_file import load_exact, load_trajectory
 
@@ -207,14 +199,11 @@ def _run(run: Any, path: Path) -> Drawn:
         raise ForeignFile(
             f"{harmless(path)}: the trajectory of another scene than run.json is about"
         )
-    shown = as_drawn(whole)
     pictures = tuple(
-        Picture(name, RUN_TITLES[name], _svg(draw(whole if name == "errors" else shown)))
-        for name, draw in FIGURES.items()
-        if name != "errors" or not exact
+        Picture(name, PICTURES[name].title, _svg(draw())) for name, draw in run_figures(whole)
     )
     try:
-        return pictures, frames(shown)
+        return pictures, frames(as_drawn(whole))
     except NoClosedForm:
         return pictures, None
 

@@ -3,40 +3,24 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.figures import seen_of
 from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH
 
 if TYPE_CHECKING:
     from heavytop.analytic.record import Record
     from heavytop.integration.outputs import Sample
-    from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
-UNSEEN: Final = 1e-6  # rad, in a picture
 FRAMES: Final = 1001
 TURN: Final = 360.0  # rad of spin that are played: more would take too long
 PERIODS: Final = 12
 MOST_EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
-
-
-def as_drawn(trajectory: Trajectory | SceneMotion) -> Any:
-    """The run as pictures show it: of one in many digits, which takes long to draw, the doubles
-    if no eye could tell them apart.
-    """
-    if (exact := seen_of(trajectory)) is not trajectory:
-        return exact
-    doubles = replace(trajectory, decimals=None)
-    ours, theirs = doubles.samples.axis, trajectory.samples.axis
-    same = np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True)
-    return doubles if same else trajectory
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 
 LAST_DECADES: Final = 3  # of the times that are fitted: earlier errors are those of the start
 LEAST_POINTS: Final = 4
+SURE: Final = 0.2  # standard error of an exponent beyond which there is no power law,
+SHARE: Final = 0.12  # unless it is so small a part of the exponent
+BOUNDED: Final = 0.25  # an exponent nearer to 0 than to that of a random walk
+CLEAR: Final = 1e-11, 0.03  # errors between which an order shows: above rounding, and small
 MEMBER_INDEX: Final = ("scheme", "start", "periods")
 COLUMNS: Final = (
     "name", "us_per_period", "energy", "energy_growth", "phase_s", "phase_growth", "axis"
@@ -28,33 +33,32 @@ SERIES: Final = ("energy", "phase_s", "axis", "p_phi", "p_psi")
 
 
 class Growth(NamedTuple):
-    """An error that grows as a power of the time.
+    """How an error grows: as a power of the time, or otherwise.
 
     Attributes
     ----------
     exponent : float or None
         1/2 for a random walk, 1 for a steady drift, 3/2 for the integral of a random walk; None
-        where there is nothing to fit.
+        where the error grows as no power.
     stderr : float or None
         Standard error of the exponent, from how far the points lie off the line. Errors at
         neighbouring times are not independent, so it is rather too small.
     points : int
         How many times were fitted.
+    word : str
+        What it does instead: ``bounded`` or ``changes sign``; empty where neither is sure.
     """
 
     exponent: float | None
     stderr: float | None
     points: int
+    word: str = ""
 
     def __str__(self) -> str:
         """The exponent as physicists write it: 1.40(2) is 1.40 ± 0.02."""
         if self.exponent is None:
-            return MISSING
-        error = self.stderr or 0.0
-        hundredths = max(1, round(100 * error))
-        if hundredths < 100:
-            return f"{self.exponent:.2f}({hundredths})"
-        return f"{self.exponent:.0f}({error:.0f})"
+            return self.word or MISSING
+        return f"{self.exponent:.2f}({max(1, round(100 * (self.stderr or 0.0)))})"
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -82,7 +86,10 @@ class Drift(Result):
         ``axis``; their standard deviations as ``spread``, and the errors of every run, with their
         signs, as ``members``. None where the formulation does not determine an error or cannot
         change it, and of the phase from where a run is off by a twentieth of a period.
-        ``energy_exponent``, ``phase_exponent`` and their ``stderr`` say how they grow.
+        ``growth`` of energy and phase is an exponent of the time, "bounded", "changes sign",
+        "lost" or None; ``energy_exponent``, ``phase_exponent`` and ``stderr`` are the numbers.
+        Of a method of fixed steps its ``order``, published, or measured of one of your own; of
+        one of your own how often it ``warned``.
     """
 
     schema: ClassVar = "heavytop/drift/1"
@@ -115,13 +122,17 @@ class Drift(Result):
         starts = "the scene's start" if self.ensemble == 1 else several
         yield "drift", f"{self.periods:g} nutation periods, {starts}; errors at the last time"
         yield "energy", error_of("energy").name
-        yield "lost", "a phase error of more than a twentieth of a period"
+        yield "lost", "at so many periods the phase error passes a twentieth of one"
         yield "as t^", QUANTITIES["energy_growth"].name
         for each in self.methods:
             if each.skipped is not None:
                 yield each.name, f"skipped: {each.skipped}"
             elif each.periods and each.periods[-1] < 0.5 * self.periods:
                 yield each.name, f"to {each.periods[-1]:.4g} periods"
+            if each.get("order") and ":" in each.name:
+                yield each.name, f"order {each.order:.2g}, measured"
+            for text, count in each.get("warned", {}).items():
+                yield each.name, f"warned {count} times: {text}"
             for start, why in each.ended.items():
                 which = f"start {start} " if self.ensemble > 1 else ""
                 yield each.name, f"{which}ended early: {why}"
@@ -259,14 +270,18 @@ def _last(method: Any) -> dict[str, Any]:
     row = {"name": method.name, "us_per_period": method.get("us_per_period")}
     row |= {name: x[-1] for name, x in _columns(method).items() if x}
     if method.periods and row["phase_s"] is None:
-        row["phase_s"] = "lost"
+        lost = next(n for n, x in zip(method.periods, method.phase_s, strict=True) if x is None)
+        row["phase_s"] = f"lost at {lost:.3g}"
     for name in ("energy", "phase"):
-        exponent, stderr = method[f"{name}_exponent"], method.stderr.get(name)
-        row[f"{name}_growth"] = str(Growth(exponent, stderr, 0))
+        grows, stderr = method.growth[name], method.stderr.get(name)
+        number = None if isinstance(grows, str) else grows
+        row[f"{name}_growth"] = str(Growth(number, stderr, 0, "" if number else grows or ""))
     return row
 
 
-def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:
+def growth(
+    periods: Sequence[float], errors: Sequence[float | None], signs: Sequence[float | None] = ()
+) -> Growth:
     """Return the growth over the last three decades.
 
     Parameters
@@ -274,6 +289,8 @@ def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:
     periods : sequence of float, shape (k,)
     errors : sequence of (float or None), shape (k,)
         RMS errors; zeros and None are left out, and the last of the others ends the decades.
+    signs : sequence of (float or None), shape (k,), optional
+        The errors of one run, whose sign may change.
 
     Examples
     --------
@@ -286,13 +303,51 @@ def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:
     """
     points = [(n, e) for n, e in zip(periods, errors, strict=True) if e]
     from_here = max((n for n, _ in points), default=0.0) / 10**LAST_DECADES * 0.999
-    fitted = [(float(n), float(e)) for n, e in points if n >= from_here]
+    fitted = [(n, e) for n, e in points if n >= from_here]
     if len(fitted) < LEAST_POINTS:
         return Growth(None, None, len(fitted))
+    slope, stderr = _power(fitted)
+    known = [e for n, e in zip(periods, signs, strict=False) if e and n >= from_here]
+    turns = any(a * b < 0 for a, b in pairwise(known))
+    if not _sure(slope, stderr):
+        return Growth(None, None, len(fitted), "changes sign" if turns else "")
+    if slope < BOUNDED:
+        return Growth(None, None, len(fitted), "bounded")
+    return Growth(slope, stderr, len(fitted))
+
+
+def order_of(errors: Mapping[float, float | None]) -> float | None:
+    """Return the order of a method: how its error falls with the number of its steps.
+
+    Parameters
+    ----------
+    errors : mapping from float to (float or None)
+        By the number of steps; five of those between rounding and the size of the motion, with the
+        most steps, are fitted.
+
+    Examples
+    --------
+    >>> round(order_of({n: n**-4.0 for n in (1, 10, 20, 40, 80, 1e4)}), 6)
+    4.0
+    """
+    clear = [(n, e) for n, e in sorted(errors.items()) if e and CLEAR[0] < e < CLEAR[1]][-5:]
+    if len(clear) < 2:
+        return None
+    slope, stderr = _power(clear)
+    return -slope if _sure(slope, stderr) else None
+
+
+def _sure(slope: float, stderr: float) -> bool:
+    """Whether points lie on a power law."""
+    return stderr < max(SURE, SHARE * abs(slope))
+
+
+def _power(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The power of x as which y grows, by least squares in logarithms, and its standard error."""
     with np.errstate(invalid="raise", divide="raise"):  # of numbers in a file, any is possible
-        x, y = np.log(fitted).T
+        x, y = np.log(np.array(points, float)).T
         spread = x - x.mean()
         slope = float(spread @ y / (spread @ spread))
     residual = y - y.mean() - slope * spread
-    variance = float(residual @ residual) / (len(fitted) - 2) / float(spread @ spread)
-    return Growth(slope, float(np.sqrt(variance)), len(fitted))
+    variance = float(residual @ residual) / max(1, len(points) - 2) / float(spread @ spread)
+    return slope, float(np.sqrt(variance))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from heavytop.analytic.events import EVENTS
 from heavytop.errors import Outcome
@@ -35,6 +35,24 @@ NOTHING: Final = dict.fromkeys(MEASURED) | {
     "why_not": "nothing was integrated",
 }
 
+
+class Picture(NamedTuple):
+    """A figure of a run: what it shows, and its panels, by the names that `plot` has for them."""
+
+    title: str
+    panels: tuple[str, ...]
+
+
+PICTURES: Final = {
+    "overview": Picture(
+        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
+    ),
+    "angles": Picture("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
+    "potential": Picture("effective potential, energy, and allowed tilts", ("potential",)),
+    "phase": Picture("the plane of tilt and tilt rate, with neighbouring energies", ("phase",)),
+    "errors": Picture("distance of the run from the closed form over time", ("errors",)),
+}
+"""The figures of a run, by the name of the file."""
 
 NO_EVENTS: Final = {"turning": None, "reversal": None, "cusp": None, "table": (), "omitted": 0}
 NO_COST: Final = {

@@ -35,6 +35,10 @@ class StressOutcome(StrEnum):
     REFUSED = "refused", "no", "the method says beforehand that it cannot run this case, and why"
     TIME_LIMIT = "time-limit", "time", "the run exceeded its time limit"
     STEP_LIMIT = "step-limit", "steps", "the run reached or exceeded its limit of steps"
+    METHOD_ERROR = "method-error", "err", (
+        "the code of the method raises something, or returns nan or what is no state: the note "
+        "has the sentence"
+    )  # fmt: skip
     SINGULAR = "singular", "sing", (
         "the run stopped on the way: the equations gave numbers that are not finite"
     )  # fmt: skip
@@ -42,15 +46,16 @@ class StressOutcome(StrEnum):
         "the steps shrank to zero, or the equations of a step have no solution"
     )  # fmt: skip
     DIVERGED = "diverged", "div", (
-        f"the run reports success, but its axis (φ or ψ, where they are judged) is off by "
-        f"{ASTRAY:g} or more, or its numbers are not finite"
+        f"the axis (φ or ψ, where they are judged) ends off by {ASTRAY:g} or more, or the numbers "
+        "do not stay finite"
     )  # fmt: skip
     INACCURATE = "inaccurate", "!", (
-        "the run reports success, with fewer than half of the digits that conditioning leaves"
+        "it ends with fewer than half of the digits that conditioning leaves; of a fixed step, of "
+        "those that its order and its length allow besides"
     )  # fmt: skip
     MISSED_EVENTS = "missed-events", "ev", "the end state is right, the number of events is wrong"
     OK = "ok", "", (
-        "the run reports success, with at least half of the digits that conditioning leaves"
+        "it ends with at least half of the digits that conditioning, and a fixed step, leave"
     )  # fmt: skip
 
 

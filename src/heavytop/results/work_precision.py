@@ -9,12 +9,16 @@ from typing import Any, ClassVar, Final
 
 from heavytop.errors import Impossible
 from heavytop.results.base import Chart, Fact, Result, Table, draw, grouped
+from heavytop.results.drift import order_of
 from heavytop.scene.quantities import QUANTITIES, quantity_of
 
 TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
-ERRORS: Final = {"axis": "axis_error", "theta": "theta_error"}
+ERRORS: Final = {
+    "axis": "axis_error", "theta": "theta_error", "phase": "phase_error", "energy": "energy_error"
+}  # fmt: skip
+"""What is measured, and the key of its error."""
 DOUBLE: Final = 53  # bits
-COLUMNS: Final = ("method", *TARGETS, "error", "of", "us_per_period", "setup_s")
+COLUMNS: Final = ("method", "order", *TARGETS, "error", "of", "us_per_period", "setup_s")
 FRONT: Final = ("method", "setting", "us_per_period", "error")
 LEADERS: Final = ("to", *FRONT, "next", "ratio")
 TIME: Final = QUANTITIES["us_per_period"]._replace(symbol="at")
@@ -45,8 +49,9 @@ class WorkPrecision(Result):
         the blocks of steps over the ``periods`` they covered [µs]; ``rhs_evaluations`` and
         ``steps`` of the run from the scene's own start; ``error`` and ``error_spread`` of what it
         ``measures``, the axis or, where the states do not give it, theta [rad]; ``theta_error``
-        [rad]; ``energy_error``, relative to max(|E'|, gMR); ``setup_s``, to derive and to
-        compile [s].
+        [rad]; ``phase_error`` [s], None beyond a twentieth of a period; ``energy_error``, relative
+        to max(|E'|, gMR); ``setup_s``, to derive and to compile [s]; how often a method of one's
+        own ``warned``.
     skipped : tuple of mapping
         The ``method`` and ``setting`` of what gave no point, and the ``reason``.
     """
@@ -87,7 +92,7 @@ class WorkPrecision(Result):
         bound : float
             Of the axis, a unit vector, or of theta [rad].
         wants : str
-            ``axis`` or ``theta``: the error of which; phi and psi are not measured.
+            ``axis``, ``theta``, ``phase`` or ``energy``: the error of which.
 
         Raises
         ------
@@ -95,7 +100,7 @@ class WorkPrecision(Result):
             It wants anything else.
         """
         if wants not in ERRORS:
-            raise Impossible([("wants", f"{wants!r} is not measured; axis and theta are")])
+            raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERRORS)} are")])
         index = self._cheapest(ERRORS[wants], bound)
         return None if index is None else self.points[index]
 
@@ -112,6 +117,7 @@ class WorkPrecision(Result):
             "front_theta": [*self.front_theta],
             "cheapest": self._leaders(self._error),
             "cheapest_theta": self._leaders("theta_error"),
+            "orders": {row["method"]: row["order"] for row in summaries(self.points)},
         }
 
     def facts(self) -> Iterator[Fact]:
@@ -119,6 +125,10 @@ class WorkPrecision(Result):
         yield "runs", f"{self.periods:g} nutation periods, all methods interleaved in one process"
         yield "times", "µs a period to reach this error; then the least error, and its time"
         yield "errors", "of the axis, or of θ [rad], where the states give no axis"
+        yield "order", "the power of the step with which the error falls, measured here"
+        for point in self.points:
+            for text, count in point.get("warned", {}).items():
+                yield point.method, f"warned {count} times at {setting(point)}: {text}"
         for (reason,), same in grouped(self.skipped, "reason").items():
             words = []
             for (name,), some in grouped(same, "method").items():
@@ -132,7 +142,7 @@ class WorkPrecision(Result):
         yield Table([*summaries(self.points)], COLUMNS, meanings=BESTS)
         for error, side in self._sides.items():
             points = (self.points[i] for i in front(self.points, error))
-            rows = [{**p, "error": _error_of(p, error), "setting": setting(p)} for p in points]
+            rows = [{**p, "error": error_of_point(p, error), "setting": setting(p)} for p in points]
             if rows:
                 yield Table(rows, FRONT, f"Pareto front, {side}")
                 yield Table([*self._leading_rows(error)], LEADERS, f"cheapest, {side}")
@@ -144,9 +154,14 @@ class WorkPrecision(Result):
                 yield {**first, "to": target, "setting": setting(first), "next": other["method"]}
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """Times against the error of the axis, where it is measured, and of theta."""
-        names = (error.removesuffix("_error") for error in self._sides)
-        return {name: draw("studies", "work_precision", self.document(), name) for name in names}
+        """Times, and evaluations, against every error that is measured."""
+        names = [n for n, x in ERRORS.items() if any(error_of_point(p, x) for p in self.points)]
+        work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
+        return {
+            name + end: draw("studies", "work_precision", self.document(), name, column)
+            for end, column in work.items()
+            for name in names
+        }
 
     def unrun(self) -> Sequence[str]:
         """The methods, if none of them was run."""
@@ -192,7 +207,10 @@ class WorkPrecision(Result):
             return None
         point = self.points[index]
         names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        return {n: point[n] for n in names} | {"error": _error_of(point, error), "point": index}
+        return {n: point[n] for n in names} | {
+            "error": error_of_point(point, error),
+            "point": index,
+        }
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
@@ -202,7 +220,7 @@ def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
     ----------
     points : sequence of mapping
     error : str
-        ``axis_error`` or ``theta_error``; who has none takes no part.
+        One of the values of `ERRORS`; who has none takes no part.
     """
     off, found = _errors(points, error), list[int]()
     for i in sorted(off, key=lambda i: _rank(points[i], off[i])):
@@ -225,7 +243,13 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
             for target, bound in TARGETS.items()
         }
         setup = max(point["setup_s"] for point in same)
-        yield {**best, "method": name, "of": quantity_of(of).symbol, **within, "setup_s": setup}
+        order = (
+            order_of({p["steps"] / p["periods"]: p["error"] for p in same})
+            if best["rival"]
+            else None
+        )
+        known = {"of": quantity_of(of).symbol, "order": order, "setup_s": setup}
+        yield {**best, "method": name, **known, **within}
 
 
 def setting(point: Mapping[str, Any]) -> str:
@@ -235,15 +259,16 @@ def setting(point: Mapping[str, Any]) -> str:
     return f"{point['steps_a_period']:g} steps a period"
 
 
-def _error_of(point: Mapping[str, Any], error: str) -> float | None:
-    if error == "theta_error":
-        return point["theta_error"]  # type: ignore[no-any-return]
-    return point["error"] if point["measures"] == "axis" else None
+def error_of_point(point: Mapping[str, Any], error: str) -> float | None:
+    """An error of a point by one of the keys of `ERRORS`; None where it has none."""
+    if error == "axis_error":
+        return point["error"] if point["measures"] == "axis" else None
+    return point[error]  # type: ignore[no-any-return]
 
 
 def _errors(points: Sequence[Any], error: str) -> dict[int, float]:
     """The errors of those points that have one, by their indices."""
-    return {i: off for i, p in enumerate(points) if (off := _error_of(p, error)) is not None}
+    return {i: off for i, p in enumerate(points) if (off := error_of_point(p, error)) is not None}
 
 
 def _rank(point: Any, error: float = 0.0) -> tuple[float, float, str]:

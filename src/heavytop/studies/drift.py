@@ -9,17 +9,18 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict
-from itertools import takewhile
+from itertools import chain, repeat, takewhile
 from typing import Any, Final
 
 import numpy as np
 
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.errors import BadScene, HeavyTopError, MissingPackage
+from heavytop.errors import BadScene, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
 from heavytop.results.drift import SERIES, Drift, growth
@@ -29,7 +30,7 @@ from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
-from heavytop.studies.steppers import MethodRun, no_nutation, set_up
+from heavytop.studies.steppers import MethodRun, measured_order, no_nutation, set_up
 from heavytop.studies.study import (
     Chunk,
     Journal,
@@ -38,7 +39,7 @@ from heavytop.studies.study import (
     open_journal,
     run,
 )
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
 
@@ -54,6 +55,7 @@ CHUNK_S: Final = 0.5  # of integration between two checkpoints
 LIMIT_S: Final = 60.0  # of a chunk of one's own method: a step that takes longer never returns
 SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
 PHASE: Final = 0.6180339887498949  # of a period: no turning point, where a time error is not seen
+GROWING: Final = {"energy": "energy", "phase": "phase_s"}  # and what holds their errors
 STARTS: Final = (*ANGLES, *RATES, "omega3")
 LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no measure of it
 
@@ -187,40 +189,21 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     handed over, which stays where it is.
     """
     name = task.rpartition("/")[0].partition("=")[0]
-    mine = own.passes([name])
-    if not mine or name.startswith("own:"):
-        chunks = _chunks(parameters, task, checkpoint)
-        next(chunks)
-        yield from chunks
-        return
-    try:
-        TIMED_WORKER.call(_begin, mine, parameters, task, checkpoint, timeout=SET_UP_S)
-        while True:  # the runner stops at the last one
-            yield TIMED_WORKER.call(_next_chunk, timeout=LIMIT_S)
-    except TimedOut:
-        limit = min(LIMIT_S, SET_UP_S)
-        raise HeavyTopError(f"a step did not return within {limit:g} s") from None
-    except Lost as death:
-        raise HeavyTopError(f"its process was lost: {death}") from None
+    mine, asked = own.passes([name]), (parameters, task, checkpoint)
+    if mine and not name.startswith("own:"):
+        limits = chain([SET_UP_S], repeat(LIMIT_S))
+        chunks = TIMED_WORKER.stages(_chunks, *asked, mine, limits=limits)
+    else:
+        chunks = _chunks(*asked)
+    next(chunks)  # it is set up
+    yield from chunks
 
 
-_AT_WORK: Final[list[Iterator[Chunk]]] = []  # in a worker: the run that it is at
-
-
-def _begin(mine: Sequence[tuple[str, str, str]], *asked: Any) -> None:
-    """In a worker: load a method of one's own, and get ready for a run."""
-    own.let_pass(mine)
-    _AT_WORK[:] = [_chunks(*asked)]
-    next(_AT_WORK[0])
-
-
-def _next_chunk() -> Chunk:
-    """In a worker: go on with the run."""
-    return next(_AT_WORK[0])
-
-
-def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+def _chunks(
+    parameters: Parameters, task: str, checkpoint: Any, mine: own.Passes = ()
+) -> Iterator[Chunk]:
     """Yield the chunks of a run in this process; first an empty one, once it is set up."""
+    own.let_pass(mine)
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = neighbour(scene.start, parameters["seed"], int(number))
@@ -228,7 +211,13 @@ def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
     times = [found.stepper.output_time(n * found.period) for n in periods]
     state, sampled, ended = found.stepper.begin(), 0, ""
+    here: Mapping[str, int] = getattr(found.stepper, "warned", {})
+    order: float | None = chosen.published_order
+    warned = Counter[str]()
+    if checkpoint is None and chosen.fixed and order is None and int(number) == 0:
+        order = measured_order(scene, chosen)
     if checkpoint is not None:
+        order, warned = checkpoint["order"], Counter(checkpoint["warned"])
         words: dict[str, Any] = {
             name: tuple(x) if isinstance(x, list) else x for name, x in checkpoint["state"].items()
         }
@@ -250,8 +239,10 @@ def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
             state, sampled = after, sampled + len(reached)
         done = bool(ended) or sampled == len(times)
         gone = state.time[0]
-        checkpoint = {"state": asdict(state), "sampled": sampled, "ended": ended,
-                      "periods": gone / found.period}  # fmt: skip
+        checkpoint = {
+            "state": asdict(state), "sampled": sampled, "ended": ended,
+            "periods": gone / found.period, "order": order, "warned": warned + Counter(here),
+        }  # fmt: skip
         yield Chunk(checkpoint, rows, done, gone / times[-1][0], seconds)
 
 
@@ -373,46 +364,41 @@ def task_name(text: str, number: int) -> str:
 
 def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     """What was found of a method, as a row of the result."""
-    chosen, none = method(text), _series({"periods": ()})
+    chosen = method(text)
+    tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
+    records = [] if chosen.absent else [journal.load(task) for task in tasks]
+    failed = [record.failed for record in records if record.failed]
+    absent = str(MissingPackage(chosen.name, chosen.absent)) if chosen.absent else None
+    skipped = next(iter(failed), absent)
+    known = [record.checkpoint for record in ([] if skipped else records)]
+    columns = [_columns(record.rows, lost) for record in records[: len(known)]]
+    gone, seconds = sum(x["periods"] for x in known), sum(each.seconds for each in records)
     row: dict[str, Any] = {
         "name": chosen.text,
         "formulation": chosen.states,
         "language": chosen.language,
         "setting": {chosen.set_by: chosen.setting},
-        "us_per_period": None,
-        "steps": None,
-        "ended": {},
-        "skipped": None,
-        "spread": None,
-        "members": (),
-        **none,
+        "order": known[0]["order"] if known else None,
+        "us_per_period": seconds / gone * 1e6 if gone else None,
+        "steps": float(np.mean([x["state"]["steps"] for x in known])) if known else None,
+        "ended": {str(k): x["ended"] for k, x in enumerate(known) if x["ended"]},
+        "warned": sum((Counter(x["warned"]) for x in known), Counter[str]()),
+        "skipped": skipped,
+        "members": [
+            _series(x) | {"steps": at["state"]["steps"]}
+            for x, at in zip(columns, known, strict=True)
+        ],
+        "spread": _series(_over(columns, lambda x: _rms(x - np.mean(x)))) if known else None,
+        **_series(_over(columns, _rms) if known else {"periods": ()}),
     }
-    tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
-    if chosen.absent:
-        row["skipped"] = str(MissingPackage(chosen.name, chosen.absent))
-    elif failed := [why for task in tasks if (why := journal.load(task).failed)]:
-        row["skipped"] = failed[0]
-    else:
-        records = [journal.load(task) for task in tasks]
-        columns = [_columns(record.rows, lost) for record in records]
-        steps = [record.checkpoint["state"]["steps"] for record in records]
-        gone = sum(record.checkpoint["periods"] for record in records)
-        seconds = sum(record.seconds for record in records)
-        ended = [record.checkpoint["ended"] for record in records]
-        row |= _series(_over(columns, _rms))
-        row |= {
-            "members": tuple(
-                _series(x) | {"steps": n} for x, n in zip(columns, steps, strict=True)
-            ),
-            "spread": _series(_over(columns, lambda x: _rms(x - np.mean(x)))),
-            "steps": float(np.mean(steps)),
-            "us_per_period": seconds / gone * 1e6 if gone else None,
-            "ended": {str(number): why for number, why in enumerate(ended) if why},
-        }
-    energy, phase = (growth(row["periods"], row[name]) for name in ("energy", "phase_s"))
-    stderr = {"energy": energy.stderr, "phase": phase.stderr}
-    exponents = {"energy_exponent": energy.exponent, "phase_exponent": phase.exponent}
-    return row | exponents | {"stderr": stderr}
+    signs = row["members"][0] if known else row
+    found = {n: growth(row["periods"], row[c], signs[c]) for n, c in GROWING.items()}
+    grows = {name: each.exponent or each.word or None for name, each in found.items()}
+    if not grows["phase"] and row["phase_s"] and row["phase_s"][-1] is None:
+        grows["phase"] = "lost"
+    exponents = {f"{name}_exponent": each.exponent for name, each in found.items()}
+    stderr = {name: each.stderr for name, each in found.items()}
+    return row | exponents | {"stderr": stderr, "growth": grows}
 
 
 def _rms(x: Any) -> float:

@@ -6,13 +6,13 @@ A setting, such as a tolerance or a number of steps, is a field of a method.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
-from importlib.util import find_spec
 from typing import Any, Final
 
 from heavytop.comparison import methods as comparison
 from heavytop.comparison import own as own_methods
+from heavytop.comparison.methods import TOLERANCE, MethodEntry
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.integration.bits import DOUBLE, bits_of, why_not
@@ -32,35 +32,21 @@ DEFAULT: Final = (
 )
 AUTO: Final = "auto"
 AUTO_DIGITS, AUTO_MOST = 12, 30
-TOLERANCE: Final = "tolerance"
 BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
 
 
-@dataclass(frozen=True, slots=True)
-class MethodSetting:
-    """One method of integration, as it will be run.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodSetting(MethodEntry):
+    """One method of integration, as it will be run: an entry with a setting.
 
     Attributes
     ----------
-    name : str
-        As in the table: ``taylor-axis-projected``, ``dop853-cyrk``.
-    formulation : str
-    variables : str
-        What its states are called, where they are not those of the formulation.
-    language : str
-        Of the right-hand side.
     setting : float
         What its accuracy is asked for by: see `set_by`.
-    set_by : str
-        ``tolerance`` or ``steps a period``.
-    least, most : float
-        Bounds of the setting.
-    needs : tuple of str
-        Packages it cannot do without.
     bits : int
         Of the numbers it computes in.
-    projected, is_rival : bool
+    projected : bool
     changed : bool
         Whether the setting is another than the usual one.
     short : str
@@ -71,32 +57,28 @@ class MethodSetting:
         scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
     """
 
-    name: str
-    formulation: str
-    language: str
     setting: float
-    set_by: str
-    least: float
-    most: float
-    needs: tuple[str, ...] = ()
     bits: int = DOUBLE
     projected: bool = False
-    is_rival: bool = False
     changed: bool = False
     short: str = ""
     atol: float | None = None
     solver: str = ""
-    variables: str = ""
+
+    @property
+    def is_rival(self) -> bool:
+        """Whether it is a method of others, or one's own."""
+        return self.build is not None
+
+    @property
+    def published_order(self) -> int | None:
+        """Its order; None where it varies, and of one's own, of which it is measured."""
+        return self.order if self.source else None
 
     @property
     def states(self) -> str:
         """What its states are: a formulation, or the variables of a method of one's own."""
         return self.variables or self.formulation
-
-    @property
-    def absent(self) -> tuple[str, ...]:
-        """Packages it needs that are not installed."""
-        return tuple(package for package in self.needs if find_spec(package) is None)
 
     @property
     def reach(self) -> float:
@@ -125,7 +107,7 @@ class MethodSetting:
         """
         if self.formulation == AUTO:
             return ""
-        if self.set_by != TOLERANCE:
+        if self.fixed:
             return f"{self.setting:g}/period"
         mantissa, _, power = f"{self.setting:.1e}".partition("e")
         return f"{float(mantissa):g}e{int(power)}"
@@ -263,15 +245,10 @@ def taylor_methods() -> Mapping[str, MethodSetting]:
 
 
 def _of_formulation(form: str) -> list[MethodSetting]:
-    plain = MethodSetting(
-        name=f"taylor-{form}",
-        formulation=form,
-        language="compiled by heyoka",
-        setting=EPSILON,
-        set_by=TOLERANCE,
-        least=EPSILON,
-        most=1e-2,
-    )
+    about = {"order": None, "default": EPSILON, "block": 0, "build": None, "source": ""}
+    limits = {"set_by": TOLERANCE, "least": EPSILON, "most": 1e-2, "setting": EPSILON}
+    asked: dict[str, Any] = about | limits | {"formulation": form}
+    plain = MethodSetting(name=f"taylor-{form}", language="compiled by heyoka", **asked)
     found = [plain]
     if not why_not(FORMULATIONS[form].build()):
         found.append(replace(plain, name=f"{plain.name}-projected", projected=True))
@@ -282,10 +259,9 @@ def _of_formulation(form: str) -> list[MethodSetting]:
     return [*found, replace(precise, setting=least, least=least, most=least)]
 
 
-def _of(rival: comparison.MethodEntry) -> MethodSetting:
-    names = ("name", "formulation", "variables", "language", "least", "most", "needs")
-    same = {name: getattr(rival, name) for name in names}
-    return MethodSetting(setting=rival.default, set_by=rival.setting, is_rival=True, **same)
+def _of(rival: MethodEntry) -> MethodSetting:
+    known = {each.name: getattr(rival, each.name) for each in fields(rival)}
+    return MethodSetting(**known, setting=rival.default)
 
 
 # --- what is put under stress ----------------------------------------------------------------

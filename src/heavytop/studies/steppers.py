@@ -10,7 +10,9 @@ and so on.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -29,12 +31,13 @@ from heavytop.comparison.steppers import (
 )
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import Context, context
 from heavytop.exact.pairs import Array, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished
 from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
+from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import EPSILON, closed_form_of, plan, rounded_start, start_values
 from heavytop.run.propagation import binary_start, integrator_of
@@ -48,6 +51,8 @@ DIGITS: Final = 40  # of the reference solution
 EVEN: Final = 0.7  # of |z|, above which x and y determine it better
 SPARE_DIGITS: Final = 12  # of texts and of the reference, beyond those of the run's numbers
 FAR: Final = 1e6  # periods: no step is that long
+ORDER_STEPS: Final = tuple(12.5 * 2**k for k in range(8))  # a period
+ORDER_PERIODS: Final = 1.618
 LATE_WORDS: Final = 2  # of the time, in `carry`, beside the two of `time`
 
 # --- one method from one start ---------------------------------------------------------------
@@ -112,6 +117,56 @@ def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
         return MethodRun(taken, reference, period)
     engine = integrator_of(chosen, parameters, start)
     return MethodRun(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
+
+
+def measured_order(scene: Scene, method: MethodSetting) -> float | None:
+    """Return the order of a method of fixed steps, by how its error falls with their number.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its start is followed for two nutation periods.
+    method : MethodSetting
+    """
+    errors = {}
+    for steps in ORDER_STEPS:
+        with suppress(IntegrationFailed, HeavyTopError):
+            found = set_up(scene, replace(method, setting=steps))
+            end = found.stepper.output_time(ORDER_PERIODS * found.period)
+            before, _, _ = walk(found.stepper, end)
+            row = found.stepper.states_at(before, [end])[0].tolist()
+            errors[steps] = found.reference(end, row).axis or abs(found.reference.tilt(end, row))
+    return order_of(errors)
+
+
+class TooSlow(IntegrationFailed):
+    """A run that was stopped between two blocks."""
+
+
+def walk(
+    stepper: Stepper,
+    end: DoubleDouble,
+    limit: float = math.inf,
+    clock: Callable[[], float] = time.perf_counter,
+) -> tuple[StepperState, StepperState, float]:
+    """Go from the start past a time: where the last block began and ended, seconds in blocks.
+
+    Raises
+    ------
+    TooSlow
+        It is not there yet after so many seconds.
+    IntegrationFailed
+        It cannot go on.
+    """
+    after, seconds = stepper.begin(), 0.0
+    while True:
+        before, began = after, clock()
+        after = stepper.block(before)
+        seconds += clock() - began
+        if after.time >= end:  # double-doubles compare as their words do
+            return before, after, seconds
+        if seconds > limit:
+            raise TooSlow(f"stopped at t = {after.time[0]:.3g} s after {seconds:.3g} s")
 
 
 def top_constants(top: Top) -> TopConstants:
@@ -258,11 +313,11 @@ class PreciseStepper:
 
     def _state(self, mark: Mark) -> StepperState:
         n, words = len(self.start), self._words(mark)
-        time: list[float] = []
+        instant: list[float] = []
         for _ in range(2 + LATE_WORDS):
-            time.append(float(mark.t - self._sum(time)))
-        carry = (*words[n:], *time[2:])
-        return StepperState((time[0], time[1]), words[:n], carry, mark.steps, mark.steps)
+            instant.append(float(mark.t - self._sum(instant)))
+        carry = (*words[n:], *instant[2:])
+        return StepperState((instant[0], instant[1]), words[:n], carry, mark.steps, mark.steps)
 
     def _words(self, mark: Mark) -> tuple[float, ...]:
         count = math.ceil(self.engine.bits / DOUBLE)

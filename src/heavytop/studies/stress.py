@@ -10,15 +10,13 @@ from __future__ import annotations
 
 import math
 import os
-import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -27,12 +25,13 @@ from heavytop.comparison import own
 from heavytop.comparison.adaptive import Singular, scipy_stepper
 from heavytop.comparison.methods import make_stepper
 from heavytop.comparison.steppers import (
-    FixedStep,
     InitialValueProblem,
     IntegrationFailed,
+    MethodError,
+    NotFinite,
     Stepper,
 )
-from heavytop.exact.pairs import Array, two_product
+from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.machine import versions
 from heavytop.results.base import Row
@@ -44,14 +43,14 @@ from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies.methods import (
     ANGLES,
-    TOLERANCE,
     MethodSetting,
     admitted,
     stress_method,
     stress_methods,
 )
-from heavytop.studies.steppers import top_constants
-from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
+from heavytop.studies.steppers import measured_order, top_constants
+from heavytop.studies.stress_cases import Case, CaseReference, reference
+from heavytop.studies.stress_cases import cases as all_cases
 from heavytop.studies.study import (
     Chunk,
     Journal,
@@ -62,7 +61,7 @@ from heavytop.studies.study import (
     reading,
     run,
 )
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut
 
 KIND: Final = "stress"
 BUDGET_S: Final = 240.0
@@ -76,6 +75,12 @@ NUMBERS: Final = {
     "step_limit": Range(1, 10**12, whole=True),
     "jobs": Range(1, 1024, whole=True),
 }
+EASY: Final = "ten-periods"  # the case at which the order of a method of one's own is measured
+FAILED: Final = {
+    MethodError: StressOutcome.METHOD_ERROR,
+    Singular: StressOutcome.SINGULAR,
+    NotFinite: StressOutcome.DIVERGED,
+}
 KEPT: Final = 0.5  # of the digits that conditioning leaves
 BLOCK: Final = 1000  # steps of a fixed step between two looks,
 CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
@@ -84,10 +89,6 @@ WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy find
 WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
 
 # --- the study -------------------------------------------------------------------------------
-
-
-class _Spent(Exception):
-    """The budget was spent."""
 
 
 def stress(
@@ -147,23 +148,12 @@ def stress(
     equations.
     """
     heard("progress", progress)
-    methods = methods and admitted(methods, KIND)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
-    parameters, values = _parameters(cases, methods, limits)
-    how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with open_journal(folder, parameters) as journal:
-        return complete(journal, on_progress=progress, **how)
-
-
-def _parameters(
-    some: Any, methods: Any, limits: Mapping[str, float]
-) -> tuple[Parameters, dict[str, Any]]:
-    """Return the test as JSON, and the limits, unless something is wrong with them."""
-    values, faults = parse_options("stress", limits, NUMBERS)
-    some = cases() if some is None else some
-    methods = stress_methods() if methods is None else methods
-    chosen, no_cases = parse_names(KIND, "cases", some, one_of(cases(), LIST))
-    known, no_methods = parse_names(KIND, "methods", methods, stress_method)
+    values, faults = parse_options(KIND, limits, NUMBERS)
+    some = all_cases() if cases is None else cases
+    asked = stress_methods() if methods is None else admitted(methods, KIND)
+    chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
+    known, no_methods = parse_names(KIND, "methods", asked, stress_method)
     if faults := [*faults, *no_cases, *no_methods]:
         raise errors.BadScene(tuple(faults))
     names = list(dict.fromkeys(each.name for each in known))
@@ -176,7 +166,9 @@ def _parameters(
         **own.stated(names),
         "versions": versions(),
     }
-    return parameters, values
+    how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
+    with open_journal(folder, parameters) as journal:
+        return complete(journal, on_progress=progress, **how)
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -185,25 +177,10 @@ def tasks(parameters: Parameters) -> list[str]:
     return [f"{case}/{method}" for method in there for case in parameters["cases"]]
 
 
-def complete(
-    journal: Journal,
-    *,
-    budget: float | None = None,
-    on_progress: Callable[[Progress], object] | None = None,
-    **how: Any,
-) -> Stress:
+def complete(journal: Journal, *, budget: float | None = None, **how: Any) -> Stress:
     """Do the runs that are left and for which there is time, and return the result."""
     budget = keep_budget(journal, budget, BUDGET_S)
-    until = time.monotonic() + budget
-
-    def heard(now: Progress) -> None:
-        if on_progress is not None:
-            on_progress(now)
-        if now.ended < now.tasks and time.monotonic() >= until:
-            raise _Spent
-
-    with suppress(_Spent):
-        run(journal, on_progress=heard, **how)
+    run(journal, budget=budget, **how)
     return collect(journal, budget)
 
 
@@ -233,7 +210,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
     limits = {"time_s": parameters["time_limit"], "steps": parameters["step_limit"]}
     return Stress(
         limits={"budget_s": budget, **limits},
-        hard={name: cases()[name].hard for name in parameters["cases"]},
+        hard={name: all_cases()[name].hard for name in parameters["cases"]},
         methods={each.name: f"{each.short} {each.set_to}".rstrip() for each in methods},
         cases=tuple(runs),
         skipped=tuple(skipped),
@@ -244,40 +221,31 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
-    asked, limit = (case, method, reference(case)), parameters["time_limit"]
+    asked, limit = (
+        (case, method, reference(case), parameters["step_limit"]),
+        parameters["time_limit"],
+    )
+    passes, limits = own.passes(parameters.get("own", {})), (SET_UP_S, limit)
     try:
-        passes = own.passes(parameters.get("own", {}))
-        TIMED_WORKER.call(get_ready, *asked, passes, timeout=SET_UP_S)
-        found = TIMED_WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
+        [_, found] = TIMED_WORKER.stages(put_to_test, *asked, passes, limits=limits)
     except TimedOut:
         form = stress_method(method).states
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
         found = run_row(case=case, method=method, formulation=form, named=True, **what)
-    except Lost as death:
-        raise errors.HeavyTopError(f"its process was lost: {death}") from None
     yield Chunk(rows=[found], done=True)
 
 
-def get_ready(
-    case: str, method: str, truth: CaseReference, methods: Sequence[tuple[str, str, str]] = ()
-) -> None:
-    """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
+def put_to_test(
+    case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Passes = ()
+) -> Iterator[Row]:
+    """In the worker: compile what a method needs; then do a run, and judge it."""
     own.let_pass(methods)
-    with Path(os.devnull).open("w", encoding="utf-8") as nothing:
+    with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # the Fortran and C of solvers
         os.dup2(nothing.fileno(), 2)
-    chosen = stress_method(method)
-    _PREPARED.clear()
-    if chosen.is_rival and not chosen.solver:
-        _PREPARED[f"{case}/{method}"] = stepper_of(cases()[case], chosen, truth)
-
-
-_PREPARED: Final[dict[str, tuple[Stepper, int]]] = {}  # in a worker: what the next run takes
-
-
-def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Row:
-    """In the worker: do a run, and judge it."""
-    chosen = stress_method(method)
-    return judged(run_case(cases()[case], chosen, truth, step_limit), truth, case, chosen)
+    chosen, asked = stress_method(method), all_cases()[case]
+    ready = prepare(asked, chosen, truth) if chosen.is_rival else None
+    yield Row()
+    yield judged(run_case(asked, chosen, truth, step_limit, ready), truth, case, chosen)
 
 
 def run_row(*, case: str, method: str, formulation: str, outcome: str, **more: Any) -> Row:
@@ -296,7 +264,7 @@ def listing() -> StressCases:
     ('140', '2.618 periods')
     """
     return StressCases(
-        cases=tuple(case.document() for case in cases().values()),
+        cases=tuple(case.document() for case in all_cases().values()),
         methods=tuple(
             {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.set_to}
             for m in stress_methods().values()
@@ -331,6 +299,8 @@ class Attempt:
         What auto chose.
     more_bits : bool
         Whether it had more than doubles have.
+    step_error : float
+        What the order and the length of a fixed step allow, relative.
     """
 
     stopped: StressOutcome | None = None
@@ -343,9 +313,16 @@ class Attempt:
     counted: Mapping[str, int] = field(default_factory=dict)
     plan: str = ""
     more_bits: bool = False
+    step_error: float = 0.0
 
 
-def run_case(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
+def run_case(
+    case: Case,
+    method: MethodSetting,
+    truth: CaseReference,
+    step_limit: int,
+    ready: Prepared | None = None,
+) -> Attempt:
     """Do one run.
 
     Parameters
@@ -357,11 +334,13 @@ def run_case(case: Case, method: MethodSetting, truth: CaseReference, step_limit
         Of the case; only its end and its period are used.
     step_limit : int
         Steps after which it is given up. What looks at them between blocks takes a whole block.
+    ready : Prepared, optional
+        What `prepare` gave, where it was called before.
     """
-    if not method.is_rival:
-        found = _taylor(case, method, step_limit)
+    if method.is_rival:
+        found = _stepped(case, method, ready or prepare(case, method, truth), truth, step_limit)
     else:
-        found = (_called if method.solver else _stepped)(case, method, truth, step_limit)
+        found = _taylor(case, method, step_limit)
     if found.stopped is None and found.steps > step_limit:
         said = f"{found.steps} steps, more than its limit"
         return replace(found, stopped=StressOutcome.STEP_LIMIT, said=said)
@@ -394,86 +373,102 @@ def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
         return _with_motion(result, found([end]))
 
 
-def stepper_of(case: Case, method: MethodSetting, truth: CaseReference) -> tuple[Stepper, int]:
-    """Return a method set up for a case, and how many its steps are if they have one length.
+class Prepared(NamedTuple):
+    """A method set up for a case; of a fixed step how many it takes, and what they allow."""
 
-    What it compiles is compiled here.
+    stepper: Any
+    steps: int = 0
+    step_error: float = 0.0
+
+
+def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared:
+    """Return a method of others set up for a case; what it compiles is compiled here.
+
+    scipy's solvers begin at any start: at a pole nothing warns their user either.
     """
-    parameters, start = binary_start(case.scene, Plan(method.formulation))
-    ahead, span = (1 if truth.end >= 0 else -1), abs(truth.end)
-    if method.set_by == TOLERANCE:
-        setting, steps, block = method.setting, 0, CALL
-    else:
+    chosen = Plan(method.formulation)
+    parameters, start = binary_start(case.scene, chosen)
+    stepper: Stepper
+    if method.solver:
+        numbers = chosen.equations, parameters, tuple(start.state.tolist())
+        problem, how = InitialValueProblem(method.name, *numbers), {"atol": method.atol}
+        stepper = scipy_stepper(method.solver, problem, method.setting, CALL, guarded=False, **how)
+        return Prepared(stepper)
+    setting, span, steps, block, allowed = method.setting, abs(truth.end), 0, CALL, 0.0
+    if method.fixed:
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
-        steps = math.ceil(span / period * method.setting)
+        steps = math.ceil(span / period * setting)
+        order = method.published_order or measured_order(all_cases()[EASY].scene, method)
+        allowed = (math.tau / setting) ** order if order else 0.0
         setting, block = float(steps), min(steps, BLOCK)
-    name = method.name.partition("=")[0]
+    name, ahead = method.name.partition("=")[0], 1 if truth.end >= 0 else -1
     top = top_constants(case.scene.top)
-    found = make_stepper(name, start.state, parameters, setting, span, ahead, steps=block, top=top)
-    return found, steps
+    stepper = make_stepper(
+        name, start.state, parameters, setting, span, ahead, steps=block, top=top
+    )
+    return Prepared(stepper, steps, allowed)
 
 
-def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
-    """Let a compiled method go block by block until one holds the end."""
-    prepared = _PREPARED.pop(f"{case.name}/{method.name}", None)
-    stepper, steps = prepared or stepper_of(case, method, truth)
-    if steps > step_limit:
-        return Attempt(StressOutcome.STEP_LIMIT, f"it would take {steps} steps", steps)
-    end = stepper.output_time(truth.end)
-    if isinstance(stepper, FixedStep):
-        end = two_product(stepper.h, float(steps))
-    before = after = stepper.begin()
+def _stepped(
+    case: Case, method: MethodSetting, ready: Prepared, truth: CaseReference, step_limit: int
+) -> Attempt:
+    """Let a method of others go to the end."""
+    if ready.steps > step_limit:
+        said = f"it would take {ready.steps} steps"
+        return Attempt(StressOutcome.STEP_LIMIT, said, ready.steps)
     try:
-        while abs(after.time[0]) < abs(end[0]):
-            if after.steps >= step_limit:
-                return Attempt(StressOutcome.STEP_LIMIT, steps=after.steps)
-            before, after = after, stepper.block(after)
-        state = stepper.states_at(before, [end])[0]
-        if (form := getattr(stepper, "form", None)) is not None:
-            state = form.axis_states(state)
+        times, states, taken = (_called if method.solver else _in_blocks)(ready, truth, step_limit)
     except IntegrationFailed as failure:
-        return Attempt(StressOutcome.STALLED, str(failure))
-    result = Attempt(steps=steps or after.steps)
-    return _arrived(result, case, Plan(method.formulation), truth.end, state)
-
-
-def _called(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
-    """Call one of scipy's solvers once, from any start: at a pole nothing warns its user either."""
+        outcome = FAILED.get(type(failure), StressOutcome.STALLED)
+        return Attempt(outcome, str(failure))
+    warned = getattr(ready.stepper, "warned", {})
+    result = Attempt(
+        said="; ".join(f"{count} times {text}" for text, count in warned.items()),
+        steps=ready.steps or taken,
+        step_error=ready.step_error,
+    )
+    if times[-1] != truth.end:
+        return replace(result, stopped=StressOutcome.STEP_LIMIT)
     chosen = Plan(method.formulation)
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
-    problem = InitialValueProblem(method.name, form, parameters, tuple(start.state.tolist()))
-    stepper = scipy_stepper(
-        method.solver, problem, method.setting, step_limit, atol=method.atol, guarded=False
-    )
-    try:
-        taken = stepper.solver(start.state, truth.end, step_limit)
-    except Singular as failure:
-        return Attempt(StressOutcome.SINGULAR, str(failure))
-    except IntegrationFailed as failure:
-        return Attempt(StressOutcome.STALLED, str(failure))
-    result = Attempt(steps=taken.times.size - 1)
-    if taken.times[-1] != truth.end:
-        return replace(result, stopped=StressOutcome.STEP_LIMIT)
-    if case.counted:
-        signs = {name: np.sign(event_function(form, name, taken.states, parameters, taken.times)[0])
-                 for name in WATCHED}  # fmt: skip
+    if method.solver and case.counted:
+        signs = {n: np.sign(event_function(form, n, states, parameters, times)[0]) for n in WATCHED}
         counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
         result = replace(result, counted=counted)
-    return _arrived(result, case, chosen, truth.end, taken.states[-1])
-
-
-def _arrived(result: Attempt, case: Case, chosen: Plan, end: float, state: Array) -> Attempt:
-    """Return a result with what the last state says."""
-    form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
-    rows, times = np.array([start.state, state]), np.array([0.0, end])
+    rows = np.array([start.state, states[-1]])
     if not np.isfinite(rows).all():
         return result
+    ends = np.array([0.0, truth.end])
     with np.errstate(all="ignore"):
-        seen = sample(form, rows, parameters, times)
-        energy = invariants(form, rows, parameters, times)["energy"]
+        seen = sample(form, rows, parameters, ends)
+        energy = invariants(form, rows, parameters, ends)["energy"]
     weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     off = abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight))
     return _with_motion(replace(result, energy_error=off), seen)
+
+
+Walk = tuple[Any, Any, int]
+"""Times, the states there, and how many steps that took; the last time may be short of the end."""
+
+
+def _called(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
+    """Call a solver once, as its user does."""
+    taken = ready.stepper.solver(np.array(ready.stepper.start), truth.end, step_limit)
+    return taken.times, taken.states, taken.times.size - 1
+
+
+def _in_blocks(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
+    """Take blocks of steps until one holds the end, with which the last of equal steps ends."""
+    stepper = ready.stepper
+    last = two_product(stepper.h, float(ready.steps)) if hasattr(stepper, "h") else None
+    end = last or stepper.output_time(truth.end)
+    before = after = stepper.begin()
+    while abs(after.time[0]) < abs(end[0]):
+        if after.steps >= step_limit:
+            return after.time[:1], (), after.steps
+        before, after = after, stepper.block(after)
+    states, form = stepper.states_at(before, [end]), getattr(stepper, "form", None)
+    return (truth.end,), states if form is None else [form.axis_states(states[0])], after.steps
 
 
 def _with_motion(result: Attempt, seen: Any) -> Attempt:
@@ -523,7 +518,7 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     if not math.isfinite(error):
         return told(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
     lost = truth.digits_lost(error)
-    outcome, why = _outcome(found, truth, error, lost)
+    outcome, why = _outcome(found, truth, error)
     untold = truth.hopeless and not found.more_bits
     turns = [round(angle / math.tau) for angle in off]
     notes = [
@@ -547,14 +542,13 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     )
 
 
-def _outcome(
-    found: Attempt, truth: CaseReference, error: float, lost: float
-) -> tuple[StressOutcome, str]:
-    """Return the outcome of a run that says it has arrived, and what is wrong with it."""
-    poor = lost > (1 - KEPT) * truth.digits
+def _outcome(found: Attempt, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
+    """Return the outcome of a run that has arrived, and what is wrong with it."""
+    granted = replace(truth, rounding=max(truth.rounding, found.step_error))
+    poor = granted.digits_lost(error) > (1 - KEPT) * granted.digits
     if poor or error >= ASTRAY:
         off = found.energy_error
-        said = "reports success" + ("" if off is None else f"; energy error {off:.0e}")
+        said = "" if off is None else f"energy error {off:.0e}"
         return StressOutcome.DIVERGED if error >= ASTRAY else StressOutcome.INACCURATE, said
     if missed := missed_events(found.counted, truth.counts):
         return StressOutcome.MISSED_EVENTS, "" if "events: " in found.said else missed

@@ -242,6 +242,8 @@ class CaseReference:
         Of the nutation [s].
     angles : (float, float)
         phi and psi at the end [rad].
+    rounding : float
+        The relative error that every method may make.
     """
 
     end: float
@@ -251,6 +253,7 @@ class CaseReference:
     counts: Counts | None
     period: float | None
     angles: tuple[float, float] = (0.0, 0.0)
+    rounding: float = ROUNDINGS * UNIT
 
     def of_angles(self) -> CaseReference:
         """Return what the case allows to phi and psi: the axis over sinθ, and the angles' own size.
@@ -264,7 +267,7 @@ class CaseReference:
     @property
     def allowed(self) -> float:
         """The error of the axis that doubles cannot help."""
-        return min(ROUNDINGS * UNIT * self.condition, AXIS)
+        return min(self.rounding * self.condition, AXIS)
 
     @property
     def digits(self) -> float:

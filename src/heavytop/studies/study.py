@@ -427,6 +427,7 @@ def run(
     executor: Executor | None = None,
     on_progress: Callable[[Progress], object] | None = None,
     slice_s: float = SLICE_S,
+    budget: float | None = None,
 ) -> None:
     """Bring the tasks of a study to their end.
 
@@ -442,6 +443,8 @@ def run(
         It is given a `Progress` after every slice.
     slice_s : float
         How long the work on a task takes, at least, between two lines of the journal [s].
+    budget : float, optional
+        Time after which no slice is begun, and what is left stays [s].
 
     Raises
     ------
@@ -469,6 +472,8 @@ def run(
         pool = executor or (_Here(stop) if jobs == 1 else Processes(jobs))
         try:
             while (waiting or running) and not stop.is_set():
+                if budget is not None and time.monotonic() >= started + budget:
+                    waiting.clear()
                 # After a loss all tasks it may be due to run alone, each for a slice.
                 room = 1 if lost else count_sent(pool)
                 while waiting and len(running) < room:
@@ -497,7 +502,7 @@ def run(
                 future.cancel()
             if isinstance(pool, Processes):
                 pool.kill()
-    if not all(record.ended for record in records):
+    if stop.is_set() and not all(record.ended for record in records):
         raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", journal.path)
 
 
@@ -655,7 +660,7 @@ def _submit(
 
 def advance_task(
     module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float,
-    methods: Sequence[tuple[str, str, str]] = (), stop: Event | None = None,
+    methods: own.Passes = (), stop: Event | None = None,
 ) -> Chunk:  # fmt: skip
     """Advance a task for about so many seconds; in a worker, which may be far away."""
     own.let_pass(methods)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import chain, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
@@ -14,18 +13,17 @@ from typing import Any, Final
 
 from heavytop.comparison import own
 from heavytop.comparison.methods import METHODS
-from heavytop.comparison.steppers import IntegrationFailed, StepperState
+from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
-from heavytop.results.work_precision import WorkPrecision
+from heavytop.results.work_precision import ERRORS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
-from heavytop.studies.drift import neighbour
+from heavytop.studies.drift import LOST, neighbour
 from heavytop.studies.methods import (
     AUTO,
-    TOLERANCE,
     MethodSetting,
     admitted,
     auto_digits,
@@ -33,7 +31,7 @@ from heavytop.studies.methods import (
     method,
     planned,
 )
-from heavytop.studies.steppers import MethodRun, no_nutation, set_up
+from heavytop.studies.steppers import MethodRun, TooSlow, no_nutation, set_up, walk
 from heavytop.studies.study import (
     Chunk,
     Journal,
@@ -43,18 +41,16 @@ from heavytop.studies.study import (
     open_journal,
     stop_signal,
 )
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, Lost, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
 ROUNDS: Final = "rounds"  # the task of timing again
-NO_TIME: Final = "not started: no time was left in the budget"
 NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
-FIRST_RUNS: Final = 0.6  # of the budget, then no first run is begun; the rest is for the rounds
 LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
 BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
-REPEATS: Final = 3  # rounds of timing again
+REPEATS: Final = 3  # rounds after the first
 REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
 SHORT_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
 clock: Callable[[], float] = perf_counter  # [s]
@@ -122,7 +118,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodSetting, ..
 
 def grid(found: MethodSetting) -> Sequence[float]:
     """Return the settings of a method, from the loosest to the tightest."""
-    if found.set_by != TOLERANCE:
+    if found.fixed:
         usual = OWN_STEPS if ":" in found.name else (found.setting,)
         return STEPS.get(found.name, usual)
     if found.least == found.most:
@@ -146,10 +142,10 @@ def work_precision(
 ) -> WorkPrecision:
     """Measure what methods cost and what they attain, over a grid of settings.
 
-    Each setting is run from the scene's own start and from seven neighbouring ones, the same for
-    all; points are medians. Time is that in the blocks of steps, the best of several runs that are
-    taken in turn with all others; the error is that against the closed form of the run's own
-    binary start, at 40 digits.
+    All settings are run in turn, from the scene's own start and then from each of seven
+    neighbouring ones, in several rounds; points are medians over the starts. Time is that in the
+    blocks of steps, the best of the rounds; the error is that against the closed form of the run's
+    own binary start, at 40 digits.
 
     Parameters
     ----------
@@ -241,8 +237,9 @@ def _checked(text: str) -> str:
 
 
 def tasks(parameters: Parameters) -> list[str]:
-    """Return the names of the settings that are run, and that of timing them again."""
-    return [*dict.fromkeys(each.text for each in _asked(parameters)), ROUNDS]
+    """Return the names of the runs, each a setting from a start, and that of the rounds."""
+    texts = dict.fromkeys(each.text for each in _asked(parameters))
+    return [*(f"{text}/{start}" for text in texts for start in range(STARTS)), ROUNDS]
 
 
 def _asked(parameters: Parameters) -> list[MethodSetting]:
@@ -262,96 +259,119 @@ def complete(
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), journal.parameters
     budget = keep_budget(journal, budget, BUDGET_S)
-    asked, finished = _asked(parameters), journal.load(ROUNDS).done
+    asked = _asked(parameters)
 
     def show(fraction: float) -> None:
         if stop.is_set():
             raise KeyboardInterrupt
-        done = 1.0 if finished else fraction
         if on_progress is not None:
-            count = len(asked)
+            done, count = (1.0 if journal.state(ROUNDS).done else fraction), len(asked)
             on_progress(Progress(done, int(done * count), count, clock() - began, done))
 
     try:
         with stop_signal(at_once=True) as stop, TIMED_WORKER:
             show(0.0)
-            derived = _derived()
-            timed, refused = _first_runs(journal, asked, budget, began, show)
-            whole = not any(why.startswith(NO_TIME) for why in refused.values())
-            _rounds(journal, timed, began + budget, whole, show)
+            derived = {each.formulation: _derived(each.formulation) for each in asked}
+            rows, refused = _measured(journal, asked, budget, began, show)
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.path) from None
-    points, skipped = [], []
-    for each in asked:
-        if each in refused:
-            skipped.append(_skipped(each, refused[each]))
-        else:
-            points.append(_point(each, timed[each], derived[each.formulation]))
     return WorkPrecision(
         scene=parameters["scene"],
         periods=parameters["periods"],
         phase=parameters["periods"] - BEFORE,
         budget=budget,
-        points=tuple(points),
-        skipped=tuple(skipped),
+        points=tuple(_point(x, rows[x], derived[x.formulation]) for x in asked if rows[x]),
+        skipped=tuple(_skipped(x, refused[x]) for x in asked if not rows[x]),
         versions=versions(),
     )
 
 
-def _derived() -> dict[str, float]:
-    """Return how long each formulation takes to derive [s]; next to nothing if it was before."""
-    spent = {}
-    for name, form in FORMULATIONS.items():
-        began = clock()
-        form.build()
-        spent[name] = clock() - began
-    return spent
+def _derived(formulation: str) -> float:
+    """How long a formulation takes to derive [s]; next to nothing if it was before."""
+    began = clock()
+    FORMULATIONS[formulation].build()
+    return clock() - began
 
 
-def _first_runs(
+Rows = dict[MethodSetting, dict[int, dict[str, Any]]]
+"""By setting and number of the start what its runs gave."""
+
+
+def _measured(
     journal: Journal,
-    tried: Sequence[MethodSetting],
+    asked: Sequence[MethodSetting],
     budget: float,
     began: float,
     show: Callable[[float], object],
-) -> tuple[dict[MethodSetting, list[Timed]], dict[MethodSetting, str]]:
-    """Run every setting once from every start; return those that were run, and why others not."""
+) -> tuple[Rows, dict[MethodSetting, str]]:
+    """Run settings in turn, from one start after the other, in rounds: all feel what disturbs one.
+
+    The first round shows errors; slow settings are in no more than two. A setting that fails from
+    one start has no rows. Returned are the rows, and why settings have none.
+    """
     scene, periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
-    limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
-    timed: dict[MethodSetting, list[Timed]] = {}
+    limit, deadline = max(1.0, budget / LIMITS), began + budget
+    again = () if journal.state(ROUNDS).done else range(1, 1 + REPEATS)
+    places = [
+        (turn, start, each)
+        for turn in (0, *again)
+        for start in range(STARTS)
+        for each in _in_turn(asked)
+    ]
+    rows: Rows = {each: {} for each in asked}
+    ready: dict[tuple[MethodSetting, int], MethodRun] = {}
     refused: dict[MethodSetting, str] = {}
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
-
-    def runs(each: MethodSetting) -> list[Timed]:
-        record = journal.load(each.text)
-        if record.done:
-            rows = zip(starts, record.rows, strict=True)
-            return [_ready(start, each, periods, row) for start, row in rows]
-        if each.name in too_slow:
-            raise IntegrationFailed(f"not started: {too_slow[each.name]} took too long")
-        found = []
-        _expect_return(starts[0], each, periods, limit)
-        for start in starts:
-            if clock() > deadline:
-                raise IntegrationFailed(f"{NO_TIME} in a budget of {budget:g} s")
-            found.append(first_run(start, each, periods, limit))
-        journal.append(each.text, Chunk(rows=[one.measured for one in found], done=True))
-        return found
-
-    for done, each in enumerate(_in_turn(tried), 1):
+    for done, (turn, start, each) in enumerate(places):
+        show(done / len(places))
+        known, task = rows[each], f"{each.text}/{start}"
+        if turn == 0 and journal.state(task).done:
+            [known[start]] = journal.load(task).rows
+            continue
+        rare = (turn - 1) * sum(row["seconds"][0] for row in known.values()) > REPEATS_S
+        late, slow = clock() > deadline, too_slow.get(each.name, "")
+        if each in refused or (turn and (rare or start not in known)) or (late and known):
+            continue
         try:
-            timed[each] = runs(each)
-        except TooSlow as slow:
-            too_slow[each.name] = each.label
-            refused[each] = f"stopped {slow}: more than {limit:g} s for a run"
+            if late:
+                raise IntegrationFailed(f"not started: no time was left in {budget:g} s")
+            if slow and not known:
+                raise IntegrationFailed(f"not started: {slow} took too long")
+            if turn == start == 0:
+                _expect_return(starts[0], each, periods, limit)
+            if (each, start) not in ready:
+                ready[each, start] = set_up(starts[start], each)
+            run = ready[each, start]
+            if turn == 0:
+                known[start] = first_run(run, periods, limit)
+            seconds = known[start]["seconds"]
+            for _ in range((1 if seconds[0] > SHORT_S else 2) - (turn == 0)):
+                seconds.append(walk(run.stepper, _end(run, periods), clock=clock)[2])
+            if turn == 0:
+                journal.append(task, Chunk(rows=[known[start]], done=True))
         except StoppedEarly:
             raise
         except (IntegrationFailed, HeavyTopError) as refusal:
+            known.clear()
             refused[each] = " ".join(str(refusal).split())
-        show(done / len(tried) / 2)
-    return timed, refused
+            if isinstance(refusal, TooSlow):
+                too_slow[each.name] = each.label
+                refused[each] += f": more than {limit:g} s for a run"
+    _keep_times(journal, rows, whole=clock() <= deadline)
+    return rows, refused
+
+
+def _keep_times(journal: Journal, rows: Rows, *, whole: bool) -> None:
+    """Store the times of all rounds, or take those that are stored."""
+    if whole and not journal.state(ROUNDS).done:
+        times = {x.text: {k: row["seconds"] for k, row in some.items()} for x, some in rows.items()}
+        journal.append(ROUNDS, Chunk(rows=[times], done=True))
+    for known in journal.load(ROUNDS).rows:
+        for each, some in rows.items():
+            for k, row in some.items():
+                row["seconds"] = known[each.text][str(k)]
 
 
 def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: float) -> None:
@@ -359,75 +379,76 @@ def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: flo
 
     Raises
     ------
-    IntegrationFailed
+    TimedOut, Lost
         It does not return, or that process dies of it.
     """
-    if not (mine := own.passes([each.name])):
-        return
-    try:
-        TIMED_WORKER.call(_set_up_trial, scene, each, mine, timeout=SET_UP_S)
-        TIMED_WORKER.call(_run_trial, periods, limit, timeout=2 * limit)
-    except TimedOut:
-        raise IntegrationFailed(f"it did not return within {2 * limit:g} s") from None
-    except Lost as death:
-        raise IntegrationFailed(f"its process was lost: {death}") from None
+    if mine := own.passes([each.name]):
+        patience = SET_UP_S + 2 * limit
+        TIMED_WORKER.call(_try, scene, each.text, mine, periods, limit, timeout=patience)
 
 
-_TRIAL: Final[list[MethodRun]] = []  # in a worker: what is tried
-
-
-def _set_up_trial(scene: Scene, each: MethodSetting, mine: Sequence[tuple[str, str, str]]) -> None:
-    """In a worker: load and set up a method of one's own."""
+def _try(scene: Scene, text: str, mine: own.Passes, periods: float, limit: float) -> None:
+    """In a worker: run a method once; what it raises is raised again where it is measured."""
     own.let_pass(mine)
-    _TRIAL[:] = [set_up(scene, each)]
+    with suppress(IntegrationFailed):
+        found = set_up(scene, method(text))
+        walk(found.stepper, _end(found, periods), limit)
 
 
-def _run_trial(periods: float, limit: float) -> None:
-    """In a worker: run it once; what it raises is raised again where it is measured."""
-    [found] = _TRIAL
-    with suppress(TooSlow, IntegrationFailed):
-        _lap(found, found.stepper.output_time((periods - BEFORE) * found.period), limit)
-
-
-def _rounds(
-    journal: Journal,
-    timed: dict[MethodSetting, list[Timed]],
-    deadline: float,
-    whole: bool,
-    show: Callable[[float], object],
-) -> None:
-    """Time all settings again, or take the times that are stored; they are if all were run."""
-    record = journal.load(ROUNDS)
-    if not record.done:
-        repeat([*timed.values()], deadline, lambda done: show((1 + done) / 2))
-        row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
-        if whole:
-            journal.append(ROUNDS, Chunk(rows=[row], done=True))
-        return
-    [known] = record.rows
-    for each, runs in timed.items():
-        for one, seconds in zip(runs, known.get(each.text, ()), strict=False):
-            one.measured["seconds"] = seconds
-
-
-def _in_turn(tried: Sequence[MethodSetting]) -> Iterator[MethodSetting]:
-    """Yield the loosest setting of each method, then the next one of each, and so on."""
+def _in_turn(tried: Sequence[MethodSetting]) -> list[MethodSetting]:
+    """The loosest setting of each method, then the next one of each, and so on."""
     by_name: dict[str, list[MethodSetting]] = {}
     for each in tried:
         by_name.setdefault(each.name, []).append(each)
-    for turn in zip_longest(*by_name.values()):
-        yield from filter(None, turn)
+    return [each for turn in zip_longest(*by_name.values()) for each in turn if each]
 
 
-def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> dict[str, Any]:
+def _end(run: MethodRun, periods: float) -> DoubleDouble:
+    """The time at which a run is looked at [s]."""
+    return run.stepper.output_time((periods - BEFORE) * run.period)
+
+
+def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
+    """Return what a run of so many nutation periods gives, for JSON: errors, costs, seconds.
+
+    Raises
+    ------
+    TooSlow
+        It is not there yet after `limit` seconds.
+    IntegrationFailed
+        It cannot go on, or its numbers are no longer finite.
+    """
+    end = _end(run, periods)
+    stepper: Any = run.stepper
+    before, last, seconds = walk(stepper, end, limit, clock)
+    row = stepper.states_at(before, [end])[0].tolist()
+    off, tilt = run.reference(end, row), run.reference.tilt(end, row)
+    if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
+        raise NotFinite
+    return {
+        "axis_error": off.axis,
+        "theta_error": abs(tilt),
+        "phase_error": abs(off.phase_s) if abs(off.phase_s) < LOST * run.period else None,
+        "energy_error": abs(off.energy),
+        "periods": last.time[0] / run.period,
+        "steps": last.steps,
+        "evaluations": last.evaluations,
+        "compile_s": float(getattr(stepper, "engine", stepper).compile_s),
+        "warned": dict(getattr(stepper, "warned", {})),
+        "seconds": [seconds],
+    }
+
+
+def _point(
+    each: MethodSetting, rows: dict[int, dict[str, Any]], derived_s: float
+) -> dict[str, Any]:
     """Return the medians and spreads over the starts."""
-    own, costs = timed[0], [one.us_per_period for one in timed]
-    axis, theta, energy = (
-        [one.measured[f"{name}_error"] for one in timed] for name in ("axis", "theta", "energy")
-    )
-    errors = theta if None in axis else axis
-    stepper: Any = own.run.stepper
-    by_tolerance = each.set_by == TOLERANCE
+    first = rows[0]
+    costs = [min(row["seconds"]) / row["periods"] * 1e6 for row in rows.values()]
+    columns = {name: [row[name] for row in rows.values()] for name in ERRORS.values()}
+    medians = {name: None if None in x else median(x) for name, x in columns.items()}
+    axis = medians.pop("axis_error") is not None
+    errors, by_tolerance = columns[ERRORS["axis" if axis else "theta"]], not each.fixed
     return {
         "method": each.name,
         "formulation": each.states,
@@ -435,20 +456,20 @@ def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> dic
         "tolerance": each.setting if by_tolerance else None,
         "steps_a_period": None if by_tolerance else each.setting,
         "bits": each.bits,
-        "measures": "theta" if None in axis else "axis",
+        "measures": "axis" if axis else "theta",
         "rival": each.is_rival,
         "us_per_period": median(costs),
         "us_spread": _spread(costs),
-        "rhs_evaluations": own.measured["evaluations"],
+        "rhs_evaluations": first["evaluations"],
         "error": median(errors),
         "error_spread": _spread(errors),
-        "starts": len(timed),
-        "theta_error": median(theta),
-        "energy_error": median(energy),
-        "setup_s": derived_s + float(getattr(stepper, "engine", stepper).compile_s),
-        "runs": min(len(one.seconds) for one in timed),
-        "periods": own.periods,
-        "steps": own.measured["steps"],
+        "starts": len(rows),
+        **medians,
+        "setup_s": derived_s + first["compile_s"],
+        "runs": min(len(row["seconds"]) for row in rows.values()),
+        "periods": first["periods"],
+        "steps": first["steps"],
+        "warned": first["warned"],
     }
 
 
@@ -458,120 +479,7 @@ def _skipped(each: MethodSetting, reason: str) -> dict[str, Any]:
 
 
 def _spread(values: Sequence[float]) -> float:
+    if len(values) < 2:
+        return 0.0
     lower, _, upper = quantiles(values, n=4, method="inclusive")
     return upper - lower
-
-
-# --- one run -----------------------------------------------------------------------------------
-
-
-class TooSlow(Exception):
-    """A run that was stopped between two blocks."""
-
-
-@dataclass(eq=False)
-class Timed:
-    """A method set up for one start, and what its runs gave.
-
-    Attributes
-    ----------
-    run : MethodRun
-    end : (float, float)
-        The time at which it is looked at [s].
-    measured : dict
-        For JSON: ``axis_error``, ``theta_error``, ``energy_error`` as those of a point; the
-        ``time`` [s], ``steps`` and ``evaluations`` where its last block ended; and of each run
-        the ``seconds`` in the blocks of steps.
-    """
-
-    run: MethodRun
-    end: DoubleDouble
-    measured: dict[str, Any]
-
-    @property
-    def seconds(self) -> list[float]:
-        """Time in the blocks of steps, of each run [s]."""
-        found: list[float] = self.measured["seconds"]
-        return found
-
-    @property
-    def periods(self) -> float:
-        """Nutation periods that the blocks covered."""
-        return float(self.measured["time"][0]) / self.run.period
-
-    @property
-    def us_per_period(self) -> float:
-        """The best of the runs [µs]."""
-        return min(self.seconds) / self.periods * 1e6
-
-
-def _ready(scene: Scene, method: MethodSetting, periods: float, measured: dict[str, Any]) -> Timed:
-    """Return a method set up for a start, for so many nutation periods."""
-    found = set_up(scene, method)
-    return Timed(found, found.stepper.output_time((periods - BEFORE) * found.period), measured)
-
-
-def first_run(scene: Scene, method: MethodSetting, periods: float, limit: float) -> Timed:
-    """Return a method after a run of so many nutation periods, which shows its errors.
-
-    Raises
-    ------
-    TooSlow
-        It is not there yet after `limit` seconds.
-    IntegrationFailed
-        It cannot go on, or its numbers are no longer finite.
-    HeavyTopError
-        It cannot be set up for this start.
-    """
-    timed = _ready(scene, method, periods, {})
-    found, end = timed.run, timed.end
-    before, last, seconds = _lap(found, end, limit)
-    row = found.stepper.states_at(before, [end])[0].tolist()
-    off, tilt = found.reference(end, row), found.reference.tilt(end, row)
-    if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
-        raise IntegrationFailed("its numbers are no longer finite")
-    timed.measured |= {
-        "axis_error": off.axis,
-        "theta_error": abs(tilt),
-        "energy_error": abs(off.energy),
-        "time": last.time,
-        "steps": last.steps,
-        "evaluations": last.evaluations,
-        "seconds": [seconds],
-    }
-    return timed
-
-
-def repeat(
-    settings: Sequence[Sequence[Timed]], deadline: float, show: Callable[[float], object]
-) -> None:
-    """Time what was run, in rounds, so that what disturbs the machine disturbs all alike.
-
-    A round runs every setting once from each start. Slow settings are in the first round only, and
-    nothing is begun after the deadline.
-    """
-    starts = max(map(len, settings), default=0)
-    for turn in range(REPEATS):
-        for start in range(starts):
-            for setting in settings:
-                rare = turn * sum(timed.seconds[0] for timed in setting) > REPEATS_S
-                timed = setting[start]
-                for _ in range(0 if rare else 1 if timed.seconds[0] > SHORT_S else 2):
-                    if clock() < deadline:
-                        timed.seconds.append(_lap(timed.run, timed.end)[2])
-            show((turn + (start + 1) / starts) / REPEATS)
-
-
-def _lap(
-    found: MethodRun, end: DoubleDouble, limit: float = math.inf
-) -> tuple[StepperState, StepperState, float]:
-    """Go from the start past a time: where the last block began and ended, seconds in blocks."""
-    after, seconds = found.stepper.begin(), 0.0
-    while True:
-        before, began = after, clock()
-        after = found.stepper.block(before)
-        seconds += clock() - began
-        if after.time >= end:  # double-doubles compare as their words do
-            return before, after, seconds
-        if seconds > limit:
-            raise TooSlow(f"after {after.time[0] / found.period:.3g} periods in {seconds:.3g} s")

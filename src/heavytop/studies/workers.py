@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, MutableMapping
+from collections.abc import Callable, Iterable, Iterator, MutableMapping
 from concurrent import futures
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
@@ -115,12 +115,25 @@ def _end_with_parent() -> None:
 # its own compiled code hears no signal.
 
 
-class TimedOut(Exception):
+class TimedOut(HeavyTopError):
     """A call that did not return in time; its process was killed."""
 
 
-class Lost(Exception):
+class Lost(HeavyTopError):
     """A process that died of a call, or an exception in it; the message says which."""
+
+
+_AT_WORK: Final[list[Iterator[Any]]] = []  # in a worker: what it goes through
+
+
+def _begin(function: Callable[..., Iterator[T]], *args: Any) -> T:
+    """In a worker: begin with what a function yields."""
+    _AT_WORK[:] = [function(*args)]
+    return next(_AT_WORK[0])  # type: ignore[no-any-return]
+
+
+def _go_on() -> Any:
+    return next(_AT_WORK[0])
 
 
 class TimedWorker:
@@ -155,17 +168,28 @@ class TimedWorker:
         future = self._pool.submit(function, *args)
         if not futures.wait([future], timeout).done:
             self.close()
-            raise TimedOut
+            raise TimedOut(f"it did not return within {timeout:g} s")
         fault = future.exception()
         if isinstance(fault, futures.BrokenExecutor):
-            raise Lost(_how_it_left(*self.close()))
-        if fault is not None:
-            raise (
-                fault
-                if isinstance(fault, HeavyTopError)
-                else Lost(f"{type(fault).__name__}: {fault}")
-            )
+            raise Lost(f"its process was lost: {_how_it_left(*self.close())}")
+        if fault is not None and not isinstance(fault, HeavyTopError):
+            raise Lost(f"its process was lost: {type(fault).__name__}: {fault}")
         return future.result()  # type: ignore[no-any-return]
+
+    def stages(
+        self, function: Callable[..., Iterator[T]], *args: Any, limits: Iterable[float]
+    ) -> Iterator[T]:
+        """Yield what a generator of a module yields there, each within its limit [s].
+
+        Raises
+        ------
+        TimedOut, Lost
+            As of `call`.
+        """
+        each = iter(limits)
+        yield self.call(_begin, function, *args, timeout=next(each))
+        for limit in each:
+            yield self.call(_go_on, timeout=limit)
 
     def close(self) -> list[int | None]:
         """End the process, at once; return how it left."""
