@@ -344,9 +344,10 @@ def test_angles_that_begin_far_from_zero_are_rounded_more(form, phi, psi):
 @pytest.mark.parametrize("variant", ["sigma", "delta"])
 def test_psi_of_the_axis_form_is_added_up_in_the_order_that_its_rounding_is_bounded_for(variant):
     function = _function(FORMULATIONS["axis"].build(variant), "outputs", DOUBLE)
-    (psi,) = re.findall(r"[-\w]+(?: [-+] [^,]*)+(?=,\)$)", function.__doc__.strip(), re.MULTILINE)
-    terms = re.findall(r"(\w+)(?:\*\(.*?\))?(?: [-+] |$)", psi)
+    psi = function.__doc__.rpartition("turned_phi, ")[2]  # sums are in brackets, from the left
+    terms = re.findall(r"deviation|phi_0|psi_0|\bt\b|turned_phi", psi)
     assert terms == ["deviation", "phi_0", "psi_0", "t", "turned_phi"]
+    assert psi.startswith("((((")  # each is added to the sum of those before
 
 
 def test_psi_has_a_bound_where_its_momentum_is_zero():

@@ -64,9 +64,8 @@ def lambdified(
     """
     names = [str(x) for x in arguments]
     of_terms = {name: _of_terms(name, f) for name, f in {"Abs": abs, **functions}.items()}
-    values = evaluated(
-        sp.flatten(expressions), dict(zip(names, map(_Term, names), strict=True)), number, of_terms
-    )
+    terms = dict(zip(names, map(_Term, names), strict=True))
+    values = evaluated(sp.flatten(expressions), terms, number, of_terms, ordered=True)
     for value in values:
         if isinstance(value, _Term):
             value.uses += 1
@@ -75,6 +74,7 @@ def lambdified(
     source = "\n ".join([f"def function({', '.join(names)}):", *lines, f"return {text}"])
     exec(compile(source, "<expressions>", "exec"), known)  # of our own expressions, no texts
     function: Callable[..., Any] = known["function"]
+    function.__doc__ = source
     return function
 
 
@@ -146,11 +146,14 @@ def evaluated(
     named: Mapping[str, Any],
     number: Callable[[int], Any],
     functions: Functions,
+    *,
+    ordered: bool = False,
 ) -> list[Any]:
     """Return what expressions become when numbers, or expressions of others, stand for symbols.
 
     `named` has those by the names of the symbols; `number` and `functions` are as in `lambdified`.
-    Equal subexpressions are evaluated once.
+    Equal subexpressions are evaluated once. Sums are taken with what is subtracted last; `ordered`
+    takes them as sympy prints them, which the bounds of rounded outputs rely on.
 
     Raises
     ------
@@ -175,7 +178,8 @@ def evaluated(
         if node.is_Add:
             # Differences, not sums of negated terms: each negation is one more series to propagate
             negative = {term: term.could_extract_minus_sign() for term in node.args}
-            first, *others = sorted(node.args, key=negative.__getitem__)
+            last = sorted(node.args, key=negative.__getitem__)
+            first, *others = node.as_ordered_terms() if ordered else last
             total = value(first)
             for term in others:
                 total = total - value(-term) if negative[term] else total + value(term)

@@ -121,7 +121,7 @@ def plan(
     projected : bool
         Whether the state is put back onto the invariants of the start, between blocks of steps.
     tolerance : float, optional
-        Relative error tolerance of a step in doubles, 1e-20 to 0.01; by default their rounding.
+        Relative error of a step in doubles, 1e-20 to 0.01; by default their rounding [1].
 
     Returns
     -------

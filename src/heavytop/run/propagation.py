@@ -82,7 +82,7 @@ def propagate(
         Whether to put the state back onto the invariants of the start, between blocks of steps:
         for long runs: the phase error then grows only as the root of the time.
     tolerance : float, optional
-        Relative error tolerance of a step in doubles, 1e-20 to 0.01; by default their rounding.
+        Relative error of a step in doubles, 1e-20 to 0.01; by default their rounding [1].
     progress : callable, optional
         Called with the fraction done, after each block of steps.
     step_limit : int, optional
