@@ -88,11 +88,8 @@ def test_the_reference_has_every_verb_with_all_it_takes(extension):
         assert said == {option for each in verb.params for option in each.opts if option[0] == "-"}
 
 
-def test_the_page_of_commands_has_every_verb_unbuilt_and_the_reference_when_it_is_built(extension):
-    page = (EXTENSIONS.parent / "commands.md").read_text("utf-8")
-    for name, verb in typer.main.get_command(app).commands.items():
-        assert f"| `{name}` | {verb.help.splitlines()[0]} |" in page
-    source = [page]
+def test_the_page_of_commands_has_the_reference_when_it_is_built(extension):
+    source = [(EXTENSIONS.parent / "commands.md").read_text("utf-8")]
     extension("verbs").fill(None, "commands", source)
     assert extension("verbs").reference() in source[0]
     assert "make docs" not in source[0]

@@ -25,7 +25,7 @@ PAGES = {  # how many commands there are, and the exit codes of those that end o
     "first-ten-minutes.md": (13, [3, 3]),
     "bring-your-integrator.md": (3, [3]),
     "check-a-trajectory.md": (4, [5]),
-    "reference-values.md": (1, []),
+    "closed-form.md": (1, []),
 }
 
 

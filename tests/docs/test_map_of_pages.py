@@ -38,13 +38,8 @@ def test_the_first_page_has_four_parts():
 
 def test_the_architecture_names_files_that_exist():
     text = (DOCS / "architecture.md").read_text("utf-8")
-    below = text.split("## What else is where")[1]
     for name in re.findall(r"`([\w./-]+/[\w.-]+\.\w+)`", text):
         assert (SOURCE / name).exists() or (ROOT / name).exists(), name
-    for folder, inside in re.findall(r"^\| `(\w+)/`[^,|]*\|(.*)\|$", below, re.MULTILINE):
-        place = SOURCE if folder == "heavytop" else SOURCE / folder
-        for name in re.findall(r"`([\w.]+\.py)`", inside):
-            assert (place / name).exists(), f"{folder}/{name}"
 
 
 def test_the_picture_of_the_layers_has_those_of_the_package():
