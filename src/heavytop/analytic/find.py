@@ -50,9 +50,9 @@ Distance: TypeAlias = "Callable[[float], float | None]"
 
 
 def _per_weight(motion: Motion, power: int, factor: float) -> float | None:
-    """A power of p_ψ over gMR, times a factor; None without either of them."""
-    momentum, weight = float(motion.constants.p_psi), float(motion.top.gMR)
-    return factor * abs(momentum) ** power / weight if momentum and weight else None
+    """A power of |p_ψ| over |gMR|, times a factor; None without either of them."""
+    momentum, weight = abs(float(motion.constants.p_psi)), abs(float(motion.top.gMR))
+    return factor * momentum**power / weight if momentum and weight else None
 
 
 FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {
