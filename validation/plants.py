@@ -188,7 +188,7 @@ FINE = (
     Plant(
         "M R for M R², in a top of parts",
         "scene/top.py",
-        (('parts["A_cm"] + M * R**2', 'parts["A_cm"] + M * R'),),
+        (('values["A_cm"] + M * R**2', 'values["A_cm"] + M * R'),),
         ("book-exercise-2.11",),
     ),
     Plant(

@@ -139,6 +139,12 @@ def test_a_fact_that_is_there_everywhere_is_one_range() -> None:
     assert values(single) == [140.0]
 
 
+@pytest.mark.parametrize("name", ["ratio", "p_psi^2/4A gMR", "p_ψ²/4A gMR", "p_ψ²/4A|gMR|"])
+def test_the_ratio_of_a_fast_top_is_asked_for_as_it_is_printed(name) -> None:
+    (least,) = find(DROPPED, "start.psidot=90:400", f"{name} ≥ 1").solutions
+    assert least.value == pytest.approx(2 * math.sqrt(3.28e-4 * 0.0456) / 6.6e-5, rel=1e-14)
+
+
 def test_boundaries_of_kinds() -> None:
     cusps = find(DROPPED, "start.phidot=-20:20", "kind = cusps")
     assert values(cusps)[0] == 0

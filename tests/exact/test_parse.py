@@ -27,11 +27,12 @@ def texts(draw: st.DrawFn, depth: int = 3) -> str:
 @given(texts())
 def test_a_text_is_what_python_and_mpmath_make_of_it(text: str) -> None:
     mp = MPContext()
-    mp.prec = 300
+    mp.prec = 600  # as acos near 1 loses some
     names = {"pi": mp.pi, "sqrt": mp.sqrt, "mpf": mp.mpf, "__builtins__": {}}
     names |= {"cos": mp.cos, "acos": mp.acos}
     in_mpmath = re.sub(r"[\d.]+(e-?\d+)?", r"mpf('\g<0>')", text).replace("^", "**")
     expected, value = eval(in_mpmath, names), Exact.of(text)  # our own text, made above
+    mp.prec = 300
     assert abs(value.mpf(mp) - expected) <= abs(expected) * 2.0**-290
     assert str(value) == text
     canonical = str(value * 1 + 0)
@@ -138,3 +139,13 @@ def test_every_unit_has_its_size() -> None:
     assert {name: pytest.approx(size, rel=1e-15) for name, size in SIZES.items()} == {
         name: float(Exact.of(f"1 {name}")) for name in parse.UNITS
     }
+
+
+@pytest.mark.parametrize(
+    ("text", "units"), [("3 RPM", ("rpm", "Hz")), ("9 degrees", ("deg", "rad"))]
+)
+def test_a_unit_spelled_otherwise_is_refused_with_its_name(
+    text: str, units: tuple[str, ...]
+) -> None:
+    with pytest.raises(NotANumber, match=f'did you mean "{units[0]}"'):
+        Exact.of(text, units)

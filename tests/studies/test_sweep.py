@@ -46,6 +46,15 @@ def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
     assert list(document) == ["schema", "scene", "over", "rows"]
 
 
+@pytest.mark.parametrize("gMR", ["0.0456", "-0.0456"])
+def test_formulas_are_those_of_the_facts(gMR):
+    scene = DROPPED.changed("top.gMR", gMR)
+    (row,) = sweep(scene, "start.psidot=-140:-140:1", ["ratio", "round_estimate"]).rows
+    known = ht.facts(scene.top, scene.changed("start.psidot", -140).start)
+    assert row["ratio"] == pytest.approx(known.fast_top_ratio, rel=1e-14)
+    assert row["round_estimate"] == pytest.approx(known.estimates["round"]["estimate"], rel=1e-14)
+
+
 @pytest.mark.reference
 def test_a_wheel_at_260_rpm_beside_its_textbook():
     """8.728 s, and 8.719 s by the formula; the spin is that about the axis."""

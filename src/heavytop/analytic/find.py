@@ -38,7 +38,8 @@ _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact chan
 _THIRDS: Final = 48  # after which the least of a fact does not change
 _WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|==|=|≤|≥)\s*(.+?)\s*")
 _RANGE: Final = re.compile(r"\s*(top|start)\.(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
-_SPELLINGS: Final = {"==": "=", "≤": "<=", "≥": ">=", "p_psi^2/4A gMR": "ratio"}
+_RATIOS: Final = ("p_psi^2/4A gMR", "p_ψ²/4A gMR", "p_ψ²/4A|gMR|")
+_SPELLINGS: Final = {"==": "=", "≤": "<=", "≥": ">=", **dict.fromkeys(_RATIOS, "ratio")}
 
 Bracket: TypeAlias = tuple[float, float]
 Answer: TypeAlias = tuple[list[Bracket], list[Bracket], str]
@@ -49,9 +50,9 @@ Distance: TypeAlias = "Callable[[float], float | None]"
 
 
 def _per_weight(motion: Motion, power: int, factor: float) -> float | None:
-    """A power of p_ψ over gMR, times a factor; None without either of them."""
-    momentum, weight = float(motion.constants.p_psi), float(motion.top.gMR)
-    return factor * abs(momentum) ** power / weight if momentum and weight else None
+    """A power of |p_ψ| over |gMR|, times a factor; None without either of them."""
+    momentum, weight = abs(float(motion.constants.p_psi)), abs(float(motion.top.gMR))
+    return factor * momentum**power / weight if momentum and weight else None
 
 
 FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {

@@ -15,6 +15,7 @@ from typing import Final
 
 from heavytop.errors import NotANumber
 from heavytop.exact.number import FUNCTIONS, ONE, PI, Exact, in_range, out_of_range
+from heavytop.names import nearest
 from heavytop.spelling import harmless
 
 MAX_TEXT: Final = 4000
@@ -102,7 +103,8 @@ def _refusal(token: str, units: Collection[str]) -> str:
     if not token:
         return f"the expression ends too early: {RULE}"
     known = f"a unit: {', '.join(units)}" if units else "no unit here"
-    return f'unexpected "{harmless(token[:40])}": {RULE}, and {known}'
+    meant = f" ({hint})" if (hint := nearest(token, units)) else ""
+    return f'unexpected "{harmless(token[:40])}"{meant}: {RULE}, and {known}'
 
 
 def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
