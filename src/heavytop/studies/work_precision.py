@@ -458,6 +458,7 @@ def _point(
         "bits": each.bits,
         "measures": "axis" if axis else "theta",
         "rival": each.is_rival,
+        "has_order": each.is_rival and (each.order is not None or not each.source),
         "us_per_period": median(costs),
         "us_spread": _spread(costs),
         "rhs_evaluations": first["evaluations"],
