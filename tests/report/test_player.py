@@ -12,9 +12,10 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from heavytop.plots.figures import as_drawn
 from heavytop.report.files import write_results
 from heavytop.report.page import page_of, player_html, write_page
-from heavytop.report.player import as_drawn, frames, tops
+from heavytop.report.player import frames, tops
 from heavytop.results.run import PICTURES
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene

@@ -3,15 +3,21 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
+from heavytop.studies.drift import advance, drift_parameters
+from heavytop.studies.methods import admitted, method, stress_method
+from heavytop.studies.steppers import set_up
+from heavytop.studies.stress import judged, run_case
+from heavytop.studies.stress_cases import cases, reference
 
 from .. import integrators
 from ..commands import heavytop_
-from ..integrators import rk4
+from ..integrators import munthe_kaas, product, rk4, semi_implicit_euler, variational
 from .toy import change_parameters
 
 RK4 = Path(integrators.__file__).read_text()
@@ -54,6 +60,56 @@ def test_a_body_frame_method_is_judged_by_its_own_momenta(scene, formulation):
     assert max(map(abs, found.p_psi)) < 1e-15
     assert 1e-9 < abs(found.p_phi[-1]) < 1e-1
     assert 1e-9 < abs(found.energy[-1]) < 1e-1
+
+
+THREE = (
+    ht.Method(semi_implicit_euler, setting=1600, formulation="quaternion"),
+    ht.Method(munthe_kaas, setting=200, formulation="rotation"),
+    ht.Method(variational, setting=400, formulation="rotation"),
+)
+
+
+def own_momenta(scene, states):
+    """p_phi and p_psi over A of states, by quaternions turned and matrices multiplied."""
+    inertia = np.array([1.0, 1.0, float(scene.top.C / scene.top.A)])
+    for y in np.array(states):
+        spin, attitude = inertia * y[-3:], y[:-3]
+        if attitude.size == 4:
+            back = attitude * (1, -1, -1, -1)
+            space = product(product(attitude, np.array([0.0, *spin])), back)[3]
+        else:
+            space = attitude.reshape(3, 3)[2] @ spin
+        yield space, spin[2]
+
+
+@pytest.mark.slow
+def test_three_methods_of_ones_own_go_through_every_study(scene):
+    """Their momenta are sums of their own states, and their orders 1, 4 and 2."""
+    found = ht.drift(scene, methods=THREE, periods=3, samples=3)
+    parameters, _ = drift_parameters(scene, admitted(THREE, ""), periods=3, ensemble=1,
+                                     samples=4, seed=0, jobs=1)  # fmt: skip
+    for each, order in zip(found.methods, (1, 4, 2), strict=True):
+        assert each.order == pytest.approx(order, abs=0.15)
+        rows = [row for chunk in advance(parameters, f"{each.name}/0000", None)
+                for row in chunk.rows]  # fmt: skip
+        begin = set_up(scene, method(each.name)).stepper.begin()
+        first, *others = own_momenta(scene, [begin.state, *(row["state"] for row in rows)])
+        for k, name in enumerate(("p_phi", "p_psi")):
+            off = [(now[k] - first[k]) / abs(first[k]) for now in others]
+            assert [row["invariants"][name] for row in rows] == pytest.approx(off, abs=1e-13)
+    euler, kutta, discrete = found.methods
+    assert discrete.p_phi[-1] < 1e-11 < kutta.p_phi[-1] < euler.p_phi[-1]  # which it keeps
+    assert max(kutta.invariants.orthogonality) < 1e-11  # a rotation stays one
+    diagram = ht.work_precision(scene, methods=THREE, periods=1, budget=60)
+    assert {p.method for p in diagram.points} == {each.name for each in found.methods}
+    orders = diagram.document()["orders"]
+    assert [orders[each.name] for each in (kutta, discrete)] == pytest.approx([4, 2], abs=0.2)
+    outcomes = []
+    for own_method in THREE:
+        chosen, truth = stress_method(own.admit(own_method)), reference("ten-periods")
+        run = run_case(cases()["ten-periods"], chosen, truth, 10**6)
+        outcomes.append(str(judged(run, truth, "ten-periods", chosen).outcome))
+    assert outcomes == ["diverged", "ok", "ok"]  # Euler's has turned by a radian too much
 
 
 def test_compiling_is_no_part_of_the_time_of_a_period(scene):

@@ -144,7 +144,7 @@ def made(us, axis, theta=None, name="taylor-axis"):
         steps_a_period=None, bits=53, measures="theta" if axis is None else "axis", rival=False,
         us_per_period=us, us_spread=0.1, rhs_evaluations=100, error=theta if axis is None else axis,
         error_spread=0.0, starts=8, theta_error=theta, energy_error=1e-15, setup_s=0.1, runs=2,
-        periods=10.0, steps=100, phase_error=1e-9, warned={},
+        periods=10.0, steps=100, phase_error=1e-9, warned={}, has_order=True,
     )  # fmt: skip
 
 

@@ -145,14 +145,8 @@ def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str], **mesh: A
     for curve in document["curves"]:
         x, y, look = curve["x"], curve["y"], KINDS[BOUNDS.get(curve["name"], curve["name"])]
         if len(x) == 1:
-            looks: dict[str, Any] = {
-                "ls": "none",
-                "marker": "*",
-                "ms": 9,
-                "mec": "white",
-                "mew": 0.6,
-                "zorder": 4,
-            }
+            looks: dict[str, Any] = {"ls": "none", "marker": "*", "ms": 9, "mec": "white"}
+            looks |= {"mew": 0.6, "zorder": 4}
         else:
             ax.plot(x, y, "-", color="white", lw=2.6, alpha=0.7, zorder=2)
             looks = {"ls": look.marker, "lw": 1.5, "zorder": 3}

@@ -79,7 +79,9 @@ def drift_figure(document: Known) -> Figure:
         Errors against nutation periods, with guides that grow as t^½, t, t^3/2 and t²; of a
         method that diverges those up to 1e9.
     """
-    methods, count, panels = document["methods"], document["ensemble"], drifting(document)
+    methods, count = document["methods"], document["ensemble"]
+    names = dict.fromkeys([*SERIES, *(n for m in methods for n in m["invariants"])])
+    panels = [name for name in names if _series(methods, name)]
     columns = min(3, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
@@ -101,7 +103,7 @@ def error_growth(ax: Axes, document: Known, name: str = "energy", /, **looks: An
     document : mapping
         A document of the schema ``heavytop/drift/1``.
     name : str
-        One of those that `drifting` gives.
+        ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
     """
     series, colours, marks = _series(document["methods"], name), style.COLOURS, style.MARKERS
     ax.set(xscale="log", yscale="log")
@@ -113,13 +115,6 @@ def error_growth(ax: Axes, document: Known, name: str = "energy", /, **looks: An
                  label=literal(method))  # fmt: skip
     _guides(ax, [n for points in series.values() for n, _ in points])
     return gridded(ax, "nutation periods", literal(error_of(name).label))
-
-
-def drifting(document: Known) -> list[str]:
-    """The quantities of which a drift study has an error to draw: not zero, nor beyond all."""
-    methods = document["methods"]
-    names = dict.fromkeys([*SERIES, *(n for m in methods for n in m["invariants"])])
-    return [name for name in names if _series(methods, name)]
 
 
 def _series(methods: Sequence[Known], name: str) -> Series:
@@ -198,6 +193,7 @@ def workprec_figure(document: Known) -> Figure:
             some = more if k == 2 else [p for p in points if p["bits"] == DOUBLE]
             for ax, name in zip(row, columns, strict=True):
                 work_precision(ax, document, name, work, some)
+                ax.set_visible(bool(np.isfinite(ax.dataLim.x0)))  # of some errors there are none
             for ax in row[1:]:
                 ax.set_ylabel("")
     return figure

@@ -8,7 +8,6 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.checking.result import Check
 from heavytop.display import Shown
 from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
@@ -100,14 +99,6 @@ def _motion(motion: Motion) -> Cell:
     return _table(facts), motion_figure(motion)
 
 
-def _verdict(verdict: Any) -> Cell:
-    return _table(verdict_rows(asdict(verdict))), None
-
-
-def _plan(plan: Any) -> Cell:
-    return _table(plan_facts(plan_summary(plan))), None
-
-
 def _trajectory(trajectory: Trajectory) -> Cell:
     from heavytop.results.run import run_result
 
@@ -119,17 +110,16 @@ def _errors(errors: Any) -> Cell:
     return _table((quantity_of(name).heading, f"{x:.1e}") for name, x in sizes.items()), None
 
 
-def _check(check: Check) -> Cell:
-    return _result(CheckResult.from_document(check.document()))
-
-
 def _result(result: Result) -> Cell:
     return result.html(), result.figure()
 
 
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
-    "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion, "Verdict": _verdict,
-    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Check": _check,
+    "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion,
+    "Trajectory": _trajectory, "Errors": _errors,
+    "Verdict": lambda verdict: (_table(verdict_rows(asdict(verdict))), None),
+    "Plan": lambda plan: (_table(plan_facts(plan_summary(plan))), None),
+    "Check": lambda check: _result(CheckResult.from_document(check.document())),
 }  # fmt: skip
 """By the name of a class; any other is a result."""
 

@@ -45,8 +45,9 @@ class WorkPrecision(Result):
         One method at one setting each: medians over the ``starts``, and spreads, distances of the
         upper quartile from the lower one. ``method``, ``formulation`` and ``language`` of the
         right-hand side; its ``tolerance`` or ``steps_a_period``; ``bits`` of its numbers; whether
-        it is a ``rival``; ``us_per_period`` and ``us_spread``, the best of ``runs`` of a start in
-        the blocks of steps over the ``periods`` they covered [µs]; ``rhs_evaluations`` and
+        it is a ``rival``, and ``has_order``, one for all its steps; ``us_per_period`` and
+        ``us_spread``, the best of ``runs`` of a start in the blocks of steps over the ``periods``
+        they covered [µs]; ``rhs_evaluations`` and
         ``steps`` of the run from the scene's own start; ``error`` and ``error_spread`` of what it
         ``measures``, the axis or, where the states do not give it, theta [rad]; ``theta_error``
         [rad]; ``phase_error`` [s], None beyond a twentieth of a period; ``energy_error``, relative
@@ -243,12 +244,8 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
             for target, bound in TARGETS.items()
         }
         setup = max(point["setup_s"] for point in same)
-        order = (
-            order_of({p["steps"] / p["periods"]: p["error"] for p in same})
-            if best["rival"]
-            else None
-        )
-        known = {"of": quantity_of(of).symbol, "order": order, "setup_s": setup}
+        steps = {p["steps"] / p["periods"]: p["error"] for p in same if p["has_order"]}
+        known = {"of": quantity_of(of).symbol, "order": order_of(steps), "setup_s": setup}
         yield {**best, "method": name, **known, **within}
 
 

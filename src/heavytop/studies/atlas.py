@@ -238,15 +238,14 @@ class Atlas(AtlasResult):
         """Return the columns as an xarray Dataset, dimensions named as the axes, y first."""
         import xarray
 
-        axes = self.plane.y, self.plane.x
-        dims = tuple(axis.name for axis in axes)
-        return xarray.Dataset(
-            {name: (dims, self[name], _attributes(name)) for name in self.columns},
-            {
-                axis.name: (axis.name, axis.values, quantity_of(axis.name).attributes)
-                for axis in axes
-            },
-        )
+        scene, axes = self.plane.scene, (self.plane.y, self.plane.x)
+        names = tuple(axis.name for axis in axes)
+        places = {x.name: (x.name, x.values, quantity_of(x.name).attributes) for x in axes}
+        columns = {name: (names, self[name], _attributes(name)) for name in self.columns}
+        about = {"Conventions": "CF-1.11", "title": scene.title or scene.name}
+        about |= {"source": f"heavytop {__version__}", "accuracy": ACCURACY}
+        about["parameters"] = canonical_json(self.journal.parameters)
+        return xarray.Dataset(columns, places, about)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return a pandas DataFrame with a row for each pixel, units in its attributes.
@@ -259,7 +258,7 @@ class Atlas(AtlasResult):
         return found
 
     def save_map(self, path: Path) -> None:
-        """Write the map as netCDF: a tile at a time in memory, whole or not at all.
+        """Write the Dataset as netCDF, whole or not at all.
 
         Parameters
         ----------
@@ -270,32 +269,11 @@ class Atlas(AtlasResult):
         ------
         OSError
         """
-        write_sealed(path, self._write_map)
-
-    def _write_map(self, path: Path) -> None:
-        import h5netcdf
-
-        scene, axes = self.plane.scene, (self.plane.y, self.plane.x)
         chunk = next(iter(self.plane.tiles(self.journal.parameters["tile"]).values())).shape
-        with h5netcdf.File(path, "w") as file:
-            file.attrs["Conventions"] = "CF-1.11"
-            file.attrs["title"] = scene.title or scene.name
-            file.attrs["source"] = f"heavytop {__version__}"
-            file.attrs["accuracy"] = ACCURACY
-            file.attrs["parameters"] = canonical_json(self.journal.parameters)
-            file.dimensions = {axis.name: axis.count for axis in axes}
-            for axis in axes:
-                variable = file.create_variable(axis.name, (axis.name,), data=axis.values)
-                variable.attrs.update(quantity_of(axis.name).attributes)
-            for name in self.columns:
-                variable = file.create_variable(
-                    name, tuple(file.dimensions), COLUMNS[name].dtype, chunks=chunk,
-                    compression="gzip", compression_opts=1, shuffle=True,
-                )  # fmt: skip
-                variable.attrs.update(_attributes(name))
-            for tile, columns in self.read_tiles():
-                for name, column in columns.items():
-                    file.variables[name][tile.rows, tile.columns] = column
+        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+        each = packed | {"_FillValue": None, "chunksizes": chunk}
+        how: dict[str, Any] = {"engine": "h5netcdf", "encoding": dict.fromkeys(self.columns, each)}
+        write_sealed(path, lambda part: self.to_xarray().to_netcdf(part, **how))
 
 
 def collect(journal: Journal, jobs: int = 1) -> Atlas:

@@ -36,7 +36,7 @@ from heavytop.run.events import KINDS_OF
 from heavytop.run.planning import plan
 from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.trajectory import Trajectory
-from heavytop.scene.arguments import heard, path_of, whole
+from heavytop.scene.arguments import heard, whole
 from heavytop.scene.quantities import ANGLES as ANGLE_NAMES
 from heavytop.scene.scene import Scene
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
@@ -121,12 +121,11 @@ def certify(
     and defects.
     """
     heard("progress", progress)
-    place = None if folder is None else path_of("folder", folder)
     jobs = whole("jobs", jobs, 1, 1024)
     if isinstance(run, Scene):
         run = run_in_doubles(run)
     parameters = certificate_parameters(run)
-    with open_journal(place, parameters) as journal:
+    with open_journal(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 

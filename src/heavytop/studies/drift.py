@@ -25,7 +25,7 @@ from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
 from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.planning import closed_form_of
-from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
+from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
@@ -144,8 +144,7 @@ def drift(
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:
         own.expect_anywhere(parameters["methods"])
-    place = None if folder is None else path_of("folder", folder)
-    with open_journal(place, parameters) as journal:
+    with open_journal(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 

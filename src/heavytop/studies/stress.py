@@ -496,16 +496,13 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     case : str
     method : MethodSetting
     """
-    told = partial(
-        run_row,
-        case=case,
-        method=method.name,
-        formulation=method.formulation,
-        condition=min(truth.condition, 1e300),
-        energy_error=found.energy_error,
-        steps=found.steps,
-        plan=found.plan,
-    )
+    about: dict[str, Any] = {"case": case, "method": method.name, "formulation": method.formulation}
+    known: dict[str, Any] = {
+        "energy_error": found.energy_error,
+        "steps": found.steps,
+        "plan": found.plan,
+    }
+    told = partial(run_row, **about, **known, condition=min(truth.condition, 1e300))
     if found.stopped:
         return told(outcome=found.stopped, note=found.said, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]

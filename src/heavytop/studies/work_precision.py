@@ -19,7 +19,7 @@ from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.machine import versions
 from heavytop.results.work_precision import ERRORS, WorkPrecision
-from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
+from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import LOST, neighbour
 from heavytop.studies.methods import (
@@ -138,7 +138,7 @@ def work_precision(
     periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[float], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> WorkPrecision:
     """Measure what methods cost and what they attain, over a grid of settings.
 
@@ -165,7 +165,7 @@ def work_precision(
         Where every setting is written down when it has been run, so that a diagram that was killed
         goes on from there. It is new, or empty, or holds this diagram.
     progress : callable, optional
-        It is given the fraction done.
+        It is given a `heavytop.studies.study.Progress` again and again.
 
     Returns
     -------
@@ -198,13 +198,8 @@ def work_precision(
     methods = admitted(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
-    def told(now: Progress) -> None:
-        if progress is not None:
-            progress(now.fraction)
-
-    place = None if folder is None else path_of("folder", folder)
-    with open_journal(place, parameters) as journal:
-        return complete(journal, budget=float(budget), on_progress=told)
+    with open_journal(folder, parameters) as journal:
+        return complete(journal, budget=float(budget), on_progress=progress)
 
 
 def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
@@ -458,6 +453,7 @@ def _point(
         "bits": each.bits,
         "measures": "axis" if axis else "theta",
         "rival": each.is_rival,
+        "has_order": each.is_rival and (each.order is not None or not each.source),
         "us_per_period": median(costs),
         "us_spread": _spread(costs),
         "rhs_evaluations": first["evaluations"],
