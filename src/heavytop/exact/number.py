@@ -534,8 +534,11 @@ def written(x: Exact) -> str:
     if x.op == "+":
         return " + ".join(map(written, x.args)).replace(" + -", " - ")
     if x.op == "*":
-        factors = (f"({written(each)})" if each.op == "+" else written(each) for each in x.args)
-        text = "*".join(factors)
+        q, rest = split(x)
+        if q != 1 and any(each.op == "+" for each in x.args):  # 2*(pi + 2)*pi would distribute
+            text = f"{_decimal(q)}*({written(rest)})"
+        else:
+            text = "*".join(f"({written(e)})" if e.op == "+" else written(e) for e in x.args)
         return f"-{text[3:]}" if text.startswith("-1*") else text
     if x.op == "^":
         base, exponent = x.args
