@@ -43,7 +43,7 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
     assert facts[-5:] == [
         ("short", "to 4 periods"), ("short", "start 3 ended early: it diverged"),
         ("a.py:mine", "skipped: no package"), ("a.py:mine", "order 2, measured"),
-        ("a.py:mine", "warned 3 times: RuntimeWarning: overflow"),
+        ("a.py:mine", "warned 3×: RuntimeWarning: overflow"),
     ]  # fmt: skip
     [table] = found.tables()
     assert table.texts() == [

@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.comparison import IntegrationFailed
-from heavytop.results.drift import growth
+from heavytop.results.drift import growth, order_of
 from heavytop.studies.drift import advance, drift_parameters, sample_times, tasks
 from heavytop.studies.methods import DEFAULT, method
 from heavytop.studies.steppers import TaylorStepper
@@ -96,6 +96,14 @@ def test_only_a_power_law_has_an_exponent():
     assert growth(n, abs(turning), turning).word == "changes sign"
     assert growth(n, abs(turning), abs(turning)) == (None, None, 13, "")
     assert growth(n, abs(walk), walk).exponent is None or min(walk) > 0 or max(walk) < 0
+
+
+def test_an_order_is_told_where_errors_fall_and_nowhere_else():
+    steps = np.array([25.0, 50, 100, 200, 400])
+    assert order_of(dict(zip(steps, 1e2 * steps**-3.0, strict=True))) == pytest.approx(3)
+    assert order_of(dict.fromkeys(steps, 1e-3)) is None
+    assert order_of(dict(zip(steps, [1e-3, 1e-8, 1e-4, 1e-9, 1e-5], strict=True))) is None
+    assert order_of({25.0: 1e-3, 50.0: 1e-13, 100.0: None}) is None  # one is clear of rounding
 
 
 def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():

@@ -17,7 +17,6 @@ from typing import Any, Final, NamedTuple
 import matplotlib as mpl
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
-from scipy.spatial.transform import Rotation
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage
@@ -234,7 +233,7 @@ class Shot:
             t=seen.t,
             axis=seen.axis,
             momentum=momentum_path(scene.top, seen),
-            rotation=Rotation.from_quat(seen.quaternion, scalar_first=True).as_matrix(),
+            rotation=_rotations(seen.quaternion),
             limits=tuple(zip(colours, tilts, strict=False)),
             turned=float(motion.mean_angle_rates[0]) * end if follow else 0.0,
         )
@@ -296,6 +295,17 @@ def _pace(pace: float) -> str:
     if 0.95 < pace < 1.05:
         return "as fast as it is"
     return f"slowed {1 / pace:.2g} times" if pace < 1 else f"{pace:.2g} times as fast as it is"
+
+
+def _rotations(quaternion: Array) -> Array:
+    """The matrices, shape (k, 3, 3), of quaternions, shape (k, 4)."""
+    w, x, y, z = quaternion.T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 # --- a frame -------------------------------------------------------------------------------------

@@ -177,7 +177,9 @@ def workprec_figure(document: Known) -> Figure:
         dashed and hollow, in a colour for each family; one's own are thick, each in its colour;
         auto is a star; the front is a grey staircase.
     """
-    points, columns = document["points"], measured(document)
+    points = document["points"]
+    axis = any(point["measures"] == "axis" for point in points)
+    columns = ["axis" if axis else "theta", "phase", "energy"]
     more = [p for p in points if p["bits"] > DOUBLE]
     rows = [
         ("us_per_period", 1.0),
@@ -197,12 +199,6 @@ def workprec_figure(document: Known) -> Figure:
             for ax in row[1:]:
                 ax.set_ylabel("")
     return figure
-
-
-def measured(document: Known) -> list[str]:
-    """The quantities whose errors a work–precision diagram shows."""
-    axis = any(point["measures"] == "axis" for point in document["points"])
-    return ["axis" if axis else "theta", "phase", "energy"]
 
 
 def _looks(points: Sequence[Known]) -> Looks:

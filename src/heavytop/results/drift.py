@@ -132,7 +132,7 @@ class Drift(Result):
             if each.get("order") and ":" in each.name:
                 yield each.name, f"order {each.order:.2g}, measured"
             for text, count in each.get("warned", {}).items():
-                yield each.name, f"warned {count} times: {text}"
+                yield each.name, f"warned {count}×: {text}"
             for start, why in each.ended.items():
                 which = f"start {start} " if self.ensemble > 1 else ""
                 yield each.name, f"{which}ended early: {why}"
@@ -334,7 +334,7 @@ def order_of(errors: Mapping[float, float | None]) -> float | None:
     if len(clear) < 2:
         return None
     slope, stderr = _power(clear)
-    return -slope if _sure(slope, stderr) else None
+    return -slope if _sure(slope, stderr) and slope < -BOUNDED else None
 
 
 def _sure(slope: float, stderr: float) -> bool:

@@ -129,7 +129,7 @@ class WorkPrecision(Result):
         yield "order", "the power of the step with which the error falls, measured here"
         for point in self.points:
             for text, count in point.get("warned", {}).items():
-                yield point.method, f"warned {count} times at {setting(point)}: {text}"
+                yield point.method, f"warned {count}× at {setting(point)}: {text}"
         for (reason,), same in grouped(self.skipped, "reason").items():
             words = []
             for (name,), some in grouped(same, "method").items():

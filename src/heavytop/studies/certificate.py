@@ -328,7 +328,7 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
                 except ArithmeticError as error:
                     raise _unknown(error) from None
                 for name, values in (("found", here.found), ("proved", here.proved)):
-                    left[name] = _larger(left[name], _finite(values))
+                    left[name] = _larger(left[name], values)
             done, same = point.steps >= last, True
             if not (done and whole):  # where a run ends is no checkpoint
                 left["print"] = _print(left["print"], [point], own_states)
@@ -374,10 +374,9 @@ def _print(before: str, points: Sequence[Checkpoint], part: slice) -> str:
     return before
 
 
-def _larger(
-    a: Mapping[str, float | None], b: Mapping[str, float | None]
-) -> dict[str, float | None]:
-    return {name: _most([x, a.get(name, 0.0)]) for name, x in b.items()}
+def _larger(a: Mapping[str, float | None], b: Mapping[str, float]) -> dict[str, float | None]:
+    """The larger of two bounds of each: none, where one of them is none or infinite."""
+    return {n: _most([x if math.isfinite(x) else None, a.get(n, 0.0)]) for n, x in b.items()}
 
 
 def _key(parameters: Parameters) -> str:
@@ -426,10 +425,6 @@ def _floor(key: str) -> dict[str, float]:
     except ArithmeticError as error:
         raise _unknown(error) from None
     return found
-
-
-def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
-    return {name: x if math.isfinite(x) else None for name, x in values.items()}
 
 
 # --- the result ------------------------------------------------------------------------------

@@ -423,7 +423,7 @@ def _stepped(
         return Attempt(outcome, str(failure))
     warned = getattr(ready.stepper, "warned", {})
     result = Attempt(
-        said="; ".join(f"{count} times {text}" for text, count in warned.items()),
+        said="; ".join(f"{count}× {text}" for text, count in warned.items()),
         steps=ready.steps or taken,
         step_error=ready.step_error,
     )
