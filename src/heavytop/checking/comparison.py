@@ -11,7 +11,7 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.checking.reading import Array, Data
+from heavytop.checking.reading import POSITIONS, Array, Data
 from heavytop.errors import HeavyTopError, Impossible
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -26,6 +26,7 @@ ROUNDS: Final = 30
 FOLDED: Final = 1e-9  # rad beyond [0, π] that nobody minds
 FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
 STILL: Final = 1e-3  # rad: motions that are smaller say little
+FIRST: Final = 0.02  # rad by which the first row may be off: no integrator has made an error yet
 MOVES: Final = 0.05  # rad that a motion moves at least, to say anything
 OCTAVE_ROWS: Final = 8  # that are looked at of each octave
 SLOWEST: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
@@ -120,7 +121,7 @@ class Comparison:
         """The exact motion."""
         return _motion(self.top, self.start)
 
-    @property
+    @cached_property
     def since(self) -> Array:
         """Times since the start [s]."""
         return self.data.t - (0.0 if self.given is not None else self.data.t[0])
@@ -249,6 +250,12 @@ class Comparison:
             found[name] = norm(values[name] - other) / scale
         return found
 
+    @property
+    def first(self) -> float:
+        """How far off the first row is, where it is the start itself [rad]."""
+        there = [x[0] for name, x in self.errors.items() if name in POSITIONS or name == "attitude"]
+        return float(max(there, default=0.0)) if self.since[0] == 0 else 0.0
+
     def off(self) -> Array:
         """How far the axis is off, a row at each time."""
         off: Array = self.axis - self.exact.axis
@@ -329,12 +336,15 @@ def axes(theta: Array, phi: Array) -> Array:
 def matrices(quaternion: Array) -> Array:
     """The rotation of quaternions, scalar first, of any length."""
     w, x, y, z = (quaternion / norm(quaternion)[:, None]).T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    found = np.empty((len(quaternion), 9))
+    entries = (
+        *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
     )
-    return np.moveaxis(np.array(rows), -1, 0)
+    for k, entry in enumerate(entries):
+        found[:, k] = entry
+    return found.reshape(-1, 3, 3)
 
 
 def rotations(theta: Array, phi: Array, psi: Array) -> Array:

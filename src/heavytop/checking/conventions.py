@@ -6,8 +6,9 @@ without the convention, each with the words that go into its sentence.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -23,15 +24,15 @@ from heavytop.checking.comparison import (
     wrapped,
 )
 from heavytop.checking.reading import Array
+from heavytop.errors import HeavyTopError
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 TURNED: Final = 0.02  # rad, from which on an angle is counted from another origin
 UPRIGHT: Final = 0.05  # sin θ below which an azimuth is not read off
-LEAST_PART: Final = 0.02  # of A, by which a moment about the centre of mass is smaller at least
-AHEAD: Final = 0.5  # decades, by which it has to explain more than a clock or another gMR
-GRID: Final = 24
-SECTIONS: Final = 36
+AHEAD: Final = 0.5  # decades, by which another number has to explain more
+EIGHT: Final = np.geomspace(1, 1 / 128, 8)
+SLOW: Final = 0.1  # of the largest angular velocity: rates below it are changed by as much
 TILTED: Final = 0.2  # of cos θ: a world whose first row is off by more is another one
 QUARTER: Final = np.pi / 2
 Undone = Iterator[tuple[str, Comparison]]
@@ -68,10 +69,16 @@ def _time_origin(c: Comparison) -> Undone:
 # --- the motion ----------------------------------------------------------------------------------
 
 
-def _start(c: Comparison, **spin: Any) -> Comparison:
-    names = (*ANGLES, "thetadot", "phidot")
-    values = {name: float(getattr(c.given, name)) for name in names}
-    return replace(c, given=State(**values, **{k: float(x) for k, x in spin.items()}))
+def _start(c: Comparison, **changed: Any) -> Comparison:
+    spin = () if changed.keys() & {"psidot", "omega3"} else (c.start.held,)
+    names = (*ANGLES, "thetadot", "phidot", *spin)
+    values = {name: getattr(c.start, name) for name in names} | changed
+    return replace(c, given=State(**{name: float(x) for name, x in values.items()}))
+
+
+def _with_top(c: Comparison, **numbers: float) -> Comparison:
+    values = {name: float(getattr(c.top, name)) for name in ("A", "C", "gMR")} | numbers
+    return replace(c, top=Top.of_numbers(**values))
 
 
 def _spin_held(c: Comparison) -> Undone:
@@ -91,14 +98,12 @@ def _spin_sign(c: Comparison) -> Undone:
 
 
 def _top(
-    change: Callable[[float, float, float], tuple[float, float, float]],
+    change: Callable[[float, float, float], dict[str, float]],
 ) -> Callable[[Comparison], Undone]:
     def undo(c: Comparison) -> Undone:
-        given = float(c.top.A), float(c.top.C), float(c.top.gMR)
-        A, C, gMR = change(*given)
-        if C >= 0 and (A, C, gMR) != given:
-            kept = c if c.given is None else _start(c, omega3=c.given.omega3)
-            yield "", replace(kept, top=Top.of_numbers(A, C, gMR))
+        there = _with_top(c, **change(float(c.top.A), float(c.top.C), float(c.top.gMR)))
+        if there.top != c.top and float(there.top.C) >= 0:
+            yield "", there
 
     return undo
 
@@ -217,9 +222,8 @@ def _world(spelled: str) -> Array:
 
 def _letters(world: Array) -> str:
     """The package's axes that the data's x, y, z are."""
-    return ", ".join(
-        ("−" if row.sum() < 0 else "") + "xyz"[int(abs(row).argmax())] for row in world
-    )
+    names = ("−" * int(row.sum() < 0) + "xyz"[int(abs(row).argmax())] for row in world)
+    return f"the data's x, y, z are the package's {', '.join(names)}"
 
 
 def _about(angle: float) -> Array:
@@ -250,9 +254,9 @@ def _worlds(names: tuple[str, ...], mirrored: bool) -> Callable[[Comparison], Un
         values = c.data.values
         if not values.keys() & {"axis", "matrix", "quaternion", "vertical"}:
             if names == ("",):
-                yield "−φ, −ψ", c.updated(**_negated(c, "phi", "psi"))
+                yield "φ and ψ count the other way round", c.updated(**_negated(c, "phi", "psi"))
                 if {"phi", "psi"} <= values.keys():
-                    yield "−φ", c.updated(**_negated(c, "phi"))
+                    yield "φ counts the other way round", c.updated(**_negated(c, "phi"))
             return
         for name in names:
             up = _world(WORLDS[name])
@@ -358,71 +362,83 @@ def _axis_with_spin(c: Comparison) -> Undone:
         yield words, c.updated(axis=axes(theta, phi + azimuth - sign * psi - origin))
 
 
-# --- the moment of inertia -----------------------------------------------------------------------
+# --- numbers of the problem ----------------------------------------------------------------------
+
+SMALLER: Final = {"A": (5.0, 0.0)}  # between C/2, where all mass is far out, and A
+OTHERS: Final = {"A": (0.0, 1.0)} | dict.fromkeys(
+    ("C", "gMR", "the clock", "the time of the first row", "theta", "thetadot", "phidot", "spin"),
+    (1.0, 1.0),
+)
 
 
-def _inertia(c: Comparison) -> Undone:
-    """A smaller A, as that about the centre of mass, where nothing else that is fitted explains it.
+def _changed(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
+    """One number changed by x, most by a factor 2^x, rates by x of twice what is usual."""
+    factor, t = 2.0**x, c.data.t
+    if name == "the clock":
+        return factor, replace(c, data=replace(c.data, t=t * factor))
+    if name == "the time of the first row":
+        shift = x * (c.motion.period or float(t[-1]))
+        return shift, replace(c, data=replace(c.data, t=t + shift))
+    if name in ("A", "C", "gMR"):
+        least = float(c.top.C) / 2 if name == "A" else 0.0
+        value = least + (float(getattr(c.top, name)) - least) * factor
+        return value, _with_top(c, **{name: value})
+    key = c.given.held if name == "spin" and c.given else name
+    value = float(getattr(c.given, key))
+    if name == "theta":
+        value = float(np.clip(value + x / 2, 0, np.pi))
+    else:
+        value += 2.2 * x * max(abs(value), SLOW * c.reference.fastest)
+    return value, _start(c, **{key: value})
 
-    A clock that goes wrong, and another gMR, are fitted beside it.
-    """
-    A, C, gMR = float(c.top.A), float(c.top.C), float(c.top.gMR)
-    windows = octaves(c.data.t.size)
-    some, kept = c.rows(windows.rows), _start(c, omega3=c.given.omega3 if c.given else 0)
 
-    def moved(A: float, gMR: float) -> Comparison:
-        return replace(some, top=Top.of_numbers(A, C, gMR), given=kept.given)
+def _numbers(bounds: Mapping[str, tuple[float, float]]) -> Callable[[Comparison], Undone]:
+    """Each number as it fits best, where it explains anything."""
 
-    def clocked(rate: float) -> Comparison:
-        return replace(some, data=replace(some.data, t=some.data.t * rate))
+    def undo(c: Comparison) -> Undone:
+        if c.given is None:
+            return
+        windows = octaves(c.data.t.size)
+        some = c.rows(windows.rows)
 
-    def misfit(other: Comparison) -> float:
-        return sum(decades(other, windows).values())
+        def misfit(x: float, name: str) -> float:
+            try:
+                return sum(decades(_changed(some, name, x)[1], windows).values())
+            except HeavyTopError:
+                return np.inf
 
-    least, largest = max(C / 2, A / 20), A * (1 - LEAST_PART)
-    if c.given is None or least >= largest:
-        return
-    here = misfit(some)
-    best, left = _smallest(lambda x: misfit(moved(x, gMR)), least, largest, here - AHEAD)
-    if left > here - AHEAD:
-        return
-    rivals = [
-        _smallest(lambda x: misfit(moved(A, gMR * x)), 0.5, 2)[1],
-        _smallest(lambda x: misfit(clocked(x)), 0.5, 2)[1],
-    ]
-    if left < min(rivals) - AHEAD:
-        words = f"it is {best:.6g}, not {A:.6g}, if mass times distance squared is {A - best:.4g}"
-        yield words, replace(c, top=Top.of_numbers(best, C, gMR), given=kept.given)
+        here = misfit(0.0, "C")
+        for name, (down, up) in bounds.items():
+            grid = [*-EIGHT * down, 0.0, *EIGHT[::-1] * up]
+            x, left = _smallest(partial(misfit, name=name), grid, here - AHEAD)
+            if left < here - AHEAD:
+                value, there = _changed(c, name, x)
+                yield f"{name} = {value:.6g}", there
+
+    return undo
 
 
 def _smallest(
-    f: Callable[[float], float], a: float, b: float, wanted: float = np.inf
+    f: Callable[[float], float], grid: Sequence[float], wanted: float
 ) -> tuple[float, float]:
-    """Where a function is smallest, from a grid and, if it is as small there, by golden section."""
-    grid = np.geomspace(a, b, GRID)
-    values = [f(float(x)) for x in grid]
+    """Where a function is smallest, from a grid and, if it is small there, by Brent's method."""
+    from scipy.optimize import minimize_scalar
+
+    values = [f(x) for x in grid]
     k = int(np.argmin(values))
-    if values[k] > wanted + AHEAD:
-        return float(grid[k]), values[k]
-    a, b = float(grid[max(0, k - 1)]), float(grid[min(GRID - 1, k + 1)])
-    golden = (np.sqrt(5) - 1) / 2
-    x, y = b - golden * (b - a), a + golden * (b - a)
-    fx, fy = f(x), f(y)
-    for _ in range(SECTIONS):
-        if fx < fy:
-            b, y, fy = y, x, fx
-            x = b - golden * (b - a)
-            fx = f(x)
-        else:
-            a, x, fx = x, y, fy
-            y = a + golden * (b - a)
-            fy = f(y)
-    return (x, fx) if fx < fy else (y, fy)
+    if values[k] > wanted + AHEAD or not grid[k]:
+        return grid[k], values[k]
+    sides = (grid[max(0, k - 1)], grid[min(len(grid) - 1, k + 1)])
+    found = minimize_scalar(f, bounds=sides, method="bounded", options={"xatol": 1e-10})
+    return float(found.x), float(found.fun)
 
 
+ANOTHER_MOTION: Final = {  # names that the start, or another number, may have as well
+    *("azimuth-origin", "spin-origin", "spin-held", "spin-sign", "time-scale", "gravity-sign"),
+    *("gyroscopic-sign", "no-gyroscopic-term", "inertia-about-centre"),
+}
 _SCALES: Final = (10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
 _PERMUTED: Final = ("y-down", "x-up", "x-down")
-_WORLD: Final = "the data's x, y, z are the package's {}"
 
 TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _time_origin),
@@ -431,13 +447,13 @@ TABLE: Final = (
     Convention("time-scale", "the times have to be multiplied by {}", _scaled_time(2, 0.5)),
     Convention("time-scale", "the times need the factor {}", _scaled_time(*_SCALES), rare=True),
     Convention("gravity-sign", "gravity has the other sign: gMR and −gMR are exchanged{}",
-               _top(lambda A, C, gMR: (A, C, -gMR)), True, 1.3),
+               _top(lambda A, C, gMR: {"gMR": -gMR}), True, 1.3),
     Convention("spin-held", "the spin: {}", _spin_held, True),
     Convention("spin-sign", "the spin has the other sign: {}", _spin_sign, True),
     Convention("gyroscopic-sign", "the gyroscopic term of Euler's equations has the wrong sign{}",
-               _top(lambda A, C, gMR: (A, 2 * A - C, gMR)), True),
+               _top(lambda A, C, gMR: {"C": 2 * A - C}), True),
     Convention("no-gyroscopic-term", "the gyroscopic term of Euler's equations is missing{}",
-               _top(lambda A, C, gMR: (A, A, gMR)), True),
+               _top(lambda A, C, gMR: {"C": A}), True),
     Convention("degrees", "{} are in degrees", _degrees),
     Convention("rpm", "{} in turns a minute", _rpm),
     Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}", _scalar_last),
@@ -448,20 +464,22 @@ TABLE: Final = (
     Convention("exchanged-angles", "angles are exchanged: {}", _exchanged),
     Convention("elevation", "the tilt is an elevation above the horizontal{}", _elevation),
     Convention("from-below", "the tilt is counted from below{}", _from_below),
-    Convention("y-up", f"y is up: {_WORLD}", _worlds(("y-up",), False)),
-    Convention("z-down", f"z is down: {_WORLD}", _worlds(("z-down",), False), cost=1.5),
-    Convention("axes-permuted", _WORLD, _worlds(_PERMUTED, False)),
-    Convention("mirrored", f"the world is mirrored: {_WORLD}", _worlds(("",), True)),
-    Convention("y-up+mirrored", f"y is up, and the world is mirrored: {_WORLD}",
+    Convention("y-up", "y is up: {}", _worlds(("y-up",), False)),
+    Convention("z-down", "z is down: {}", _worlds(("z-down",), False), cost=1.5),
+    Convention("axes-permuted", "{}", _worlds(_PERMUTED, False)),
+    Convention("mirrored", "the world is mirrored: {}", _worlds(("",), True)),
+    Convention("y-up+mirrored", "y is up, and the world is mirrored: {}",
                _worlds(("y-up",), True), cost=2.0),
     Convention("axis-with-spin", "the axis is drawn with the spin angle: it turns {}",
                _axis_with_spin),
     Convention("azimuth-origin", "φ is counted from another axis, turned by {}°", _azimuth_origin),
     Convention("spin-origin", "ψ is counted from another mark, turned by {}°", _spin_origin),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
-               _inertia, True, rare=True),
+               _numbers(SMALLER), True, rare=True),
+    Convention("another-number", "another number does the same: {}", _numbers(OTHERS), True,
+               cost=2.0, rare=True),
 )  # fmt: skip
-LAST: Final = len(TABLE) - 1  # the row of a fit, which takes longer
+INERTIA, NUMBER = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer
 TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
 DOWN_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
 

@@ -12,7 +12,7 @@ import numpy as np
 from heavytop.checking import method
 from heavytop.checking.comparison import ANGLES, Comparison, fold, norm, wrapped
 from heavytop.checking.consistency import angle_remarks, prepare
-from heavytop.checking.conventions import TABLE
+from heavytop.checking.conventions import NUMBER, TABLE
 from heavytop.checking.reading import Array, Data, read
 from heavytop.checking.result import Check, Finding, Size, Slip
 from heavytop.checking.search import Judgement, explain, undo
@@ -135,18 +135,20 @@ def check(
 def _agent(
     verdict: Judgement, comparison: Comparison
 ) -> tuple[tuple[Finding, ...], Comparison, str]:
-    """The conventions that are sure, the data without them, and the motor or friction in words."""
-    steps = [step for step in verdict.best.steps if verdict.sure.issuperset(step.names)]
-    described = [step for step in steps if not TABLE[step.row].physics]
-    turned = [step for step in steps if step in described or "spin-sign" in step.names]
+    """The conventions that are sure, the data without them, and what else acts, in words."""
+    steps = [step for step in verdict.best.steps if step.row != NUMBER]
+    sure = [step for step in steps if verdict.sure.issuperset(step.names)]
+    described = [step for step in sure if not TABLE[step.row].physics]
+    turned = [step for step in sure if step in described or "spin-sign" in step.names]
     for some in (described, turned):  # what else acts explains what other physics seemed to
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
             named = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
             return (*named, Finding(*agent, None)), judged, agent[1]
-    found = [Finding(x, s.sentence, verdict.gain(s)) for s in steps for x in s.names]
+    found = [Finding(x, s.sentence, verdict.gain(s)) for s in sure for x in s.names]
     found.sort(key=lambda x: -(x.gain or 0))
-    return tuple(found), undo(comparison, steps), ""
+    other = [s.sentence for s in verdict.best.steps if s.row == NUMBER and not verdict.alike]
+    return tuple(found), undo(comparison, steps), "".join(other)
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:

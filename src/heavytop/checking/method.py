@@ -10,7 +10,7 @@ import numpy as np
 
 from heavytop.analytic.events import EVENTS, EventTimes
 from heavytop.analytic.motion import Motion
-from heavytop.checking.comparison import ANGLES, Comparison, wrapped
+from heavytop.checking.comparison import ANGLES, FIRST, Comparison, wrapped
 from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
 from heavytop.scene.state import State
@@ -174,11 +174,15 @@ def spins(c: Comparison) -> tuple[Any, Any]:
 
 def find_agent(c: Comparison) -> tuple[str, str] | None:
     """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
+    if c.first > FIRST:
+        return None
     psidot, omega3 = spins(c)
     t, exact = c.data.t, c.exact
-    if psidot is not None:
-        varies = float(np.ptp(exact.psidot))
-        if varies > 1e-3 * abs(exact.psidot).max() and np.ptp(psidot) < HELD * varies:
+    theta = c.angle("theta")
+    if psidot is not None and theta is not None:
+        varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
+        held = np.ptp(psidot) < HELD * varies and abs(psidot[0] - exact.psidot[0]) < HELD * varies
+        if held and varies > 1e-3 * abs(exact.psidot).max() and off > HELD * np.ptp(exact.theta):
             words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
             return "motor", f"{words}: a motor holds the spin"
     if omega3 is not None and (omega3 * omega3[0] > 0).all():

@@ -9,13 +9,14 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import Comparison, Octaves, decades, octaves
-from heavytop.checking.conventions import LAST, TABLE, cost
+from heavytop.checking.comparison import FIRST, Comparison, Octaves, decades, octaves
+from heavytop.checking.conventions import ANOTHER_MOTION, INERTIA, NUMBER, TABLE, cost
 from heavytop.errors import HeavyTopError
 
 CLEAR: Final = 0.5  # decades, mean of all octaves, by which one explanation beats another clearly
 ALIKE: Final = 0.05  # decades: no better and no worse
 LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
+MOST_MOTIONS: Final = 2  # names that another start may have as well
 GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
 FITTING: Final = -5.0  # decades: nothing is looked for
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
@@ -45,10 +46,14 @@ class Undoing(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """Conventions, and how far off the data are without them, by quantity [decades]."""
+    """Conventions, and how far off the data are without them, by quantity [decades].
+
+    `first` is how far off their first row is [rad].
+    """
 
     steps: tuple[Undoing, ...]
     misfit: dict[str, float]
+    first: float = 0.0
 
     @property
     def names(self) -> frozenset[str]:
@@ -105,7 +110,7 @@ def explain(comparison: Comparison) -> Judgement:
     nothing = Explanation((), dict.fromkeys(("axis",), 0.0))
     base = next(_tried(some, [()], windows), nothing)
     found, best = [base], base
-    every = [k for k in range(len(TABLE)) if k != LAST]
+    every = [k for k in range(len(TABLE)) if k < INERTIA]
     often = [k for k in every if not TABLE[k].rare]
     for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
         if _fitting(best) or (level > 2 and len(best.steps) < level - 1):
@@ -117,10 +122,15 @@ def explain(comparison: Comparison) -> Judgement:
         for each in sorted(found, key=_total)[: EXTENDED * (level > 1)]:
             found += _extended(some, each, every, windows)
         best = min(found, key=_total)
-    if not _fitting(best) and comparison.given is not None:
-        for each in sorted(found, key=_total)[:2]:
-            found += _extended(some, each, [LAST], windows)
-    return judge(found)
+    if not _fitting(best):
+        for each in [base, best][base is best :]:
+            found += _extended(some, each, [INERTIA], windows)
+    verdict = judge(found)
+    if verdict.sure & ANOTHER_MOTION:  # or does another number do the same?
+        for each in [base, verdict.best][base is verdict.best :]:
+            found += _extended(some, each, [NUMBER], windows)
+        verdict = judge(found)
+    return verdict
 
 
 def _fitting(explanation: Explanation) -> bool:
@@ -146,7 +156,12 @@ def _some(comparison: Comparison) -> tuple[Comparison, Octaves]:
 def judge(found: Sequence[Explanation]) -> Judgement:
     """What is sure: the names that all explanations share that are not clearly worse."""
     base = found[0]
-    ranked = sorted((x for x in found if not _better(base, x)), key=_total)
+    usual = [x for x in found if x.first < FIRST or x is base]
+    named = (x for x in usual if "another-number" not in x.names and not _better(base, x))
+    best = min(named, key=_total)
+    if "inertia-about-centre" not in best.names:  # as no number is fitted, which gains a little
+        usual = [x for x in usual if "another-number" not in x.names or _better(x, best)]
+    ranked = sorted((x for x in usual if not _better(base, x)), key=_total)
     best = ranked[0]
     kept: list[Explanation] = []
     for each in sorted(
@@ -200,6 +215,8 @@ def _tried(
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
+        if sum(TABLE[row].name in ANOTHER_MOTION for row in rows) > MOST_MOTIONS:
+            continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
         for row in rows:
             states = [
@@ -210,7 +227,7 @@ def _tried(
             ]
         for steps, after in states:
             try:
-                yield Explanation(steps, decades(after, windows))
+                yield Explanation(steps, decades(after, windows), after.first)
             except HeavyTopError:
                 continue
 
