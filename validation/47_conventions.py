@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from claim import claim, finish
-from fuzz_conventions import counted, good, pairs, singles
+from fuzz_conventions import counted, good, others, pairs, singles
 
 SEED, PART = (int(word) for word in (*sys.argv[1:], 0, 1)[:2])  # a PARTth of all cases
 
@@ -13,6 +13,7 @@ for what, found in (
     ("planted alone", singles(SEED, 20 // PART)),
     ("planted in pairs", pairs(SEED, 300 // PART)),
     ("good data", good(SEED, 300 // PART)),
+    ("another problem", others(SEED, 330 // PART)),
 ):
     counts, wrong = counted(found)
     print("\n".join(wrong))

@@ -395,6 +395,45 @@ def good(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
         yield "nothing", quality, form, *verdict(data, scene, ())
 
 
+def other(scene: Any, name: str, part: float) -> dict[str, Any]:
+    """The trajectory of a problem in which one number, or all, are others than the scene's."""
+    numbers = {x: float(getattr(scene.top, x)) for x in ("A", "C", "gMR")}
+    start = {x: float(getattr(scene.start, x)) for x in STARTED}
+    if name in numbers:
+        numbers[name] *= 1 + part
+    if name in start:
+        start[name] *= -1 if name in ("thetadot", "phidot") else 1 + part / 2
+    numbers["C"] = min(numbers["C"], 2 * numbers["A"])
+    every = trajectory(ht.Scene(ht.Top(**numbers), ht.State(**start), time=6), QUALITIES[0])
+    if name == "the first row":
+        return {x: values[: -ROWS // 6] if x == "t" else values[ROWS // 6 + 1 :]
+                for x, values in every.items()}  # fmt: skip
+    if name == "the clock":
+        every["t"] = every["t"] * (1 + part / 3)
+    if name == "ω₃ for ψ̇":
+        every["psi"] = start["psi"] + every["t"] * float(scene.start.omega3)
+    return every
+
+
+STARTED = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+OTHERS = ("A", "C", "gMR", "theta", "thetadot", "phidot", "psidot", "the first row", "the clock",
+          "ω₃ for ψ̇", "everything")  # fmt: skip
+
+
+def others(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
+    """Of data of another problem than the scene's, which no convention makes right: the verdict."""
+    for k in range(count):
+        name = OTHERS[k % len(OTHERS)]
+        rng = np.random.default_rng([seed, k])
+        scene, part = random_scene(rng), rng.choice([-0.3, 0.1, 0.3])
+        if name == "A":  # a smaller one is that about the centre of mass
+            part = abs(part)
+        every = other(random_scene(rng) if name == "everything" else scene, name, part)
+        form = ANGULAR[0] if name == "ω₃ for ψ̇" else ALL[rng.integers(len(ALL))]
+        data = {x: every[x] for x in ("t", *FORMS[form])}
+        yield name, QUALITIES[0], form, *verdict(data, scene, ())
+
+
 def counted(found: Iterator[tuple[str, str, str, str, str]]) -> tuple[Counter[Any], list[str]]:
     """How often each verdict is given, and the wrong ones."""
     counts: Counter[Any] = Counter()

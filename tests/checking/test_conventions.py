@@ -67,6 +67,29 @@ def test_a_planted_error_of_the_table_is_seen(plants, monkeypatch):
     assert plants.verdict(data, scene, ("omega-sign",))[0] == "none"
 
 
+OTHERS = ("gMR", "psidot", "phidot", "the first row", "ω₃ for ψ̇", "everything")
+
+
+def of_another_problem(plants, name, seed=11):
+    """What is said of angles of another problem than the scene's."""
+    rng = np.random.default_rng([seed, *map(ord, name)])
+    scene = plants.random_scene(rng)
+    of = plants.random_scene(rng) if name == "everything" else scene
+    every = plants.other(of, name, 0.1)
+    return plants.verdict({x: every[x] for x in ("t", "theta", "phi", "psi")}, scene, ())
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_another_number_is_no_convention(plants, name):
+    assert of_another_problem(plants, name)[0] == "named"
+
+
+def test_rows_that_begin_later_would_be_origins_but_for_the_first_row(plants, monkeypatch):
+    monkeypatch.setattr("heavytop.checking.search.FIRST", np.inf)
+    monkeypatch.setattr("heavytop.checking.search.ANOTHER_MOTION", set())
+    assert "wrong" in {of_another_problem(plants, "the first row", k)[0] for k in range(8)}
+
+
 def explanation(misfit, *names):
     steps = tuple(Undoing(NAMES.index(name), 0, "", 1.0) for name in names)
     return Explanation(steps, {"attitude": misfit})

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -33,6 +34,9 @@ SLOWEST: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the ti
 START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
 LACKING: Final = "none follows from {} alone: give a scene with a start, or theta and phi"
 
+MANY: Final = 100_000
+FIELDS: Final = (*ANGLES, *RATES, "phi_mod", "psi_mod", "axis", "quaternion", "omega", "omega3")
+
 Origin = Literal["scene", "first row", "fitted"]
 
 
@@ -40,7 +44,15 @@ class ExactMotion:
     """The exact motion at some times, with what data are compared with."""
 
     def __init__(self, motion: Motion, t: Array) -> None:
-        self.record = motion.at(t)
+        self.record: Any = motion.at(t)
+        if t.size > MANY:  # in parts, so that what they are computed from is not kept
+            parts: dict[str, list[Array]] = {name: [] for name in FIELDS}
+            for k in range(0, t.size, MANY):
+                part = motion.at(t[k : k + MANY])
+                for name, arrays in parts.items():
+                    arrays.append(getattr(part, name))
+            whole = {name: np.concatenate(arrays) for name, arrays in parts.items()}
+            self.record = SimpleNamespace(**whole)
 
     @cached_property
     def sine(self) -> Array:

@@ -15,7 +15,7 @@ from heavytop.checking.consistency import angle_remarks, prepare
 from heavytop.checking.conventions import NUMBER, TABLE
 from heavytop.checking.reading import Array, Data, read
 from heavytop.checking.result import Check, Finding, Size, Slip
-from heavytop.checking.search import Judgement, explain, undo
+from heavytop.checking.search import Judgement, explain, is_fitting, undo
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
@@ -126,7 +126,10 @@ def check(
             for each in verdict.alike
         ),
         method=method.describe_method(judged, curves, agent) | {"no_phase": no_phase},
-        assumed=(*given.remarks, *angle_remarks(judged.data), *(f"undone: {x}" for x in undone)),
+        assumed=(
+            *(*given.remarks, *angle_remarks(judged.data), *(f"undone: {x}" for x in undone)),
+            *[f"judged as {' and '.join(sorted(verdict.best.names))}"] * bool(verdict.alike),
+        ),
         slip=slip,
         curves={"t": given.t, **curves, "phase_t": phase_t, "phase": shifts},
     )
@@ -140,7 +143,8 @@ def _agent(
     sure = [step for step in steps if verdict.sure.issuperset(step.names)]
     described = [step for step in sure if not TABLE[step.row].physics]
     turned = [step for step in sure if step in described or "spin-sign" in step.names]
-    for some in (described, turned):  # what else acts explains what other physics seemed to
+    # What else acts explains what other physics seemed to, but not what fits already.
+    for some in () if is_fitting(verdict.best) else (described, turned):
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
             named = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]

@@ -280,35 +280,26 @@ def _proved(events: EventTimes, t: Array) -> tuple[int, int]:
 
 def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
     """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
-    t, exact = c.since, c.exact
-    found: dict[str, int | None] = dict.fromkeys(EVENTS)
+    t, exact, found = c.since, c.exact, dict[str, int | None].fromkeys(EVENTS)
     if theta is not None:
         swing = max(FAINT * float(np.ptp(exact.theta)) + NOISE, STEADY * (not nutates(c)))
         tops = _turns(theta, swing)
         found["turning"] = len(tops)
     if phi is not None:
-        phi = np.unwrap(phi)
-        part = (t - t[0]) / (t[-1] - t[0])
+        phi, part = np.unwrap(phi), (t - t[0]) / (t[-1] - t[0])
         swing = np.ptp(exact.phi - np.polyval(np.polyfit(part, exact.phi, 1), part))
         found["reversal"] = len(_turns(phi, FAINT * swing + NOISE))
-    if phi is not None and theta is not None:
-        rate = abs(np.gradient(phi, t)[tops])
-        found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
+        if theta is not None:
+            rate = abs(np.gradient(phi, t)[tops])
+            found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
     return found
 
 
-def _turns(x: Array, least: float) -> list[int]:
+def _turns(x: Array, least: float) -> Any:
     """The rows where x turns, but for turns smaller than `least`."""
-    found, at, way = [], 0, 0.0
-    for k, value in enumerate(x.tolist()):
-        gone = value - x[at]
-        if gone * way > 0 or (gone == 0 and not way):
-            at = k
-        elif abs(gone) > least:
-            if way:
-                found.append(at)
-            at, way = k, gone
-    return found
+    from scipy.signal import find_peaks
+
+    return np.sort(np.concatenate([find_peaks(way * x, prominence=least)[0] for way in (1, -1)]))
 
 
 # --- the motion's own condition ------------------------------------------------------------------

@@ -31,13 +31,12 @@ LARGEST: Final = 1e15  # of any value: beyond it an angle in doubles has no dire
 HEAD_LINES: Final = 40  # among which the header is looked for
 CHUNK_ROWS: Final = 50_000  # of a table that are texts at once
 POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
-DECLARED: Final = {  # by the kind and the size of a unit: what a header declares
-    ("angle", 1): ("degrees", "the header says that angles are in degrees"),
-    ("rate", 1): ("degrees", "the header says that rates are in degrees"),
-    ("rate", 2): ("rpm", "the header says that rates are in turns a minute"),
-    ("time", 3): ("milliseconds", "the header says that times are in milliseconds"),
+DECLARED: Final = {  # by the kind and the size of a unit
+    ("angle", 0.017453293): ("degrees", "the header says that angles are in degrees"),
+    ("rate", 0.017453293): ("degrees", "the header says that rates are in degrees"),
+    ("rate", 0.104719755): ("rpm", "the header says that rates are in turns a minute"),
+    ("time", 0.001): ("milliseconds", "the header says that times are in milliseconds"),
 }
-_SIZES: Final = {1: np.pi / 180, 2: 2 * np.pi / 60, 3: 1e-3}
 
 
 @dataclass(frozen=True)
@@ -197,9 +196,8 @@ def _quantities(
         if unit is not None and unit.factor != 1:
             array = array * unit.factor
             units[unit.text].append(name)
-            for (kind, key), (convention, sentence) in DECLARED.items():
-                if unit.kind == kind and np.isclose(unit.factor, _SIZES[key]):
-                    declared[convention] = sentence
+            if convention := DECLARED.get((unit.kind, round(unit.factor, 9))):
+                declared |= [convention]
         if meaning.component:
             parts[quantity][meaning.component] = array
         else:

@@ -19,6 +19,7 @@ LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
 MOST_MOTIONS: Final = 2  # names that another start may have as well
 GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
 FITTING: Final = -5.0  # decades: nothing is looked for
+FITTED: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
 NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
 MOST_NAMES: Final = 5
@@ -113,18 +114,19 @@ def explain(comparison: Comparison) -> Judgement:
     every = [k for k in range(len(TABLE)) if k < INERTIA]
     often = [k for k in every if not TABLE[k].rare]
     for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
-        if _fitting(best) or (level > 2 and len(best.steps) < level - 1):
+        if is_fitting(best) or (level > 2 and len(best.steps) < level - 1):
             break
         if level == 1:
             found += _tried(some, [(k,) for k in every], windows)
         elif level == 2:
             found += _tried(some, combinations(often, 2), windows)
-        for each in sorted(found, key=_total)[: EXTENDED * (level > 1)]:
+        for each in _best(found)[: EXTENDED * (level > 1)]:
             found += _extended(some, each, every, windows)
         best = min(found, key=_total)
-    if not _fitting(best):
-        for each in [base, best][base is best :]:
-            found += _extended(some, each, [INERTIA], windows)
+    if not is_fitting(best):
+        for each in _best(found)[:EXTENDED]:
+            if "axis-with-spin" not in each.names:  # which is undone by the ψ of the scene's A
+                found += _extended(some, each, [INERTIA], windows)
     verdict = judge(found)
     if verdict.sure & ANOTHER_MOTION:  # or does another number do the same?
         for each in [base, verdict.best][base is verdict.best :]:
@@ -133,7 +135,12 @@ def explain(comparison: Comparison) -> Judgement:
     return verdict
 
 
-def _fitting(explanation: Explanation) -> bool:
+def _best(found: Iterable[Explanation]) -> list[Explanation]:
+    """The explanations, each once, the best first."""
+    return sorted({each.steps: each for each in found}.values(), key=_total)
+
+
+def is_fitting(explanation: Explanation) -> bool:
     """Whether nothing more is looked for."""
     return all(value < FITTING for value in explanation.misfit.values())
 
@@ -157,16 +164,17 @@ def judge(found: Sequence[Explanation]) -> Judgement:
     """What is sure: the names that all explanations share that are not clearly worse."""
     base = found[0]
     usual = [x for x in found if x.first < FIRST or x is base]
-    named = (x for x in usual if "another-number" not in x.names and not _better(base, x))
-    best = min(named, key=_total)
-    if "inertia-about-centre" not in best.names:  # as no number is fitted, which gains a little
-        usual = [x for x in usual if "another-number" not in x.names or _better(x, best)]
-    ranked = sorted((x for x in usual if not _better(base, x)), key=_total)
-    best = ranked[0]
+    plain = (x for x in usual if "another-number" not in x.names and not _better(base, x))
+    named = min(plain, key=_total)
+    if "inertia-about-centre" not in named.names:  # as no number is fitted, which gains a little
+        simpler = (x for x in usual if x.cost < named.cost or _better(x, named))
+        usual = [x for x in usual if "another-number" not in x.names] + [
+            x for x in simpler if "another-number" in x.names
+        ]
+    best = min((x for x in usual if not _better(base, x)), key=_total)
+    alike = [x for x in usual if x is named or not (_better(base, x) or _better(best, x))]
     kept: list[Explanation] = []
-    for each in sorted(
-        (x for x in ranked if not _better(best, x)), key=lambda x: (x.cost, x.total)
-    ):
+    for each in sorted(alike, key=lambda x: (x.cost, x.total)):
         if not any(
             other.names == each.names
             or (other.names < each.names and not _better(each, other))
@@ -227,7 +235,8 @@ def _tried(
             ]
         for steps, after in states:
             try:
-                yield Explanation(steps, decades(after, windows), after.first)
+                misfit = {x: max(off, FITTED) for x, off in decades(after, windows).items()}
+                yield Explanation(steps, misfit, after.first)
             except HeavyTopError:
                 continue
 
