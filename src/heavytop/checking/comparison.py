@@ -22,8 +22,7 @@ RATES: Final = ("thetadot", "phidot", "psidot")
 FIRST_FITTED: Final = 12  # rows that a fit begins with
 FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
-STEP: Final = 1e-7  # of a difference quotient
-ROUNDS: Final = 30
+CLOSELY: Final = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
 FOLDED: Final = 1e-9  # rad beyond [0, π] that nobody minds
 FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
 STILL: Final = 1e-3  # rad: motions that are smaller say little
@@ -273,14 +272,6 @@ class Comparison:
         off: Array = self.axis - self.exact.axis
         return off
 
-    @cached_property
-    def misfit(self) -> float:
-        """The RMS of that; infinite where there is no such motion."""
-        try:
-            return float(np.sqrt((self.off() ** 2).sum(axis=1).mean()))
-        except HeavyTopError:
-            return np.inf
-
 
 class Octaves(NamedTuple):
     """Rows of every octave of their numbers, so that early ones weigh most."""
@@ -402,6 +393,8 @@ def first_row(c: Comparison) -> State:
 
 def _fitted(c: Comparison) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
+    from scipy.optimize import least_squares
+
     if c.axis is None:
         raise Impossible([("start", LACKING.format(", ".join(c.data.values)))])
     guess = first_row(c.updated(omega=_omega(c), axis=c.axis))
@@ -411,14 +404,23 @@ def _fitted(c: Comparison) -> State:
     def state(p: Array) -> State:
         return State(**dict(zip(START, p, strict=True)), psi=guess.psi)
 
-    def tried(p: Array, rows: int) -> Comparison:
-        return Comparison(some.rows(slice(0, rows)), c.top, state(p))
+    def off(p: Array, rows: int) -> Array:
+        return Comparison(some.rows(slice(0, rows)), c.top, state(p)).off().ravel()
 
-    best = fit(tried, np.array([float(getattr(guess, name)) for name in START]), some.t.size)
-    if not tried(best, some.t.size).misfit < FITS:
+    p, rows = np.array([float(getattr(guess, name)) for name in START]), FIRST_FITTED
+    try:
+        while True:
+            found = least_squares(off, p, x_scale="jac", args=(rows,), **CLOSELY)
+            p, misfit = found.x, np.sqrt(2 * found.cost / min(rows, some.t.size))
+            if rows >= some.t.size or misfit > FITS:
+                break
+            rows *= 2
+    except HeavyTopError:
+        misfit = np.inf
+    if not misfit < FITS:
         rule = "no start fits these data: give a scene with a start, or add rates"
         raise Impossible([("start", rule)])
-    return state(best)
+    return state(p)
 
 
 def _omega(c: Comparison) -> Array:
@@ -435,26 +437,3 @@ def _omega(c: Comparison) -> Array:
     omega3 = -(speed * torque)[inner].sum() / (C * (speed * speed)[inner].sum() or 1.0)
     omega: Array = np.cross(axis, speed) + omega3 * axis
     return omega
-
-
-def fit(tried: Callable[[Array, int], Comparison], p: Array, rows: int) -> Array:
-    """Parameters that fit best by Gauss and Newton, over twice as many rows each time."""
-    many = FIRST_FITTED
-    while True:
-        many = min(many, rows)
-        for _ in range(ROUNDS):
-            here = tried(p, many)
-            if not np.isfinite(here.misfit):
-                return p
-            off, size = here.off().ravel(), np.maximum(abs(p), 1e-3)
-            moved = p + STEP * np.diag(size)
-            slopes = np.array([tried(q, many).off().ravel() - off for q in moved]) / STEP
-            step = size * np.linalg.lstsq(slopes.T, -off, rcond=None)[0]
-            shorter = (p + step / 4**k for k in range(8))
-            better = next((q for q in shorter if tried(q, many).misfit < here.misfit), None)
-            if better is None:
-                break
-            p = better
-        if many == rows or not tried(p, many).misfit < FITS:
-            return p
-        many *= 2
