@@ -98,15 +98,14 @@ def check(
     comparison = undo(Comparison(given, *_motion_of(scene, given)), undone)
     verdict = explain(comparison)
     conventions, judged, agent = _agent(verdict, comparison)
-    errors = judged.errors
     curves = error_curves(judged)
     phase_t, shifts, phase, growth, no_phase = method.measure_phase(judged)
     powers = {name: method.measure_growth(judged, curves.get(name)) for name in ("axis", "energy")}
     as_given = _digits(comparison)
     declared = tuple(Finding(name, words, None) for name, words in given.declared.items())
     named = (*conventions, *(x for x in declared if x.name not in {y.name for y in conventions}))
-    before, after = _rms(comparison), float(np.sqrt(np.mean(next(iter(errors.values())) ** 2)))
-    slip = Slip(named[0].name, named[0].sentence, before, max(after, LEAST)) if named else None
+    before, after = _rms(comparison), max(_rms(judged) or 0.0, LEAST)
+    slip = Slip(named[0].name, named[0].sentence, before, after) if named else None
     return Check(
         name=given.name,
         top=judged.top,

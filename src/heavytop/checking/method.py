@@ -38,6 +38,7 @@ DECAY: Final = 0.01  # of the spin, from which on friction is named
 STRAIGHT: Final = 0.03  # of a decay, by which it may be no exponential
 FIRST_ORDER: Final = 1.6  # an exponent of the step below it
 LARGEST_STEP: Final = 0.5  # of a radian of nutation, beyond which an error has no order
+SPIN_ALONE: Final = 1e3  # times the error of the axis, beyond which that of ψ is another one
 EXACT: Final = 1e-12  # an error below it is rounding
 COARSE: Final = 1e-3  # an error above it is no precision of numbers
 REMEDY: Final = "halve the step or the tolerance; if the error stays, compare A, C, gMR and start"
@@ -204,6 +205,8 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
         name: _trend(curves[name]) for name in ("energy", "p_phi", "p_psi") if name in curves
     }
     error = curves.get("axis", curves.get("theta", next(iter(curves.values()))))
+    if "psi" in curves and np.nanstd(curves["psi"]) > SPIN_ALONE * np.nanstd(error):
+        error = curves["psi"]
     error = error[np.isfinite(error)]
     size, first = (float(np.sqrt((x**2).mean())) for x in (error, error[: 3 + error.size // 20]))
     last = float(abs(error[-1 - error.size // 10 :]).max())
