@@ -138,22 +138,21 @@ def choose_columns(
     names: Sequence[str] | Mapping[str, Any], chosen: Mapping[str, str], faults: Faults
 ) -> dict[str, Meaning]:
     """The meaning of every column that is understood; no two have the same."""
-    found: dict[str, Meaning] = {}
+    possible: dict[str, list[Meaning]] = {}
     for key, column in chosen.items():
-        named = column.strip()
-        plain, _, text = named.partition("[")
-        spelled = [x for x in names if x.partition("[")[0].strip() == plain.strip()]
-        named = named if named in names or not spelled else spelled[0]
-        unit = parse_unit((text or named.partition("[")[2]).rstrip("] "), key)
-        if not (meaning := next(iter(meanings(key)), None)):
+        plain, _, unit = (x.strip("] ") for x in column.partition("["))
+        alike = [n for n in names if n == column.strip() or n.partition("[")[0].strip() == plain]
+        if not (meant := meanings(key)):
             faults.add("1", "no quantity has this name (theta, phi, psi, axis_x, qw, …)", key)
-        elif named not in names:
-            faults.add("1", f"no such column {nearest(named, names)}".rstrip(), named)
+        elif not alike:
+            faults.add("1", f"no such column {nearest(column, names)}".rstrip(), column)
         else:
-            own = next(iter(meanings(named)), meaning).unit
-            found[named] = meaning._replace(unit=unit if "[" in column + named else own)
-    taken = {(meaning.quantity, meaning.component) for meaning in found.values()}
-    possible = {name: meanings(name) for name in names if name not in found}
+            own = next(iter(meanings(alike[0])), meant[0]).unit
+            if spelled := unit or alike[0].partition("[")[2].rstrip("] "):
+                own = parse_unit(spelled, key)
+            possible[alike[0]] = [meant[0]._replace(unit=own)]
+    possible |= {name: meanings(name) for name in names if name not in possible}
+    found: dict[str, Meaning] = {}
     for quantity in ("t", *SHAPES, *POSITIONS[:4], "thetadot", "phidot", "psidot", "elevationdot"):
         here = {
             meaning.component: (name, meaning)
@@ -161,17 +160,11 @@ def choose_columns(
             for meaning in some
             if meaning.quantity == quantity and name not in found
         }
-        if quantity in SHAPES:
-            parts = {component for which, component in taken if which == quantity}
-            whole = () if parts else ("",)[: "" in here]
-            needed = whole or complete_set(quantity, {*here} | parts)
-        else:
-            needed = ("",)
-        for component in needed:
-            if (quantity, component) not in taken and component in here:
+        whole = quantity not in SHAPES or "" in here
+        for component in ("",) if whole else complete_set(quantity, {*here}):
+            if component in here:
                 name, meaning = here[component]
                 found[name] = meaning
-                taken.add((quantity, component))
     return found
 
 
