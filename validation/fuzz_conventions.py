@@ -410,14 +410,14 @@ def other(scene: Any, name: str, part: float) -> dict[str, Any]:
                 for x, values in every.items()}  # fmt: skip
     if name == "the clock":
         every["t"] = every["t"] * (1 + part / 3)
-    if name == "ω₃ for ψ̇":
-        every["psi"] = start["psi"] + every["t"] * float(scene.start.omega3)
+    if name == "a constant ψ̇":
+        every["psi"] = start["psi"] + every["t"] * start["psidot"]
     return every
 
 
 STARTED = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 OTHERS = ("A", "C", "gMR", "theta", "thetadot", "phidot", "psidot", "the first row", "the clock",
-          "ω₃ for ψ̇", "everything")  # fmt: skip
+          "a constant ψ̇", "everything")  # fmt: skip
 
 
 def others(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
@@ -429,7 +429,7 @@ def others(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
         if name == "A":  # a smaller one is that about the centre of mass
             part = abs(part)
         every = other(random_scene(rng) if name == "everything" else scene, name, part)
-        form = ANGULAR[0] if name == "ω₃ for ψ̇" else ALL[rng.integers(len(ALL))]
+        form = ANGULAR[0] if name == "a constant ψ̇" else ALL[rng.integers(len(ALL))]
         data = {x: every[x] for x in ("t", *FORMS[form])}
         yield name, QUALITIES[0], form, *verdict(data, scene, ())
 
