@@ -19,7 +19,7 @@ LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
 MOST_MOTIONS: Final = 2  # names that another start may have as well
 GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
 FITTING: Final = -5.0  # decades: nothing is looked for
-FITTED: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
+DEEPEST: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
 NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
 MOST_NAMES: Final = 5
@@ -164,13 +164,11 @@ def judge(found: Sequence[Explanation]) -> Judgement:
     """What is sure: the names that all explanations share that are not clearly worse."""
     base = found[0]
     usual = [x for x in found if x.first < FIRST or x is base]
-    plain = (x for x in usual if "another-number" not in x.names and not _better(base, x))
-    named = min(plain, key=_total)
+    fitted = {x.steps for x in usual if "another-number" in x.names}
+    named = min((x for x in usual if x.steps not in fitted and not _better(base, x)), key=_total)
     if "inertia-about-centre" not in named.names:  # as no number is fitted, which gains a little
-        simpler = (x for x in usual if x.cost < named.cost or _better(x, named))
-        usual = [x for x in usual if "another-number" not in x.names] + [
-            x for x in simpler if "another-number" in x.names
-        ]
+        fitted -= {x.steps for x in usual if x.cost < named.cost or _better(x, named)}
+        usual = [x for x in usual if x.steps not in fitted]
     best = min((x for x in usual if not _better(base, x)), key=_total)
     alike = [x for x in usual if x is named or not (_better(base, x) or _better(best, x))]
     kept: list[Explanation] = []
@@ -235,7 +233,7 @@ def _tried(
             ]
         for steps, after in states:
             try:
-                misfit = {x: max(off, FITTED) for x, off in decades(after, windows).items()}
+                misfit = {x: max(off, DEEPEST) for x, off in decades(after, windows).items()}
                 yield Explanation(steps, misfit, after.first)
             except HeavyTopError:
                 continue
