@@ -329,7 +329,7 @@ def _changed(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
     if name == "theta":
         value = float(np.clip(value + x / 2, 0, np.pi))
     else:
-        value += 2.2 * x * max(abs(value), SLOW * c.reference.fastest)
+        value += 2 * x * max(abs(value), SLOW * c.reference.fastest)
     return value, _start(c, **{key: value})
 
 
@@ -371,7 +371,8 @@ def _smallest(
         return grid[k], values[k]
     sides = (grid[max(0, k - 1)], grid[min(len(grid) - 1, k + 1)])
     found = minimize_scalar(f, bounds=sides, method="bounded", options={"xatol": 1e-10})
-    return float(found.x), float(found.fun)
+    x, least = float(found.x), float(found.fun)
+    return (x, least) if least < values[k] else (grid[k], values[k])
 
 
 ANOTHER_MOTION: Final = {  # names that the start, or another number, may have as well

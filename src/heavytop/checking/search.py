@@ -129,7 +129,8 @@ def explain(comparison: Comparison) -> Judgement:
                 found += _extended(some, each, [INERTIA], windows)
     verdict = judge(found)
     if verdict.sure & ANOTHER_MOTION:  # or does another number do the same?
-        for each in [base, verdict.best][base is verdict.best :]:
+        kept = tuple(step for step in verdict.best.steps if not ANOTHER_MOTION & {*step.names})
+        for each in [base, *(x for x in _best(found) if kept and x.steps == kept)]:
             found += _extended(some, each, [NUMBER], windows)
         verdict = judge(found)
     return verdict
@@ -221,7 +222,8 @@ def _tried(
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
-        if sum(TABLE[row].name in ANOTHER_MOTION for row in rows) > MOST_MOTIONS:
+        motions = sum(TABLE[row].name in ANOTHER_MOTION for row in rows)
+        if motions > MOST_MOTIONS or sum(TABLE[row].physics for row in rows) > 1:
             continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
         for row in rows:
