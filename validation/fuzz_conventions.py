@@ -272,30 +272,31 @@ def origin(x: dict[str, Any], phi: float, psi: float) -> dict[str, Any]:
     return found | {n: x[n] + a for n, a in (("phi", phi), ("psi", psi)) if n in x}
 
 
-# Of each convention: the forms of data that it may be planted in, and the plant.
+# Of each convention: the forms of data that it may be planted in, and the plant. They are planted
+# in this order: a unit comes last, and an origin is one of the package's angles.
 PLANTS = {
-    "milliseconds": (ALL, lambda x, **_: x | {"t": 1000 * x["t"]}),
-    "time-scale": (ALL, lambda x, rng, **_: x | {"t": x["t"] * rng.choice([0.5, 2])}),
-    "degrees": (ANGULAR, lambda x, **_: scaled(x, 180 / np.pi, *FORMS["angles and rates"])),
-    "rpm": (ANGULAR[1:], lambda x, **_: scaled(x, 30 / np.pi, "thetadot", "phidot", "psidot")),
-    "exchanged-angles": (ANGULAR, lambda x, **_: exchanged(x)),
-    "elevation": (ANGULAR, lambda x, **_: scaled(x, -1, "thetadot")
-                  | {"theta": np.pi / 2 - x["theta"]}),
-    "from-below": (ANGULAR, lambda x, **_: scaled(x, -1, "thetadot")
-                   | {"theta": np.pi - x["theta"]}),
-    "y-up": (VECTORS, lambda x, rng, **_: world(x, Y_UP, rng.random() < 0.5)),
-    "z-down": (VECTORS, lambda x, **_: world(x, Z_DOWN, False)),
-    "axes-permuted": (VECTORS, lambda x, rng, **_: world(x, PERMUTED, rng.random() < 0.5)),
-    "mirrored": (VECTORS, lambda x, **_: world(x, MIRROR, True)),
-    "azimuth-origin": (ALL, lambda x, rng, **_: origin(x, rng.uniform(0.3, 2.8), 0)),
+    "axis-with-spin": (("axis",), lambda x, every, **_: with_spin(x, every)),
     "spin-origin": ((*ANGULAR, *ATTITUDES),
                     lambda x, rng, **_: origin(x, 0, rng.uniform(0.3, 2.8))),
-    "axis-with-spin": (("axis",), lambda x, every, **_: with_spin(x, every)),
+    "azimuth-origin": (ALL, lambda x, rng, **_: origin(x, rng.uniform(0.3, 2.8), 0)),
+    "mirrored": (VECTORS, lambda x, **_: world(x, MIRROR, True)),
+    "axes-permuted": (VECTORS, lambda x, rng, **_: world(x, PERMUTED, rng.random() < 0.5)),
+    "z-down": (VECTORS, lambda x, **_: world(x, Z_DOWN, False)),
+    "y-up": (VECTORS, lambda x, rng, **_: world(x, Y_UP, rng.random() < 0.5)),
+    "from-below": (ANGULAR, lambda x, **_: scaled(x, -1, "thetadot")
+                   | {"theta": np.pi - x["theta"]}),
+    "elevation": (ANGULAR, lambda x, **_: scaled(x, -1, "thetadot")
+                  | {"theta": np.pi / 2 - x["theta"]}),
+    "exchanged-angles": (ANGULAR, lambda x, **_: exchanged(x)),
+    "inverse-rotation": (ATTITUDES, lambda x, **_: x | {"matrix": x["matrix"].swapaxes(1, 2)}),
     "omega-sign": (ATTITUDES[1:], lambda x, **_: scaled(x, -1, "omega", "omega_body")),
     "omega-body": (ATTITUDES[1:], lambda x, **_: frame(x)),
-    "inverse-rotation": (ATTITUDES, lambda x, **_: x | {"matrix": x["matrix"].swapaxes(1, 2)}),
     "quaternion-xyzw": (ATTITUDES, lambda x, **_: {n: v for n, v in x.items() if n != "matrix"}
                         | {"quaternion": np.roll(to_quaternions(x["matrix"]), -1, axis=1)}),
+    "rpm": (ANGULAR[1:], lambda x, **_: scaled(x, 30 / np.pi, "thetadot", "phidot", "psidot")),
+    "degrees": (ANGULAR, lambda x, **_: scaled(x, 180 / np.pi, *FORMS["angles and rates"])),
+    "time-scale": (ALL, lambda x, rng, **_: x | {"t": x["t"] * rng.choice([0.5, 2])}),
+    "milliseconds": (ALL, lambda x, **_: x | {"t": 1000 * x["t"]}),
     "spin-sign": (ALL, None), "spin-held": (ALL, None), "gravity-sign": (ALL, None),
     "gyroscopic-sign": (ALL, None), "no-gyroscopic-term": (ALL, None),
     "inertia-about-centre": (ALL, None), "motor": (SPINNING, None), "friction": (SPINNING, None),
@@ -334,6 +335,8 @@ def planted(
     if wrong in ("spin-sign", "spin-held"):
         wrong, made = "", changed(scene, wrong)
     every = trajectory(made, quality, wrong)
+    if not all(np.isfinite(x).all() for x in every.values()):
+        return None  # a motor has no bound where the axis is vertical
     x = {name: every[name] for name in ("t", *FORMS[form])}
     for name in PLANTS:
         if name in names and name not in PHYSICS:
@@ -390,6 +393,45 @@ def good(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
         scene, quality = random_scene(rng), QUALITIES[k % 3]
         data, form = planted(scene, quality, (), rng)
         yield "nothing", quality, form, *verdict(data, scene, ())
+
+
+def other(scene: Any, name: str, part: float) -> dict[str, Any]:
+    """The trajectory of a problem in which one number, or all, are others than the scene's."""
+    numbers = {x: float(getattr(scene.top, x)) for x in ("A", "C", "gMR")}
+    start = {x: float(getattr(scene.start, x)) for x in STARTED}
+    if name in numbers:
+        numbers[name] *= 1 + part
+    if name in start:
+        start[name] *= -1 if name in ("thetadot", "phidot") else 1 + part / 2
+    numbers["C"] = min(numbers["C"], 2 * numbers["A"])
+    every = trajectory(ht.Scene(ht.Top(**numbers), ht.State(**start), time=6), QUALITIES[0])
+    if name == "the first row":
+        return {x: values[: -ROWS // 6] if x == "t" else values[ROWS // 6 + 1 :]
+                for x, values in every.items()}  # fmt: skip
+    if name == "the clock":
+        every["t"] = every["t"] * (1 + part / 3)
+    if name == "a constant ψ̇":
+        every["psi"] = start["psi"] + every["t"] * start["psidot"]
+    return every
+
+
+STARTED = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+OTHERS = ("A", "C", "gMR", "theta", "thetadot", "phidot", "psidot", "the first row", "the clock",
+          "a constant ψ̇", "everything")  # fmt: skip
+
+
+def others(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
+    """Of data of another problem than the scene's, which no convention makes right: the verdict."""
+    for k in range(count):
+        name = OTHERS[k % len(OTHERS)]
+        rng = np.random.default_rng([seed, k])
+        scene, part = random_scene(rng), rng.choice([-0.3, 0.1, 0.3])
+        if name == "A":  # a smaller one is that about the centre of mass
+            part = abs(part)
+        every = other(random_scene(rng) if name == "everything" else scene, name, part)
+        form = ANGULAR[0] if name == "a constant ψ̇" else ALL[rng.integers(len(ALL))]
+        data = {x: every[x] for x in ("t", *FORMS[form])}
+        yield name, QUALITIES[0], form, *verdict(data, scene, ())
 
 
 def counted(found: Iterator[tuple[str, str, str, str, str]]) -> tuple[Counter[Any], list[str]]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heavytop.checking.comparison import Comparison
-from heavytop.checking.conventions import LAST, TABLE
+from heavytop.checking.conventions import INERTIA, NUMBER, TABLE
 from heavytop.checking.judge import check
 from heavytop.checking.reading import read
 from heavytop.checking.search import Explanation, Undoing, judge, undo
@@ -27,8 +27,8 @@ def plants(monkeypatch):
     return fuzz_conventions
 
 
-ALONE = sorted({name for name in NAMES if "+" not in name} | {"motor", "friction"})
-ALONE.remove("time-origin")
+ALONE = sorted({x for x in NAMES if "+" not in x} - {"time-origin", "another-number"})
+ALONE += ["friction", "motor"]
 
 
 @pytest.mark.parametrize("name", ALONE)
@@ -65,6 +65,29 @@ def test_a_planted_error_of_the_table_is_seen(plants, monkeypatch):
     scene = plants.random_scene(rng)
     data, _ = plants.planted(scene, "exact", ("omega-sign",), rng)
     assert plants.verdict(data, scene, ("omega-sign",))[0] == "none"
+
+
+OTHERS = ("gMR", "psidot", "phidot", "the first row", "a constant ψ̇", "everything")
+
+
+def of_another_problem(plants, name, seed=11):
+    """What is said of angles of another problem than the scene's."""
+    rng = np.random.default_rng([seed, *map(ord, name)])
+    scene = plants.random_scene(rng)
+    of = plants.random_scene(rng) if name == "everything" else scene
+    every = plants.other(of, name, 0.1)
+    return plants.verdict({x: every[x] for x in ("t", "theta", "phi", "psi")}, scene, ())
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_another_number_is_no_convention(plants, name):
+    assert of_another_problem(plants, name)[0] == "named"
+
+
+def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatch):
+    assert of_another_problem(plants, "everything", 4)[0] == "named"
+    monkeypatch.setattr("heavytop.checking.search.FIRST", np.inf)
+    assert of_another_problem(plants, "everything", 4)[0] == "wrong"
 
 
 def explanation(misfit, *names):
@@ -110,4 +133,4 @@ def test_names_are_undone_where_asked_and_unknown_ones_refused():
     assert abs(undone.data.values["theta"] - exact(T).theta).max() < 1e-14
     with pytest.raises(BadScene, match="one of time-origin, milliseconds"):
         check({"t": T, "theta": exact(T).theta}, SCENE, undone=["radians"])
-    assert TABLE[LAST].name == "inertia-about-centre"
+    assert [TABLE[k].name for k in (INERTIA, NUMBER)] == NAMES[-2:]

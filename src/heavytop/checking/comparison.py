@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.checking.reading import Array, Data
+from heavytop.checking.reading import POSITIONS, Array, Data
 from heavytop.errors import HeavyTopError, Impossible
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -21,16 +22,19 @@ RATES: Final = ("thetadot", "phidot", "psidot")
 FIRST_FITTED: Final = 12  # rows that a fit begins with
 FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
-STEP: Final = 1e-7  # of a difference quotient
-ROUNDS: Final = 30
+CLOSELY: Final = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
 FOLDED: Final = 1e-9  # rad beyond [0, π] that nobody minds
 FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
 STILL: Final = 1e-3  # rad: motions that are smaller say little
+FIRST: Final = 0.02  # rad by which the first row may be off: no integrator has made an error yet
 MOVES: Final = 0.05  # rad that a motion moves at least, to say anything
 OCTAVE_ROWS: Final = 8  # that are looked at of each octave
 SLOWEST: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
 START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
 LACKING: Final = "none follows from {} alone: give a scene with a start, or theta and phi"
+
+MANY: Final = 100_000
+FIELDS: Final = (*ANGLES, *RATES, "phi_mod", "psi_mod", "axis", "quaternion", "omega", "omega3")
 
 Origin = Literal["scene", "first row", "fitted"]
 
@@ -39,7 +43,15 @@ class ExactMotion:
     """The exact motion at some times, with what data are compared with."""
 
     def __init__(self, motion: Motion, t: Array) -> None:
-        self.record = motion.at(t)
+        self.record: Any = motion.at(t)
+        if t.size > MANY:  # in parts, so that what they are computed from is not kept
+            parts: dict[str, list[Array]] = {name: [] for name in FIELDS}
+            for k in range(0, t.size, MANY):
+                part = motion.at(t[k : k + MANY])
+                for name, arrays in parts.items():
+                    arrays.append(getattr(part, name))
+            whole = {name: np.concatenate(arrays) for name, arrays in parts.items()}
+            self.record = SimpleNamespace(**whole)
 
     @cached_property
     def sine(self) -> Array:
@@ -120,7 +132,7 @@ class Comparison:
         """The exact motion."""
         return _motion(self.top, self.start)
 
-    @property
+    @cached_property
     def since(self) -> Array:
         """Times since the start [s]."""
         return self.data.t - (0.0 if self.given is not None else self.data.t[0])
@@ -249,18 +261,16 @@ class Comparison:
             found[name] = norm(values[name] - other) / scale
         return found
 
+    @property
+    def first(self) -> float:
+        """How far off the first row is, where it is the start itself [rad]."""
+        there = [x[0] for name, x in self.errors.items() if name in POSITIONS or name == "attitude"]
+        return float(max(there, default=0.0)) if self.since[0] == 0 else 0.0
+
     def off(self) -> Array:
         """How far the axis is off, a row at each time."""
         off: Array = self.axis - self.exact.axis
         return off
-
-    @cached_property
-    def misfit(self) -> float:
-        """The RMS of that; infinite where there is no such motion."""
-        try:
-            return float(np.sqrt((self.off() ** 2).sum(axis=1).mean()))
-        except HeavyTopError:
-            return np.inf
 
 
 class Octaves(NamedTuple):
@@ -329,12 +339,15 @@ def axes(theta: Array, phi: Array) -> Array:
 def matrices(quaternion: Array) -> Array:
     """The rotation of quaternions, scalar first, of any length."""
     w, x, y, z = (quaternion / norm(quaternion)[:, None]).T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    found = np.empty((len(quaternion), 9))
+    entries = (
+        *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
     )
-    return np.moveaxis(np.array(rows), -1, 0)
+    for k, entry in enumerate(entries):
+        found[:, k] = entry
+    return found.reshape(-1, 3, 3)
 
 
 def rotations(theta: Array, phi: Array, psi: Array) -> Array:
@@ -380,6 +393,8 @@ def first_row(c: Comparison) -> State:
 
 def _fitted(c: Comparison) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
+    from scipy.optimize import least_squares
+
     if c.axis is None:
         raise Impossible([("start", LACKING.format(", ".join(c.data.values)))])
     guess = first_row(c.updated(omega=_omega(c), axis=c.axis))
@@ -389,14 +404,23 @@ def _fitted(c: Comparison) -> State:
     def state(p: Array) -> State:
         return State(**dict(zip(START, p, strict=True)), psi=guess.psi)
 
-    def tried(p: Array, rows: int) -> Comparison:
-        return Comparison(some.rows(slice(0, rows)), c.top, state(p))
+    def off(p: Array, rows: int) -> Array:
+        return Comparison(some.rows(slice(0, rows)), c.top, state(p)).off().ravel()
 
-    best = fit(tried, np.array([float(getattr(guess, name)) for name in START]), some.t.size)
-    if not tried(best, some.t.size).misfit < FITS:
+    p, rows = np.array([float(getattr(guess, name)) for name in START]), FIRST_FITTED
+    try:
+        while True:
+            found = least_squares(off, p, x_scale="jac", args=(rows,), **CLOSELY)
+            p, misfit = found.x, np.sqrt(2 * found.cost / min(rows, some.t.size))
+            if rows >= some.t.size or misfit > FITS:
+                break
+            rows *= 2
+    except HeavyTopError:
+        misfit = np.inf
+    if not misfit < FITS:
         rule = "no start fits these data: give a scene with a start, or add rates"
         raise Impossible([("start", rule)])
-    return state(best)
+    return state(p)
 
 
 def _omega(c: Comparison) -> Array:
@@ -413,26 +437,3 @@ def _omega(c: Comparison) -> Array:
     omega3 = -(speed * torque)[inner].sum() / (C * (speed * speed)[inner].sum() or 1.0)
     omega: Array = np.cross(axis, speed) + omega3 * axis
     return omega
-
-
-def fit(tried: Callable[[Array, int], Comparison], p: Array, rows: int) -> Array:
-    """Parameters that fit best by Gauss and Newton, over twice as many rows each time."""
-    many = FIRST_FITTED
-    while True:
-        many = min(many, rows)
-        for _ in range(ROUNDS):
-            here = tried(p, many)
-            if not np.isfinite(here.misfit):
-                return p
-            off, size = here.off().ravel(), np.maximum(abs(p), 1e-3)
-            moved = p + STEP * np.diag(size)
-            slopes = np.array([tried(q, many).off().ravel() - off for q in moved]) / STEP
-            step = size * np.linalg.lstsq(slopes.T, -off, rcond=None)[0]
-            shorter = (p + step / 4**k for k in range(8))
-            better = next((q for q in shorter if tried(q, many).misfit < here.misfit), None)
-            if better is None:
-                break
-            p = better
-        if many == rows or not tried(p, many).misfit < FITS:
-            return p
-        many *= 2

@@ -12,10 +12,10 @@ import numpy as np
 from heavytop.checking import method
 from heavytop.checking.comparison import ANGLES, Comparison, fold, norm, wrapped
 from heavytop.checking.consistency import angle_remarks, prepare
-from heavytop.checking.conventions import TABLE
+from heavytop.checking.conventions import NUMBER, TABLE
 from heavytop.checking.reading import Array, Data, read
 from heavytop.checking.result import Check, Finding, Size, Slip
-from heavytop.checking.search import Judgement, explain, undo
+from heavytop.checking.search import Judgement, explain, is_fitting, undo
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
@@ -98,15 +98,14 @@ def check(
     comparison = undo(Comparison(given, *_motion_of(scene, given)), undone)
     verdict = explain(comparison)
     conventions, judged, agent = _agent(verdict, comparison)
-    errors = judged.errors
     curves = error_curves(judged)
     phase_t, shifts, phase, growth, no_phase = method.measure_phase(judged)
     powers = {name: method.measure_growth(judged, curves.get(name)) for name in ("axis", "energy")}
     as_given = _digits(comparison)
     declared = tuple(Finding(name, words, None) for name, words in given.declared.items())
     named = (*conventions, *(x for x in declared if x.name not in {y.name for y in conventions}))
-    before, after = _rms(comparison), float(np.sqrt(np.mean(next(iter(errors.values())) ** 2)))
-    slip = Slip(named[0].name, named[0].sentence, before, max(after, LEAST)) if named else None
+    before, after = _rms(comparison), max(_rms(judged) or 0.0, LEAST)
+    slip = Slip(named[0].name, named[0].sentence, before, after) if named else None
     return Check(
         name=given.name,
         top=judged.top,
@@ -126,7 +125,10 @@ def check(
             for each in verdict.alike
         ),
         method=method.describe_method(judged, curves, agent) | {"no_phase": no_phase},
-        assumed=(*given.remarks, *angle_remarks(judged.data), *(f"undone: {x}" for x in undone)),
+        assumed=(
+            *(*given.remarks, *angle_remarks(judged.data), *(f"undone: {x}" for x in undone)),
+            *[f"judged as {' and '.join(sorted(verdict.best.names))}"] * bool(verdict.alike),
+        ),
         slip=slip,
         curves={"t": given.t, **curves, "phase_t": phase_t, "phase": shifts},
     )
@@ -135,18 +137,21 @@ def check(
 def _agent(
     verdict: Judgement, comparison: Comparison
 ) -> tuple[tuple[Finding, ...], Comparison, str]:
-    """The conventions that are sure, the data without them, and the motor or friction in words."""
-    steps = [step for step in verdict.best.steps if verdict.sure.issuperset(step.names)]
-    described = [step for step in steps if not TABLE[step.row].physics]
-    turned = [step for step in steps if step in described or "spin-sign" in step.names]
-    for some in (described, turned):  # what else acts explains what other physics seemed to
+    """The conventions that are sure, the data without them, and what else acts, in words."""
+    steps = [step for step in verdict.best.steps if step.row != NUMBER]
+    sure = [step for step in steps if verdict.sure.issuperset(step.names)]
+    described = [step for step in sure if not TABLE[step.row].physics]
+    turned = [step for step in sure if step in described or "spin-sign" in step.names]
+    # What else acts explains what other physics seemed to, but not what fits already.
+    for some in () if is_fitting(verdict.best) else (described, turned):
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
             named = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
             return (*named, Finding(*agent, None)), judged, agent[1]
-    found = [Finding(x, s.sentence, verdict.gain(s)) for s in steps for x in s.names]
+    found = [Finding(x, s.sentence, verdict.gain(s)) for s in sure for x in s.names]
     found.sort(key=lambda x: -(x.gain or 0))
-    return tuple(found), undo(comparison, steps), ""
+    other = [s.sentence for s in verdict.best.steps if s.row == NUMBER and not verdict.alike]
+    return tuple(found), undo(comparison, steps), "".join(other)
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:

@@ -10,7 +10,7 @@ import numpy as np
 
 from heavytop.analytic.events import EVENTS, EventTimes
 from heavytop.analytic.motion import Motion
-from heavytop.checking.comparison import ANGLES, Comparison, wrapped
+from heavytop.checking.comparison import ANGLES, FIRST, Comparison, wrapped
 from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
 from heavytop.scene.state import State
@@ -38,6 +38,7 @@ DECAY: Final = 0.01  # of the spin, from which on friction is named
 STRAIGHT: Final = 0.03  # of a decay, by which it may be no exponential
 FIRST_ORDER: Final = 1.6  # an exponent of the step below it
 LARGEST_STEP: Final = 0.5  # of a radian of nutation, beyond which an error has no order
+SPIN_ALONE: Final = 1e3  # times the error of the axis, beyond which that of ψ is another one
 EXACT: Final = 1e-12  # an error below it is rounding
 COARSE: Final = 1e-3  # an error above it is no precision of numbers
 REMEDY: Final = "halve the step or the tolerance; if the error stays, compare A, C, gMR and start"
@@ -174,11 +175,15 @@ def spins(c: Comparison) -> tuple[Any, Any]:
 
 def find_agent(c: Comparison) -> tuple[str, str] | None:
     """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
+    if c.first > FIRST:
+        return None
     psidot, omega3 = spins(c)
     t, exact = c.data.t, c.exact
-    if psidot is not None:
-        varies = float(np.ptp(exact.psidot))
-        if varies > 1e-3 * abs(exact.psidot).max() and np.ptp(psidot) < HELD * varies:
+    theta = c.angle("theta")
+    if psidot is not None and theta is not None:
+        varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
+        held = np.ptp(psidot) < HELD * varies and abs(psidot[0] - exact.psidot[0]) < HELD * varies
+        if held and varies > 1e-3 * abs(exact.psidot).max() and off > HELD * np.ptp(exact.theta):
             words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
             return "motor", f"{words}: a motor holds the spin"
     if omega3 is not None and (omega3 * omega3[0] > 0).all():
@@ -200,6 +205,8 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
         name: _trend(curves[name]) for name in ("energy", "p_phi", "p_psi") if name in curves
     }
     error = curves.get("axis", curves.get("theta", next(iter(curves.values()))))
+    if "psi" in curves and np.nanstd(curves["psi"]) > SPIN_ALONE * np.nanstd(error):
+        error = curves["psi"]
     error = error[np.isfinite(error)]
     size, first = (float(np.sqrt((x**2).mean())) for x in (error, error[: 3 + error.size // 20]))
     last = float(abs(error[-1 - error.size // 10 :]).max())
@@ -276,35 +283,26 @@ def _proved(events: EventTimes, t: Array) -> tuple[int, int]:
 
 def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
     """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
-    t, exact = c.since, c.exact
-    found: dict[str, int | None] = dict.fromkeys(EVENTS)
+    t, exact, found = c.since, c.exact, dict[str, int | None].fromkeys(EVENTS)
     if theta is not None:
         swing = max(FAINT * float(np.ptp(exact.theta)) + NOISE, STEADY * (not nutates(c)))
         tops = _turns(theta, swing)
         found["turning"] = len(tops)
     if phi is not None:
-        phi = np.unwrap(phi)
-        part = (t - t[0]) / (t[-1] - t[0])
+        phi, part = np.unwrap(phi), (t - t[0]) / (t[-1] - t[0])
         swing = np.ptp(exact.phi - np.polyval(np.polyfit(part, exact.phi, 1), part))
         found["reversal"] = len(_turns(phi, FAINT * swing + NOISE))
-    if phi is not None and theta is not None:
-        rate = abs(np.gradient(phi, t)[tops])
-        found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
+        if theta is not None:
+            rate = abs(np.gradient(phi, t)[tops])
+            found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
     return found
 
 
-def _turns(x: Array, least: float) -> list[int]:
+def _turns(x: Array, least: float) -> Any:
     """The rows where x turns, but for turns smaller than `least`."""
-    found, at, way = [], 0, 0.0
-    for k, value in enumerate(x.tolist()):
-        gone = value - x[at]
-        if gone * way > 0 or (gone == 0 and not way):
-            at = k
-        elif abs(gone) > least:
-            if way:
-                found.append(at)
-            at, way = k, gone
-    return found
+    from scipy.signal import find_peaks
+
+    return np.sort(np.concatenate([find_peaks(way * x, prominence=least)[0] for way in (1, -1)]))
 
 
 # --- the motion's own condition ------------------------------------------------------------------

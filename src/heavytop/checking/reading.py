@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import csv
 import os
+import re
+from array import array
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.checking.headers import SHAPES, Meaning, Unit, complete_set, meanings, parse_unit
+from heavytop.checking.headers import SHAPES, Meaning, complete_set, meanings, parse_unit
 from heavytop.errors import ForeignFile
 from heavytop.names import nearest
 from heavytop.scene.arguments import expect, path_of, wrong_type
@@ -29,13 +31,12 @@ LARGEST: Final = 1e15  # of any value: beyond it an angle in doubles has no dire
 HEAD_LINES: Final = 40  # among which the header is looked for
 CHUNK_ROWS: Final = 50_000  # of a table that are texts at once
 POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
-DECLARED: Final = {  # by the kind and the size of a unit: what a header declares
-    ("angle", 1): ("degrees", "the header says that angles are in degrees"),
-    ("rate", 1): ("degrees", "the header says that rates are in degrees"),
-    ("rate", 2): ("rpm", "the header says that rates are in turns a minute"),
-    ("time", 3): ("milliseconds", "the header says that times are in milliseconds"),
+DECLARED: Final = {  # by the kind and the size of a unit
+    ("angle", 0.017453293): ("degrees", "the header says that angles are in degrees"),
+    ("rate", 0.017453293): ("degrees", "the header says that rates are in degrees"),
+    ("rate", 0.104719755): ("rpm", "the header says that rates are in turns a minute"),
+    ("time", 0.001): ("milliseconds", "the header says that times are in milliseconds"),
 }
-_SIZES: Final = {1: np.pi / 180, 2: 2 * np.pi / 60, 3: 1e-3}
 
 
 @dataclass(frozen=True)
@@ -137,22 +138,21 @@ def choose_columns(
     names: Sequence[str] | Mapping[str, Any], chosen: Mapping[str, str], faults: Faults
 ) -> dict[str, Meaning]:
     """The meaning of every column that is understood; no two have the same."""
-    found: dict[str, Meaning] = {}
+    possible: dict[str, list[Meaning]] = {}
     for key, column in chosen.items():
-        named = column.strip()
-        plain, _, text = named.partition("[")
-        spelled = [x for x in names if x.partition("[")[0].strip() == plain.strip()]
-        named = named if named in names or not spelled else spelled[0]
-        unit = parse_unit((text or named.partition("[")[2]).rstrip("] "), key)
-        if not (meaning := next(iter(meanings(key)), None)):
+        plain, _, unit = (x.strip("] ") for x in column.partition("["))
+        alike = [n for n in names if n == column.strip() or n.partition("[")[0].strip() == plain]
+        if not (meant := meanings(key)):
             faults.add("1", "no quantity has this name (theta, phi, psi, axis_x, qw, …)", key)
-        elif named not in names:
-            faults.add("1", f"no such column {nearest(named, names)}".rstrip(), named)
+        elif not alike:
+            faults.add("1", f"no such column {nearest(column, names)}".rstrip(), column)
         else:
-            own = next(iter(meanings(named)), meaning).unit
-            found[named] = meaning._replace(unit=unit if "[" in column + named else own)
-    taken = {(meaning.quantity, meaning.component) for meaning in found.values()}
-    possible = {name: meanings(name) for name in names if name not in found}
+            own = next(iter(meanings(alike[0])), meant[0]).unit
+            if spelled := unit or alike[0].partition("[")[2].rstrip("] "):
+                own = parse_unit(spelled, key)
+            possible[alike[0]] = [meant[0]._replace(unit=own)]
+    possible |= {name: meanings(name) for name in names if name not in possible}
+    found: dict[str, Meaning] = {}
     for quantity in ("t", *SHAPES, *POSITIONS[:4], "thetadot", "phidot", "psidot", "elevationdot"):
         here = {
             meaning.component: (name, meaning)
@@ -160,17 +160,11 @@ def choose_columns(
             for meaning in some
             if meaning.quantity == quantity and name not in found
         }
-        if quantity in SHAPES:
-            parts = {component for which, component in taken if which == quantity}
-            whole = () if parts else ("",)[: "" in here]
-            needed = whole or complete_set(quantity, {*here} | parts)
-        else:
-            needed = ("",)
-        for component in needed:
-            if (quantity, component) not in taken and component in here:
+        whole = quantity not in SHAPES or "" in here
+        for component in ("",) if whole else complete_set(quantity, {*here}):
+            if component in here:
                 name, meaning = here[component]
                 found[name] = meaning
-                taken.add((quantity, component))
     return found
 
 
@@ -195,9 +189,8 @@ def _quantities(
         if unit is not None and unit.factor != 1:
             array = array * unit.factor
             units[unit.text].append(name)
-            for (kind, key), (convention, sentence) in DECLARED.items():
-                if unit.kind == kind and np.isclose(unit.factor, _SIZES[key]):
-                    declared[convention] = sentence
+            if convention := DECLARED.get((unit.kind, round(unit.factor, 9))):
+                declared |= [convention]
         if meaning.component:
             parts[quantity][meaning.component] = array
         else:
@@ -251,16 +244,16 @@ def _in_order(values: dict[str, Array], faults: Faults) -> Data:
         faults.add("1", f"a column t of at least {LEAST_ROWS} times is needed ({t.size} found)")
         faults.stop()
     shaped = {}
-    for name, array in values.items():
+    for name, x in values.items():
         shape = (t.size, *SHAPES.get(name, ()))
-        if array.ndim > 1 and array.shape[0] != t.size:  # as MATLAB has it
-            array = np.moveaxis(array, -1, 0)
-        if array.size != np.prod(shape) or array.shape[:1] != (t.size,):
-            faults.add(f"1: {name}", f"has the shape {shape}", array.shape)
+        if x.ndim > 1 and x.shape[0] != t.size:  # as MATLAB has it
+            x = np.moveaxis(x, -1, 0)
+        if x.size != np.prod(shape) or x.shape[:1] != (t.size,):
+            faults.add(f"1: {name}", f"has the shape {shape}", x.shape)
             continue
-        shaped[name] = array.reshape(shape)
-    for name, array in {"t": t, **shaped}.items():
-        flat = array.reshape(t.size, -1)
+        shaped[name] = x.reshape(shape)
+    for name, x in {"t": t, **shaped}.items():
+        flat = x.reshape(t.size, -1)
         with np.errstate(invalid="ignore"):
             bad = ~(abs(flat) < LARGEST).all(axis=1)
         if name in ("axis", "quaternion"):
@@ -301,7 +294,7 @@ def _load(
             case ".nc" | ".h5" | ".hdf5":
                 return _netcdf(path)
             case _:
-                return _table_of(path, chosen, faults), None
+                return _text_table(path, chosen, faults), None
     except ForeignFile:
         raise
     except Exception as fault:  # of several libraries, on bytes that anybody wrote
@@ -309,93 +302,71 @@ def _load(
         raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
 
 
-def _table_of(path: Path, chosen: Mapping[str, str], faults: Faults) -> dict[str, Any]:
+def _text_table(path: Path, chosen: Mapping[str, str], faults: Faults) -> dict[str, Any]:
     """The columns of a text table that are understood; the others by name alone."""
-    with path.open("rb") as file:
-        start = file.read(400)
+    with path.open("rb") as binary:
+        start = binary.read(400)
     wide = start[:2] in (b"\xff\xfe", b"\xfe\xff") or start.count(0) > len(start) / 4
     encoding = "utf-16" if wide else "utf-8-sig"
     with path.open(encoding=encoding, errors="replace", newline="") as file:
-        head = [line for _, line in zip(range(HEAD_LINES), file, strict=False)]
-        found = next(_headers(head, chosen), None)
+        found = next(_headers([*islice(file, HEAD_LINES)], chosen), None)
         if found is None:
             faults.add("1", "a header with the names of the columns is needed, t among them")
             faults.stop()
             raise AssertionError
-        at, between, names = found
+        first, between, names = found
+        columns = {name: array("d") for name in choose_columns(names, chosen, Faults(""))}
         file.seek(0)
-        lines = enumerate(islice(file, at + 1, None), at + 2)
-        return _cells(lines, between, names, chosen, faults)
+        lines = (line.strip() for line in islice(file, first, None))
+        table = csv.reader(lines, delimiter=between, skipinitialspace=True)
+        rows = ((table.line_num + first, x) for x in table if x and x[0][:1] not in ("#", "%"))
+        while some := [*islice(rows, CHUNK_ROWS)]:
+            for at, row in some:
+                if len(row) != len(names) and len([*filter(None, row)]) != len(names):
+                    faults.add(str(at), f"{len(names)} values are needed", f"{len(row)} values")
+            if not faults.kinds:
+                for name, column in columns.items():
+                    column.extend(_floats(some, names.index(name), name, faults))
+    faults.stop()
+    return dict.fromkeys(names, "") | {name: np.array(x) for name, x in columns.items()}
 
 
 def _headers(
     lines: Sequence[str], chosen: Mapping[str, str]
 ) -> Iterator[tuple[int, str, list[str]]]:
-    """Line numbers, delimiters and names of what may be the header."""
+    """What may be the header: where its rows begin, the delimiter, the names with their units."""
     columns = {column.partition("[")[0].strip() for column in chosen.values()}
-    for at, line in enumerate(lines):
+    for at, (line, below) in enumerate(pairwise([*lines, ""])):
         text = line.strip().lstrip("#%").strip()
         for between in (x for x in "\t;, " if x in text):
-            names = [name.strip() for name in _split([text], between)[0]]
+            names, units = (
+                [x.strip() for row in csv.reader([each], delimiter=between) for x in row if x]
+                for each in (text, below.strip())
+            )
             known = [n for n in names if meanings(n) or n.partition("[")[0].strip() in columns]
-            if len(known) > 1:
-                yield at, between, [n + "#2" * (n in names[:k]) for k, n in enumerate(names)]
+            if len(known) < 2:
+                continue
+            names = [n + "#2" * (n in names[:k]) for k, n in enumerate(names)]
+            if len(units) != len(names) or any(re.match(r"[-+.]?\d", x) for x in units):
+                yield at + 1, between, names
+            else:  # a row of units
+                spelled = (x.strip("[]() ") for x in units)
+                named = zip(names, spelled, strict=True)
+                yield at + 2, between, [f"{n} [{x}]" if parse_unit(x, n) else n for n, x in named]
 
 
-def _split(lines: Sequence[str], between: str) -> list[list[str]]:
-    return list(csv.reader(lines, delimiter=between, skipinitialspace=True))
-
-
-def _cells(
-    lines: Iterator[tuple[int, str]],
-    between: str,
-    names: list[str],
-    chosen: Mapping[str, str],
-    faults: Faults,
-) -> dict[str, Any]:
-    """The numbers of the columns that are understood."""
-    used = [names.index(name) for name in choose_columns(names, chosen, Faults(""))]
-    chunks: dict[int, list[Array]] = {k: [np.empty(0)] for k in used}
-    units: dict[int, Unit | None] = {}
-    while some := [(k, text.strip()) for k, text in islice(lines, CHUNK_ROWS)]:
-        some = [(k, text) for k, text in some if text and text[0] not in "#%"]
-        rows = _split([text for _, text in some], between)
-        if rows and not units and rows[0] and not any(map(_number, rows[0])):
-            spelled = dict(enumerate(text.strip("[]() ") for text in rows[0]))  # a row of units
-            units = {k: parse_unit(spelled.get(k, ""), names[k]) for k in used}
-            some, rows = some[1:], rows[1:]
-        for (number, _), row in zip(some, rows, strict=True):
-            if len(row) != len(names) and len([*filter(None, row)]) != len(names):
-                faults.add(str(number), f"{len(names)} values are needed", f"{len(row)} values")
-        if faults.kinds:
-            continue
-        for k in used:
-            texts = [row[k] for row in rows]
-            try:
-                chunks[k].append(np.array([*map(float, texts)]))
-            except ValueError:
-                cells = [_number(text.replace(",", ".")) for text in texts]
-                for (number, _), text, cell in zip(some, texts, cells, strict=True):
-                    if cell is None:
-                        faults.add(f"{number}: {harmless(names[k])}", "no number", text)
-                chunks[k].append(np.array([np.nan if x is None else float(x) for x in cells]))
-    faults.stop()
-    table: dict[str, Any] = dict.fromkeys(names, "")
-    for k in used:
-        unit = units.get(k)
-        name = f"{names[k]} [{unit.text}]" if unit and unit.text else names[k]
-        table = {(name if n == names[k] else n): x for n, x in table.items()}
-        table[name] = np.concatenate(chunks[k])
-    return table
-
-
-def _number(text: str) -> str | None:
-    """The text where it spells a number, else None."""
+def _floats(
+    rows: list[tuple[int, list[str]]], k: int, name: str, faults: Faults
+) -> Iterator[float]:
+    """The numbers of a column, also with decimal commas."""
     try:
-        float(text.replace(",", "."))
+        yield from [float(row[k]) for _, row in rows]
     except ValueError:
-        return None
-    return text
+        for at, row in rows:
+            try:
+                yield float(row[k].replace(",", "."))
+            except ValueError:
+                faults.add(f"{at}: {harmless(name)}", "no number", row[k])
 
 
 def _matlab(path: Path) -> dict[str, Any]:

@@ -179,7 +179,10 @@ class Check(Plotted):
             "digits_as_given": self.digits_as_given,
             "conventions": [each._asdict() for each in self.conventions],
             "alternatives": [
-                {"names": [x.name for x in each], "sentence": "; ".join(x.sentence for x in each)}
+                {
+                    "names": [x.name for x in each],
+                    "sentence": "; ".join(dict.fromkeys(x.sentence for x in each)),
+                }
                 for each in self.alternatives
             ],
             "method": dict(self.method),

@@ -9,15 +9,17 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import Comparison, Octaves, decades, octaves
-from heavytop.checking.conventions import LAST, TABLE, cost
+from heavytop.checking.comparison import FIRST, Comparison, Octaves, decades, octaves
+from heavytop.checking.conventions import ANOTHER_MOTION, INERTIA, NUMBER, TABLE, cost
 from heavytop.errors import HeavyTopError
 
 CLEAR: Final = 0.5  # decades, mean of all octaves, by which one explanation beats another clearly
 ALIKE: Final = 0.05  # decades: no better and no worse
 LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
+MOST_MOTIONS: Final = 2  # names that another start may have as well
 GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
 FITTING: Final = -5.0  # decades: nothing is looked for
+DEEPEST: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
 NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
 MOST_NAMES: Final = 5
@@ -45,10 +47,14 @@ class Undoing(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """Conventions, and how far off the data are without them, by quantity [decades]."""
+    """Conventions, and how far off the data are without them, by quantity [decades].
+
+    `first` is how far off their first row is [rad].
+    """
 
     steps: tuple[Undoing, ...]
     misfit: dict[str, float]
+    first: float = 0.0
 
     @property
     def names(self) -> frozenset[str]:
@@ -105,25 +111,37 @@ def explain(comparison: Comparison) -> Judgement:
     nothing = Explanation((), dict.fromkeys(("axis",), 0.0))
     base = next(_tried(some, [()], windows), nothing)
     found, best = [base], base
-    every = [k for k in range(len(TABLE)) if k != LAST]
+    every = [k for k in range(len(TABLE)) if k < INERTIA]
     often = [k for k in every if not TABLE[k].rare]
     for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
-        if _fitting(best) or (level > 2 and len(best.steps) < level - 1):
+        if is_fitting(best) or (level > 2 and len(best.steps) < level - 1):
             break
         if level == 1:
             found += _tried(some, [(k,) for k in every], windows)
         elif level == 2:
             found += _tried(some, combinations(often, 2), windows)
-        for each in sorted(found, key=_total)[: EXTENDED * (level > 1)]:
+        for each in _best(found)[: EXTENDED * (level > 1)]:
             found += _extended(some, each, every, windows)
         best = min(found, key=_total)
-    if not _fitting(best) and comparison.given is not None:
-        for each in sorted(found, key=_total)[:2]:
-            found += _extended(some, each, [LAST], windows)
-    return judge(found)
+    if not is_fitting(best):
+        for each in _best(found)[:EXTENDED]:
+            if "axis-with-spin" not in each.names:  # which is undone by the ψ of the scene's A
+                found += _extended(some, each, [INERTIA], windows)
+    verdict = judge(found)
+    if verdict.sure & ANOTHER_MOTION:  # or does another number do the same?
+        kept = tuple(step for step in verdict.best.steps if not ANOTHER_MOTION & {*step.names})
+        for each in [base, *(x for x in _best(found) if kept and x.steps == kept)]:
+            found += _extended(some, each, [NUMBER], windows)
+        verdict = judge(found)
+    return verdict
 
 
-def _fitting(explanation: Explanation) -> bool:
+def _best(found: Iterable[Explanation]) -> list[Explanation]:
+    """The explanations, each once, the best first."""
+    return sorted({each.steps: each for each in found}.values(), key=_total)
+
+
+def is_fitting(explanation: Explanation) -> bool:
     """Whether nothing more is looked for."""
     return all(value < FITTING for value in explanation.misfit.values())
 
@@ -146,12 +164,16 @@ def _some(comparison: Comparison) -> tuple[Comparison, Octaves]:
 def judge(found: Sequence[Explanation]) -> Judgement:
     """What is sure: the names that all explanations share that are not clearly worse."""
     base = found[0]
-    ranked = sorted((x for x in found if not _better(base, x)), key=_total)
-    best = ranked[0]
+    usual = [x for x in found if x.first < FIRST or x is base]
+    fitted = {x.steps for x in usual if "another-number" in x.names}
+    named = min((x for x in usual if x.steps not in fitted and not _better(base, x)), key=_total)
+    if "inertia-about-centre" not in named.names:  # as no number is fitted, which gains a little
+        fitted -= {x.steps for x in usual if x.cost < named.cost or _better(x, named)}
+        usual = [x for x in usual if x.steps not in fitted]
+    best = min((x for x in usual if not _better(base, x)), key=_total)
+    alike = [x for x in usual if x is named or not (_better(base, x) or _better(best, x))]
     kept: list[Explanation] = []
-    for each in sorted(
-        (x for x in ranked if not _better(best, x)), key=lambda x: (x.cost, x.total)
-    ):
+    for each in sorted(alike, key=lambda x: (x.cost, x.total)):
         if not any(
             other.names == each.names
             or (other.names < each.names and not _better(each, other))
@@ -200,6 +222,9 @@ def _tried(
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
+        motions = sum(TABLE[row].name in ANOTHER_MOTION for row in rows)
+        if motions > MOST_MOTIONS or sum(TABLE[row].physics for row in rows) > 1:
+            continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
         for row in rows:
             states = [
@@ -210,7 +235,8 @@ def _tried(
             ]
         for steps, after in states:
             try:
-                yield Explanation(steps, decades(after, windows))
+                misfit = {x: max(off, DEEPEST) for x, off in decades(after, windows).items()}
+                yield Explanation(steps, misfit, after.first)
             except HeavyTopError:
                 continue
 
