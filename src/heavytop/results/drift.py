@@ -299,7 +299,7 @@ def growth(
     >>> round(found.exponent, 6), found.points
     (1.5, 4)
     >>> growth(n, [0.0, None, 1e-15, 2.0])
-    Growth(exponent=None, stderr=None, points=2)
+    Growth(exponent=None, stderr=None, points=2, word='')
     """
     points = [(n, e) for n, e in zip(periods, errors, strict=True) if e]
     from_here = max((n for n, _ in points), default=0.0) / 10**LAST_DECADES * 0.999
