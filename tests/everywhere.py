@@ -9,6 +9,7 @@ import json
 import os
 import re
 import sys
+from base64 import b64decode
 from hashlib import sha256
 from pathlib import Path
 
@@ -63,6 +64,8 @@ def commands(lines):
 
 def untimed(said):
     """What was said, but for what the clock says and the names that matplotlib gives to clips."""
+    picture = re.compile(r"(?<=image/svg\+xml;base64,)[\w+/=]+")
+    said = picture.sub(lambda found: b64decode(found[0]).decode(), said)
     said = re.sub(r"\bp[0-9a-f]{10}\b", "clip", said)
     return re.sub(r"(pixels per second.*?)\d[\d.e+]*", r"\1", said)
 
