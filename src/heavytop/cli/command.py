@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import inspect
 import logging
 import os
@@ -340,6 +341,9 @@ def heavytop(version: Version = False) -> None:
     """Options of the command itself."""
 
 
+COLLECTED: Final = 100_000  # objects: imports make many and no garbage, a tenth of their time
+
+
 def stop_when_ended() -> None:
     """Let SIGTERM and SIGHUP do what Ctrl-C does, so that no process is left behind."""
     for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # the second is not on Windows
@@ -350,6 +354,7 @@ def stop_when_ended() -> None:
 
 def main() -> None:
     """Run the command line."""
+    gc.set_threshold(COLLECTED)
     stop_when_ended()
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
@@ -363,3 +368,5 @@ def main() -> None:
     except OSError as fault:  # of the help, or of what is wrong with an option
         say(f"cannot write: {fault.strerror}")
         raise SystemExit(getattr(fault.__context__, "exit_code", Exit.ENDED_EARLY)) from None
+    finally:
+        gc.freeze()  # the process ends: looking for what is free in all of sympy takes its time
