@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
@@ -330,10 +331,16 @@ def exact_numbers(
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = read_values(given, readers)
     broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
-    broken += way.broken([name for name in given if name in readers])
+    broken += _broken(way, tuple(name for name in given if name in readers))
     if broken := broken + rule(values):
         raise refused(broken)
     return values
+
+
+@lru_cache(64)
+def _broken(way: Way, names: tuple[str, ...]) -> Broken:
+    """What `Way.broken` says of names: most things are said in the same few ways."""
+    return way.broken(names)
 
 
 def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Final
 
 from heavytop.display import Shown
@@ -130,8 +131,7 @@ class Top(Shown):
             warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
 
     def _set(self, given: Mapping[str, object]) -> None:
-        known = [name for name in given if name in TOP]
-        way = min(WAYS, key=lambda each: each.off(known))
+        way = _way_of(tuple(name for name in given if name in TOP))
         values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
         found = way.make(values)
         if broken := broken_body(found):
@@ -301,6 +301,12 @@ TOP: Final[Mapping[str, Reader]] = {
     for way in WAYS for slot in way.slots for name in slot
 }  # fmt: skip
 """What reads each value of a top."""
+
+
+@lru_cache(64)
+def _way_of(names: tuple[str, ...]) -> Way:
+    """The way that is nearest to some names."""
+    return min(WAYS, key=lambda each: each.off(names))
 
 
 def broken_body(values: Numbers) -> Broken:
