@@ -35,8 +35,6 @@ EXPLAINED: dict[str, str] = {  # pattern of a line of the list -> why it may sta
     r"\.why: ": "a reason names its numbers",
     r"\.motion\.(round|amplitude|estimates)": "facts that are new",
     r"facts\.(fast_top_(precession|nutation|period|amplitude)|estimates)": "they stand together",
-    r"^motion .* arrays\.": "arrays are plain doubles: a few ulps of the largest of a vector",
-    r"^motion .* enclosure\.": "balls of another form of the same numbers, as narrow",
     r"scene\.top\.(mass|distance)|\.reaction": "mass and distance give the force of the pivot",
     r"scene\.start\.(phi|psi): 0 -> gone": "a scene keeps what it was given",
     r"start\.theta=4": "a tilt beyond pi is folded, and said",
@@ -59,10 +57,18 @@ DROPPED = re.compile(  # by the clock, the machine, and the words of the command
 # Errors are sums of roundings: as good within a factor, or where both are a few ulps.
 ERRORS = re.compile(
     r"\b\w*error(s|_spread)?\b|\b(bound|observed|rounding|residual|condition)\b"
-    r"|methods\[.*\b(energy|p_phi|p_psi|phase_s|axis|invariants)\b|curves\.\w+"
+    r"|methods\[.*\b(energy|p_phi|p_psi|phase_s|axis|invariants)\b|curves\.\w+|missed_digits\.\w+"
 )
 FACTOR, FLOOR = 4, 2e-15
+# What is computed from the states of a run, which have to be the same: in another order of its sums
+TOLD = re.compile(
+    r"\.(document\.(final|events\.table)|read back\.(samples|events|between))\b"
+    r".*\.(theta|phi|psi|thetadot|phidot|psidot|axis|omega|quaternion|residual)\b"
+)
+LAST_BITS = 1e-14  # of them, relative to max(1, |x|)
 LAST_DIGIT = Fraction(2, 10**50)
+PROMISED = 1e-12  # of arrays of the closed form, relative to max(1, |x|), of vectors to the largest
+NARROW = Fraction(1, 10**18)  # a ball that is no wider, relative to max(1, |x|), may be another
 
 # --- the cases -----------------------------------------------------------------------------------
 
@@ -294,6 +300,13 @@ def differences(old: Any, new: Any, key: str = "") -> Iterator[tuple[str, str, s
                     f"{key}.{name}",
                     *(short(x[name]) if name in x else "gone" for x in (old, new)),
                 )
+    elif re.search(r"enclosure\.\w+(\[\d\])?$", key) and old and isinstance(old[0], str):
+        if not as_narrow(*(list(map(Fraction, each)) for each in (old, new))):
+            yield key, short(old), short(new)
+    elif re.fullmatch(r"\.arrays\.(axis|omega|quaternion)\[\d+\]", key):
+        off = max(abs(a - b) for a, b in zip(old, new, strict=True))
+        if not off <= PROMISED * max(1, *map(abs, old)):
+            yield key, short(old), short(new)
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
         pairs = enumerate(zip(old, new, strict=True))
         found = [line for i, pair in pairs for line in differences(*pair, f"{key}[{i}]")]
@@ -310,10 +323,21 @@ def same(old: Any, new: Any, key: str) -> bool:
     if key.startswith(".exact") and isinstance(old, str) and isinstance(new, str):
         first, second = Fraction(old), Fraction(new)
         return abs(first - second) <= LAST_DIGIT * max(1, abs(first))
+    if key.startswith(".arrays.") and isinstance(old, float) and isinstance(new, float):
+        return abs(old - new) <= PROMISED * max(1, abs(old))
+    if TOLD.match(key) and isinstance(old, float) and isinstance(new, float):
+        return abs(old - new) <= LAST_BITS * max(1, abs(old))
     if ERRORS.search(key) and isinstance(old, float) and isinstance(new, float):
         low, high = sorted((abs(old), abs(new)))
         return high <= max(FLOOR, FACTOR * low)
     return False
+
+
+def as_narrow(old: list[Fraction], new: list[Fraction]) -> bool:
+    """Whether an interval meets the old one, and is not much wider."""
+    (low, high), (least, most) = old, new
+    wide = max(FACTOR * (high - low), NARROW * max(1, abs(low)))
+    return least <= high and low <= most and most - least <= wide
 
 
 def short(value: Any) -> str:

@@ -86,7 +86,7 @@ def test_options_of_a_run_do_not_go_with_a_folder(tmp_path):
 @pytest.mark.processes
 @pytest.mark.parametrize("jobs", [2])
 def test_killed_at_any_moment_and_resumed_it_is_the_certificate_that_was_not(jobs, tmp_path):
-    asked, draw = ("certify", "sicm-kicked", "--set", "span.periods=1500"), random.Random(jobs)
+    asked, draw = ("certify", "sicm-kicked", "--set", "span.periods=4000"), random.Random(jobs)
     whole = heavytop_(*asked, "-o", tmp_path / "whole", "--json")
     assert whole.exit_code == 0
     folder = tmp_path / "killed"

@@ -237,6 +237,7 @@ def test_names_beyond_ascii_under_a_locale_of_ascii(tmp_path):
     for words in (
         ("run", "naïf/tøp.toml", "--no-figures", "-o", "naïf/out"),
         ("resume", "naïf/out"),
+        ("report", "naïf/out", "-o", "naïf/page"),
     ):
         done = ended(*words, "-q", cwd=tmp_path, env=os.environ | ASCII)
         assert done.returncode == 0, done.stderr

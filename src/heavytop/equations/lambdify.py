@@ -153,7 +153,7 @@ def evaluated(
 
     `named` has those by the names of the symbols; `number` and `functions` are as in `lambdified`.
     Equal subexpressions are evaluated once. Sums are taken with what is subtracted last; `ordered`
-    takes them as sympy prints them, which the bounds of rounded outputs rely on.
+    takes sums and products as sympy prints them, which the bounds of rounded outputs rely on.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def evaluated(
             return -value(-node)
         # Reciprocals are gathered into one true division: x * (1/y) would round twice.
         above, below = [], []
-        for factor in node.args:
+        for factor in node.as_ordered_factors() if ordered else node.args:
             if _is_power(factor) and factor.exp.p < 0:
                 below.append(power(factor.base, -factor.exp))
             else:

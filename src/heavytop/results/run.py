@@ -36,7 +36,7 @@ NOTHING: Final = dict.fromkeys(MEASURED) | {
 }
 
 
-class Picture(NamedTuple):
+class RunFigure(NamedTuple):
     """A figure of a run: what it shows, and its panels, by the names that `plot` has for them."""
 
     title: str
@@ -44,13 +44,13 @@ class Picture(NamedTuple):
 
 
 PICTURES: Final = {
-    "overview": Picture(
+    "overview": RunFigure(
         "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
     ),
-    "angles": Picture("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
-    "potential": Picture("effective potential, energy, and allowed tilts", ("potential",)),
-    "phase": Picture("the plane of tilt and tilt rate, with neighbouring energies", ("phase",)),
-    "errors": Picture("distance of the run from the closed form over time", ("errors",)),
+    "angles": RunFigure("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
+    "potential": RunFigure("effective potential, energy, and allowed tilts", ("potential",)),
+    "phase": RunFigure("the plane of tilt and tilt rate, with neighbouring energies", ("phase",)),
+    "errors": RunFigure("distance of the run from the closed form over time", ("errors",)),
 }
 """The figures of a run, by the name of the file."""
 
