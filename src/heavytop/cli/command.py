@@ -341,7 +341,7 @@ def heavytop(version: Version = False) -> None:
     """Options of the command itself."""
 
 
-COLLECTED: Final = 100_000  # objects: imports make many and no garbage, a tenth of their time
+COLLECTED: Final = 100_000  # objects, until garbage is looked for: imports make many and none
 
 
 def stop_when_ended() -> None:
@@ -369,4 +369,4 @@ def main() -> None:
         say(f"cannot write: {fault.strerror}")
         raise SystemExit(getattr(fault.__context__, "exit_code", Exit.ENDED_EARLY)) from None
     finally:
-        gc.freeze()  # the process ends: looking for what is free in all of sympy takes its time
+        gc.freeze()  # the interpreter would look through all modules once more before it ends

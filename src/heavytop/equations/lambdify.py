@@ -35,8 +35,8 @@ def lambdified(
 ) -> Callable[..., Any]:
     """Return a function of numbers of one type, which computes in that type alone.
 
-    What it returns is a list or a tuple as the expressions are. sympy's own `lambdify` would do,
-    but for its 1/3, which is a double, and the time that its printers take to import.
+    What it returns is a list or a tuple as the expressions are. In sympy's own `lambdify` 1/3 is a
+    double.
 
     Parameters
     ----------

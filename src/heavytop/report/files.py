@@ -376,7 +376,7 @@ def _saved(place: Path, name: str, draw: Callable[[], Figure | None], key: str) 
             return {}
         for file in files.values():
             save(figure, place / file)
-            figure.set_layout_engine("none")  # it is laid out: half of the time
+            figure.set_layout_engine("none")  # it is laid out, for all its files
     except HeavyTopError:  # of what is drawn: a damaged record
         raise
     except UNDRAWABLE as fault:

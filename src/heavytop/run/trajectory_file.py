@@ -103,7 +103,7 @@ def write_exact(run: SceneMotion, path: str | os.PathLike[str]) -> None:
 def _write(
     variables: Variables, attributes: Mapping[str, Any], path: str | os.PathLike[str]
 ) -> None:
-    """Write a netCDF file without xarray, whose import takes longer than a run."""
+    """Write a netCDF file, without the time that xarray takes to import."""
     import h5netcdf
     import h5py
 
