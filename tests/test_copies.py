@@ -29,7 +29,7 @@ def of_enclosure(e):
 
 
 def of_run(t):
-    precise = () if t.decimals is None else t.decimals.at([T])
+    precise = repr(t.in_mpmath([T]))
     return t(0.7), t.events.t, t.samples.phi, precise
 
 

@@ -14,7 +14,7 @@ from claim import claim, finish
 
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
-from heavytop.integration.compiled import Compiled
+from heavytop.integration.engine import Compiled
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
 ROUNDING = 1e-12  # of phidot sin^2, beside p/A: zero as far as an integration can see

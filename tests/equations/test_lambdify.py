@@ -14,7 +14,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdified
 from heavytop.errors import NotANumber, WrongType
 from heavytop.exact import PI, Exact
-from heavytop.integration.compiled import translated
+from heavytop.integration.engine import translated
 from heavytop.run.planning import start_values
 from heavytop.scene.scene import load_scene, shipped_scenes
 

@@ -14,7 +14,8 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.exact.pairs import add
 from heavytop.integration import bits, projection
 from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
-from heavytop.run.verify import own_motion, phase_error, run_errors
+from heavytop.run.own_motion import own_motion
+from heavytop.run.verify import phase_error, run_errors
 from heavytop.scene.quantities import Need
 
 from ..motions import BOOK, CONE, LIE, LIE_START
@@ -107,8 +108,8 @@ def legs_of(run):
     """The legs of a run whose unit of time is the second."""
     integrator = run.orbit.integrator.for_this_thread()
     assert integrator.pace == 1
-    integrator.compiled.load(run.orbit.parameters)
-    return Projected(integrator.compiled, integrator.projection)
+    integrator.engine.load(run.orbit.parameters)
+    return Projected(integrator.engine, integrator.projection)
 
 
 def test_legs_lose_no_time(whole):
@@ -119,9 +120,9 @@ def test_legs_lose_no_time(whole):
     wanted = first.elapsed[0] + np.array([1.0, 1.7])
     both = projected.block(start, 21 * stride, 1e4, wanted)
     local = (wanted - first.elapsed[0]) - first.elapsed[1]
-    mean = projected.compiled.block(start, stride, 1e4).elapsed[0] / stride
+    mean = projected.engine.block(start, stride, 1e4).elapsed[0] / stride
     even = mean * (1 - EVEN * (20 * GOLDEN % 1))
-    second = projected.compiled.block(first.state, stride, 1e4, local, even)
+    second = projected.engine.block(first.state, stride, 1e4, local, even)
     assert np.array_equal(both.rows, second.rows)
     assert both.elapsed == add(first.elapsed, second.elapsed)
     for all_of_them, later in zip(both.hits, second.hits, strict=True):
@@ -140,7 +141,7 @@ def test_what_nobody_looks_at_is_the_same(samples):
     state, elapsed, mean, even = start, (0.0, 0.0), None, None
     strides = [projected.stride] * (1980 // projected.stride) + [1980 % projected.stride]
     for k, steps in enumerate(strides, start=1):
-        leg = projected.compiled.block(state, steps, 1e4, longest=even)
+        leg = projected.engine.block(state, steps, 1e4, longest=even)
         mean = mean or leg.elapsed[0] / steps
         even = mean * (1 - EVEN * (k * GOLDEN % 1))
         state, elapsed = projected.projection(leg.state), add(elapsed, leg.elapsed)

@@ -66,7 +66,7 @@ def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
     exact = ht.Motion(BOOK, LET_GO)
     assert counts(run.events) == (41, 0, 21)
     assert run.events.kind[:3] == ("cusp", "theta_max", "cusp")
-    times, period = [event.sample.t for event in run.decimals.events], exact.mpf("period", 50)
+    times, period = run.numbers(run.events.own["t"]), exact.mpf("period", 50)
     assert max(abs(t - n * period / 2) for n, t in enumerate(times)) < 1e-30  # let go at a cusp
     assert run.orbit.samples.t.size == run.t.size
     run.save(tmp_path / "run.nc")
@@ -78,13 +78,12 @@ def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
 def test_events_have_all_digits():
     run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=60", "span.time=3"]))
     truth = Digits(run.motion, 80)
-    turning = [e.sample for e in run.decimals.events if e.kind.startswith("theta")]
-    reversals = [e.sample for e in run.decimals.events if e.kind == "reversal"]
-    assert (len(turning), len(reversals)) == (12, 11)
-    off = [truth.ctx.mpf(x.t) - n * truth.period / 2 for n, x in enumerate(turning)]
-    off += [truth(truth.ctx.mpf(s.t)).phidot for s in reversals]
+    times, is_turning = run.numbers(run.events.own["t"]), run.events.is_turning
+    assert (sum(is_turning), sum(~is_turning)) == (12, 11)
+    off = [truth.ctx.mpf(t) - n * truth.period / 2 for n, t in enumerate(times[is_turning])]
+    off += [truth(truth.ctx.mpf(t)).phidot for t in times[~is_turning]]
     assert max(map(abs, off)) < truth.ctx.mpf(10) ** -70  # released at a turning point
-    assert run.events.t.tolist() == [float(e.sample.t) for e in run.decimals.events]
+    assert run.events.t.tolist() == [float(t) for t in times]
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
@@ -97,9 +96,8 @@ def test_what_doubles_take_for_a_cusp_is_told_apart(phidot, reversals, cusps):
     run = ht.propagate(near)
     assert counts(run.events)[1:] == (reversals, cusps)
     assert ht.propagate(replace(near, digits=12)).events.count("cusp") == 5
-    for event in run.decimals.events:
-        if event.kind == "reversal":
-            assert abs(event.sample.phidot) < run.decimals.ctx.mpf(10) ** -30
+    for kind, phidot in zip(run.events.kind, run.numbers(run.events.own["phidot"]), strict=True):
+        assert kind != "reversal" or abs(phidot) < run.ctx.mpf(10) ** -30
 
 
 # --- by the closed form --------------------------------------------------------------------------

@@ -36,7 +36,7 @@ def test_an_event_at_the_end_is_within_the_run(name, periods, digits):
 
 BEFORE = "import heyoka as hy; hy.llvm_state.set_diskcache_limit(12345); "
 LIMIT = (
-    "import heavytop.integration.compiled, heyoka as hy; print(hy.llvm_state.get_diskcache_limit())"
+    "import heavytop.integration.engine, heyoka as hy; print(hy.llvm_state.get_diskcache_limit())"
 )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.integration.integrator import Checkpoint
+from heavytop.integration.blocks import Checkpoint
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 EVENTS = ("turning", "reversal", "cusp")

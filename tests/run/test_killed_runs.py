@@ -34,7 +34,7 @@ setattr(home, name, struck)
 from heavytop.cli import main
 main()
 """
-BLOCK = "heavytop.integration.integrator:_Journey advance"
+BLOCK = "heavytop.integration.blocks:_Journey advance"
 EVENTS = "heavytop.run.propagation no_events"
 AT_LAST = "heavytop.run.propagation orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory save"

@@ -82,7 +82,7 @@ def test_few_digits_of_psi_beside_both_poles_do_not_stall():
 
 def test_times_between_are_spread_whatever_the_samples():
     t = times_between(-100.0, 0.3)
-    assert (t.size, t[-1]) == (81, -100)
+    assert t.size == 80
     assert np.all((t <= 0) & (t >= -100))
     phases = np.sort(np.mod(t[:64] / 100, 1.0))
     assert np.max(np.diff(phases)) < 2 / 64

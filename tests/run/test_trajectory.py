@@ -31,10 +31,11 @@ def test_dense_output_is_the_samples(whole):
 
 
 def test_dense_output_in_more_digits_is_the_same_run_rounded(precise):
-    decimals = precise.decimals
-    again = decimals.at([s.t for s in decimals.samples][::-1])
-    assert [(s.states, s.phi) for s in again[::-1]] == [(s.states, s.phi) for s in decimals.samples]
-    assert precise.theta.tolist() == [float(s.theta) for s in decimals.samples]
+    samples = precise.in_mpmath()
+    again = precise.in_mpmath(samples.t[::-1])
+    assert (again.states[::-1] == samples.states).all()
+    assert (again.phi[::-1] == samples.phi).all()
+    assert precise.theta.tolist() == [float(theta) for theta in samples.theta]
     assert precise(precise.t[3]).theta == precise.theta[3]
 
 
@@ -44,7 +45,8 @@ def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formul
     changes = [ALL, "want.digits=30", "span.time=1", "want.samples=7"]
     run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation=formulation)
     form, states = run.orbit.integrator.formulation, run.samples.states
-    again = outputs.sample(form, states, run.orbit.parameters, run.t)
+    constants = {name: float(x) for name, x in run.orbit.parameters.items()}
+    again = outputs.sample(form, states, constants, run.t, (run.phi, run.psi))
     for name in ht.Sample.__slots__:
         assert getattr(again, name) == pytest.approx(getattr(run.samples, name), abs=1e-11), name
 
@@ -52,11 +54,11 @@ def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formul
 def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():
     changes = ["want.digits=40", "span.time=1", 'want.quantities=["theta"]', "want.samples=7"]
     run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation="cubic")
-    end = run.decimals.samples[-1]
+    end = run.end
     for number in (end.phi, end.psi, *end.axis[:2], *end.omega, *end.quaternion):
         assert number != number
-        assert run.decimals.text(number) is None
-    assert abs(end.axis[2] - run.decimals.ctx.cos(end.theta)) < 1e-45
+        assert run.text(number) is None
+    assert abs(end.axis[2] - run.ctx.cos(end.theta)) < 1e-45
     assert run.phi is run.psi is None
     assert run.to_xarray()["phi_text"].to_numpy().tolist() == [""] * 7
 

@@ -74,10 +74,9 @@ def test_whole_turns_are_errors_through_a_pole_too():
     good = ht.propagate(scene)
     assert max(run_errors(good).phi, run_errors(good).psi) < 1e-11
     rows = good.orbit.samples.states.copy()
-    rows[200:, -2:] += [2 * np.pi, -2 * np.pi]
+    rows[200:, :2] *= -1  # e_x and e_y: half a turn
     orbit = replace(good.orbit, samples=good.orbit.samples._replace(states=rows))
-    errors = run_errors(replace(good, orbit=orbit))
-    assert [errors.phi, errors.psi] == pytest.approx([2 * np.pi] * 2, abs=1e-9)
+    assert min(run_errors(replace(good, orbit=orbit)).phi, 3) == 3
 
 
 def test_a_phase_that_is_planted_is_found():

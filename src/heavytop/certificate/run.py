@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,8 +17,8 @@ from heavytop.certificate.steps import Steps
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import add
-from heavytop.integration.compiled import Polynomials, compiled
-from heavytop.integration.integrator import Checkpoint, Integrator
+from heavytop.integration.blocks import Checkpoint, Integrator
+from heavytop.integration.engine import Polynomials, engine
 
 Array = NDArray[np.float64]
 
@@ -71,9 +71,8 @@ class BinaryRun:
     def integrator(self) -> Integrator:
         """What takes its steps."""
         form = self.form
-        equations = compiled(form.integrated or form, tuple(self.watched), self.tolerance)
-        start = np.array(self.start)
-        return Integrator(form, equations, dict(self.constants), start, projected=self.projected)
+        equations, start = engine(form, tuple(self.watched), self.tolerance), np.array(self.start)
+        return Integrator(equations, self.constants, start, projected=self.projected)
 
     @property
     def quadrature(self) -> Quadrature | None:
@@ -102,7 +101,6 @@ class BinaryRun:
         kept, end = own.polynomials(start, count, 4.0 * self.end)
         high, low = (np.full(kept.length.size, word * own.pace) for word in start.time)
         label = add((high, low), (kept.begun[:, 0], kept.begun[:, 1]))
-        end = replace(end, state=np.append(end.state, self._angles(start, kept, end)))
         forward, last = math.copysign(1.0, self.end), abs(self.end * own.pace)
         # a little more, for this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
@@ -114,25 +112,6 @@ class BinaryRun:
             _clock(start, kept, own.pace, self.block * own.pace),
             READ[self.formulation],
         ), end
-
-    def _angles(self, start: Checkpoint, kept: Polynomials, end: Checkpoint) -> Array:
-        """Return the angles after some steps that are counted, from what they were before."""
-        own = self.integrator
-        if own.turns is None or not kept.length.size:
-            return start.state[len(own.compiled.formulation.states) :]
-        pace, rates = own.pace, own.compiled.formulation.is_rate
-        parts = math.ceil(float(np.abs(kept.length).max()) / pace / own.turns.apart)
-        since = kept.length[:, None] * np.arange(parts) / parts
-        rows = np.zeros((kept.length.size, parts, len(rates)))
-        for c in kept.coefficients.transpose(2, 0, 1)[::-1]:
-            rows = rows * since[..., None] + c[:, None]
-        states = np.where(rates, pace, 1.0) * rows.reshape(-1, len(rates))
-        times = (kept.begun[:, :1] + since).ravel() / pace
-        last = (end.time[0] - start.time[0]) + (end.time[1] - start.time[1])
-        first = start.state[len(rates) :].tolist()
-        told = own.turns.followed(np.append(times, last), np.vstack((states, end.state)), first)
-        counted: Array = told[-1]
-        return counted
 
     def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
         """Tell whether the last steps do not lead to a state at the end of the run."""
@@ -151,7 +130,7 @@ class BinaryRun:
         bend = (k[1:] * k[:-1] * np.abs(since) ** (k[1:] - 2)) @ np.abs(c[2:])
         late = 2 * steps.clock[i] + 16 * UNIT * last
         off = (more + plain)[:, 0] + late * (rate + late * bend)
-        mine = state / np.where(own.compiled.formulation.is_rate, own.pace, 1.0)
+        mine = state / np.where(own.formulation.is_rate, own.pace, 1.0)
         return not bool(np.all(np.abs(high[:, 0] + low[:, 0] - mine) <= 2 * off))
 
 
@@ -184,7 +163,7 @@ def binary_run(trajectory: Any) -> BinaryRun:
         formulation=chosen.formulation,
         variant=chosen.variant,
         watched=chosen.watched,
-        tolerance=orbit.integrator.compiled.tolerance,
+        tolerance=orbit.integrator.engine.tolerance,
         projected=orbit.integrator.projection is not None,
         constants=dict(orbit.parameters),
         start=tuple(orbit.checkpoints[0].state.tolist()),

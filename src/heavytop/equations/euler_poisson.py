@@ -6,8 +6,8 @@ The Euler-Poisson equations seen from space. With omega = l + (1/C - 1/A) p_psi 
     dl/dt = torque / A = (gMR/A) (-e_y, e_x, 0),
 
 so the equations are quadratic, do not know the spin, are regular at the poles, and l_z = p_phi/A
-is a constant. phi is the azimuth of e, whose winding is counted outside; psi needs one
-quadrature. Of (phi + psi)' and (phi - psi)' freed from the constant (1/C - 1/A) p_psi,
+is a constant. phi is the azimuth of e, known modulo 2 pi; psi needs one quadrature. Of (phi + psi)'
+and (phi - psi)' freed from the constant (1/C - 1/A) p_psi,
 
     sigma' = (p_phi + p_psi) / (A (1 + cos theta)),    regular at the top,
     delta' = (p_phi - p_psi) / (A (1 - cos theta)),    regular at the bottom,
@@ -32,7 +32,7 @@ from heavytop.equations.formulation import Formulation, components, time
 e_x, e_y, e_z, l_x, l_y, deviation = sp.symbols("e_x e_y e_z l_x l_y deviation", real=True)
 g, l_z, n, kappa = sp.symbols("g l_z n kappa", real=True)
 P_plus, P_minus, omega3, frame_rate = sp.symbols("P_plus P_minus omega3 frame_rate", real=True)
-phi_0, psi_0, turned_phi = sp.symbols("phi_0 psi_0 turned_phi", real=True)
+phi_0, psi_0 = sp.symbols("phi_0 psi_0", real=True)
 
 e = sp.Matrix([e_x, e_y, e_z])
 ell = sp.Matrix([l_x, l_y, l_z])
@@ -50,9 +50,11 @@ _precession = l_z * _horizontal - e_z * _along  # phidot sin^2(theta); l_z - n e
 
 @cache
 def axis_form(variant: str | None = None) -> Formulation:
-    """Return the axis formulation: ``"phi"`` adds phi, ``"sigma"`` and ``"delta"`` psi as well."""
-    if variant is not None:
-        return _with_angles(axis_form(), variant)
+    """Return the axis formulation; ``"sigma"`` and ``"delta"`` have psi by their quadrature."""
+    if variant in ("sigma", "delta"):
+        return _with_psi(axis_form(), 1 if variant == "sigma" else -1)
+    if variant is not None:  # phi is there already
+        return axis_form()
     sine, cosine = sp.sin(lag.phi), sp.cos(lag.phi)
     across = _p_psi * _sin / lag.A - lag.phidot * _sin * _cos  # of l, from the axis to the vertical
     torque = -g * e.cross(sp.Matrix([0, 0, 1]))  # of V = gMR e_z, divided by A
@@ -77,32 +79,23 @@ def axis_form(variant: str | None = None) -> Formulation:
         },
         spin=ell.dot(e),
         limits=(sp.sqrt(l_x**2 + l_y**2), P_plus / 4, P_minus / 4),
+        phi_wraps=True,
     )
 
 
-def _with_angles(form: Formulation, variant: str) -> Formulation:
-    """Add phi, whose turns are counted, and by a quadrature psi, which is known beside it."""
-    outputs = {**form.outputs, "phi": turned_phi}
-    phi_mod = outputs.pop("phi_mod")
-    if variant != "phi":
-        side, momentum = (1, P_plus) if variant == "sigma" else (-1, P_minus)
-        form = replace(
-            form,
-            states=(*form.states, deviation),
-            derivatives=(*form.derivatives, momentum / (1 + side * e_z) - frame_rate),
-            start=(*form.start, sp.Integer(0)),
-            given=(frame_rate,),
-        )
-        uniform = psi_0 + (kappa + side * frame_rate) * time
-        outputs["psi"] = psi = uniform + side * (deviation - turned_phi + phi_0)
-        form = replace(form, outputs={**form.outputs, "psi_mod": psi.subs(turned_phi, phi_mod)})
+def _with_psi(form: Formulation, side: int) -> Formulation:
+    """Add the quadrature that gives phi + side psi, regular where e_z = side."""
+    momentum = P_plus if side == 1 else P_minus
+    uniform = psi_0 + (kappa + side * frame_rate) * time
+    psi = uniform + side * (deviation - form.outputs["phi"] + phi_0)
     return replace(
         form,
-        states=(*form.states, turned_phi),
-        derivatives=(*form.derivatives, form.outputs["phidot"]),
-        start=(*form.start, lag.phi),
-        outputs=outputs,
-        integrated=form,
+        states=(*form.states, deviation),
+        derivatives=(*form.derivatives, momentum / (1 + side * e_z) - frame_rate),
+        start=(*form.start, sp.Integer(0)),
+        given=(frame_rate,),
+        outputs={**form.outputs, "psi": psi},
+        psi_side=side,
     )
 
 
@@ -124,7 +117,7 @@ def _outputs() -> dict[str, Any]:
     phidot = l_z - e_z * _along / _horizontal
     return {
         "theta": sp.atan2(sp.sqrt(_horizontal), e_z),
-        "phi_mod": sp.atan2(e_x, -e_y),
+        "phi": sp.atan2(e_x, -e_y),
         "thetadot": _turning / sp.sqrt(_horizontal),
         "phidot": phidot,
         "psidot": omega3 - phidot * e_z,

@@ -66,9 +66,10 @@ class Formulation:
         functions of states and parameters; none where these are no ordinary points.
     given : tuple of symbols
         Parameters that are free: the motion is the same for any value (a frame's rate).
-    integrated : Formulation, optional
-        This one without its last states, phi or phi and psi, where the others give them modulo
-        2 pi: they are not integrated, but read off, and their turns counted.
+    phi_wraps : bool
+        Whether phi, and psi with it, is read off the states, which give it modulo 2 pi.
+    psi_side : int
+        The sign s for which phi + s psi is known with its turns all the same; 0 for neither.
     """
 
     name: str
@@ -82,7 +83,8 @@ class Formulation:
     spin: Any
     limits: tuple[Any, ...] = ()
     given: tuple[Any, ...] = ()
-    integrated: Formulation | None = None
+    phi_wraps: bool = False
+    psi_side: int = 0
 
     @property
     def starts_at_pole(self) -> bool:

@@ -11,7 +11,7 @@ up of moment and spin, and are regular everywhere. With alpha = q_0 + i q_3 and 
     alpha = cos(theta/2) exp(i (phi + psi - kappa t)/2),
     beta  = sin(theta/2) exp(i (phi - psi + kappa t)/2),
 
-so phi and psi are read off the quaternion; their turns are counted outside the integrator.
+so phi and psi, modulo 2 pi, are read off the quaternion.
 """
 
 from __future__ import annotations
@@ -29,14 +29,13 @@ from heavytop.equations.formulation import Formulation, spin, time
 Quaternion = tuple[Any, Any, Any, Any]
 
 q = q_0, q_1, q_2, q_3 = sp.symbols("q_0 q_1 q_2 q_3", real=True)
-psi_slow = sp.Symbol("psi_slow", real=True)  # psi - kappa t
 
 
 @cache
 def attitude_form(variant: str | None = None) -> Formulation:
-    """Return the attitude formulation; with ``"angles"``, phi and psi with their turns."""
-    if variant == "angles":
-        return _with_angles(attitude_form())
+    """Return the attitude formulation, the same whether phi and psi are wanted or not."""
+    if variant is not None:
+        return attitude_form()
     seen = axis_form()
     half = (0, l_x / 2, l_y / 2, l_z / 2)
     return replace(
@@ -52,18 +51,6 @@ def attitude_form(variant: str | None = None) -> Formulation:
             "length": q_0**2 + q_1**2 + q_2**2 + q_3**2,
         },
         spin=_of_quaternion(seen.spin),
-    )
-
-
-def _with_angles(form: Formulation) -> Formulation:
-    rates = (form.outputs["phidot"], form.outputs["psidot"] - kappa)
-    return replace(
-        form,
-        states=(*form.states, lag.phi, psi_slow),
-        derivatives=form.derivatives + rates,
-        start=(*form.start, lag.phi, lag.psi),
-        outputs={**form.outputs, "phi": lag.phi, "psi": psi_slow + kappa * time},
-        integrated=form,
     )
 
 
@@ -95,7 +82,9 @@ def _of_quaternion(expression: Any) -> Any:
 
 def _outputs(seen: Formulation) -> dict[str, Any]:
     """Return those of the axis form, theta to its own digits at either pole, and the attitude."""
-    outputs = {n: _of_quaternion(x) for n, x in seen.outputs.items() if n != "phi_mod"}
+    outputs = {n: _of_quaternion(x) for n, x in seen.outputs.items()}
+    alpha, beta = sp.atan2(q_3, q_0), sp.atan2(q_2, q_1)  # their arguments
+    outputs |= {"phi": alpha + beta, "psi": alpha - beta + kappa * time}
     outputs["theta"] = 2 * sp.atan2(sp.sqrt(q_1**2 + q_2**2), sp.sqrt(q_0**2 + q_3**2))
     attitude = product(q, (spin[0], 0, 0, spin[1]))
     return outputs | {f"quaternion_{i}": x for i, x in enumerate(attitude)}

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.compiled import Array, System, per_thread
+from heavytop.integration.engine import Array, System, per_thread
 from heavytop.integration.library import hy
 from heavytop.integration.paces import in_units, paces_of
 

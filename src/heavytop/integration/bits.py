@@ -6,7 +6,7 @@ A projection has to have more of them than a double; heyoka is asked for none of
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -39,6 +39,11 @@ def enough(needed: float) -> int:
     (53, 64, 256, 3328)
     """
     return DOUBLE if needed <= DOUBLE else WORD * math.ceil(needed / WORD)
+
+
+def precision(x: Any) -> int:
+    """Return the bits of a number: a double, or one of heyoka's reals."""
+    return int(getattr(x, "prec", DOUBLE))
 
 
 def named(bits: int) -> str:

@@ -8,19 +8,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation, spin
 from heavytop.equations.lambdify import lambdified
-from heavytop.exact.pairs import two_product
-from heavytop.integration.bits import DOUBLE
+from heavytop.exact.pairs import plus_turns, two_product
+from heavytop.integration.bits import DOUBLE, precision
 from heavytop.scene.quantities import ANGLES, RATES
+
+if TYPE_CHECKING:
+    from heavytop.integration.engine import Seen
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, Any]
+CLOSE = 1e-9  # of an axis to a pole: beyond any drift of the state,
+CLOSE_BITS = 0.56  # and of those of more digits, as a part of their bits
 VECTORS = {"axis": "xyz", "omega": "xyz", "quaternion": "0123"}
 
 
@@ -75,8 +80,8 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
         expressions: Any = (form.events[what], form.flow_derivative(form.events[what]))
     elif what == "spin":
         expressions = (form.spin,)
-    elif what == "limits":
-        expressions = form.limits
+    elif what in ("limits", "derivatives"):
+        expressions = getattr(form, what)
     else:
         expressions = tuple(getattr(form, what).values())
     if what == "outputs":
@@ -91,7 +96,7 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
 def _values(
     form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *spun: Array
 ) -> list[Array]:
-    bits = getattr(next(iter(parameters.values())), "prec", DOUBLE)
+    bits = precision(next(iter(parameters.values())))
     known = (parameters[p.name] for p in (*form.parameters, *form.given))
     with np.errstate(divide="ignore", invalid="ignore"):
         values = _function(form, what, bits)(*rows.T, *known, t, *spun)
@@ -100,12 +105,25 @@ def _values(
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # nan, and 0/0 at a pole
-def sample(form: Formulation, rows: Array, parameters: Parameters, t: Array) -> Sample:
-    """Return the physical quantities at states of a formulation."""
+def sample(
+    form: Formulation,
+    rows: Array,
+    parameters: Parameters,
+    t: Array,
+    near: tuple[Array, Array] | None = None,
+) -> Sample:
+    """Return the physical quantities at states of a formulation.
+
+    Where these give phi and psi modulo 2 pi, the turns are those of `near`: phi and psi in
+    doubles, by whoever knows them better. An angle that is more than a quarter turn off, or has
+    nothing near, is left as it is.
+    """
     values = _values(form, "outputs", rows, parameters, t, *_spun(parameters, t))
     unknown = np.full(t.shape, np.nan)
     full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
     full |= _limits_at_poles(form, rows, full, parameters, t)
+    if form.phi_wraps:
+        full |= _turned(form, full, parameters, near)
     full |= _attitude(full)
     scalars = {name: full[name] for name in (*ANGLES, *RATES)}
     vectors = {
@@ -113,6 +131,71 @@ def sample(form: Formulation, rows: Array, parameters: Parameters, t: Array) -> 
         for name, indices in VECTORS.items()
     }
     return Sample(t, **scalars, **vectors, states=rows)
+
+
+def _turned(
+    form: Formulation,
+    full: Mapping[str, Array],
+    parameters: Parameters,
+    near: tuple[Array, Array] | None,
+) -> dict[str, Array]:
+    """Return phi and psi with their turns; beside a pole, in the direction of the pass."""
+    read, z = full["phi"], full["axis_z"]
+    phi, beside = _azimuth_beside_poles(full, parameters)
+    side = form.psi_side or np.where(z > 0, 1, -1)  # phi + side psi is right however phi is read
+    if near is not None:
+        phi = _nearest(phi, near[0], beside)
+    psi = full["psi"] - side * (phi - read)
+    if near is not None and not form.psi_side:
+        psi = _nearest(psi, near[1], beside)
+    return {"phi": phi, "psi": psi}
+
+
+def _azimuth_beside_poles(
+    full: Mapping[str, Array], parameters: Parameters
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return phi modulo 2 pi, and where the axis is so near a pole that half turns are in doubt.
+
+    A state that has drifted may pass a pole on the other side, with another angular momentum about
+    the vertical than the constants of the motion say. Then, in a pass so close, the axis moves on
+    a straight line through the pole in the direction of its velocity. Where it rests phi stays.
+    """
+    x, y, z = (full[f"axis_{i}"] for i in "xyz")
+    phi, size, close = full["phi"], hypot(x, y), _close(parameters)
+    beside = size < close
+    if not beside.any():
+        return phi, beside
+    omega: list[Any] = [full[f"omega_{i}"] for i in "xyz"]
+    p, q = omega[1] * z - omega[2] * y, omega[2] * x - omega[0] * z  # the velocity of the axis
+    own: Any = np.where(z > 0, parameters["P_minus"], parameters["P_plus"])  # in units A = 1
+    speed, g, l_z = hypot(p, q), abs(parameters["g"]), parameters["l_z"]
+    drifted = 2 * abs(x * q - y * p - own) >= abs(own)
+    straight = size * np.sqrt(p * p + q * q + l_z * l_z + 8 * g) < speed
+    straight &= 2 * abs(own) < close * speed
+    side = np.where(x * p + y * q < 0, -1.0, 1.0)
+    phi = np.where(beside & drifted & straight, np.arctan2(side * p, -side * q), phi)
+    return np.where((size == 0) & (speed == 0), parameters["phi_0"], phi), beside
+
+
+def _close(parameters: Parameters) -> Any:
+    """Return a distance to a pole beyond any drift of a state."""
+    bits = precision(parameters["g"])
+    if bits == DOUBLE:
+        return CLOSE
+    from heavytop.integration.library import hy
+
+    return hy.real(2, bits) ** -int(CLOSE_BITS * bits)
+
+
+def _nearest(angle: Array, near: Array, half: NDArray[np.bool_]) -> Array:
+    """Return an angle with those turns, or half turns, with which it is within a quarter turn."""
+    unit = np.where(half, 0.5, 1.0)
+    turns = unit * np.rint((near - angle.astype(np.float64)) / (2 * np.pi * unit))
+    if angle.dtype == np.float64:
+        turned = plus_turns(angle, turns)
+    else:
+        turned = angle + 2 * np.arctan2(abs(0 * angle), 0 * angle - 1) * turns
+    return np.where(abs(turned.astype(np.float64) - near) <= np.pi / 2, turned, angle)
 
 
 def hypot(x: Any, y: Any) -> Any:
@@ -183,3 +266,22 @@ def event_function(
     """Return an event function and its time derivative at states of a formulation."""
     zero, slope = _values(form, event, rows, parameters, t)
     return zero, slope
+
+
+def newton_step(
+    form: Formulation, event: str, seen: Seen, parameters: Parameters
+) -> tuple[Seen, NDArray[np.bool_]]:
+    """Return the zeros of an event function beside states in reals, and which of these have one.
+
+    One step of Newton's method takes a state to it, whose square is below the last bit; what is
+    farther off is not found. A time of zero is the start itself.
+    """
+    zero, slope = event_function(form, event, seen.states, parameters, seen.t)
+    rates = np.stack(_values(form, "derivatives", seen.states, parameters, seen.t), axis=-1)
+    here = (seen.t == 0) | (zero == 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = np.where(here, 0 * zero, -zero / slope)
+        moved = change[:, None] * rates
+        found = (abs(moved) <= _close(parameters) * (1 + abs(seen.states))).all(axis=1)
+    there = seen._replace(t=seen.t + change, states=seen.states + moved)
+    return there.where(found), found

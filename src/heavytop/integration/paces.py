@@ -1,6 +1,6 @@
 """The unit of time of a motion, in which steps are taken: powers of two, so nothing is rounded.
 
-`heavytop.integration.compiled` says what for.
+`heavytop.integration.engine` says what for.
 """
 
 from __future__ import annotations

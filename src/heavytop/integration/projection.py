@@ -35,10 +35,10 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.exact.pairs import DoubleDouble, add
 from heavytop.integration.bits import ROOM, extended, why_not
-from heavytop.integration.compiled import (
+from heavytop.integration.engine import (
     Array,
     Block,
-    Compiled,
+    Engine,
     Polynomials,
     Seen,
     per_thread,
@@ -154,13 +154,13 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
 class Projected:
     """A compiled formulation whose steps are put back onto the invariants of a start."""
 
-    compiled: Compiled
+    engine: Engine
     projection: Projection
 
     @property
     def stride(self) -> int:
         """Steps in a leg."""
-        return max(1, ROOM // len(self.compiled.formulation.states))
+        return max(1, ROOM // len(self.engine.formulation.states))
 
     def block(
         self,
@@ -170,7 +170,7 @@ class Projected:
         samples: Array | None = None,
         longest: float | None = None,
     ) -> Block:
-        """Take natural steps, as `Compiled` does, with a projection after every leg of them."""
+        """Take natural steps, as `Engine` does, with a projection after every leg of them."""
         times = np.empty(0) if samples is None else samples
         distances = np.abs(times).tolist()
         legs: list[tuple[DoubleDouble, Block]] = []
@@ -181,7 +181,7 @@ class Projected:
             for within in (reach, math.inf):  # samples are looked for so far, and farther if it is
                 last = bisect_right(distances, abs(begun[0]) + within, done)
                 local, place = _since(begun, times[done:last], far)
-                leg = self.compiled.leg(state, count, rest, local, bound)
+                leg = self.engine.leg(state, count, rest, local, bound)
                 if not abs(leg.elapsed[0]) > 0.9 * within:
                     break
             if place is not None:
@@ -202,7 +202,7 @@ class Projected:
         begun, taken, bound, mean, leg = (0.0, 0.0), 0, longest, 0.0, None
         while taken < steps:
             count = min(self.stride, steps - taken)
-            part, leg = self.compiled.polynomials(state, count, far - begun[0], bound)
+            part, leg = self.engine.polynomials(state, count, far - begun[0], bound)
             high, low = part.begun.T
             words = add((np.full(leg.steps, begun[0]), np.full(leg.steps, begun[1])), (high, low))
             since = np.full(leg.steps, begun[0])
@@ -214,7 +214,7 @@ class Projected:
                 break
         kept = Polynomials(*map(np.concatenate, zip(*parts, strict=True)))
         singular = leg is not None and leg.singular
-        return kept, Block(state, begun, taken, self.compiled.nothing, singular=singular)
+        return kept, Block(state, begun, taken, self.engine.nothing, singular=singular)
 
     def _joined(
         self, legs: Sequence[tuple[DoubleDouble, Block]], state: Array, elapsed: DoubleDouble
@@ -225,7 +225,7 @@ class Projected:
             state=state,
             elapsed=elapsed,
             steps=sum(leg.steps for _, leg in legs),
-            rows=np.concatenate([self.compiled.nothing, *(leg.rows for _, leg in legs)]),
+            rows=np.concatenate([self.engine.nothing, *(leg.rows for _, leg in legs)]),
             hits=tuple(map(Seen.join, hits)),
             singular=bool(legs) and legs[-1][1].singular,
         )

@@ -7,7 +7,7 @@ for its line, which go before its own; and returns the axes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
@@ -61,12 +61,12 @@ _NOTHING: Final = SimpleNamespace(
 
 @dataclass(frozen=True, eq=False)
 class ExactRun:
-    """The exact motion, seen as a run of some nutations without events."""
+    """The exact motion, seen as a run of some nutations, with the events of a run or without."""
 
-    events = _NOTHING
     motion: Motion
     scene: Any
     orbit: Any
+    events: Any = field(default_factory=lambda: _NOTHING)
 
     @classmethod
     def of(cls, motion: Motion, periods: int) -> ExactRun:
@@ -499,15 +499,17 @@ UNSEEN: Final = 1e-6  # rad, in a picture
 
 def as_drawn(run: Trajectory | SceneMotion) -> Any:
     """A run as pictures show it: where nothing was integrated the exact motion; of one in many
-    digits, which takes long to draw, the doubles if no eye could tell them apart.
+    digits, which takes long to draw, the same if no eye could tell them apart.
     """
     from heavytop.run.exact import SceneMotion  # which takes its time to import
 
     if isinstance(run, SceneMotion):
         return ExactRun.of_scene(run)
-    doubles = replace(run, decimals=None)
-    ours, theirs = doubles.samples.axis, run.samples.axis
-    return doubles if np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True) else run
+    if run.in_doubles:
+        return run
+    ours, theirs = run.samples.axis, run.motion.at(run.t).axis
+    exact = ExactRun(run.motion, run.scene, run.orbit, run.events)
+    return exact if np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True) else run
 
 
 def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, Callable[[], Figure]]]:
@@ -516,7 +518,7 @@ def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, Callable[[
     for name in PICTURES:
         if name != "errors":
             yield name, partial(run_figure, name, shown)
-        elif not isinstance(shown, ExactRun):
+        elif run.source == "integrated":
             yield name, partial(run_figure, name, run)
 
 

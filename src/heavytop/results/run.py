@@ -19,9 +19,8 @@ from heavytop.results.classification import motion_summary, plan_summary, warnin
 from heavytop.scene.quantities import RATES, Need, need_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
-    from heavytop.run.events import Event
     from heavytop.run.exact import SceneMotion
-    from heavytop.run.trajectory import Decimals, Trajectory
+    from heavytop.run.trajectory import Trajectory
     from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
@@ -202,12 +201,9 @@ def _final(
 
 def _final_of(trajectory: Trajectory) -> dict[str, Any]:
     attitude = need_of(trajectory.scene.quantities) >= Need.PSI
-    if (many := trajectory.decimals) is None:
-        end = trajectory(trajectory.orbit.end)
-        final = _final(end, lambda x: x, math, attitude=attitude)
-        return final | _reaction(trajectory.scene, end)
-    final = _final(many.samples[-1], partial(_shown, many), many.ctx, attitude=attitude)
-    return final | _reaction(trajectory.scene, many.samples[-1])
+    numbers = math if trajectory.in_doubles else trajectory.ctx
+    final = _final(trajectory.end, partial(_shown, trajectory), numbers, attitude=attitude)
+    return final | _reaction(trajectory.scene, trajectory.end)
 
 
 def _reaction(scene: Scene, end: Any) -> dict[str, Any]:
@@ -239,25 +235,22 @@ def split(angle: Any, math: Any) -> tuple[int | None, Any]:
 
 
 def _events(trajectory: Trajectory) -> dict[str, Any]:
-    events, many = trajectory.events, trajectory.decimals
-    if many is None:
-        table = events.table(MOST_ROWS)
-    else:
-        table = [_row(many, event) for event in many.events[:MOST_ROWS]]
+    events = trajectory.events
+    table = events.table(MOST_ROWS)
+    if events.own is not None:
+        for i, row in enumerate(table):
+            own = {name: _shown(trajectory, x[i]) for name, x in events.own.items() if name in row}
+            row |= own | {"residual": row["residual"]}
     counts = {event: events.count(event) for event in EVENTS}
     return {**counts, "table": table, "omitted": len(events) - len(table)}
 
 
-def _row(many: Decimals, event: Event) -> dict[str, Any]:
-    names = ("t", "theta", "phi", "phidot")
-    row = {name: _shown(many, getattr(event.sample, name)) for name in names}
-    return {"kind": event.kind, **row, "residual": float(event.residual)}
-
-
-def _shown(many: Decimals, x: decimals.Number) -> float | str | None:
+def _shown(trajectory: Trajectory, x: decimals.Number) -> float | str | None:
     """Return a number as JSON has it, None for nan."""
-    text = many.text(x)
-    return text if text is None or many.digits > NUMBER_DIGITS else float(x)
+    if trajectory.in_doubles:
+        return float(x)
+    text = trajectory.text(x)
+    return text if text is None or trajectory.scene.digits > NUMBER_DIGITS else float(x)
 
 
 def _cost(trajectory: Trajectory) -> dict[str, Any]:

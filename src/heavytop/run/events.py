@@ -26,24 +26,24 @@ from heavytop.analytic.motion import Motion
 from heavytop.analytic.record import to_mpf
 from heavytop.classification import Kind
 from heavytop.equations.formulation import Formulation
+from heavytop.errors import Outcome
 from heavytop.exact import Exact
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Number
-from heavytop.integration.compiled import Seen
-from heavytop.integration.integrator import Orbit
+from heavytop.integration.blocks import Orbit
+from heavytop.integration.engine import Seen
 from heavytop.integration.outputs import (
     Parameters,
     Sample,
     event_function,
-    sample,
+    newton_step,
     spin_momentum,
 )
-from heavytop.run.planning import EPSILON, Plan
+from heavytop.run.planning import EPSILON, exact_span
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from heavytop.integration.high_precision import Mark
-    from heavytop.run.trajectory import Decimals
+    from heavytop.run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 Zeros = dict[str, Array]
@@ -61,6 +61,7 @@ BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
 EDGE: Final = 1e-9  # of a period, for each period: so near the end an event may be on either side
 AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
+SPARE_IN_TIME: Final = 20  # digits of the times at which events are looked for
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
 
 Counts = Mapping[str, tuple[int, int]]
@@ -90,6 +91,8 @@ class Events:
         Full states of the formulation.
     asked : tuple of str
         The kinds of event the scene asked for.
+    own : mapping from str to ndarray, or None
+        The same columns in the numbers of a run that has more digits than doubles.
     """
 
     kind: tuple[str, ...]
@@ -102,6 +105,7 @@ class Events:
     axis: Array
     states: Array
     asked: tuple[str, ...]
+    own: Zeros | None = None
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -172,68 +176,70 @@ class Events:
         return found if event in self.asked else None
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
-    """An event to all digits of a run: what it is, the motion there, and the event function."""
-
-    kind: str
-    sample: Sample
-    residual: Number
-
-
 def no_events(scene: Scene, orbit: Orbit) -> Events:
     """Return none, as of an orbit on its way: they are found at its end."""
     none, states = np.empty(0), orbit.samples.states[:0]
     return Events((), none, none, none, none, none, none, np.empty((0, 3)), states, scene.events)
 
 
-def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
-    """Return the events a scene asks for, from the zeros seen along its orbit."""
+def events_of(trajectory: Trajectory) -> Events:
+    """Return the events that the scene of a trajectory asks for."""
+    scene, motion = trajectory.scene, trajectory.motion
     if not scene.events:
-        return no_events(scene, orbit)
-    seen = dict(zip(chosen.watched, orbit.hits, strict=True))
-    turning, reversal = (
-        _orbit_zeros(scene, orbit, event, seen.get(event)) for event in ("turning", "reversal")
-    )
-    limits = {kind: float(limit) for kind, limit in rates_at_poles(motion).items()}
-    return _rounded(*_judged(turning, reversal, scene.events, limits), scene.events)
+        return no_events(scene, trajectory.orbit)
+    found = _zeros_seen if trajectory.in_doubles else _zeros_expected
+    limits = {kind: trajectory.nearest(rate) for kind, rate in rates_at_poles(motion).items()}
+    kinds, judged = _judged(*found(trajectory), scene.events, limits)
+    if trajectory.in_doubles:
+        columns = (judged[name] for name in STORED)
+        return Events(kinds, **dict(zip(STORED, columns, strict=True)), asked=scene.events)  # type: ignore[arg-type]
+    return events_in_doubles(kinds, judged, scene.events, trajectory.orbit.end)
 
 
-def precise_events(
-    scene: Scene,
-    motion: Motion,
-    run: Decimals,
-    expected: Sequence[str],
-    found: Sequence[Mark | None],
-    end: float,
-) -> tuple[tuple[Event, ...], Events]:
-    """Return the events a scene asks for to all digits, and rounded to double.
+def events_in_doubles(
+    kinds: tuple[str, ...], own: Zeros, asked: tuple[str, ...], end: float
+) -> Events:
+    """Return events in the numbers of a run of more digits, with their doubles beside."""
+    with np.errstate(invalid="ignore"):  # nan
+        doubles = {name: own[name].astype(np.float64) for name in STORED}
+        low = (own["t"] - doubles["t"]).astype(np.float64)
+    doubles["t"], doubles["t_low"] = _ended(doubles["t"], low, end)
+    return Events(kinds, asked=asked, own=own, **doubles)
 
-    The closed form says how many are expected, of which kinds, and where to look. Their times and
-    states, and whether they are there at all, is for the run to say: what it does not resolve is
-    none, and a cusp whose phidot is not zero to the digits wanted is an ordinary turning point.
+
+def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
+    """Return kinds and times of events, in the numbers of a run that watches for none itself."""
+    scene, motion = trajectory.scene, trajectory.motion
+    end = trajectory.orbit.end
+    if trajectory.outcome is Outcome.FINISHED:
+        end = exact_span(scene, motion, trajectory.ctx)
+    expected = schedule(motion, end, scene.events, scene.digits + SPARE_IN_TIME)
+    return [(kind, trajectory.nearest(t)) for kind, t in expected]
+
+
+def _zeros_expected(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
+    """Return turning points and reversals where the closed form has them, by Newton's method.
+
+    How many there are, of which kinds, and where to look it says. Their times and states, and
+    whether they are there at all, is for the run to say: what it does not resolve is none, and a
+    cusp whose phidot is not zero to the digits wanted is an ordinary turning point.
     """
-    small = run.real(run.ctx.mpf(10) ** -scene.digits)
+    run, integrator = trajectory, trajectory.orbit.integrator
+    form, known, number = integrator.formulation, run.orbit.parameters, integrator.engine.number
+    expected = events_expected(run)
+    small = number(10) ** -run.scene.digits
 
     def zeros(event: str, kinds: Sequence[str]) -> Zeros:
-        both = [(kind, one) for kind, one in zip(expected, found, strict=True) if kind in kinds]
-        at = run.sampled([one for _, one in both if one is not None])
-        sharp = np.array([kind == "cusp" for kind, one in both if one is not None], dtype=bool)
-        momentum = abs(spin_momentum(run.form, at.states, run.constants, at.t))
-        level = np.where(sharp, 2 * small * momentum / abs(np.sin(at.theta)), np.array(np.nan))
-        return _zeros(run.form, event, at, run.constants, 0 * at.t, level)
+        here = [(kind, t) for kind, t in expected if kind in kinds]
+        t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
+        seen, found = newton_step(form, event, run.seen_at(t), known)
+        at = run.read(seen)
+        sharp = np.array([kind == "cusp" for kind, _ in here], dtype=bool)[found]
+        momentum = abs(spin_momentum(form, at.states, known, at.t))
+        level = np.where(sharp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
+        return _zeros(form, event, at, known, 0 * at.t, level)
 
-    turning, reversal = zeros("turning", TURNING), zeros("reversal", ("reversal",))
-    limits = {kind: run.real(limit) for kind, limit in rates_at_poles(motion).items()}
-    kinds, judged = _judged(turning, reversal, scene.events, limits)
-    samples = run.numbers(Sample(*(judged[name] for name in Sample.__slots__)))
-    residuals = map(run.ctx.mpf, map(str, judged["residual"]))
-    events = tuple(map(Event, kinds, samples, residuals))
-    judged["t_low"] = judged["t"] - judged["t"].astype(np.float64)
-    with np.errstate(invalid="ignore"):  # nan
-        doubles = {name: column.astype(np.float64) for name, column in judged.items()}
-    t, t_low = _ended(doubles["t"], doubles["t_low"], end)
-    return events, _rounded(kinds, doubles | {"t": t, "t_low": t_low}, scene.events)
+    return zeros("turning", TURNING), zeros("reversal", ("reversal",))
 
 
 def rates_at_poles(motion: Motion) -> dict[str, Exact]:
@@ -266,17 +272,27 @@ def _zeros(
     return columns | {"t_low": t_low, "level": level, "residual": residual, "slope": slope}
 
 
-def _orbit_zeros(scene: Scene, orbit: Orbit, event: str, seen: Seen | None) -> Zeros:
+def _zeros_seen(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
+    """Return the zeros of thetadot and of phidot that were found on the way."""
+    seen = dict(zip(trajectory.plan.watched, trajectory.orbit.hits, strict=True))
+    turning, reversal = (
+        _zeros_of(trajectory, event, seen.get(event)) for event in ("turning", "reversal")
+    )
+    return turning, reversal
+
+
+def _zeros_of(trajectory: Trajectory, event: str, seen: Seen | None) -> Zeros:
     """Return the zeros of an event function that belong to an orbit, and a start that is one.
 
     The rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp, grows as the root of
     the steps. Where it is not small against b itself, near a pole, it decides nothing: nan.
     """
+    orbit = trajectory.orbit
     form, known, first = orbit.integrator.formulation, orbit.parameters, orbit.checkpoints[0]
     begun = Seen(np.zeros(1), np.zeros(1), first.state[None])
-    begins = seen is not None and _begins(scene, event)
+    begins = seen is not None and _begins(trajectory.scene, event)
     seen = Seen.join([begun.where(slice(begins)), begun.where(slice(0)) if seen is None else seen])
-    at = sample(form, seen.states, known, seen.t)
+    at = trajectory.read(seen)
     b = abs(float(spin_momentum(form, begun.states, known, begun.t)[0]))
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
@@ -357,10 +373,6 @@ def _where(zeros: Zeros, index: Any) -> Zeros:
 
 def _joined(first: Zeros, second: Zeros) -> Zeros:
     return {name: np.concatenate((column, second[name])) for name, column in first.items()}
-
-
-def _rounded(kinds: tuple[str, ...], zeros: Zeros, asked: Sequence[str]) -> Events:
-    return Events(kinds, asked=tuple(asked), **{name: zeros[name] for name in STORED})
 
 
 # --- how many there are, by the closed form ------------------------------------------------------

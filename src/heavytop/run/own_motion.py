@@ -8,10 +8,12 @@ be.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Final
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.analytic.motion import ClosedForm
+from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.classification.reduced import (
     Reduced,
     ReducedMotion,
@@ -21,12 +23,17 @@ from heavytop.classification.reduced import (
     through_poles,
 )
 from heavytop.equations.registry import FORMULATIONS
+from heavytop.errors import NoClosedForm
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
+from heavytop.integration.bits import DOUBLE, digits_of, precision
+from heavytop.integration.engine import text
 from heavytop.run.planning import Plan
-from heavytop.run.trajectory import Trajectory
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+
+if TYPE_CHECKING:
+    from heavytop.run.trajectory import Trajectory
 
 DIGITS = 40  # of roots that a motion in doubles is known by
 SPARE_DIGITS = 10  # beyond those of a run in more digits
@@ -34,23 +41,47 @@ SPARE_DIGITS = 10  # beyond those of a run in more digits
 Known = Mapping[str, Fraction]  # states and constants by the names of their symbols
 
 
-def own_motion(trajectory: Trajectory) -> ClosedForm:
-    """Return the motion of a run's own numbers, through the poles that the scene's passes.
+@dataclass(frozen=True, eq=False)
+class OwnMotion:
+    """The exact motion of a run's own numbers, through the poles that the scene's passes.
 
     Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
     must what it is compared with.
     """
-    decimals, orbit = trajectory.decimals, trajectory.orbit
-    if decimals is None:
-        own = DIGITS, orbit.checkpoints[0].state.tolist(), orbit.parameters
-    else:
-        start = list(decimals.samples[0].states)
-        own = decimals.ctx.dps + SPARE_DIGITS, start, decimals.parameters
-    source = motion_of(trajectory.plan, *own)
-    regime = trajectory.motion.regime
-    passed = not regime.misses_top, not regime.misses_bottom
-    top, bottom = passed[::-1] if regime.mirrored else passed
-    return ClosedForm(through_poles(source, top, bottom) if top or bottom else source)
+
+    plan: Plan
+    motion: Motion
+    constants: Mapping[str, Any]
+    start: Any
+
+    @cached_property
+    def closed_form(self) -> ClosedForm:
+        """It, to any digits; a NoClosedForm where there is none."""
+        constants, state = self.constants, self.start.tolist()
+        digits, bits = DIGITS, precision(state[0])
+        if bits > DOUBLE:
+            digits = digits_of(bits) + SPARE_DIGITS
+            numbers = context(digits).mpf
+            constants = {name: numbers(text(x)) for name, x in constants.items()}
+            state = [numbers(text(x)) for x in state]
+        source = motion_of(self.plan, digits, state, constants)
+        regime = self.motion.regime
+        passed = not regime.misses_top, not regime.misses_bottom
+        top, bottom = passed[::-1] if regime.mirrored else passed
+        return ClosedForm(through_poles(source, top, bottom) if top or bottom else source)
+
+    def angles(self, t: Any, t_low: Any) -> tuple[Any, Any] | None:
+        """Return phi and psi in doubles, at times in any numbers; None where there are none."""
+        try:
+            exact = self.closed_form.at(t.astype(float), t_lo=t_low.astype(float))
+        except NoClosedForm:
+            return None
+        return exact.phi, exact.psi
+
+
+def own_motion(trajectory: Trajectory) -> ClosedForm:
+    """Return the motion of a run's own numbers."""
+    return trajectory.own.closed_form
 
 
 def motion_of(

@@ -9,7 +9,7 @@ invariants, more bits than doubles have.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import log, log2, tau
 from typing import Final
@@ -17,7 +17,6 @@ from typing import Final
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
 from heavytop.equations.formulation import FORMULATIONS, Formulation
-from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI, Exact
 from heavytop.exact.decimals import Context, Number
@@ -94,13 +93,8 @@ class Plan(Shown):
 
     @property
     def equations(self) -> Formulation:
-        """The formulation itself, with the angles it counts."""
+        """The formulation itself."""
         return FORMULATIONS[self.formulation].build(self.variant)
-
-    @property
-    def integrated(self) -> Formulation:
-        """The formulation without these angles."""
-        return self.equations.integrated or self.equations
 
 
 def plan(
@@ -264,7 +258,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
         return "axis", f"axis: {only}, but {lost}"
     if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
-        return "attitude", f"attitude: {why}; its equations are regular, its turns are proved"
+        return "attitude", f"attitude: {why}; its equations are regular there"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
     if "attitude" in wants and turned * EPSILON > allowed:
         return "attitude", f"attitude: it takes out the spin, {turned:.1e} rad, exactly"
@@ -279,7 +273,10 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
         variant = "top" if motion.from_top <= motion.from_bottom else "bottom"
         reasons = [f"heights from the {variant}, the nearer pole"]
     elif name == "attitude" and need >= Need.PHI:
-        variant, reasons = "angles", ["phi and psi from the quaternion, whose turns are counted"]
+        variant, reasons = (
+            "angles",
+            ["phi and psi from the quaternion, turns from the closed form"],
+        )
     elif name in ("routh", "subsystem") and need >= Need.AXIS:
         variant, reasons = "angles", ["phi and psi by quadrature, each less its mean rate"]
         frame = dict(zip(("phi_rate", "psi_rate"), motion.mean_angle_rates, strict=True))
@@ -289,7 +286,7 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
             frame, reasons = {"frame_rate": motion.mean_rates[variant == "delta"]}, [reason]
         if need >= Need.PHI:
             variant = variant or "phi"
-            reasons.append("phi from the axis, its turns counted by Sturm's theorem")
+            reasons.append("phi from the axis, its whole turns from the closed form")
     watched, why_watched = _watched(scene, motion, expected.span)
     reasons, states = [why, *reasons, *why_watched], FORMULATIONS[name].states + len(frame)
     return Plan(name, variant, (*frame.items(),), watched, states, reasons=(*reasons,))
@@ -443,17 +440,6 @@ def start_values(scene: Scene) -> dict[str, Exact]:
     of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
     names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
     return of_top | {name: getattr(scene.start, name) for name in names}
-
-
-def rounded_start(
-    chosen: Plan, named: Mapping[str, Exact], ctx: Context
-) -> tuple[dict[str, str], list[str]]:
-    """The constants of a plan's run and its states at the start, as texts, each rounded once."""
-    form = chosen.integrated
-    texts = exact_texts((*form.parameters.values(), *form.start), named, ctx)
-    constants = {symbol.name: text for symbol, text in zip(form.parameters, texts, strict=False)}
-    frame = {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
-    return constants | frame, texts[len(constants) :]
 
 
 def span(scene: Scene, motion: Motion) -> float:

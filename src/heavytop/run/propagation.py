@@ -1,7 +1,7 @@
 """A run from its plan to its trajectory: begun, continued, or gone on with.
 
-Steps in doubles come first, whatever digits are wanted; their orbit is made a trajectory, in more
-digits where the plan has them, and that is held against the closed form.
+The steps are taken in the numbers of the plan, events are told apart, and what comes of it is held
+against the closed form.
 """
 
 from __future__ import annotations
@@ -11,43 +11,35 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import Rounded
+from heavytop.equations.lambdify import Rounded, exact_texts
 from heavytop.errors import EndedEarly, Outcome
 from heavytop.exact import Number
-from heavytop.exact.decimals import Context
-from heavytop.integration.bits import bits_of, named
-from heavytop.integration.compiled import Seen, compiled
-from heavytop.integration.high_precision import Unfinished
-from heavytop.integration.integrator import (
-    NEVER,
-    Checkpoint,
-    Integrator,
-    Orbit,
-    continued,
-    not_begun,
-)
-from heavytop.integration.turns import turns_of
-from heavytop.run.estimates import Forecast, most_steps
-from heavytop.run.events import Events, no_events, orbit_events, precise_events, schedule
+from heavytop.exact.decimals import context
+from heavytop.integration.bits import DOUBLE, bits_of, digits_of
+from heavytop.integration.blocks import Checkpoint, Integrator, Orbit, integrate, not_begun
+from heavytop.integration.engine import engine
+from heavytop.integration.library import hy
+from heavytop.run.estimates import most_steps
+from heavytop.run.events import events_expected, events_of, no_events
+from heavytop.run.own_motion import OwnMotion
 from heavytop.run.planning import (
     EPSILON,
     Plan,
     closed_form_of,
     exact_span,
-    leaving,
-    meeting_digits,
     planned,
     refusal,
     span,
     start_values,
 )
-from heavytop.run.trajectory import Decimals, Statistics, Trajectory, times_between
+from heavytop.run.trajectory import Statistics, Trajectory, times_between
 from heavytop.run.verify import checked, forewarned
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
@@ -56,7 +48,6 @@ from heavytop.scene.scene_file import MAX_SAMPLES
 Progress = Callable[[float], None]
 EVERY_S = 10.0  # between two saves of a trajectory on its way
 SHARE = 20.0  # times as long as a save takes, until the next one
-SPARE_IN_TIME = 20  # digits of the times at which events are looked for
 UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 
 
@@ -156,12 +147,18 @@ def carried_out(
     end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
     cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
-    parameters, start = binary_start(scene, chosen)
-    orbit = not_begun(integrator_of(chosen, parameters, start), start)
-    events = no_events(scene, orbit)
-    part = Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost)
-    times = np.linspace(0.0, end, scene.samples)
+    constants, start = binary_start(scene, chosen)
+    orbit = not_begun(integrator_of(chosen, constants, start), start)
+    part = replace(not_integrated(scene, motion, chosen, orbit), statistics=cost)
+    times = _even_times(part, 0, scene.samples - 1)
     return _gone_on(part, times, progress, checkpoint, step_limit or most_steps(motion, end))
+
+
+def not_integrated(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Trajectory:
+    """Return a trajectory of which nothing is known yet but its orbit."""
+    own = OwnMotion(chosen, motion, orbit.parameters, orbit.checkpoints[0].state)
+    events, cost = no_events(scene, orbit), Statistics(orbit.steps, 0, 0.0, 0.0, 0.0)
+    return Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost, own)
 
 
 def extend(
@@ -234,8 +231,9 @@ def extend(
     scene = replace(trajectory.scene, time=span_wanted, periods=None, samples=in_all)
     chosen = _longer(trajectory, scene)
     forewarned(chosen)
-    times = np.linspace(old.end, end, count + 1)[1:]
-    return _gone_on(replace(trajectory, scene=scene, plan=chosen), times, progress)
+    longer = replace(trajectory, scene=scene, plan=chosen)
+    times = _even_times(longer, old.samples.t[-1], count)[1:]
+    return _gone_on(longer, times, progress)
 
 
 def completed(
@@ -266,9 +264,9 @@ def completed(
     """
     if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
         return trajectory
-    scene, done = trajectory.scene, trajectory.orbit.samples.t.size
+    done = trajectory.orbit.samples.t.size
     forewarned(trajectory.plan)
-    times = np.linspace(0.0, span(scene, trajectory.motion), scene.samples)[done:]
+    times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
     return _gone_on(trajectory, times, progress, checkpoint)
 
 
@@ -286,42 +284,57 @@ def _gone_on(
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the trajectory.
     """
-    scene, motion, chosen, cost = part.scene, part.motion, part.plan, part.statistics
+    cost = part.statistics
     saves = None if checkpoint is None else Checkpoints(checkpoint, part)
-    in_doubles = chosen.precision == "double"
     began, orbit = time.perf_counter(), replace(part.orbit, outcome=Outcome.FINISHED)
     if times.size:
-        whole = in_doubles and not part.orbit.steps
-        orbit = continued(
+        orbit = integrate(
             part.orbit,
             times,
-            between=times_between(float(times[-1]), motion.period) if whole else NEVER,
-            on_block=progress if in_doubles else None,
+            between=None if part.orbit.steps else _times_on_the_way(part, times[-1]),
+            on_block=progress,
             step_limit=step_limit,
             keep=saves,
         )
-    engine, spent = orbit.integrator.compiled, cost.integrate_s + time.perf_counter() - began
+    engine, spent = orbit.integrator.engine, cost.integrate_s + time.perf_counter() - began
     cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
     if saves is not None:
         saves.at_last(orbit)
     if orbit.outcome is Outcome.FINISHED and _left_the_chart(orbit):
         orbit = replace(orbit, outcome=Outcome.SINGULAR)
-    if orbit.outcome is Outcome.SINGULAR and not in_doubles:  # more bits may go on
-        orbit = replace(orbit, outcome=Outcome.FINISHED, end=span(scene, motion))
-    events, outcome = orbit_events(scene, motion, chosen, orbit), orbit.outcome
-    trajectory = Trajectory(scene, motion, chosen, orbit, events, outcome, cost)
-    if outcome is not Outcome.FINISHED:
-        raise EndedEarly(outcome, trajectory, _why(trajectory))
-    if not in_doubles:
-        trajectory = _in_decimals(trajectory, progress, part.decimals)
-    return checked(trajectory)
+    run = replace(part, orbit=orbit, outcome=orbit.outcome, statistics=cost)
+    run = replace(run, events=events_of(run))
+    if run.outcome is not Outcome.FINISHED:
+        raise EndedEarly(run.outcome, run, _why(run))
+    return checked(run)
+
+
+def _times_on_the_way(part: Trajectory, end: Any) -> NDArray[Any]:
+    """Return times at which a run is seen beside its samples: to be compared, and for events."""
+    times = times_between(float(end), part.motion.period)
+    numbers = part.orbit.integrator.numbers(times)
+    if part.in_doubles:
+        return numbers
+    whole = replace(part, outcome=Outcome.FINISHED)  # as it is to be
+    expected = [t for _, t in events_expected(whole)]
+    return np.concatenate((numbers, np.array(expected, numbers.dtype)))
+
+
+def _even_times(part: Trajectory, first: Any, count: int) -> NDArray[Any]:
+    """Return the times that part the span from a time to the end of the scene evenly."""
+    scene, motion, ctx = part.scene, part.motion, part.ctx
+    if part.in_doubles:
+        return np.linspace(float(first), span(scene, motion), count + 1)
+    end, begun = exact_span(scene, motion, ctx), part.number(first)
+    times = [part.nearest(begun + (end - begun) * k / count) for k in range(count + 1)]
+    return np.array(times, part.orbit.samples.t.dtype)
 
 
 def _left_the_chart(orbit: Orbit) -> bool:
     """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
     if orbit.integrator.formulation.starts_at_pole:
         return False
-    theta = orbit.samples.states[:, 0]  # of these forms it is the first state
+    theta = orbit.samples.states[:, 0].astype(np.float64)  # of these forms it is the first state
     return bool(np.any((theta < 0) | (theta > np.pi)))
 
 
@@ -337,85 +350,16 @@ def _why(trajectory: Trajectory) -> str:
     )
 
 
-def _in_decimals(
-    trajectory: Trajectory, progress: Progress | None, before: Decimals | None
-) -> Trajectory:
-    """Return a trajectory in the precision of its plan, beside its run in doubles.
-
-    Raises
-    ------
-    EndedEarly
-        An interrupt or a singularity; it carries the trajectory in doubles.
-    """
-    orbit, began = trajectory.orbit, time.perf_counter()
-    try:
-        run, events = _walked(trajectory, progress, before)
-    except (KeyboardInterrupt, Unfinished) as stop:
-        outcome = Outcome.SINGULAR if isinstance(stop, Unfinished) else Outcome.INTERRUPTED
-        raise EndedEarly(outcome, replace(trajectory, outcome=outcome)) from None
-    spent, engine = time.perf_counter() - began, run.engine
-    if orbit.samples.t.size != len(run.samples):  # doubles ended before
-        doubles = run.rounded(run.samples)
-        orbit = replace(orbit, samples=Seen(doubles.t, 0 * doubles.t, doubles.states))
-    cost = replace(
-        trajectory.statistics,
-        steps=run.marks[-1].steps,
-        order=engine.order,
-        compile_s=engine.compile_s,
-        integrate_s=trajectory.statistics.integrate_s + spent - engine.compile_s,
-    )
-    return replace(trajectory, orbit=orbit, events=events, statistics=cost, decimals=run)
-
-
-def _walked(
-    trajectory: Trajectory, progress: Progress | None, before: Decimals | None
-) -> tuple[Decimals, Events]:
-    """Return the run in more digits, and its events rounded to double."""
-    scene, motion, orbit = trajectory.scene, trajectory.motion, trajectory.orbit
-    run = Decimals.of(scene, trajectory.plan, orbit)
-    times = _sample_times(scene, motion, run.ctx, before)
-    between = times_between(float(times[-1]), motion.period)[:-1]  # the end is a sample
-    expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
-    wanted: list[tuple[Number, str | None]] = [(t, None) for t in (*between, *times)]
-    for kind, t in expected:  # a zero near each event, or the start where that is one
-        event = "reversal" if kind == "reversal" else "turning"
-        wanted.append((t, event if t else None))
-    found, marks = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
-    count = len(between) + len(times)
-    seen = run.numbers(run.sampled([one for one in found[:count] if one is not None]))
-    kinds, met = [kind for kind, _ in expected], found[count:]
-    precise, events = precise_events(scene, motion, run, kinds, met, orbit.end)
-    compared, samples = seen[: len(between)], seen[len(between) :]
-    return replace(run, marks=marks, samples=samples, events=precise, between=compared), events
-
-
-def _sample_times(
-    scene: Scene, motion: Motion, ctx: Context, before: Decimals | None
-) -> list[Number]:
-    """Return the times of the samples: evenly from zero, or from the old end, to the exact end."""
-    end = exact_span(scene, motion, ctx)
-    old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
-    count = scene.samples - len(old)
-    return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]
-
-
 def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
-    """Return a plan for a longer span: its warnings are new, and what has more bits may take more.
+    """Return the plan for a longer span: its warnings are new.
 
     Raises
     ------
     BadScene
         As for `plan`.
     """
-    motion, chosen = trajectory.motion, trajectory.plan
-    again = planned(scene, motion, chosen.formulation)
-    if chosen.precision == "double":
-        return replace(chosen, warnings=again.warnings)
-    end = span(scene, motion)
-    needed = meeting_digits(Forecast(scene, motion, end), chosen)
-    bits = max(bits_of(needed.precision), bits_of(chosen.precision))
-    told = tuple(leaving(motion, end, bits))
-    return replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits), warnings=told)
+    again = planned(scene, trajectory.motion, trajectory.plan.formulation)
+    return replace(trajectory.plan, warnings=again.warnings)
 
 
 def _as_before(trajectory: Trajectory, end: float) -> int:
@@ -429,24 +373,29 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     return max(1, round(count))
 
 
-def integrator_of(chosen: Plan, parameters: dict[str, float], start: Checkpoint) -> Integrator:
-    """Return what takes the steps of a plan's run in doubles, from a start."""
-    tolerance = chosen.tolerance if chosen.precision == "double" else EPSILON
-    equations, pinned = compiled(chosen.integrated, chosen.watched, tolerance), chosen.projected
-    return Integrator(chosen.equations, equations, parameters, start.state, projected=pinned)
+def integrator_of(chosen: Plan, constants: dict[str, Any], start: Checkpoint) -> Integrator:
+    """Return what takes the steps of a plan's run from a start."""
+    bits = bits_of(chosen.precision)
+    watched, tolerance = (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), EPSILON)
+    found = engine(chosen.equations, watched, tolerance, bits)
+    return Integrator(found, constants, start.state, projected=chosen.projected)
 
 
-def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
+def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint]:
     """Return a run's own numbers: every constant and state rounded once from the exact one."""
-    form = chosen.equations
-    values = _own_numbers(form)(start_values(scene))
-    parameters = {p.name: v for p, v in zip(form.parameters, values, strict=False)}
-    parameters |= dict(chosen.frame)
-    state = np.array(values[len(form.parameters) :])
-    if turns := turns_of(form, parameters, state):
-        angles = state[len(chosen.integrated.states) :]
-        angles[:] = turns.started(state, *angles.tolist())
-    return parameters, Checkpoint((0.0, 0.0), state, 0)
+    form, bits, numbers = chosen.equations, bits_of(chosen.precision), start_values(scene)
+    frame: dict[str, Any] = dict(chosen.frame)
+    if bits == DOUBLE:
+        values, zero, kind = _own_numbers(form)(numbers), 0.0, float
+    else:
+        texts = exact_texts(
+            (*form.parameters.values(), *form.start), numbers, context(digits_of(bits))
+        )
+        values, zero = [hy.real(x, bits) for x in texts], hy.real(0, bits)
+        frame, kind = {name: hy.real(rate, bits) for name, rate in frame.items()}, hy.real
+    constants = {p.name: v for p, v in zip(form.parameters, values, strict=False)} | frame
+    state = np.array(values[len(form.parameters) :], kind)
+    return constants, Checkpoint((zero, zero), state, 0)
 
 
 @cache
@@ -485,7 +434,6 @@ class Checkpoints:
             events=no_events(known.scene, orbit),
             outcome=Outcome.INTERRUPTED,
             statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
-            decimals=None,
         ).save(self.path)
         self.saved = time.monotonic()
         self.due = self.saved + max(EVERY_S, SHARE * (self.saved - began))

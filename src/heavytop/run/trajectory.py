@@ -1,37 +1,33 @@
 """A trajectory: the scene, the plan, what was seen, and the motion at any time between.
 
-Beside a run in doubles there may be one in more digits, `Decimals`.
+A run in more digits than doubles have is told in doubles too, rounded.
 """
 
 from __future__ import annotations
 
 import math
 import os
-from bisect import bisect_left
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heavytop.alone import Alone
 from heavytop.analytic.motion import Motion
 from heavytop.display import Played
-from heavytop.equations.formulation import Formulation
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
 from heavytop.integration import outputs
-from heavytop.integration.bits import bits_of, digits_of
-from heavytop.integration.compiled import Seen
-from heavytop.integration.high_precision import Mark, PreciseIntegrator
-from heavytop.integration.integrator import Orbit
-from heavytop.integration.outputs import VECTORS, Sample, sample
+from heavytop.integration.bits import DOUBLE, digits_of
+from heavytop.integration.blocks import Orbit
+from heavytop.integration.engine import Seen, reals, text
+from heavytop.integration.outputs import Sample, sample
 from heavytop.integration.projection import GOLDEN
-from heavytop.integration.turns import GRAIN_BITS, in_bits
-from heavytop.run.events import Event, Events
-from heavytop.run.planning import Plan, rounded_start, start_values
+from heavytop.run.events import Events
+from heavytop.run.own_motion import OwnMotion
+from heavytop.run.planning import Plan
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
 
@@ -68,202 +64,6 @@ class Statistics:
     whole: bool = True
 
 
-@dataclass(frozen=True, eq=False)
-class Decimals:
-    """A run in more than double precision, which can be asked for the motion at any time.
-
-    Attributes
-    ----------
-    digits : int
-        Decimal digits wanted.
-    form : Formulation
-        The equations.
-    engine : PreciseIntegrator
-        What takes the steps.
-    ctx : Context
-        Of more digits than the states.
-    far, longest : float, float or None
-        Bounds of a step, and of the first ones [s].
-    marks : tuple of Mark
-        States from which it can go on.
-    samples : tuple of Sample
-        At the sample times of the scene, in mpmath numbers; the last one is the end.
-    events : tuple of Event
-        In the order of the run, each with its ``kind``, the ``sample`` there and the ``residual``.
-    between : tuple of Sample
-        At the times of `times_between`.
-    """
-
-    digits: int
-    form: Formulation
-    engine: PreciseIntegrator
-    ctx: Context
-    far: float
-    longest: float | None
-    marks: tuple[Mark, ...]
-    samples: tuple[Sample, ...] = ()
-    events: tuple[Event, ...] = ()
-    between: tuple[Sample, ...] = ()
-    _alone: Alone = field(default_factory=Alone, repr=False)
-
-    @classmethod
-    def of(cls, scene: Scene, chosen: Plan, orbit: Orbit) -> Decimals:
-        """Return the start of the run of a scene's plan.
-
-        Parameters
-        ----------
-        scene : Scene
-        chosen : Plan
-        orbit : Orbit
-            The run in doubles.
-        """
-        own, bits = chosen.integrated, bits_of(chosen.precision)
-        ctx = context(digits_of(bits))
-        constants, state = rounded_start(chosen, start_values(scene), ctx)
-        events = tuple(own.events) if chosen.watched else ()
-        engine = PreciseIntegrator(own, bits, constants, events, state)
-        first = orbit.checkpoints[0]
-        far = 4.0 * (orbit.end - first.time[0])
-        longest = orbit.integrator.for_this_thread().cautious_step(first, far)
-        turns, angles = orbit.integrator.turns, tuple(first.state[len(own.states) :].tolist())
-        engine.turns = turns and in_bits(turns, bits)
-        start = replace(engine.start(state), turned=angles)
-        return cls(scene.digits, chosen.equations, engine, ctx, far, longest, (start,))
-
-    @cached_property
-    def constants(self) -> dict[str, Any]:
-        """The constants of the run as they are used, by symbol name, as reals of `ctx`."""
-        return self.engine.constants(self.ctx.prec)
-
-    @property
-    def parameters(self) -> dict[str, Number]:
-        """The same, as numbers of `ctx`."""
-        return {name: self.ctx.mpf(str(x)) for name, x in self.constants.items()}
-
-    @property
-    def grain(self) -> Number:
-        """How well a state is known, once it may have drifted."""
-        return self.ctx.ldexp(1, GRAIN_BITS - self.engine.bits)
-
-    def walk(
-        self,
-        wanted: Sequence[tuple[Number, str | None]],
-        on_mark: Callable[[float], None] | None = None,
-        first: int = 0,
-    ) -> tuple[tuple[Mark | None, ...], tuple[Mark, ...]]:
-        """Take natural steps from a mark until everything wanted is found.
-
-        Parameters
-        ----------
-        wanted : sequence of (number, str or None)
-            Times [s]; with the name of an event function, the zero of that close to the time.
-        on_mark : callable, optional
-            Called with the time reached [s], at every mark but the last.
-        first : int
-            Which of the marks; the start for one.
-        """
-        ctx = self.ctx
-        texts = [(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
-        with self._alone:
-            return self.engine.walk(self.marks[first], texts, self.far, self.longest, on_mark)
-
-    def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
-        """Return the motion at times between start and end, to all digits.
-
-        Parameters
-        ----------
-        times : sequence of number
-            Times [s], of any kind of number, in any order.
-        """
-        known = [abs(float(mark.t)) for mark in self.marks]
-        before = [max(bisect_left(known, abs(float(t))) - 1, 0) for t in times]
-        found: dict[int, Any] = {}
-        for first in set(before):
-            here = [i for i, mark in enumerate(before) if mark == first]
-            seen, _ = self.walk([(times[i], None) for i in here], first=first)
-            found |= zip(here, seen, strict=True)
-        return self.numbers(self.sampled([found[i] for i in range(len(times))]))
-
-    def sampled(self, found: Sequence[Mark]) -> Sample:
-        """Return the motion at states of the run, in reals.
-
-        Parameters
-        ----------
-        found : sequence of Mark
-            The states.
-        """
-        return self.engine.sample(self.form, found, self.ctx.prec)
-
-    def numbers(self, sample: Sample) -> tuple[Sample, ...]:
-        """Return a sample in reals one by one, in numbers of `ctx`.
-
-        Parameters
-        ----------
-        sample : Sample
-            As `sampled` returns it.
-        """
-        converted = np.frompyfunc(lambda x: self.ctx.mpf(str(x)), 1, 1)
-        columns = (converted(getattr(sample, name)).tolist() for name in Sample.__slots__)
-        return tuple(Sample(*row) for row in zip(*columns, strict=True))
-
-    def invariants(self, sample: Sample) -> dict[str, Number]:
-        """Return the invariants of the formulation at a sample, by name.
-
-        Parameters
-        ----------
-        sample : Sample
-            One of `samples`.
-        """
-        rows = np.array([[self.real(x) for x in sample.states]])
-        found = outputs.invariants(self.form, rows, self.constants, rows[:, 0])
-        return {name: self.ctx.mpf(str(x)) for name, (x,) in found.items()}
-
-    def real(self, x: Any) -> Any:
-        """Return the real of a number of any kind.
-
-        Parameters
-        ----------
-        x : number
-        """
-        return self.engine.wide(self.whole(x))
-
-    def whole(self, x: Any) -> str:
-        """Return a text by which every bit comes back.
-
-        Parameters
-        ----------
-        x : number
-        """
-        return str(self.ctx.nstr(number(self.ctx, x), self.ctx.dps + 3))
-
-    def rounded(self, samples: Sequence[Sample]) -> Sample:
-        """Return the motion at several times, every number rounded to double.
-
-        Parameters
-        ----------
-        samples : sequence of Sample
-            As `at` returns them.
-        """
-        widths = {name: len(indices) for name, indices in VECTORS.items()}
-        widths["states"] = len(self.samples[0].states)
-
-        def column(name: str) -> Any:
-            values = np.array([getattr(s, name) for s in samples], dtype=np.float64)
-            return values.reshape(-1, widths[name]) if name in widths else values
-
-        return Sample(*map(column, Sample.__slots__))
-
-    def text(self, x: Number) -> str | None:
-        """Return a number with the digits that are wanted; None for nan.
-
-        Parameters
-        ----------
-        x : number
-            One of a Sample, in its own unit.
-        """
-        return None if x != x else str(self.ctx.nstr(x, self.digits))
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Played):
     """The motion of a scene, integrated.
@@ -287,10 +87,9 @@ class Trajectory(Played):
     statistics : Statistics
         Steps and times.
     orbit : Orbit
-        The integration itself, in double precision: states, checkpoints, zeros.
-    decimals : Decimals or None
-        The same in more than double precision, where the scene's digits take it; then all else
-        that is here is it, rounded.
+        The integration itself, in its own numbers: states, checkpoints, zeros.
+    own : OwnMotion
+        The exact motion of the numbers that the run starts from.
     source : str
         ``integrated``; a `SceneMotion` has ``closed form``.
 
@@ -309,7 +108,7 @@ class Trajectory(Played):
     events: Events
     outcome: Outcome
     statistics: Statistics
-    decimals: Decimals | None = None
+    own: OwnMotion
     source: ClassVar[str] = "integrated"
 
     def __repr__(self) -> str:
@@ -334,29 +133,88 @@ class Trajectory(Played):
         if times.size and (times.min() < low or times.max() > high):
             rule = f"between {low} and {high}, where the trajectory was integrated"
             raise Impossible([("t", rule)])
-        found = self._at(times.reshape(-1))
+        found = rounded(self.read(self.orbit.at(times.reshape(-1))))
         return found if times.ndim else found.at(0)
 
     @property
+    def bits(self) -> int:
+        """Of the numbers of the run."""
+        return self.orbit.integrator.engine.bits
+
+    @property
+    def in_doubles(self) -> bool:
+        """Whether its numbers are doubles."""
+        return self.bits == DOUBLE
+
+    @cached_property
+    def end(self) -> Sample:
+        """The motion at the end, in doubles or in numbers of `ctx`."""
+        if self.in_doubles:
+            return self(self.orbit.end)
+        return self._in_mpmath(self.own_samples.at(-1))
+
+    def in_mpmath(self, t: Sequence[Any] | None = None) -> Sample:
+        """Return the motion in mpmath's numbers, with all the digits of the run.
+
+        Parameters
+        ----------
+        t : sequence of numbers of any kind, optional
+            Times between start and end [s]; by default those of the samples.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=30"]))
+        >>> run.ctx.nstr(run.in_mpmath(["1/3"]).theta[0], 30)
+        '0.0'
+        """
+        if t is None:
+            return self._in_mpmath(self.own_samples)
+        times = np.array([self.nearest(x) for x in t], self.orbit.samples.t.dtype)
+        return self._in_mpmath(self.read(self.orbit.at(times)))
+
+    def _in_mpmath(self, found: Sample) -> Sample:
+        return Sample(*(self.numbers(getattr(found, name)) for name in Sample.__slots__))
+
+    def numbers(self, column: Any) -> Any:
+        """Return an array of the run's numbers as one of numbers of `ctx`.
+
+        Parameters
+        ----------
+        column : ndarray
+        """
+        with np.errstate(invalid="ignore"):  # nan
+            return np.frompyfunc(self.number, 1, 1)(column)
+
+    @property
     def _end(self) -> float:
-        """The later of the ends in double precision and in more, which may be an ulp apart [s]."""
-        more = () if self.decimals is None else self.decimals.samples[-1:]
-        return max((self.orbit.end, *(float(s.t) for s in more)), key=abs)
+        """The end of the span [s], which in more digits may be an ulp behind its double."""
+        return max((self.orbit.end, *map(float, self.orbit.samples.t[-1:])), key=abs)
 
-    def _at(self, times: Array) -> Sample:
-        if self.decimals is None:
-            return self._sampled(self.orbit.at(times))
-        return self.decimals.rounded(self.decimals.at(times.tolist()))
+    def read(self, seen: Seen) -> Sample:
+        """Return the motion at states of the orbit, in the numbers of the run.
 
-    def _sampled(self, seen: Seen) -> Sample:
-        formulation = self.orbit.integrator.formulation
-        found = sample(formulation, seen.states, self.orbit.parameters, seen.t)
+        Whole turns of phi and psi that no state has are those of the closed form.
+
+        Parameters
+        ----------
+        seen : Seen
+            States, and when they were seen.
+        """
+        form, known, plan = self.orbit.integrator.formulation, self.orbit.parameters, self.plan
+        follows = form.phi_wraps and plan.variant is not None
+        near = self.own.angles(seen.t, seen.t_low) if follows else None
+        found = sample(form, seen.states, known, seen.t, near)
+        if form.phi_wraps and not follows:
+            found = replace(found, phi=np.full(seen.t.shape, np.nan))
         begun = seen.t == 0
-        if not begun.any():
-            return found
+        return self._begun(found, begun) if self.in_doubles and begun.any() else found
+
+    def _begun(self, found: Sample, begun: NDArray[np.bool_]) -> Sample:
+        """Return what the scene says of its start, not what its states round to."""
         start = {name: float(getattr(self.scene.start, name)) for name in (*ANGLES, *RATES)}
         told = {}
-        for names in (ANGLES, RATES):  # what the scene says, not what its states round to
+        for names in (ANGLES, RATES):
             rounding = ROUNDED * max(1.0, *(abs(start[name]) for name in names))
             for name in names:
                 column, known = getattr(found, name), start[name]
@@ -364,21 +222,72 @@ class Trajectory(Played):
                 told[name] = np.where(near, known, column)
         return replace(found, **told)
 
+    def seen_at(self, times: Array) -> Seen:
+        """Return states of the orbit at times, of those seen on its way if all of them were.
+
+        Parameters
+        ----------
+        times : ndarray, shape (k,)
+            In the numbers of the run [s].
+        """
+        seen = self.orbit.between
+        if seen is not None and seen.t.size:
+            place = np.searchsorted(abs(seen.t), abs(times))
+            place = np.minimum(place, seen.t.size - 1)
+            if (seen.t[place] == times).all():
+                return seen.where(place)
+        return self.orbit.at(times)
+
+    @cached_property
+    def own_samples(self) -> Sample:
+        """The motion at the sample times of the scene, in the numbers of the run."""
+        return self.read(self.orbit.samples)
+
+    @cached_property
+    def own_between(self) -> Sample:
+        """The same at times that do not depend on the samples, as `times_between` has them."""
+        times = times_between(self.orbit.end, self.motion.period)
+        return self.read(self.seen_at(self.orbit.integrator.numbers(times)))
+
     @cached_property
     def samples(self) -> Sample:
         """The motion at the sample times of the scene."""
-        if self.decimals is not None:
-            return self.decimals.rounded(self.decimals.samples)
-        return self._sampled(self.orbit.samples)
+        return rounded(self.own_samples)
 
-    @cached_property
-    def between(self) -> Sample:
-        """The motion at times that do not depend on the samples, as `times_between` has them."""
-        if self.decimals is not None:
-            return self.decimals.rounded(self.decimals.between)
-        times, seen = times_between(self._end, self.motion.period), self.orbit.between
-        on_the_way = seen is not None and seen.t.size == times.size  # of a run in one piece
-        return self._sampled(seen) if seen is not None and on_the_way else self(times)
+    def text(self, x: Any) -> str | None:
+        """Return a number of the run with the digits that the scene wants; None for nan.
+
+        Parameters
+        ----------
+        x : number
+            One of a Sample, in its own unit.
+        """
+        return None if x != x else str(self.ctx.nstr(self.number(x), self.scene.digits))
+
+    @property
+    def ctx(self) -> Context:
+        """Mpmath's context of more digits than the run's numbers have."""
+        return context(digits_of(self.bits))
+
+    def nearest(self, x: Any) -> Any:
+        """Return the number of the run that is nearest to an exact one, or one of mpmath.
+
+        Parameters
+        ----------
+        x : number
+        """
+        engine = self.orbit.integrator.engine
+        exact = number(self.ctx, x)
+        return engine.number(exact if engine.bits == DOUBLE else self.ctx.nstr(exact, self.ctx.dps))
+
+    def number(self, x: Any) -> Number:
+        """Return a number of the run as one of `ctx`.
+
+        Parameters
+        ----------
+        x : number
+        """
+        return self.ctx.mpf(x if hasattr(x, "_mpf_") else text(x))
 
     @property
     def t(self) -> Array:
@@ -419,8 +328,22 @@ class Trajectory(Played):
         ``length`` is that of a vector or quaternion of unit length. What is called E_prime, p_phi
         and p_psi elsewhere is in J and kg m^2/s: A times these.
         """
-        run, formulation = self.samples, self.orbit.integrator.formulation
-        return outputs.invariants(formulation, run.states, self.orbit.parameters, run.t)
+        found = self.own_invariants(self.own_samples)
+        return {name: values.astype(np.float64) for name, values in found.items()}
+
+    def own_invariants(self, run: Sample) -> dict[str, Array]:
+        """Return the invariants at some samples, in the numbers of the run.
+
+        Parameters
+        ----------
+        run : Sample
+        """
+        rows, known, t = run.states, self.orbit.parameters, run.t
+        if not self.in_doubles:  # their changes are smaller than the last digit
+            finer = self.bits + 64
+            rows, t = reals(rows, finer), reals(t, finer)
+            known = {name: reals(x, finer)[()] for name, x in known.items()}
+        return outputs.invariants(self.orbit.integrator.formulation, rows, known, t)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return samples and events as an xarray Dataset that holds the scene itself."""
@@ -483,14 +406,22 @@ class Trajectory(Played):
 
 
 def times_between(end: float, period: float | None) -> Array:
-    """Return times at which every run is compared: over its span, over its last period, its end.
+    """Return times at which every run is compared: over its span, and over its last period.
 
     Samples a whole number of periods apart would see every error at one phase only; at a turning
     point that hides an error in time.
     """
     spread = np.mod(np.arange(1, SPREAD + 1) * GOLDEN, 1.0)
     late = math.copysign(min(abs(end), period or abs(end)), end)
-    return np.concatenate((end * spread, end - late * spread[:LATE], [end]))
+    return np.concatenate((end * spread, end - late * spread[:LATE]))
+
+
+def rounded(found: Sample) -> Sample:
+    """Return a sample in doubles."""
+    if found.t.dtype == np.float64:
+        return found
+    with np.errstate(invalid="ignore"):  # nan
+        return Sample(*(getattr(found, name).astype(np.float64) for name in Sample.__slots__))
 
 
 def times_of(t: ArrayLike) -> Array:

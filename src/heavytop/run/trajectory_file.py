@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from io import BytesIO
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -22,16 +23,15 @@ from heavytop import __version__
 from heavytop.analytic.motion import Motion
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened, write_sealed
-from heavytop.integration.compiled import Seen
-from heavytop.integration.high_precision import Mark
-from heavytop.integration.integrator import Checkpoint, Orbit
-from heavytop.integration.outputs import Sample
+from heavytop.integration.bits import DOUBLE, bits_of
+from heavytop.integration.blocks import Checkpoint, Orbit
+from heavytop.integration.engine import Seen, reals, text
 from heavytop.machine import versions
-from heavytop.run.events import STORED, Events, precise_events
+from heavytop.run.events import STORED, Events, events_of
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import Plan, closed_form_of
-from heavytop.run.propagation import integrator_of
-from heavytop.run.trajectory import Decimals, Statistics, Trajectory
+from heavytop.run.propagation import integrator_of, not_integrated
+from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
 from heavytop.scene.scene import Scene, read_scene
@@ -52,13 +52,8 @@ VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
     "kind": ("what happens: a turning point, a reversal or a cusp", "1"),
     "steps": ("natural steps taken", "1"),
 }
-POINTS: Final = ("time", "states", "steps")  # the columns of checkpoints,
-MARKS: Final = ("time", "states")  # and of what was seen in more digits
-TEXTS: Final = (
-    "event_kind",
-    *(f"decimal_{x}_{y}" for x in ("t", "event", "between") for y in MARKS),
-)
-"""Variables that are read back as texts."""
+POINTS: Final = ("time", "states", "steps")  # the columns of checkpoints
+OWN: Final = ("t", "states")  # and of what was seen in more digits, as decimal texts
 
 Variables = dict[str, Any]
 SPACE: Final = {"space": np.array(list("xyz"))}
@@ -114,8 +109,8 @@ def _write(
         file.attrs.update(attributes)
         for name, (dimensions, values, told) in variables.items():
             column = np.asarray(values)
-            if name in TEXTS:  # letters, of a known size
-                encoded = np.char.encode(column, "utf-8")
+            if column.dtype.kind == "U" and not (name in dimensions or name.endswith("_text")):
+                encoded = np.char.encode(column, "utf-8")  # letters, which are read back at once
                 column = encoded.view("S1").reshape(*column.shape, encoded.itemsize)
                 dimensions += (f"letters_{encoded.itemsize}",)
                 told = told | {"_Encoding": "utf-8"}
@@ -131,16 +126,17 @@ def _write(
 
 def _contents(trajectory: Trajectory) -> tuple[Variables, dict[str, Any]]:
     """Samples and events as variables, and the attributes of them all."""
-    run, events, decimals = trajectory.samples, trajectory.events, trajectory.decimals
+    run, events = trajectory.samples, trajectory.events
     names = (*ANGLES, *RATES, "axis", "omega", "states", *derived(trajectory.scene.quantities))
     samples = {"t": run.t} | {name: values_of(run, name) for name in names}
     if trajectory.scene.top.mass is not None:
         samples["reaction"] = trajectory.reaction
     met = {name: getattr(events, name) for name in STORED}
     met["kind"] = np.array(events.kind, dtype="U10")
-    if decimals is not None:
-        samples |= _texts(decimals, decimals.samples)
-        met |= _texts(decimals, (event.sample for event in decimals.events))
+    if not trajectory.in_doubles:
+        samples |= _texts(trajectory, trajectory.own_samples)
+    if events.own is not None:
+        met |= _texts(trajectory, SimpleNamespace(**events.own))
     states = np.array([s.name for s in trajectory.plan.equations.states])
     variables = _over("t", samples) | _over("event", met, "event_", "at an event")
     return variables | _over("space", SPACE) | _over("state", {"state": states}), _attributes(
@@ -171,39 +167,34 @@ def _over(
     return found
 
 
-def _texts(decimals: Decimals, samples: Iterable[Sample]) -> Variables:
-    rows = tuple(samples)
-    return {
-        f"{name}_text": np.array([decimals.text(getattr(s, name)) or "" for s in rows], dtype=str)
-        for name in ("t", *ANGLES, *RATES)
-    }
+def _texts(trajectory: Trajectory, run: Any) -> Variables:
+    """Return the columns of a run in more digits with the digits that are wanted."""
+    written = np.frompyfunc(lambda x: trajectory.text(x) or "", 1, 1)
+    columns = {name: getattr(run, name) for name in ("t", *ANGLES, *RATES)}
+    with np.errstate(invalid="ignore"):  # nan
+        return {f"{name}_text": written(x).astype(str) for name, x in columns.items()}
 
 
 def _kept(trajectory: Trajectory) -> Variables:
     """Return what it takes to run any block again, and to go on: block starts and all zeros."""
-    orbit, decimals = trajectory.orbit, trajectory.decimals
+    orbit, own = trajectory.orbit, trajectory.events.own
     rows = zip(*((c.time, c.state, c.steps) for c in orbit.checkpoints), strict=True)
     points = dict(zip(POINTS, map(np.array, rows), strict=True))
-    kept = _over("t", {"t_low": orbit.samples.t_low})
-    kept |= _over("checkpoint", points, "checkpoint_", "at the start of a block")
+    kept = _over("t", {"t_low": orbit.samples.t_low.astype(float)})
     for i, seen in enumerate(orbit.hits):
         kept |= _over(f"zero_{i}", seen._asdict(), f"zeros_{i}_", "at a zero of an event function")
-    if decimals is not None:
+    if not trajectory.in_doubles:
         more = "of the run in more than doubles"
-        kept |= _over("", {"steps": trajectory.statistics.steps}, "decimal_", more)
-        met = tuple(event.sample for event in decimals.events)
-        told = {"t": decimals.samples, "event": met, "between": decimals.between}
-        for over, samples in told.items():
-            kept |= _over(over, _marks_of(decimals, samples), f"decimal_{over}_", more)
-    return kept
+        points |= {name: _whole(points[name]) for name in ("time", "states")}
+        kept |= _over("t", {n: _whole(getattr(orbit.samples, n)) for n in OWN}, "own_", more)
+    if own is not None:
+        kept |= _over("event", {n: _whole(own[n]) for n in OWN}, "own_event_", more)
+    return kept | _over("checkpoint", points, "checkpoint_", "at the start of a block")
 
 
-def _marks_of(decimals: Decimals, samples: tuple[Sample, ...]) -> Variables:
-    """Return times and states with all their bits."""
-    whole, width = decimals.whole, len(decimals.form.states)
-    rows = np.array([[whole(x) for x in (s.t, *s.states)] for s in samples], dtype=str)
-    rows = rows.reshape(-1, 1 + width)
-    return dict(zip(MARKS, (rows[:, 0], rows[:, 1:]), strict=True))
+def _whole(column: Any) -> Any:
+    """Return reals as texts by which every bit comes back."""
+    return np.frompyfunc(text, 1, 1)(column).astype(str)
 
 
 def _origin(run: Trajectory | SceneMotion) -> dict[str, Any]:
@@ -222,8 +213,11 @@ def _origin(run: Trajectory | SceneMotion) -> dict[str, Any]:
 
 
 def _attributes(trajectory: Trajectory) -> dict[str, Any]:
+    constants = trajectory.orbit.parameters
+    if not trajectory.in_doubles:
+        constants = {name: text(x) for name, x in constants.items()}
     return _origin(trajectory) | {
-        "parameters": json.dumps(trajectory.orbit.parameters),
+        "parameters": json.dumps(constants),
         "outcome": str(trajectory.outcome),
         "steps": trajectory.orbit.steps,
         "end": trajectory.orbit.end,
@@ -318,28 +312,14 @@ def _trajectory(file: Any) -> Trajectory:
         raise ForeignFile(f"of the closed form, nothing was integrated: {told}")
     scene, motion, chosen = _planned(file)
     outcome = Outcome(attribute(file, "outcome"))
-    orbit, decimals = _orbit(file, chosen, outcome), None
+    orbit = _orbit(file, chosen, outcome)
+    run = not_integrated(scene, motion, chosen, orbit)
     columns = {name: array(file, f"event_{name}") for name in STORED}
     kinds = tuple(map(str, array(file, "event_kind")))
-    steps = orbit.steps
-    if "decimal_steps" in file:
-        run = Decimals.of(scene, chosen, orbit)
-        met = precise_events(scene, motion, run, kinds, _marks(file, "event", run), orbit.end)[0]
-        samples, between = (
-            run.numbers(run.sampled(_marks(file, over, run))) for over in ("t", "between")
-        )
-        steps = int(array(file, "decimal_steps"))
-        decimals = replace(run, samples=samples, events=met, between=between)
-    return Trajectory(
-        scene=scene,
-        motion=motion,
-        plan=chosen,
-        orbit=orbit,
-        events=Events(kind=kinds, asked=tuple(scene.events), **columns),
-        outcome=outcome,
-        statistics=Statistics(steps, 0, 0.0, 0.0, 0.0, whole=False),
-        decimals=decimals,
-    )
+    events = Events(kinds, **columns, asked=scene.events)  # type: ignore[arg-type]
+    cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
+    run = replace(run, outcome=outcome, events=events, statistics=cost)
+    return run if run.in_doubles else replace(run, events=events_of(run))
 
 
 def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
@@ -352,32 +332,34 @@ def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
 
 
 def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
-    rows = zip(*(array(file, f"checkpoint_{name}") for name in POINTS), strict=True)
+    bits = bits_of(chosen.precision)
+
+    def numbers(name: str) -> Any:
+        stored = array(file, name)
+        return stored if bits == DOUBLE else reals(stored, bits)
+
+    rows = zip(*(numbers(f"checkpoint_{n}") for n in ("time", "states")), strict=True)
+    steps = array(file, "checkpoint_steps").tolist()
     points = tuple(
-        Checkpoint((float(t), float(t_low)), state.copy(), int(steps))
-        for (t, t_low), state, steps in rows
+        Checkpoint(tuple(time.tolist()), state.copy(), done)
+        for (time, state), done in zip(rows, steps, strict=True)
     )
 
     def seen(prefix: str = "") -> Seen:
         return Seen(*(array(file, f"{prefix}{name}") for name in Seen._fields))
 
-    parameters = json.loads(attribute(file, "parameters"))
+    constants = json.loads(attribute(file, "parameters"))
+    samples = seen()
+    if bits > DOUBLE:
+        constants = {name: reals(np.array(x), bits)[()] for name, x in constants.items()}
+        t, states = (numbers(f"own_{name}") for name in OWN)
+        samples = Seen(t, 0 * t, states)
     return Orbit(
-        integrator=integrator_of(chosen, parameters, points[0]),
+        integrator=integrator_of(chosen, constants, points[0]),
         checkpoints=points,
-        samples=seen(),
-        hits=tuple(seen(f"zeros_{i}_") for i in range(len(chosen.watched))),
+        samples=samples,
+        hits=tuple(seen(f"zeros_{i}_") for i in range(0 if bits > DOUBLE else len(chosen.watched))),
         end=float(attribute(file, "end")),
         steps=int(attribute(file, "steps")),
         outcome=outcome,
     )
-
-
-def _marks(file: Any, over: str, run: Decimals) -> list[Mark]:
-    """Return the states of a run in more digits, with the turns that were counted."""
-    columns = (array(file, f"decimal_{over}_{name}").tolist() for name in MARKS)
-    width = len(run.engine.formulation.states)
-    return [
-        Mark(t, tuple(row[:width]), turned=tuple(map(float, row[width:])))
-        for t, row in zip(*columns, strict=True)
-    ]

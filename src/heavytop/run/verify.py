@@ -32,7 +32,7 @@ from heavytop.errors import (
 )
 from heavytop.exact.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
-from heavytop.run.own_motion import SPARE_DIGITS, own_motion
+from heavytop.run.own_motion import SPARE_DIGITS
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
@@ -44,6 +44,7 @@ Columns = Any  # what a run, a closed form or `_columns` says at several times, 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
 FEW: Final = 16  # samples and events that stand for all, where a closed form takes long
 MANY: Final = 1_000_000  # the same, in doubles
+GRAIN_BITS: Final = 24  # of a state in more digits that rounding may have spoilt
 LEAST: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
 
@@ -159,7 +160,7 @@ def deviations(trajectory: Trajectory) -> dict[str, Array]:
     At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
     run = trajectory.samples.at(_some(trajectory.t.size, 1000))
-    return {"t": run.t} | _apart(run, own_motion(trajectory).at(run.t), (*ANGLES, "axis"))
+    return {"t": run.t} | _apart(run, trajectory.own.closed_form.at(run.t), (*ANGLES, "axis"))
 
 
 def energy_error(trajectory: Trajectory) -> float:
@@ -185,7 +186,7 @@ def conserved(
 
 def phase_error(trajectory: Trajectory, t: float | None = None) -> float:
     """Return how far the nutation runs ahead of the closed form at a time or at the end [s]."""
-    truth = own_motion(trajectory)
+    truth = trajectory.own.closed_form
     at = trajectory.t[-1:] if t is None else np.array([t])
     run, exact, frequency = trajectory(at), truth.at(at), 2 * np.pi / (truth.period or np.inf)
     off = np.cos(run.theta) - exact.u, -run.thetadot * np.sin(run.theta) - exact.udot
@@ -268,19 +269,20 @@ class _Exact:
 
 def _closed_form(trajectory: Trajectory, exactly: bool = False) -> _Exact:
     """The closed form of a run's own numbers, or of the scene's exact ones."""
-    decimals = trajectory.decimals
-    motion = trajectory.motion if exactly else own_motion(trajectory)
-    return _Exact(motion, None if decimals is None else decimals.digits + SPARE_DIGITS)
+    motion = trajectory.motion if exactly else trajectory.own.closed_form
+    digits = None if trajectory.in_doubles else trajectory.scene.digits + SPARE_DIGITS
+    return _Exact(motion, digits)
 
 
 def _run_at(trajectory: Trajectory) -> Columns:
     """A run at its samples and between them, the end last; long lists are thinned."""
-    count, decimals = trajectory.t.size, trajectory.decimals
-    if decimals is not None:
-        return _columns((*decimals.between, *decimals.samples[_some(count, FEW)]), TOLD)
-    between, samples = trajectory.between, trajectory.samples.at(_some(count, MANY))
-    pairs = ((getattr(between, name), getattr(samples, name)) for name in TOLD)
-    return SimpleNamespace(**dict(zip(TOLD, map(np.concatenate, pairs), strict=True)))
+    most = MANY if trajectory.in_doubles else FEW
+    samples = trajectory.own_samples.at(_some(trajectory.orbit.samples.t.size, most))
+    pairs = ((getattr(trajectory.own_between, n), getattr(samples, n)) for n in TOLD)
+    columns = map(np.concatenate, pairs)
+    if not trajectory.in_doubles:
+        columns = map(trajectory.numbers, columns)
+    return SimpleNamespace(**dict(zip(TOLD, columns, strict=True)))
 
 
 def _columns(records: Sequence[Any], names: Sequence[str]) -> Columns:
@@ -297,23 +299,26 @@ def _some(count: int, most: int) -> slice:
 
 def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[str, Number], Number]:
     """The invariants, at the start first; the constants; and how well a state is known."""
-    if trajectory.decimals is None:
-        return trajectory.invariants, trajectory.orbit.parameters, 0.0
-    run, samples = trajectory.decimals, trajectory.decimals.samples
-    some = (samples[0], *samples[_some(len(samples), FEW)])
-    each = [run.invariants(sample) for sample in some]
-    columns = {name: np.array([values[name] for values in each]) for name in each[0]}
-    return columns, run.parameters, run.grain
+    constants = trajectory.orbit.parameters
+    if trajectory.in_doubles:
+        return trajectory.invariants, constants, 0.0
+    samples = trajectory.own_samples
+    places = np.arange(samples.t.size)[_some(samples.t.size, FEW)]
+    found = trajectory.own_invariants(samples.at(np.append(0, places)))
+    number = trajectory.number
+    columns = {name: trajectory.numbers(values) for name, values in found.items()}
+    grain = trajectory.ctx.ldexp(1, GRAIN_BITS - trajectory.bits)
+    return columns, {name: number(x) for name, x in constants.items()}, grain
 
 
 def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
     """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
-    events, decimals, motion = trajectory.events, trajectory.decimals, trajectory.motion
-    some = _some(len(events), MANY if decimals is None else FEW)
-    if decimals is None:
+    events, motion = trajectory.events, trajectory.motion
+    some = _some(len(events), MANY if events.own is None else FEW)
+    if events.own is None:
         at = form(events.t[some], events.t_low[some])
     else:
-        at = form([event.sample.t for event in decimals.events[some]])
+        at = form([trajectory.number(t) for t in events.own["t"][some]])
     turning = events.is_turning[some]
     zero = np.where(turning, at.udot, at.u - form.reversal_u)
     slope = np.where(turning, at.uddot, at.udot)

@@ -27,7 +27,7 @@ from heavytop.certificate.flow import Flow
 from heavytop.certificate.run import BinaryRun, binary_run
 from heavytop.certificate.steps import LEAD
 from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
-from heavytop.integration.integrator import Checkpoint
+from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.outputs import sample
 from heavytop.machine import versions
 from heavytop.results.certificate import QUANTITIES, Certificate
@@ -169,7 +169,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     seen = orbit.at(orbit.samples.t).states
     if not np.array_equal(seen, orbit.samples.states, equal_nan=True):
         raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
-    points, width = orbit.checkpoints, len(own.integrator.compiled.formulation.states)
+    points, width = orbit.checkpoints, len(own.integrator.formulation.states)
     every = math.ceil(len(points) / PARTS)
     legs = [
         _place(points[i])
@@ -222,11 +222,11 @@ def why_not(trajectory: Trajectory) -> str:
     chosen = trajectory.plan
     if trajectory.outcome is not Outcome.FINISHED:
         return f"the run ended early ({trajectory.outcome}): only a whole one is certified"
-    if trajectory.decimals is not None or chosen.precision != "double":
+    if not trajectory.in_doubles:
         return "the run has more digits than doubles: its digits are held to the closed form"
     if chosen.formulation not in FORMS:
         return f"the {chosen.formulation} form is not quadratic: one of {', '.join(FORMS)}"
-    if (order := trajectory.orbit.integrator.compiled.order) < LEAD:
+    if (order := trajectory.orbit.integrator.engine.order) < LEAD:
         return f"its Taylor polynomials have order {order}: {LEAD} is the least"
     return ""
 
@@ -237,7 +237,7 @@ def _sizes(trajectory: Trajectory) -> dict[str, float]:
     points, seen = orbit.checkpoints, orbit.samples
     times = np.abs(np.append([point.time[0] for point in points], seen.t))
     states = np.concatenate(([point.state for point in points], seen.states))
-    own = len(orbit.integrator.compiled.formulation.states)
+    own = len(orbit.integrator.formulation.states)
     side = -1 if trajectory.plan.variant == "delta" else 1
     uniform = abs(known.get("kappa", 0.0) + side * known.get("frame_rate", 0.0))
     beside = 0.0  # what psi of the axis form is added up from: its start, and its quadrature
@@ -506,7 +506,7 @@ def _names(own: BinaryRun) -> Sequence[str]:
     if own.formulation == "cubic":
         return ("theta",)
     if own.formulation == "attitude" or own.quadrature:
-        return QUANTITIES if own.form.integrated is not None else QUANTITIES[:2]
+        return QUANTITIES if own.form.phi_wraps else QUANTITIES[:2]
     return QUANTITIES[:3] if own.variant else QUANTITIES[:2]
 
 

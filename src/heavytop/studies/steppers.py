@@ -34,12 +34,13 @@ from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import Context, context
 from heavytop.exact.pairs import Array, DoubleDouble, add
-from heavytop.integration.bits import DOUBLE, named
-from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished
-from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
+from heavytop.integration.bits import DOUBLE, digits_of, named
+from heavytop.integration.blocks import NEVER, Checkpoint, Integrator, Observed
+from heavytop.integration.engine import text
+from heavytop.integration.library import hy
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
-from heavytop.run.planning import EPSILON, closed_form_of, plan, rounded_start, start_values
+from heavytop.run.planning import EPSILON, closed_form_of, plan
 from heavytop.run.propagation import binary_start, integrator_of
 from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
@@ -94,12 +95,9 @@ def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
     form, own = chosen.equations, partial(motion_of, chosen)
     parameters, start = binary_start(scene, chosen)
     if method.bits > DOUBLE:
-        digits = int(method.bits * math.log10(2)) + SPARE_DIGITS
-        texts, states = rounded_start(chosen, start_values(scene), context(digits))
-        precise = PreciseIntegrator(form, method.bits, texts, start=states)
-        engine = integrator_of(chosen, parameters, start)
-        stepper = PreciseStepper(precise, tuple(states), engine.cautious_step(start, FAR), FAR)
-        known, digits = precise.parameter_texts(), max(DIGITS, digits + SPARE_DIGITS)
+        stepper = PreciseStepper(integrator_of(chosen, parameters, start), start, FAR)
+        known = {name: text(x) for name, x in parameters.items()}
+        digits = max(DIGITS, digits_of(method.bits) + SPARE_DIGITS)
         reference = ReferenceSolution(form, known, stepper.words(stepper.begin()), own, digits)
         period = _period(scene, reference)
         return MethodRun(replace(stepper, far=FAR * period), reference, period)
@@ -230,13 +228,13 @@ class TaylorStepper:
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
         done = self._block(at)
-        if done.block.singular or done.block.steps == 0:
+        if done.singular or done.steps == 0:
             raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
         return StepperState(
             time=done.end.time,
             state=tuple(done.end.state.tolist()),
             steps=done.end.steps,
-            evaluations=at.evaluations + done.block.steps,
+            evaluations=at.evaluations + done.steps,
         )
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
@@ -265,36 +263,32 @@ class PreciseStepper:
 
     Attributes
     ----------
-    engine : PreciseIntegrator
-    start : tuple of str
-        The states at the start, as decimal texts.
-    longest : float or None
-        The longest of the first steps [s].
+    engine : Integrator
+    start : Checkpoint
     far : float
         A time that no step reaches [s].
     """
 
-    engine: PreciseIntegrator
-    start: tuple[str, ...]
-    longest: float | None
+    engine: Integrator
+    start: Checkpoint
     far: float
 
     def begin(self) -> StepperState:
         """Return the start."""
-        return self._state(self.engine.start(self.start))
+        return self._state(self.start)
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
-        try:
-            return self._state(self.engine.onward(self._mark(at), self.far, self.longest))
-        except Unfinished:
-            raise IntegrationFailed(f"singular, or overflow, after {at.steps} steps") from None
+        done = self._block(at)
+        if done.singular or done.steps == 0:
+            raise IntegrationFailed(f"singular, or overflow, after {at.steps} steps")
+        return self._state(done.end)
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a state, laid out as `words`."""
-        wanted = [(self._sum(t), None) for t in times]
-        found, _ = self.engine.walk(self._mark(at), wanted, self.far, self.longest)
-        return np.array([self._words(one) for one in found if one])
+        wanted = [self.engine.engine.number(self._sum(t)) for t in times]
+        seen = self._block(at, np.array(wanted, self.start.state.dtype)).samples
+        return np.array([self._words(row) for row in seen.states])
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
@@ -304,25 +298,33 @@ class PreciseStepper:
         """Return the doubles whose sums are the states."""
         return (*at.state, *at.carry[:-LATE_WORDS])
 
+    def _block(self, at: StepperState, samples: Any = None) -> Observed:
+        number, n, words = self.engine.engine.number, self.start.state.size, self.words(at)
+        t = self._sum((*at.time, *at.carry[-LATE_WORDS:]))
+        time = number(t), number(t - number(t))
+        numbers = [sum(map(number, words[i::n][::-1]), number(0)) for i in range(n)]
+        start = Checkpoint(time, np.array(numbers, self.start.state.dtype), at.steps)
+        none = start.state[:0]
+        longest = self.engine.cautious_step(start, self.far)
+        asked = none if samples is None else samples
+        return self.engine.block(start, start.block_steps, self.far, asked, longest)
+
     def _sum(self, words: Sequence[float]) -> Any:
-        return sum(map(self.engine.wide, words[::-1]), self.engine.wide(0.0))
+        wide = 2 * self.engine.engine.bits + 64
+        return sum((hy.real(word, wide) for word in words[::-1]), hy.real(0, wide))
 
-    def _mark(self, at: StepperState) -> Mark:
-        n, words = len(self.start), self.words(at)
-        numbers = tuple(sum(map(self.engine.number, words[i::n][::-1])) for i in range(n))
-        return Mark(self._sum((*at.time, *at.carry[-LATE_WORDS:])), numbers, at.steps)
-
-    def _state(self, mark: Mark) -> StepperState:
-        n, words = len(self.start), self._words(mark)
-        instant: list[float] = []
+    def _state(self, at: Checkpoint) -> StepperState:
+        n, words = self.start.state.size, self._words(at.state)
+        high, low = at.time
+        wide, instant = hy.real(high, 2 * self.engine.engine.bits + 64) + low, list[float]()
         for _ in range(2 + LATE_WORDS):
-            instant.append(float(mark.t - self._sum(instant)))
+            instant.append(float(wide - self._sum(instant)))
         carry = (*words[n:], *instant[2:])
-        return StepperState((instant[0], instant[1]), words[:n], carry, mark.steps, mark.steps)
+        return StepperState((instant[0], instant[1]), words[:n], carry, at.steps, at.steps)
 
-    def _words(self, mark: Mark) -> tuple[float, ...]:
-        count = math.ceil(self.engine.bits / DOUBLE)
-        columns = [_expansion(Fraction(str(x)), count) for x in mark.state]
+    def _words(self, row: Any) -> tuple[float, ...]:
+        count = math.ceil(self.engine.engine.bits / DOUBLE)
+        columns = [_expansion(Fraction(text(x)), count) for x in row]
         return tuple(word for row in zip(*columns, strict=True) for word in row)
 
 

@@ -10,7 +10,7 @@ import pytest
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration import paces
-from heavytop.integration.integrator import continued, not_begun
+from heavytop.integration.blocks import integrate, not_begun
 from heavytop.integration.paces import FAST, SLOW, paces_of
 
 ROUNDING = 2.0**-53
@@ -28,7 +28,7 @@ def kicked(spin, periods="99.618", **wants):
 
 def exact_end(run):
     """The closed form at the very time at which a run ended."""
-    end = str(run.decimals.samples[-1].t) if run.decimals else run.orbit.end
+    end = str(run.end.t) if not run.in_doubles else run.orbit.end
     return ht.Motion(run.scene.top, run.scene.start).at(end, digits=30)
 
 
@@ -140,8 +140,8 @@ def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
     )
     assert np.array_equal(whole.samples.states[-1, :5], sampled.samples.states[-1, :5])
     begun = not_begun(whole.integrator, whole.checkpoints[0])
-    part = continued(begun, np.array([whole.end / 3]))
-    rest = continued(part, np.array([whole.end]))
+    part = integrate(begun, np.array([whole.end / 3]))
+    rest = integrate(part, np.array([whole.end]))
     assert np.array_equal(rest.samples.states[-1], whole.samples.states[-1])
     assert np.array_equal(rest.hits[0].t, whole.hits[0].t)
     assert np.array_equal(rest.hits[0].states, whole.hits[0].states)

@@ -1,4 +1,4 @@
-"""An orbit, in blocks of natural steps, and what takes them: a compiled formulation, turns counted.
+"""An orbit, in blocks of natural steps, and what takes them for the constants of a run.
 
 The same start, parameters and event functions give the same bits, however an orbit is sampled,
 split or resumed: blocks hold a fixed number of steps, samples are read off their Taylor
@@ -9,38 +9,42 @@ measured in it on the way in, and in seconds again on the way out: nothing is ro
 unit holds for the whole run, chosen by its start and its constants alone: so a block has the same
 bits however it was come to.
 
-phi of the axis form, phi and psi of the attitude form are no states of the equations: they are
-read off the others after each block, and their turns are counted. So nothing in the integrator
-grows, and the state at a block's start is enough to run it again, or to go on from it.
+Nothing in the integrator grows, and the state at a block's start is enough to run it again, or to
+go on from it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
-from heavytop.exact.pairs import DoubleDouble, add
-from heavytop.integration.compiled import (
+from heavytop.exact.pairs import add
+from heavytop.integration.bits import DOUBLE, precision
+from heavytop.integration.engine import (
+    HEAVY,
     Array,
     Block,
-    Compiled,
+    Engine,
     Polynomials,
     Seen,
-    compiled,
+    engine,
+    reals,
 )
 from heavytop.integration.paces import in_units, paces_of
 from heavytop.integration.projection import Projected, Projection
-from heavytop.integration.turns import distinct, turns_of
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
+PRECISE_BLOCK = 64  # of reals, until each step takes long
 LONGEST = float(np.finfo(float).max)  # a time [s]
+EPSILON = float(np.finfo(float).eps)
 NEVER = np.empty(0)
 Keep = Callable[[Callable[[], "Orbit"]], object]
 
@@ -51,103 +55,118 @@ class Checkpoint:
 
     Attributes
     ----------
-    time : tuple of float
-        Time as a double-double [s].
+    time : tuple of two numbers
+        Time as a high and a low word [s].
     state : ndarray, shape (n,)
-        With the angles that are counted.
     steps : int
         Natural steps taken before.
     """
 
-    time: DoubleDouble
+    time: tuple[Any, Any]
     state: Array
     steps: int
 
     @property
     def block_steps(self) -> int:
         """How many steps the block has that starts here: a short run needs no long block."""
+        bits = precision(self.state[0])
+        if bits > DOUBLE:
+            return PRECISE_BLOCK if bits < HEAVY else 1
         return min(3 * self.steps + FIRST_BLOCK, LONGEST_BLOCK)
 
     def local(self, t: Array) -> Array:
         """Return times since then [s]."""
-        return (t - self.time[0]) - self.time[1]
+        since: Array = (t - self.time[0]) - self.time[1]
+        return since
 
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """A block of steps, what was seen on the way at samples and at zeros of events, and its end."""
+    """A block of steps as it was seen: at samples, at zeros of events, and at its end.
 
-    block: Block
+    `elapsed` is its length [s], and `singular` says that no finite step follows.
+    """
+
     samples: Seen
     hits: tuple[Seen, ...]
     end: Checkpoint
+    elapsed: float
+    steps: int
+    singular: bool
 
 
 class Integrator:
-    """What takes the steps of the run from a start, shape (n,), and counts angles.
+    """What takes the steps of a run.
 
     Attributes
     ----------
-    formulation : Formulation
-        Where its last states are angles that are counted, `compiled` is without them.
-    compiled : Compiled
-    parameters : dict from str to float
-        Constants of the run, by symbol name.
+    engine : Engine
+    parameters : dict from str to number
+        Constants of the run, by symbol name, in the numbers of the engine.
     pace : float
         In whose unit of time steps are taken [1/s].
-    own_constants : dict from str to float
+    own_constants : dict from str to number
         The same constants, in that unit of time.
     projection : Projection or None
         In that unit of time.
-    turns : Turns or None
-        What counts these angles.
     """
 
     def __init__(
         self,
-        formulation: Formulation,
-        compiled: Compiled,
-        parameters: dict[str, float],
+        engine: Engine,
+        parameters: Mapping[str, Any],
         start: Array,
         *,
         projected: bool = False,
     ) -> None:
-        own = compiled.formulation
-        state = start[: len(own.states)]
-        self.formulation, self.compiled, self.parameters = formulation, compiled, parameters
-        self.pace = float(paces_of(own, state, parameters))
-        self._units = np.where(own.is_rate, self.pace, 1.0)
+        form, known = engine.formulation, {name: float(x) for name, x in parameters.items()}
+        self.engine, self.parameters = engine, dict(parameters)
+        self.pace = np.float64(paces_of(form, start.astype(np.float64), known))
+        self._units = np.where(form.is_rate, self.pace, 1.0)
         self.own_constants = in_units(self.pace, parameters)
-        started = state / self._units
-        self.projection = Projection.of(own, self.own_constants, started) if projected else None
-        self.turns = turns_of(formulation, parameters, state)
+        started = start / self._units
+        self.projection = Projection.of(form, self.own_constants, started) if projected else None
+
+    @property
+    def formulation(self) -> Formulation:
+        """The equations."""
+        return self.engine.formulation
 
     @property
     def compile_s(self) -> float:
         """Time spent in compiling [s]."""
-        return self.compiled.compile_s
+        return self.engine.compile_s
+
+    def numbers(self, values: Any) -> Array:
+        """Return numbers, shape (k,), as those of the engine."""
+        if self.engine.bits == DOUBLE or values.dtype == self.engine.nothing.dtype:
+            return np.asarray(values)
+        return reals(values, self.engine.bits)
 
     def for_this_thread(self) -> Integrator:
         """Return the one like this that belongs to the calling thread."""
-        found, own = copy(self), self.compiled
-        found.compiled = compiled(own.formulation, own.events, own.tolerance)
+        found, own = copy(self), self.engine
+        found.engine = engine(own.formulation, own.events, own.tolerance, own.bits)
         if self.projection:
             found.projection = Projection(own.formulation, self.projection.fixed)
         return found
 
     def cautious_step(self, start: Checkpoint, far: float) -> float | None:
-        """Return a bound for the first steps of a run, as `Compiled` does [s]; later none."""
+        """Return a bound for the first steps of a run, as `Engine` does [s]; later none."""
         if start.steps:
             return None
-        self.compiled.load(self.own_constants)
-        own = start.state[: self._units.size] / self._units
-        bound = self.compiled.cautious_step(own, self._own_time(far))
-        return None if bound is None else bound / self.pace
+        own, constants = self.engine, self.own_constants
+        if own.bits > DOUBLE:
+            own = engine(own.formulation, (), EPSILON)
+            constants = {name: float(x) for name, x in constants.items()}
+        own.load(constants)
+        state = (start.state / self._units).astype(np.float64)
+        bound = own.cautious_step(state, self._own_time(far))
+        return None if bound is None else bound / float(self.pace)
 
     def first_step(self, start: Checkpoint, far: float, longest: float | None) -> float:
         """Return the length of the first natural step [s]."""
-        own = start.state[: self._units.size]
-        return abs(self._taken(own, 1, far, NEVER, longest).elapsed[0] or far)
+        return abs(float(self._taken(start.state, 1, far, NEVER, longest).elapsed[0])) or abs(far)
 
     def block(
         self,
@@ -156,97 +175,73 @@ class Integrator:
         far: float,
         samples: Array = NEVER,
         longest: float | None = None,
-        reach: float = 0.0,
     ) -> Observed:
-        """Take natural steps and sample them, angles and all.
+        """Take natural steps and sample them.
 
         Parameters
         ----------
         start : Checkpoint
         steps, far, longest
-            As for `Compiled.block`.
+            As for `Engine.block`.
         samples : ndarray, shape (k,), optional
             Monotonic times, none of them before the start [s].
-        reach : float
-            How long after the start angles are told, at samples, at zeros of events and at the
-            block's end [s]: what is later may be turns off.
         """
-        turns, own = self.turns, start.state[: self._units.size]
-        forward = math.copysign(1.0, far)
-        asked = np.maximum(forward * start.local(samples), 0.0)
-        parts = 0 if turns is None else turns.parts(reach)
-        points = np.linspace(0.0, reach, parts + 1) if parts else np.zeros(1)
-        t = distinct(np.concatenate((points, asked)))[0]
-        block = self._taken(own, steps, far, forward * t[1:], longest)
-        rows = np.concatenate((own[None], block.rows))
-        t = forward * t[: len(rows)]
-        place = np.searchsorted(forward * t, asked)
-        place = place[place < t.size]  # the block did not reach the others
-        end = np.array([block.elapsed[0]])
-        told = self._told(start, block, [(t, rows), (end, block.state[None])])
-
-        def seen(since: Array, rows: Array, t: Array, t_low: Array) -> Seen:
-            return Seen(t, t_low, np.concatenate((rows, told(since)), axis=1))
-
-        last = seen(end, block.state[None], end, end)
-        late = [h.after(start.time) for h in block.hits]
+        forward = np.copysign(1.0, far)
+        since = forward * start.local(samples)
+        later = since > 0  # by rounding the first may be before
+        new = later.copy()
+        new[1:] &= since[1:] != since[:-1]
+        done = self._taken(start.state, steps, far, forward * since[new], longest)
+        rows = np.concatenate((start.state[None], done.rows))
+        place = np.cumsum(new)
+        place = place[place < len(rows)]  # the block did not reach the others
         reached = samples[: place.size]
         return Observed(
-            block=replace(block, rows=block.rows[:0].copy()),  # told: most are those of the turns
-            samples=seen(t[place], rows[place], reached, np.zeros(reached.size)),
-            hits=tuple(
-                seen(h.t, h.states, x.t, x.t_low) for h, x in zip(block.hits, late, strict=True)
-            ),
-            end=Checkpoint(
-                add(start.time, block.elapsed), last.states[0], start.steps + block.steps
-            ),
+            samples=Seen(reached, 0 * reached, rows[place]),
+            hits=tuple([h.after(start.time) for h in done.hits]),
+            end=Checkpoint(add(start.time, done.elapsed), done.state, start.steps + done.steps),
+            elapsed=float(done.elapsed[0]),
+            steps=done.steps,
+            singular=done.singular,
         )
 
     def polynomials(
         self, start: Checkpoint, steps: int, far: float
     ) -> tuple[Polynomials, Checkpoint]:
-        """Take the steps of a block again; return their polynomials, and the end without angles.
+        """Take the steps of a block again; return their polynomials, and the end.
 
         Times and states of the polynomials are in the run's own unit of time.
         """
         longest, pace = self.cautious_step(start, far), self.pace
-        self.compiled.load(self.own_constants)
-        taking = Projected(self.compiled, self.projection) if self.projection else self.compiled
-        own = start.state[: self._units.size] / self._units
+        self.engine.load(self.own_constants)
+        taking = Projected(self.engine, self.projection) if self.projection else self.engine
         longest = None if longest is None else longest * pace
+        own = start.state / self._units
         kept, done = taking.polynomials(own, steps, self._own_time(far), longest)
         high, low = done.elapsed
         end = add(start.time, (high / pace, low / pace))
         return kept, Checkpoint(end, done.state * self._units, start.steps + done.steps)
 
-    def _told(
-        self, start: Checkpoint, block: Block, seen: list[tuple[Array, Array]]
-    ) -> Callable[[Array], Array]:
-        """Return the angles, shape (k, c), as a function of the times at which a block was seen."""
-        if self.turns is None:
-            return lambda t: np.empty((t.size, 0))
-        seen = [*seen, *((h.t, h.states) for h in block.hits)]
-        times, rows = map(np.concatenate, zip(*seen, strict=True))
-        return self.turns.told(times, rows, start.state[self._units.size :].tolist())
-
     def _own_time(self, far: float) -> float:
         """Return a time without end in the run's own unit of time, and finite."""
-        return math.copysign(min(abs(far) * self.pace, LONGEST), far)
+        return math.copysign(min(abs(far) * float(self.pace), LONGEST), far)
 
     def _taken(
         self, state: Array, steps: int, far: float, samples: Array, longest: float | None
     ) -> Block:
         """Take steps in the run's own unit of time; the block is measured in seconds."""
-        compiled, pace, units = self.compiled, self.pace, self._units
-        compiled.load(self.own_constants)
-        taking = Projected(compiled, self.projection) if self.projection else compiled
+        engine, pace, units = self.engine, self.pace, self._units
+        engine.load(self.own_constants)
+        taking = Projected(engine, self.projection) if self.projection else engine
         done = taking.block(
             state / units,
             steps,
             self._own_time(far),
             samples * pace,
-            None if longest is None else longest * pace,
+            None if longest is None else longest * float(pace),
         )
+        if pace == 1:
+            return done
         high, low = done.elapsed
         return replace(
             done,
@@ -277,32 +272,30 @@ class Orbit:
     between: Seen | None = None
 
     @property
-    def parameters(self) -> dict[str, float]:
+    def parameters(self) -> dict[str, Any]:
         """Constants of the run, by symbol name."""
         return self.integrator.parameters
 
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
+        t = self.integrator.numbers(t)
         if t.size == 0:
             return Seen(t, t, self.samples.states[:0])
-        engine, far = self.integrator.for_this_thread(), _far(self.checkpoints[0], self.end)
-        forward = math.copysign(1.0, far)
+        taking, far = self.integrator.for_this_thread(), _far(self.checkpoints[0], self.end)
+        forward = np.copysign(1.0, far)
         order = np.argsort(forward * t, kind="stable")
         t = t[order]
         high, low = np.array([c.time for c in self.checkpoints]).T
         block = np.maximum(np.searchsorted(forward * high, forward * t, "right") - 1, 0)
         early = forward * ((t - high[block]) - low[block]) < 0  # a double before its start
         block = np.maximum(block - early, 0)
-        parts, late = [], NEVER
+        parts, late = [], t[:0]
         for k in np.union1d(block, np.minimum(block + 1, high.size - 1)).tolist():
             asked = np.concatenate((late, t[block == k]))
             if asked.size:
                 start = self.checkpoints[k]
-                longest, reach = (
-                    engine.cautious_step(start, far),
-                    abs(float(start.local(asked)[-1])),
-                )
-                seen = engine.block(start, start.block_steps, far, asked, longest, reach)
+                longest = taking.cautious_step(start, far)
+                seen = taking.block(start, start.block_steps, far, asked, longest)
                 parts.append(seen.samples)
                 late = asked[seen.samples.t.size :]  # by rounding: the next block begins there
         return Seen.join(parts).where(np.argsort(order, kind="stable"))
@@ -310,16 +303,17 @@ class Orbit:
 
 def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
     """Return an orbit that is nothing yet but its start."""
-    nothing = Seen(NEVER, NEVER, np.empty((0, start.state.size)))
-    hits, outcome = (nothing,) * len(integrator.compiled.events), Outcome.INTERRUPTED
-    return Orbit(integrator, (start,), nothing, hits, start.time[0], start.steps, outcome)
+    never = start.state[:0]
+    nothing = Seen(never, never, integrator.engine.nothing)
+    hits, outcome = (nothing,) * len(integrator.engine.events), Outcome.INTERRUPTED
+    return Orbit(integrator, (start,), nothing, hits, float(start.time[0]), start.steps, outcome)
 
 
-def continued(
+def integrate(
     orbit: Orbit,
     samples: Array,
     *,
-    between: Array = NEVER,
+    between: Array | None = None,
     on_block: Callable[[float], None] | None = None,
     step_limit: int | None = None,
     keep: Keep | None = None,
@@ -343,7 +337,7 @@ def continued(
     keep : callable, optional
         Called after each block but the last with a function that returns the orbit so far.
     """
-    journey = _Journey(orbit, samples, between)
+    journey = _Journey(orbit, samples, samples[:0] if between is None else between)
     outcome: Outcome | None = None
     try:
         while outcome is None:
@@ -363,7 +357,7 @@ def continued(
 
 def _far(start: Checkpoint, end: float) -> float:
     """Return a local time beyond the whole span, which only a step of such a length would cut."""
-    return 4.0 * (end - start.time[0])
+    return 4.0 * (end - float(start.time[0]))
 
 
 class _Journey:
@@ -371,7 +365,7 @@ class _Journey:
 
     def __init__(self, orbit: Orbit, samples: Array, between: Array) -> None:
         times = np.concatenate((samples, between))
-        order = np.argsort(np.abs(times), kind="stable")
+        order = np.argsort(abs(times), kind="stable")
         self.known, self.samples, self.is_sample = orbit, times[order], order < samples.size
         self.integrator = orbit.integrator.for_this_thread()
         self.checkpoints = [*orbit.checkpoints]
@@ -390,8 +384,8 @@ class _Journey:
         """How much of what was ahead is done."""
         if self.done == self.samples.size:
             return 1.0
-        first = self.known.checkpoints[-1].time[0]
-        return (self.place.time[0] - first) / (self.end - first)
+        first, here = (float(c.time[0]) for c in (self.known.checkpoints[-1], self.place))
+        return (here - first) / (self.end - first)
 
     def advance(self) -> Outcome | None:
         """Run one block; tell how the integration ended, if it did."""
@@ -400,7 +394,7 @@ class _Journey:
         self.done += seen.samples.t.size
         if self.done == self.samples.size:
             return Outcome.FINISHED
-        if seen.block.singular or seen.block.steps == 0:
+        if seen.singular or seen.steps == 0:
             return Outcome.SINGULAR
         self.checkpoints.append(seen.end)
         return None
@@ -413,26 +407,30 @@ class _Journey:
         """
         start, far, waiting = self.place, self.far, self.samples[self.done :]
         longest = self.integrator.cautious_step(start, far)
-        remaining = np.abs(start.local(waiting))
-        end = float(remaining[-1])
-        if len(self.checkpoints) > 1:
-            before = self.checkpoints[-2]
-            length = abs(start.time[0] - before.time[0]) / (start.steps - before.steps)
-        else:
-            length = self.integrator.first_step(start, far, longest)
-        full = start.block_steps
+        remaining = abs(start.local(waiting)).astype(np.float64)
+        end, full = float(remaining[-1]), start.block_steps
+        length = self._step_before(far, longest) if full > 1 else end
         steps = min(full, math.ceil(1.02 * end / length) + 2)
         while True:
             reach = min(1.1 * steps * length, end)
             asked = waiting[remaining <= reach]
-            seen = self.integrator.block(start, steps, far, asked, longest, reach)
-            reached, taken = abs(seen.block.elapsed[0]), seen.block.steps
+            seen = self.integrator.block(start, steps, far, asked, longest)
+            reached, taken = abs(seen.elapsed), seen.steps
             length = reached / taken if taken else length
             if reached > reach and reach < end:
                 continue  # the steps grew: look again, at all samples of the block
-            if reached >= end or steps == full or seen.block.singular:
+            if reached >= end or steps == full or seen.singular:
                 return seen
             steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
+
+    def _step_before(self, far: float, longest: float | None) -> float:
+        """Return the length of the mean step of the block before, or of the first [s]."""
+        start = self.place
+        if len(self.checkpoints) == 1:
+            return self.integrator.first_step(start, far, longest)
+        before = self.checkpoints[-2]
+        elapsed = abs(float(start.time[0] - before.time[0]))
+        return elapsed / (start.steps - before.steps)
 
     def orbit(self, outcome: Outcome) -> Orbit:
         """Return what has been seen so far.
@@ -443,11 +441,11 @@ class _Journey:
         whole = len(self.checkpoints) - len(known.checkpoints)
         blocks = self.blocks[:whole] if outcome == Outcome.INTERRUPTED else self.blocks
         last, end = blocks[-1].end if blocks else first, self.end
-        if (
-            outcome != Outcome.FINISHED
-        ):  # a step back, so that rounding cannot put it behind the last state
-            end = float(np.nextafter(np.nextafter(last.time[0], first.time[0]), first.time[0]))
-        forward = math.copysign(1.0, self.far)
+        if outcome != Outcome.FINISHED:
+            # a step back, so that rounding cannot put it behind the last state
+            reached, begun = float(last.time[0]), float(first.time[0])
+            end = float(np.nextafter(np.nextafter(reached, begun), begun))
+        forward = np.copysign(1.0, self.far)
         seen = Seen.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
         is_sample = self.is_sample[: seen.t.size]
         return Orbit(

@@ -1,4 +1,4 @@
-"""A formulation compiled by heyoka, and its one motion: a block of natural steps.
+"""A formulation compiled by heyoka, in doubles or in reals, and its one motion: natural steps.
 
 A trajectory is made of blocks of steps whose length heyoka chose itself. Shortening a step to land
 on a sample would change every later step; counting steps does not, so a block run again from its
@@ -10,6 +10,8 @@ one whatever the top does; the angular momentum beside it may be a million times
 small, and then one of the two is held to few digits, unseen. So time is measured in the unit of
 the motion: times are multiplied by a pace, rates divided by it, and constants by its powers. Paces
 are powers of two, so nothing is rounded on the way in or out; that of any ordinary top is one.
+
+Numbers are doubles, or heyoka's reals (MPFR) of so many bits; numpy computes with both.
 """
 
 from __future__ import annotations
@@ -17,10 +19,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
-from threading import get_ident
+from threading import Lock, Thread, get_ident
 from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
@@ -29,13 +32,14 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
 from heavytop.exact.pairs import DoubleDouble, add
-from heavytop.integration.bits import DOUBLE
+from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.library import hy
 
 T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
+HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
@@ -51,6 +55,33 @@ def per_thread(build: Callable[..., T]) -> Callable[..., T]:
     """Return a function that builds each thing once for each thread: it serves one at a time."""
     built = cache(lambda _thread, *given: build(*given))
     return lambda *given: built(get_ident(), *given)
+
+
+def reals(texts: Any, bits: int) -> Array:
+    """Return reals of so many bits, nearest to an array of texts, or of other numbers."""
+    found = np.empty(np.shape(texts), hy.real)
+    found[...] = np.frompyfunc(lambda x: hy.real(x, bits), 1, 1)(texts)
+    return found
+
+
+def apart(call: Callable[[], T]) -> T:
+    """Return what a long call returns; Ctrl-C leaves it to itself, and it ends with the process."""
+    result: Future[T] = Future()
+
+    def work() -> None:
+        try:
+            result.set_result(call())
+        except BaseException as error:
+            result.set_exception(error)
+
+    Thread(target=work, daemon=True).start()
+    return result.result()
+
+
+def text(x: Any) -> str:
+    """Return a decimal text of a number by which every bit comes back."""
+    bits = precision(x)
+    return repr(float(x)) if bits == DOUBLE else str(hy.real(x, bits + 64))
 
 
 def translated(
@@ -137,8 +168,8 @@ class Seen(NamedTuple):
 
     def after(self, begun: DoubleDouble) -> Seen:
         """Return them with times since what was so long before [s]."""
-        high, low = (np.full(self.t.size, word) for word in begun)
-        return Seen(*add((high, low), (self.t, self.t_low)), self.states)
+        since: Any = begun  # one time for all
+        return Seen(*add(since, (self.t, self.t_low)), self.states)
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +221,7 @@ class Polynomials(NamedTuple):
     restarted: Array
 
 
-class Compiled:
+class Engine:
     """A compiled formulation; parameters are loaded, never compiled in.
 
     Parameters
@@ -198,34 +229,54 @@ class Compiled:
     formulation : Formulation
     events : tuple of str
         Names of the formulation's event functions to be watched. They take part in the choice
-        of the step, so another set of events is another run.
+        of the step, so another set of events is another run. In reals none are watched: at high
+        orders they would take gigabytes to compile.
     tolerance : float
-        Relative error tolerance of a step. Below the rounding of doubles it goes with compensated
-        sums, as heyoka's documentation advises for Brouwer's law.
+        Relative error tolerance of a step; of reals it is their rounding. Below that of doubles
+        it goes with compensated sums, as heyoka's documentation advises for Brouwer's law.
+    bits : int
+        Of the numbers.
     """
 
-    def __init__(self, formulation: Formulation, events: tuple[str, ...], tolerance: float) -> None:
+    def __init__(
+        self,
+        formulation: Formulation,
+        events: tuple[str, ...],
+        tolerance: float,
+        bits: int = DOUBLE,
+    ) -> None:
         began = time.perf_counter()
-        self.formulation, self.events, self.tolerance = formulation, events, tolerance
-        system = System.of(formulation, DOUBLE, events)
+        self.formulation, self.events = formulation, events
+        self.tolerance, self.bits = tolerance, bits
+        system = System.of(formulation, bits, events)
         self._loaded = system.loaded
         self._zeros: list[tuple[int, float, bytes]] = []  # event function, time, state
         self._seeing = [True]  # empty while no zero is to be kept
-        self._taylor = hy.taylor_adaptive(
-            system.equations,
-            [0.0] * len(system.equations),
-            pars=[0.0] * len(system.loaded),
-            tol=tolerance,
-            high_accuracy=tolerance < np.finfo(float).eps,
-            nt_events=[
-                hy.nt_event(zero, _recorder(self._zeros, self._seeing, i))
-                for i, zero in enumerate(system.zeros)
-            ],
-        )
+        self._busy = Lock()
+        start, pars = ([self.number(0.0)] * len(x) for x in (system.equations, system.loaded))
+        if bits == DOUBLE:
+            self._taylor = hy.taylor_adaptive(
+                system.equations,
+                start,
+                pars=pars,
+                tol=tolerance,
+                high_accuracy=tolerance < np.finfo(float).eps,
+                nt_events=[
+                    hy.nt_event(zero, _recorder(self._zeros, self._seeing, i))
+                    for i, zero in enumerate(system.zeros)
+                ],
+            )
+        else:  # without compact mode compiling takes minutes
+            kind = {"fp_type": hy.real, "prec": bits, "compact_mode": True, "pars": pars}
+            self._taylor = apart(lambda: hy.taylor_adaptive(system.equations, start, **kind))
         self._own: Array = self._taylor.state  # looking it up takes time
-        self.nothing: Array = np.empty((0, self._own.size))  # no rows of states
+        self.nothing: Array = np.empty((0, self._own.size), self._own.dtype)  # no rows of states
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
+
+    def number(self, x: Any) -> Any:
+        """Return the number of its kind that is nearest to another one, or to a decimal text."""
+        return float(x) if self.bits == DOUBLE else hy.real(x, self.bits)
 
     def load(self, parameters: Mapping[str, float]) -> None:
         """Load the constants of a run, by the names of their symbols."""
@@ -254,12 +305,12 @@ class Compiled:
         longest : float, optional
             The longest step to take [s].
         """
-        self._begin(state)
-        outcome, taken, rows = self._propagated(steps, far, samples, longest)
+        outcome, taken, rows = self._away(state, steps, far, samples, longest)
         if taken == steps or outcome in NATURAL:
             return Block(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
         if taken == 0:
-            return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
+            nothing = self.number(0.0), self.number(0.0)
+            return Block(state.copy(), nothing, 0, rows[:0], self._hits(), singular=True)
         return replace(self.block(state, taken, far, samples, longest), singular=True)
 
     def leg(
@@ -328,20 +379,39 @@ class Compiled:
 
     def _begin(self, state: Array) -> None:
         """Stand at a state, at time 0, with no zeros found."""
-        self._taylor.time = 0.0
+        self._taylor.time = self.number(0.0)
         self._own[:] = state
         self._zeros.clear()
 
+    def _away(self, *asked: Any) -> tuple[Any, int, Array]:
+        """Take steps; where one takes long, on a thread of its own, which Ctrl-C leaves behind."""
+        if self.bits < HEAVY:
+            return self._propagated(*asked)
+
+        def alone() -> tuple[Any, int, Array]:
+            with self._busy:  # what was left behind ends first
+                return self._propagated(*asked)
+
+        return apart(alone)
+
     def _propagated(
-        self, steps: int, far: float, samples: Array | None, longest: float | None
+        self,
+        state: Array,
+        steps: int,
+        far: float,
+        samples: Array | None,
+        longest: float | None,
     ) -> tuple[Any, int, Array]:
         """Return how the steps ended, how many there were, and the states at the samples."""
-        bound = {"max_steps": steps, "max_delta_t": math.inf if longest is None else longest}
+        self._begin(state)
+        most = self.number(math.inf if longest is None else longest)
+        bound = {"max_steps": steps, "max_delta_t": most}
+        end = self.number(far)
         if samples is None or samples.size == 0:
-            result = self._taylor.propagate_until(far, **bound)
+            result = self._taylor.propagate_until(end, **bound)
             return result[0], result[3], self.nothing
-        grid = np.empty(samples.size + 2)
-        grid[0], grid[1:-1], grid[-1] = 0.0, samples, far
+        grid = np.empty(samples.size + 2, self._own.dtype)
+        grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
         result = self._taylor.propagate_grid(grid, **bound)
         return result[0], result[3], result[5][1 : 1 + samples.size]
 
@@ -385,4 +455,5 @@ def _recorder(
     return record
 
 
-compiled = per_thread(Compiled)
+engine = per_thread(Engine)
+"""The `Engine` of a formulation, built once for each thread."""

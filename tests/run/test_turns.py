@@ -1,19 +1,16 @@
-"""phi and psi that are read off the axis or the quaternion, their turns counted, against the closed
-form; and the attitude form itself."""
+"""phi and psi that are read off the axis or the quaternion, with their whole turns; and the attitude
+form itself. The turns are the closed form's: the Lagrangian form, which has none to add, has them
+too."""
 
 from dataclasses import replace
-from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.equations.quaternion import product
-from heavytop.integration.integrator import continued, not_begun
-from heavytop.run.verify import own_motion
+from heavytop.integration.blocks import integrate, not_begun
+from heavytop.run.own_motion import OwnMotion, own_motion
 
 from ..motions import LIE, LIE_START, SCENES
 
@@ -56,37 +53,74 @@ def assert_wound_right(top, start, form, bound=0.1, aside=1e-5, **span):
     return trajectory
 
 
-def thousandths(low, high):
-    return st.integers(round(1000 * low), round(1000 * high)).map(lambda k: k / 1000)
+def drawn(seed):
+    """A top, and a start that passes one of the poles at 1e-9 to 1e-2 rad, or neither."""
+    draw = np.random.default_rng(seed)
+    top = ht.Top(1, draw.uniform(0.1, 1.9), draw.choice([-1, 1]) * draw.uniform(0.3, 3))
+    theta, spin_rate = draw.uniform(0.3, 2.8), draw.uniform(-5, 5)
+    rates = {"thetadot": draw.normal(), "phidot": draw.normal()}
+    if seed % 3:  # p_phi -+ p_psi, which is the angular momentum at the pole
+        side, miss = (1, -1)[seed % 2], draw.choice([-1, 1]) * 10 ** draw.uniform(-9, -2)
+        p_psi = top.C * spin_rate
+        rates = {"thetadot": -side * draw.uniform(4, 6)}
+        rates["phidot"] = float(p_psi * (side - np.cos(theta)) + miss) / np.sin(theta) ** 2
+    start = ht.State.kicked(theta=theta, omega3=spin_rate, **rates)
+    return top, start, draw.choice([-1, 1]) * draw.uniform(1, 4)
 
 
-near_a_pole = st.integers(-9, -1).map(lambda k: 10.0**k)
+def assert_turns_of_lagrange(seed):
+    """phi and psi of Euler's angles have their turns: no closed form, no azimuth is asked."""
+    top, start, periods = drawn(seed)
+    time = periods * ht.Motion(top, start).period
+    wanted = scene(top, start, time=time, samples=25, events=(), digits=6)
+    counted = run(wanted, "lagrange")
+    if np.max(np.abs(counted.theta - own_motion(counted).at(counted.t).theta)) > 1e-4:
+        return  # beside the unstable vertical: the motion itself is forgotten
+    for form in ("axis", "attitude"):
+        if form == "axis" and ht.Motion(top, start).kind == "planar-pendulum":
+            continue
+        found = run(wanted, form)
+        aside = np.sin(found.theta) > 1e-2
+        off(found, counted, aside, 1e-2)
+
+
+def test_turns_are_those_that_the_lagrangian_form_counts():
+    for seed in range(30):
+        assert_turns_of_lagrange(seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", ["auto", "attitude"])
-@settings(max_examples=80, deadline=None)
-@given(
-    theta=thousandths(0.01, 3.13) | near_a_pole | near_a_pole.map(lambda x: np.pi - x),
-    thetadot=thousandths(-8, 8),
-    phidot=thousandths(-25, 25),
-    psidot=thousandths(-60, 60) | st.just(0.0) | thousandths(-600, 600),
-    g=thousandths(-3, 3),
-    samples=st.sampled_from((2, 7, 401)),
-    sign=st.sampled_from((1, -1)),
-)
-def test_turns_of_any_motion(form, theta, thetadot, phidot, psidot, g, samples, sign):
-    top = ht.Top(A=1, C=0.5, gMR=g)
-    start = ht.State(theta=theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
-    motion = ht.Motion(top, start)
-    if not motion.nutates or min(motion.from_top, motion.from_bottom) < 1e-13:
-        return  # no turning points, or a pass through a pole within rounding
-    try:
-        span = sign * 20 * motion.period
-        motion.at(span)
-    except ht.NoClosedForm:
-        return
-    assert_wound_right(top, start, form, time=span, samples=samples)
+@pytest.mark.parametrize("tenth", range(10))
+def test_turns_of_a_thousand_tops_are_those_that_the_lagrangian_form_counts(tenth):
+    for seed in range(100 * tenth, 100 * tenth + 100):
+        assert_turns_of_lagrange(seed)
+
+
+def test_a_turn_that_is_lost_is_seen(monkeypatch):
+    """Planted: the closed form is a turn behind from the middle on."""
+    told = OwnMotion.angles
+
+    def behind(self, t, t_low):
+        phi, psi = told(self, t, t_low)
+        return phi - 2 * np.pi * (abs(t) > abs(t).max() / 2), psi
+
+    monkeypatch.setattr(OwnMotion, "angles", behind)
+    with pytest.raises(AssertionError):
+        assert_turns_of_lagrange(0)
+
+
+def test_an_angle_that_is_no_longer_known_is_missed_and_not_unwrapped(monkeypatch):
+    told = OwnMotion.angles
+
+    def astray(self, t, t_low):
+        phi, psi = told(self, t, t_low)
+        return phi + 2, psi
+
+    good = run(shipped("sicm-kicked"), "axis")
+    monkeypatch.setattr(OwnMotion, "angles", astray)
+    lost = run(shipped("sicm-kicked"), "axis")
+    assert np.max(np.abs(lost.phi)) <= np.pi < np.max(np.abs(good.phi))
+    assert ht.run_errors(lost).phi > np.pi / 2
 
 
 @both_forms
@@ -136,21 +170,6 @@ def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, 
     start = ht.State.kicked(theta=1, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
     trajectory = assert_wound_right(UNIT, start, form, 1e-9, aside=1e-3, time=30)
     assert trajectory.events.count("turning") >= 10
-
-
-@pytest.fixture
-def fuzz_turns(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
-    return import_module("fuzz_turns")
-
-
-def test_no_turn_is_lost_and_no_digit_in_silence(fuzz_turns, monkeypatch):
-    """A fast slice of ``validation/fuzz_turns.py``, and an error planted: a pole's sense."""
-    assert fuzz_turns.misses(2, 10) == []
-    monkeypatch.setattr("heavytop.integration.turns.in_sense", lambda _sense, change: change)
-    found = " ".join(fuzz_turns.misses(2, 10))
-    assert "attitude: phi off by" in found
-    assert "axis: phi off by" in found
 
 
 # --- the attitude form ---------------------------------------------------------------------------
@@ -222,7 +241,9 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     state = orbit.checkpoints[0].state.copy()
     state[:4] *= 1 + 1e-9
     start = replace(orbit.checkpoints[0], state=state)
-    other = replace(trajectory, orbit=continued(not_begun(orbit.integrator, start), trajectory.t))
+    again = integrate(not_begun(orbit.integrator, start), trajectory.t)
+    own = OwnMotion(trajectory.plan, trajectory.motion, orbit.parameters, state)
+    other = replace(trajectory, orbit=again, own=own)
     theta = own_motion(other).at(other.t).theta
     assert np.max(np.abs(other.theta - theta)) < 1e-14
     assert np.max(np.abs(trajectory.theta - theta)) > 1e-11
