@@ -70,7 +70,7 @@ def test_more_digits_than_doubles_have(spin):
     """More bits, whose last digits a large spin would take as well."""
     run = ht.propagate(kicked(spin, "9.618", digits=15))
     assert run.plan.precision != "double"
-    last, exact = run.decimals.samples[-1], exact_end(run)
+    last, exact = run.end, exact_end(run)
     assert all(abs(x - y) < 1e-17 for x, y in zip(last.axis, exact.axis, strict=True))
 
 
@@ -146,17 +146,6 @@ def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
     assert np.array_equal(rest.hits[0].t, whole.hits[0].t)
     assert np.array_equal(rest.hits[0].states, whole.hits[0].states)
     assert np.array_equal(whole.at(np.array([whole.end / 3])).states, part.samples.states)
-
-
-def test_a_long_run_keeps_no_states_from_which_turns_were_told():
-    """They fill the memory, at last."""
-    orbit = ht.propagate(kicked("250", quantities=("axis", "phi")), formulation="axis").orbit
-    start = orbit.checkpoints[-1]
-    near = np.array([start.time[0] + 0.01])
-    seen = orbit.integrator.block(start, 64, orbit.end, samples=near, reach=0.01)
-    assert seen.samples.states.shape == (1, 6)
-    assert seen.block.rows.base is None
-    assert seen.block.rows.shape == (0, 5)
 
 
 # --- events --------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
-"""phi and psi that are read off the axis or the quaternion, with their whole turns; and the attitude
-form itself. The turns are the closed form's: the Lagrangian form, which has none to add, has them
-too."""
+"""phi and psi that are read off the axis or the quaternion, with whole turns; the attitude form.
+
+The turns are the closed form's; the Lagrangian form, to which none are added, has them too."""
 
 from dataclasses import replace
 

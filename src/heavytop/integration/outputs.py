@@ -169,9 +169,10 @@ def _azimuth_beside_poles(
     p, q = omega[1] * z - omega[2] * y, omega[2] * x - omega[0] * z  # the velocity of the axis
     own: Any = np.where(z > 0, parameters["P_minus"], parameters["P_plus"])  # in units A = 1
     speed, g, l_z = hypot(p, q), abs(parameters["g"]), parameters["l_z"]
-    drifted = 2 * abs(x * q - y * p - own) >= abs(own)
-    straight = size * np.sqrt(p * p + q * q + l_z * l_z + 8 * g) < speed
-    straight &= 2 * abs(own) < close * speed
+    fastest = np.sqrt(p * p + q * q + l_z * l_z + 8 * g)
+    off = abs(x * q - y * p - own)
+    drifted = (2 * off >= abs(own)) & (off > 2 * size * size * fastest)  # else it bends as much
+    straight = (size * fastest < speed) & (2 * abs(own) < close * speed)
     side = np.where(x * p + y * q < 0, -1.0, 1.0)
     phi = np.where(beside & drifted & straight, np.arctan2(side * p, -side * q), phi)
     return np.where((size == 0) & (speed == 0), parameters["phi_0"], phi), beside

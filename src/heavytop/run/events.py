@@ -178,7 +178,7 @@ class Events:
 
 def no_events(scene: Scene, orbit: Orbit) -> Events:
     """Return none, as of an orbit on its way: they are found at its end."""
-    none, states = np.empty(0), orbit.samples.states[:0]
+    none, states = np.empty(0), orbit.samples.states[:0].astype(np.float64)
     return Events((), none, none, none, none, none, none, np.empty((0, 3)), states, scene.events)
 
 
