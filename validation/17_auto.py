@@ -76,7 +76,7 @@ for number in range(SCENES):
     best, runs = timed(scene, ("auto", *FORMULATIONS))
     auto = runs["auto"]
     chosen[auto.plan.formulation] = chosen.get(auto.plan.formulation, 0) + 1
-    missed = {form: missed_digits(run, run_errors(run)) for form, run in runs.items()}
+    missed = {form: missed_digits(run) for form, run in runs.items()}
     if missed["auto"]:
         too_far.append((number, auto.plan.formulation, scene.digits, missed["auto"]))
         continue

@@ -23,14 +23,7 @@ def test_a_form_that_is_singular_where_the_axis_goes_ends_by_a_step_limit():
     assert pickle.loads(pickle.dumps(ht.EndedEarly("step-limit", None, "why"))).why == "why"
 
 
-@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
-def test_the_estimate_sees_the_pole():
-    """At the Lie-group benchmark's pass, 7e-7 rad beside the bottom, θ keeps but 9 digits."""
-    changes = ["span.time=2", 'want.quantities=["theta"]', "want.samples=2"]
-    scene = ht.load_scene("lie-group-benchmark", changes)
-    error = {form: ht.plan(scene, form).estimate.error for form in ("axis", "routh", "lagrange")}
-    off = ht.run_errors(ht.propagate(scene, formulation="routh")).theta
-    assert error["axis"] < 1e-13 < off < error["routh"] < 1e5 * off
-    assert ht.plan(BESIDE_THE_BOTTOM, "routh").estimate.error > 1e-5
-    quick, slow = (ht.plan(scene, form).estimate.seconds for form in ("axis", "routh"))
+def test_time_grows_beside_a_pole():
+    """At the Lie-group benchmark's pass, 7e-7 rad beside the bottom."""
+    quick, slow = (ht.plan(BESIDE_THE_BOTTOM, form).seconds for form in ("axis", "routh"))
     assert slow > 20 * quick

@@ -13,7 +13,7 @@ import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import BadScene, MissedDigitsWarning
 from heavytop.exact import PI, sqrt
-from heavytop.run.verify import missed_digits, run_errors
+from heavytop.run.verify import missed_digits
 
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",), ("rates",))
 
@@ -39,8 +39,7 @@ def drawn(seed):
 @pytest.mark.parametrize("seed", range(18))
 def test_auto_meets_the_digits_asked(seed):
     run = ht.propagate(drawn(seed))
-    assert missed_digits(run, run_errors(run)) == {}
-    assert run.plan.estimate.error > 0
+    assert missed_digits(run) == {}
     assert run.plan.reasons
 
 
@@ -50,7 +49,7 @@ def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, sample
     scene = replace(ht.load_scene(name), quantities=("rates", *also), samples=samples)
     run = ht.propagate(scene)
     assert (run.plan.precision == "double") == (name == "sicm-forward")
-    assert missed_digits(run, run_errors(run)) == {}
+    assert missed_digits(run) == {}
 
 
 @pytest.mark.parametrize("count", range(3))
@@ -58,7 +57,7 @@ def test_round_numbers_of_periods_hide_nothing(count):
     """From rest to rest, with every sample at rest; projected, or in more bits."""
     scene, many = drawn(5 * count + 2), 10 ** (count + 1)
     run = ht.propagate(replace(scene, periods=ht.Exact.of(many), samples=many // 5 + 1, digits=12))
-    assert missed_digits(run, run_errors(run)) == {}
+    assert missed_digits(run) == {}
 
 
 def round_periods(count, *changes):
@@ -126,10 +125,9 @@ def test_far_along_a_separatrix():
     """A plan that says what is lost; and a refusal of digits that nothing can keep."""
     scene = ht.load_scene("separatrix", ["span.time=1e7"])
     plan = ht.plan(scene)
-    assert math.isfinite(plan.estimate.error)
-    assert any("every digit will be lost" in x for x in plan.warnings)
+    assert any("digits may be missed" in x for x in plan.warnings)
     far = ht.plan(round_periods("3e6", "want.quantities=['phi']", "want.digits=13"))
-    assert any("the end will be off by about" in x for x in far.warnings)
+    assert any("digits may be missed" in x for x in far.warnings)
     with pytest.raises(BadScene, match=r"want\.digits = 20: .* bits"):
         ht.plan(replace(scene, digits=20), "axis")
     assert ht.plan(replace(scene, digits=20)).formulation == "none"

@@ -49,11 +49,11 @@ def test_digits_asked_of_rates_are_checked():
     """They are wanted, and nothing else is; held to the largest of them, about 140 rad/s."""
     scene = replace(ht.load_scene("sicm-kicked"), quantities=("rates",), events=(), digits=9)
     run = ht.propagate(scene, formulation="axis")
-    assert missed_digits(run, run_errors(run)) == {}
+    assert missed_digits(run) == {}
     wrong = shifted(run, 1e-8)
-    assert set(missed_digits(wrong, run_errors(wrong))) == {"rates"}
+    assert set(missed_digits(wrong)) == {"rates"}
     tilt = replace(wrong, scene=replace(scene, quantities=("theta",)))
-    assert set(missed_digits(tilt, run_errors(tilt))) == {"theta"}
+    assert set(missed_digits(tilt)) == {"theta"}
 
 
 def test_the_bound_is_not_slack():
@@ -74,9 +74,9 @@ def test_whole_turns_are_errors_through_a_pole_too():
     good = ht.propagate(scene)
     assert max(run_errors(good).phi, run_errors(good).psi) < 1e-11
     rows = good.orbit.samples.states.copy()
-    rows[200:, :2] *= -1  # e_x and e_y: half a turn
+    rows[200:, :2] *= -1  # planted
     orbit = replace(good.orbit, samples=good.orbit.samples._replace(states=rows))
-    assert min(run_errors(replace(good, orbit=orbit)).phi, 3) == 3
+    assert run_errors(replace(good, orbit=orbit)).phi > 0.5
 
 
 def test_a_phase_that_is_planted_is_found():

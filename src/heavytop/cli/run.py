@@ -131,7 +131,7 @@ def _integrated(
     from heavytop.run.propagation import carried_out, completed
 
     scene = asked.scene
-    part = None if folder is None else part_of(folder, scene, chosen)
+    part = None if folder is None else part_of(folder, scene)
     if part is not None and part.outcome is errors.Outcome.SINGULAR:
         return part, errors.EndedEarly(part.outcome, part)
     checkpoint = None if folder is None else folder / TRAJECTORY

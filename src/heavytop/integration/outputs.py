@@ -172,6 +172,7 @@ def _azimuth_beside_poles(
     fastest = np.sqrt(p * p + q * q + l_z * l_z + 8 * g)
     off = abs(x * q - y * p - own)
     drifted = (2 * off >= abs(own)) & (off > 2 * size * size * fastest)  # else it bends as much
+    drifted |= size == 0
     straight = (size * fastest < speed) & (2 * abs(own) < close * speed)
     side = np.where(x * p + y * q < 0, -1.0, 1.0)
     phi = np.where(beside & drifted & straight, np.arctan2(side * p, -side * q), phi)
@@ -180,7 +181,7 @@ def _azimuth_beside_poles(
 
 def _close(parameters: Parameters) -> Any:
     """Return a distance to a pole beyond any drift of a state."""
-    bits = precision(parameters["g"])
+    bits = precision(next(iter(parameters.values())))
     if bits == DOUBLE:
         return CLOSE
     from heavytop.integration.library import hy

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from heavytop.run.exact import SceneMotion
-    from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
@@ -187,7 +186,7 @@ def _expect_same(folder: Path, asked: Request) -> None:
         raise ForeignFile(f"{folder}: holds another run: {told} (--force replaces it)")
 
 
-def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
+def part_of(folder: Path, scene: Scene) -> Trajectory | None:
     """What a folder has of the trajectory of a scene, by its plan; None where there is nothing.
 
     Raises
@@ -203,8 +202,7 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     part = load_interrupted(path)
     if Request(part.scene).question != Request(scene).question:
         raise ForeignFile(f"{path}: of another scene than {REQUEST}")
-    # a file has neither the name of its scene nor what was expected of the plan
-    return replace(part, scene=scene, plan=replace(part.plan, estimate=chosen.estimate))
+    return replace(part, scene=scene)  # a file does not have the name of its scene
 
 
 def write_results(

@@ -47,16 +47,14 @@ def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]
 
 
 def plan_summary(chosen: Plan) -> dict[str, Any]:
-    """How a scene is integrated, and why; ``cost_s`` and ``error`` are expected, not measured."""
-    names = ("formulation", "precision", "tolerance", "states", "projected")
-    expected = chosen.estimate
+    """How a scene is integrated, and why; ``cost_s`` is expected, not measured."""
+    names = ("formulation", "precision", "tolerance", "states", "projected", "tried")
     return {
         **{name: getattr(chosen, name) for name in names},
         "events": chosen.watched,
         "reasons": chosen.reasons,
         "warnings": chosen.warnings,
-        "cost_s": expected.seconds if expected else None,
-        "error": expected.error if expected else None,
+        "cost_s": chosen.seconds,
     }
 
 

@@ -4,14 +4,14 @@ Step by step: nothing is integrated for what the start alone tells, nor over a s
 would take hours. Else the formulation follows from how much of the motion must be followed (`Need`)
 and from how near a pole the axis comes; then how it has phi and psi, and which events are watched
 for. Last, what it takes follows from the digits and `Forecast`: nothing more, projection onto the
-invariants, more bits than doubles have.
+invariants, more bits than doubles have. A run that misses all the same goes one rung up.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import log, log2, tau
+from math import inf, log, log2, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
@@ -21,12 +21,7 @@ from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI, Exact
 from heavytop.exact.decimals import Context, Number
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
-from heavytop.run.estimates import (
-    MOST_TURNS,
-    SPARE,
-    Estimate,
-    Forecast,
-)
+from heavytop.run.estimates import MOST_DIGITS, MOST_TURNS, SPARE, Forecast
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
@@ -38,6 +33,8 @@ MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
 BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in the axis form
 PATIENCE_S: Final = 20.0  # for more than doubles
+ONTO: Final = "projected onto"
+FEW: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
 MANY_PERIODS: Final = 1e6  # if it has more than so many
@@ -75,8 +72,12 @@ class Plan(Shown):
         Whether the state is put back onto its invariants between blocks of steps.
     reasons, warnings : tuple of str
         Why it is so, and what may disappoint, each in words.
-    estimate : Estimate or None
-        The time and the error that are expected.
+    seconds : float
+        The time that its steps are expected to take [s].
+    tried : tuple of str
+        What was run before and missed its digits, in words.
+    auto : bool
+        Whether a run that misses its digits is taken again by a better plan.
     """
 
     formulation: str
@@ -89,7 +90,9 @@ class Plan(Shown):
     projected: bool = False
     reasons: Words = ()
     warnings: Words = ()
-    estimate: Estimate | None = None
+    seconds: float = 0.0
+    tried: Words = ()
+    auto: bool = False
 
     @property
     def equations(self) -> Formulation:
@@ -164,15 +167,22 @@ def planned(
         raise BadScene(tuple(faults))
     found = _formulated(expected, name, why)
     if auto and not projected:
-        found = meeting_digits(expected, found)
-        if expected.periods > MANY_PERIODS and (seconds := _seconds(expected, found)) > MOST_S:
-            return _nothing(f"the steps of {expected.periods:.3g} periods take {duration(seconds)}")
+        found = choose_precision(expected, found)
+        if expected.periods > MANY_PERIODS and found.seconds > MOST_S:
+            said = duration(found.seconds)
+            return _nothing(f"the steps of {expected.periods:.3g} periods take {said}")
     else:
-        bits = expected.bits(name)
-        found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
+        bits = DOUBLE if scene.digits <= MOST_DIGITS else expected.bits(name)
+        found = _at(expected, found, bits, projected)
     if tolerance is not None:
         found = _loosened(scene, found, tolerance)
-    reasons = (*found.reasons, *_how_exactly(scene, found))
+    climbs = auto and not projected and tolerance is None
+    return completed_plan(expected, replace(found, auto=climbs))
+
+
+def completed_plan(expected: Forecast, found: Plan) -> Plan:
+    """A plan with the reasons of its precision, and with what may disappoint."""
+    reasons = (*found.reasons, *_how_exactly(expected.scene, found))
     return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
 
 
@@ -184,7 +194,7 @@ def _loosened(scene: Scene, found: Plan, tolerance: float) -> Plan:
         rule = f"{scene.digits} digits take {found.precision}, whose steps have their own tolerance"
         raise refusal(scene, "tolerance", str(tolerance), rule)
     reasons = (*found.reasons, f"tolerance {tolerance:g}: asked for")
-    return replace(found, tolerance=float(tolerance), reasons=reasons, estimate=None)
+    return replace(found, tolerance=float(tolerance), reasons=reasons)
 
 
 def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
@@ -199,7 +209,7 @@ def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
 def _nothing(why: str) -> Plan:
     """The plan of what the closed form has at once."""
     reason = f"nothing is integrated, the closed form answers: {why}"
-    return Plan("none", reasons=(reason,), estimate=Estimate(0.0, 0.0))
+    return Plan("none", reasons=(reason,))
 
 
 # --- what cannot be had ------------------------------------------------------------------------
@@ -323,50 +333,77 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
 # --- precision and projection ------------------------------------------------------------------
 
 
-def meeting_digits(expected: Forecast, found: Plan) -> Plan:
-    """The least with which a formulation meets the scene's digits; or doubles, if more take long.
+def choose_precision(expected: Forecast, found: Plan) -> Plan:
+    """The least with which a formulation is expected to meet the scene's digits.
 
     Examples
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
     >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
-    >>> [meeting_digits(expected, Plan("axis")).projected for expected in ends]
+    >>> [choose_precision(expected, Plan("axis")).projected for expected in ends]
     [False, True]
     """
-    name, digits = found.formulation, expected.scene.digits
-    bits, allowed = expected.bits(name), 10.0**-digits
-    plain = expected(name, bits=bits)
-    if bits > DOUBLE or plain.error <= allowed:
-        return _at(found, bits, plain, False)
-    lost, pinned = f"{_off('would', plain)}, of 1e-{digits} allowed", expected(name, projected=True)
-    if pinned.error <= allowed:
-        return _at(found, bits, pinned, True, f"projected: else {lost}")
-    needed = DOUBLE + log2(plain.error) + digits * log2(10)
-    bits = WORD if needed <= WORD else enough(needed + SPARE)
-    finer = expected(name, bits=bits)
-    if finer.seconds <= PATIENCE_S:
-        return _at(found, bits, finer, False, f"in doubles {lost}")
-    why = f"{_off('will', pinned)}: more bits would take {duration(finer.seconds)}"
-    return _at(replace(found, warnings=(f"digits: {why}",)), DOUBLE, pinned, True, why)
+    digits, allowed = expected.scene.digits, 10.0**-expected.scene.digits
+    if digits > MOST_DIGITS:
+        return _at(expected, found, expected.bits(found.formulation))
+    for projected in (False, True):
+        if expected.error(projected) <= allowed:
+            return _at(expected, found, DOUBLE, projected)
+    return _in_more_bits(expected, found, DOUBLE)
 
 
-def _at(found: Plan, bits: int, expected: Estimate, projected: bool, *why: str) -> Plan:
+def next_plan(expected: Forecast, tried: Plan, factor: float, said: str) -> Plan | None:
+    """The plan that is one rung up from one that missed by a factor; None where there is none.
+
+    Parameters
+    ----------
+    expected : Forecast
+    tried : Plan
+        What was run, of `completed_plan`.
+    factor : float
+        How many times farther off it is than the digits allow; infinite where events are missed.
+    said : str
+        What it missed, in words.
+    """
+    bits = bits_of(tried.precision)
+    rung = "projected" if tried.projected else tried.precision
+    kept = (x for x in tried.reasons if not x.startswith((ONTO, f"{tried.precision}:")))
+    said = f"{rung}: {said}"
+    found = replace(tried, tried=(*tried.tried, said), warnings=(), reasons=(*kept,))
+    if tried.formulation == "cubic" and bits == DOUBLE:  # its heights set the period
+        regular = _formulated(expected, "axis", "axis: the cubic form missed what is wanted")
+        regular = replace(regular, tried=found.tried, auto=True)
+        return completed_plan(expected, choose_precision(expected, regular))
+    projects = bits == DOUBLE and not (tried.projected or why_not(tried.equations))
+    if projects and expected.periods > FEW:
+        return completed_plan(expected, _at(expected, found, DOUBLE, True))
+    more = log2(factor) if 1 < factor < inf else WORD - SPARE
+    further = _in_more_bits(expected, found, bits if bits == DOUBLE else bits + more + SPARE)
+    return completed_plan(expected, further) if bits_of(further.precision) > bits else None
+
+
+def _in_more_bits(expected: Forecast, found: Plan, least: float) -> Plan:
+    """A plan in as many bits as it takes, and at least; in doubles, projected, if that is long."""
+    lost = log2(expected.error(False)) + expected.scene.digits * log2(10)
+    wanted = enough(max(DOUBLE + 1.0, DOUBLE + lost + SPARE, least))
+    seconds = expected.seconds(found.formulation, False, wanted)
+    if seconds <= PATIENCE_S and wanted <= MOST_BITS:
+        return _at(expected, found, wanted)
+    why = f"digits may be missed: {named(wanted)} would take {duration(seconds)}"
+    kept = replace(found, warnings=(f"digits: {why}",))
+    return _at(expected, kept, DOUBLE, not why_not(found.equations))
+
+
+def _at(expected: Forecast, found: Plan, bits: int, projected: bool = False) -> Plan:
     """A plan in numbers of so many bits."""
     return replace(
         found,
         precision=named(bits),
         tolerance=2.0 ** (1 - bits),
         projected=projected,
-        reasons=(*found.reasons, *why),
-        estimate=expected,
+        seconds=expected.seconds(found.formulation, projected, bits),
     )
-
-
-def _off(verb: str, expected: Estimate) -> str:
-    if expected.error < 1:
-        return f"the end {verb} be off by about {expected.error:.0e}"
-    return f"every digit {verb} be lost"
 
 
 def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
@@ -384,7 +421,7 @@ def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
             rule = f"only in double precision, and {scene.digits} digits take more"
         if rule:
             raise refusal(scene, "projected", "", rule)
-        yield f"projected onto {', '.join(found.equations.invariants)} every few nutations"
+        yield f"{ONTO} {', '.join(found.equations.invariants)} every few nutations"
 
 
 def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
@@ -396,15 +433,8 @@ def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
             "control follows them, and phase is lost as the cube of the time; use the axis form"
         )
     yield from leaving(motion, expected.span, bits_of(found.precision))
-    if (seconds := _seconds(expected, found)) > LONG_S:
-        yield f"long: about {duration(seconds)} in all"
-
-
-def _seconds(expected: Forecast, found: Plan) -> float:
-    """The time that the steps of a plan take [s]."""
-    if found.estimate is None or expected.motion.kind == "at-rest":  # which takes a step or two
-        return 0.0
-    return found.estimate.seconds
+    if found.seconds > LONG_S:
+        yield f"long: about {duration(found.seconds)} in all"
 
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:

@@ -26,7 +26,7 @@ from heavytop.integration.bits import DOUBLE, bits_of, digits_of
 from heavytop.integration.blocks import Checkpoint, Integrator, Orbit, integrate, not_begun
 from heavytop.integration.engine import engine
 from heavytop.integration.library import hy
-from heavytop.run.estimates import most_steps
+from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected, events_of, no_events
 from heavytop.run.own_motion import OwnMotion
 from heavytop.run.planning import (
@@ -34,13 +34,14 @@ from heavytop.run.planning import (
     Plan,
     closed_form_of,
     exact_span,
+    next_plan,
     planned,
     refusal,
     span,
     start_values,
 )
 from heavytop.run.trajectory import Statistics, Trajectory, times_between
-from heavytop.run.verify import checked, forewarned
+from heavytop.run.verify import forewarned, misses, warn_of
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
@@ -48,6 +49,7 @@ from heavytop.scene.scene_file import MAX_SAMPLES
 Progress = Callable[[float], None]
 EVERY_S = 10.0  # between two saves of a trajectory on its way
 SHARE = 20.0  # times as long as a save takes, until the next one
+MOST_TRIED = 3  # plans before the last
 UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 
 
@@ -143,7 +145,20 @@ def carried_out(
     checkpoint: str | os.PathLike[str] | None = None,
 ) -> Trajectory:
     """Carry out the plan of a scene, which integrates it; else as `propagate`."""
-    forewarned(chosen)
+    run = _integrated(scene, motion, chosen, progress, step_limit, checkpoint)
+    return _settled(run, progress, step_limit, checkpoint)
+
+
+def _integrated(
+    scene: Scene,
+    motion: Motion,
+    chosen: Plan,
+    progress: Progress | None,
+    step_limit: int | None,
+    checkpoint: str | os.PathLike[str] | None,
+) -> Trajectory:
+    """Return the trajectory of a plan, whatever it misses."""
+    forewarned(chosen, stacklevel=5)
     end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
     cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
@@ -159,6 +174,29 @@ def not_integrated(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> 
     own = OwnMotion(chosen, motion, orbit.parameters, orbit.checkpoints[0].state)
     events, cost = no_events(scene, orbit), Statistics(orbit.steps, 0, 0.0, 0.0, 0.0)
     return Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost, own)
+
+
+def _settled(
+    run: Trajectory,
+    progress: Progress | None,
+    step_limit: int | None,
+    checkpoint: str | os.PathLike[str] | None,
+) -> Trajectory:
+    """Return a run that has its digits and events, taken again by better plans if auto chose it.
+
+    What is missed all the same, or at samples and in times of events alone, is warned of.
+    """
+    scene, motion = run.scene, run.motion
+    while True:
+        found, chosen = misses(run), run.plan
+        further = None
+        if chosen.auto and len(chosen.tried) < MOST_TRIED and not found.factor <= 1:
+            expected = Forecast(scene, motion, span(scene, motion))
+            further = next_plan(expected, chosen, found.factor, str(found))
+        if further is None:
+            warn_of(found, scene.digits, stacklevel=5)
+            return run
+        run = _integrated(scene, motion, further, progress, step_limit, checkpoint)
 
 
 def extend(
@@ -233,7 +271,9 @@ def extend(
     forewarned(chosen)
     longer = replace(trajectory, scene=scene, plan=chosen)
     times = _even_times(longer, old.samples.t[-1], count)[1:]
-    return _gone_on(longer, times, progress)
+    run = _gone_on(longer, times, progress)
+    warn_of(misses(run), scene.digits)
+    return run
 
 
 def completed(
@@ -267,7 +307,8 @@ def completed(
     done = trajectory.orbit.samples.t.size
     forewarned(trajectory.plan)
     times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
-    return _gone_on(trajectory, times, progress, checkpoint)
+    run = _gone_on(trajectory, times, progress, checkpoint)
+    return _settled(run, progress, None, checkpoint)
 
 
 def _gone_on(
@@ -306,7 +347,7 @@ def _gone_on(
     run = replace(run, events=events_of(run))
     if run.outcome is not Outcome.FINISHED:
         raise EndedEarly(run.outcome, run, _why(run))
-    return checked(run)
+    return run
 
 
 def _times_on_the_way(part: Trajectory, end: Any) -> NDArray[Any]:

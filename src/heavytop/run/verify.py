@@ -34,7 +34,7 @@ from heavytop.exact.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
 from heavytop.run.own_motion import SPARE_DIGITS
 from heavytop.run.planning import Plan
-from heavytop.run.trajectory import Trajectory
+from heavytop.run.trajectory import LATE, SPREAD, Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
 
@@ -118,7 +118,7 @@ def run_errors(trajectory: Trajectory) -> Errors:
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     try:
         own, run = _closed_form(trajectory), _run_at(trajectory)
-        largest = _largest(run, own(run.t), COMPARED)
+        largest = _largest(_apart(run, own(run.t), COMPARED))
         wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
         moved = _off_exactly(trajectory, own(run.t[-1:]), wanted)
         late, _ = _lateness(trajectory, own)
@@ -129,7 +129,39 @@ def run_errors(trajectory: Trajectory) -> Errors:
     return replace(nothing, **off, input_rounding=_double(max(moved.values())))  # type: ignore[arg-type]
 
 
-def missed_digits(trajectory: Trajectory, errors: Errors | None = None) -> dict[str, float]:
+@dataclass(frozen=True, slots=True)
+class Misses:
+    """What a run misses of what its scene wants.
+
+    Attributes
+    ----------
+    digits : dict from str to float
+        What is farther off than the scene's digits allow, as `missed_digits` has it.
+    events : str
+        Which events are miscounted, in words.
+    factor : float
+        How many times farther off than allowed, at times that do not depend on the samples;
+        infinite where events are miscounted, at most 1 where nothing there is.
+    """
+
+    digits: dict[str, float]
+    events: str
+    factor: float
+
+    def __str__(self) -> str:
+        off = [f"{name} off by {error:.1e}" for name, error in self.digits.items()]
+        return ", ".join(filter(None, (*off, self.events)))
+
+
+def misses(trajectory: Trajectory) -> Misses:
+    """Return what a run misses."""
+    digits, factor = _misses_of_digits(trajectory)
+    counted = {name: trajectory.events.count(name) for name in EVENTS}
+    wrong = "; ".join(differences(missed_events(trajectory), counted))
+    return Misses(digits, wrong, np.inf if wrong else factor)
+
+
+def missed_digits(trajectory: Trajectory) -> dict[str, float]:
     """Return what is farther off than the scene's digits allow: wanted quantities, event times.
 
     A quantity x may be off by 10^-digits max(1, |x|), with x at the end; rates are held to the
@@ -138,20 +170,30 @@ def missed_digits(trajectory: Trajectory, errors: Errors | None = None) -> dict[
     it, the motion of the run's own numbers is another one: what agrees with that of the exact
     numbers misses nothing, and is looked at first.
     """
+    return _misses_of_digits(trajectory)[0]
+
+
+def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
+    wanted = judged(trajectory.scene.quantities)
     try:
         exactly, run = _closed_form(trajectory, exactly=True), _run_at(trajectory)
-        off = _largest(run, exactly(run.t), judged(trajectory.scene.quantities))
+        off = _largest(_apart(run, exactly(run.t), wanted))
         found = _beyond(trajectory, off) | _events_beyond(trajectory, exactly)
+        if not found:
+            return {}, 0.0
+        own = _closed_form(trajectory)
+        apart = _apart(run, own(run.t), [name for name in found if name in COMPARED])
+        late = _events_beyond(trajectory, own) if "event_time" in found else {}
     except NoClosedForm:
-        return {}
-    if not found:
-        return {}
-    errors = errors or run_errors(trajectory)
-    off = {name: getattr(errors, name) for name in found if name in COMPARED}
-    still = _beyond(trajectory, off)
-    if "event_time" in found:
-        still |= _events_beyond(trajectory, _closed_form(trajectory))
-    return {name: found[name] for name in still}
+        return {}, 0.0
+    still = _beyond(trajectory, _largest(apart)) | late
+    decisive = np.append(np.arange(SPREAD + LATE), -1)
+    bound = 10.0**-trajectory.scene.digits
+    factors = [
+        float(off[decisive].max()) / (bound * _size(trajectory, name))
+        for name, off in apart.items()
+    ]
+    return {name: found[name] for name in still}, max(factors, default=0.0)
 
 
 def deviations(trajectory: Trajectory) -> dict[str, Array]:
@@ -208,19 +250,13 @@ def forewarned(chosen: Plan, stacklevel: int = 3) -> None:
         warnings.warn(warning, DoubtfulWarning, stacklevel=stacklevel)
 
 
-def checked(trajectory: Trajectory, stacklevel: int = 3) -> Trajectory:
-    """Return a run that reached its end, with a warning of what it is known to be wrong about.
-
-    However it was made, in one piece, continued or resumed, in doubles or in more digits.
-    """
-    counted = {name: trajectory.events.count(name) for name in EVENTS}
-    if wrong := "; ".join(differences(missed_events(trajectory), counted)):
-        doubt = f"events: {wrong}, by the exact numbers; this run does not resolve them"
+def warn_of(found: Misses, digits: int, stacklevel: int = 3) -> None:
+    """Warn of what a run that reached its end misses, of which there were to be so many digits."""
+    if found.events:
+        doubt = f"events: {found.events}, by the exact numbers; this run does not resolve them"
         warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
-    if found := missed_digits(trajectory):
-        lack = missed(found, trajectory.scene.digits)
-        warnings.warn(lack, MissedDigitsWarning, stacklevel=stacklevel)
-    return trajectory
+    if found.digits:
+        warnings.warn(missed(found.digits, digits), MissedDigitsWarning, stacklevel=stacklevel)
 
 
 def missed_events(trajectory: Trajectory) -> Counts:
@@ -348,13 +384,13 @@ def _apart(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Arra
     return {name: size for name, size in found.items() if (size == size).any()}  # else it is nan
 
 
-def _largest(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Number]:
-    return {name: each.max() for name, each in _apart(run, exact, names).items()}
+def _largest(apart: Mapping[str, Array]) -> dict[str, Number]:
+    return {name: each.max() for name, each in apart.items()}
 
 
 def _off_exactly(trajectory: Trajectory, run: Columns, names: Iterable[str]) -> dict[str, Number]:
     """How far a run is off the motion of the scene's exact numbers."""
-    return _largest(run, _closed_form(trajectory, exactly=True)(run.t), names)
+    return _largest(_apart(run, _closed_form(trajectory, exactly=True)(run.t), names))
 
 
 def _beyond(trajectory: Trajectory, off: Mapping[str, Number | None]) -> dict[str, float]:
