@@ -273,32 +273,37 @@ def _zeros(
 
 
 def _zeros_seen(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
-    """Return the zeros of thetadot and of phidot that were found on the way."""
-    seen = dict(zip(trajectory.plan.watched, trajectory.orbit.hits, strict=True))
-    turning, reversal = (
-        _zeros_of(trajectory, event, seen.get(event)) for event in ("turning", "reversal")
-    )
-    return turning, reversal
+    """Return the zeros of thetadot and of phidot that were found on the way.
 
-
-def _zeros_of(trajectory: Trajectory, event: str, seen: Seen | None) -> Zeros:
-    """Return the zeros of an event function that belong to an orbit, and a start that is one.
-
-    The rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp, grows as the root of
-    the steps. Where it is not small against b itself, near a pole, it decides nothing: nan.
+    A start that is one comes first. The rounding of phidot = (a - b u)/sin^2, whose terms cancel
+    at a cusp, grows as the root of the steps. Where it is not small against b itself, near a pole,
+    it decides nothing: nan.
     """
-    orbit = trajectory.orbit
+    orbit, scene = trajectory.orbit, trajectory.scene
     form, known, first = orbit.integrator.formulation, orbit.parameters, orbit.checkpoints[0]
     begun = Seen(np.zeros(1), np.zeros(1), first.state[None])
-    begins = seen is not None and _begins(trajectory.scene, event)
-    seen = Seen.join([begun.where(slice(begins)), begun.where(slice(0)) if seen is None else seen])
-    at = trajectory.read(seen)
+    hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
+    begins = {name: name in hits and _begins(scene, name) for name in ("turning", "reversal")}
+    none = begun.where(slice(0))
+    seen = [
+        Seen.join([begun.where(slice(starts)), hits.get(name, none)])
+        for name, starts in begins.items()
+    ]
+    at, count = trajectory.read(Seen.join(seen)), seen[0].t.size
     b = abs(float(spin_momentum(form, begun.states, known, begun.t)[0]))
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
     level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
     step = abs(orbit.end) / max(orbit.steps, 1)
-    return _within(_zeros(form, event, at, known, seen.t_low, level), begins, orbit.end, step)
+    found = [
+        _within(
+            _zeros(form, name, at.at(here), known, one.t_low, level[here]), starts, orbit.end, step
+        )
+        for (name, starts), one, here in zip(
+            begins.items(), seen, (slice(count), slice(count, None)), strict=True
+        )
+    ]
+    return found[0], found[1]
 
 
 def _begins(scene: Scene, event: str) -> bool:

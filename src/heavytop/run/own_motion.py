@@ -8,10 +8,12 @@ be.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.classification.reduced import (
@@ -53,6 +55,7 @@ class OwnMotion:
     motion: Motion
     constants: Mapping[str, Any]
     start: Any
+    _last: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @cached_property
     def closed_form(self) -> ClosedForm:
@@ -70,10 +73,17 @@ class OwnMotion:
         top, bottom = passed[::-1] if regime.mirrored else passed
         return ClosedForm(through_poles(source, top, bottom) if top or bottom else source)
 
+    def at(self, t: Any, t_low: Any = 0.0) -> Any:
+        """Return it in doubles, at times in any numbers; those last asked for are at hand."""
+        if self._last.get("t") is not t:
+            exact = self.closed_form.at(t.astype(float), t_lo=np.asarray(t_low, dtype=float))
+            self._last.update(t=t, exact=exact)
+        return self._last["exact"]
+
     def angles(self, t: Any, t_low: Any) -> tuple[Any, Any] | None:
         """Return phi and psi in doubles, at times in any numbers; None where there are none."""
         try:
-            exact = self.closed_form.at(t.astype(float), t_lo=t_low.astype(float))
+            exact = self.at(t, t_low)
         except NoClosedForm:
             return None
         return exact.phi, exact.psi

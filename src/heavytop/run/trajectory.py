@@ -239,15 +239,18 @@ class Trajectory(Played):
         return self.orbit.at(times)
 
     @cached_property
-    def own_samples(self) -> Sample:
-        """The motion at the sample times of the scene, in the numbers of the run."""
-        return self.read(self.orbit.samples)
+    def compared(self) -> Sample:
+        """The motion at the times of `times_between`, and behind them at the samples."""
+        times = times_between(self.orbit.end, self.motion.period)
+        between = self.seen_at(self.orbit.integrator.numbers(times))
+        return self.read(Seen.join([between, self.orbit.samples]))
 
     @cached_property
-    def own_between(self) -> Sample:
-        """The same at times that do not depend on the samples, as `times_between` has them."""
-        times = times_between(self.orbit.end, self.motion.period)
-        return self.read(self.seen_at(self.orbit.integrator.numbers(times)))
+    def own_samples(self) -> Sample:
+        """The motion at the sample times of the scene, in the numbers of the run."""
+        if self.orbit.between is None:
+            return self.read(self.orbit.samples)
+        return self.compared.at(slice(SPREAD + LATE, None))
 
     @cached_property
     def samples(self) -> Sample:

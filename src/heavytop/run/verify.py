@@ -32,7 +32,7 @@ from heavytop.errors import (
 )
 from heavytop.exact.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
-from heavytop.run.own_motion import SPARE_DIGITS
+from heavytop.run.own_motion import SPARE_DIGITS, OwnMotion
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import LATE, SPREAD, Trajectory
 from heavytop.scene.arguments import expect
@@ -167,8 +167,8 @@ def missed_digits(trajectory: Trajectory) -> dict[str, float]:
     A quantity x may be off by 10^-digits max(1, |x|), with x at the end; rates are held to the
     largest of them. An event may be late by so much of a period, and by what such an error of the
     rate that vanishes there makes of it. So near a special motion that rounding turns a start into
-    it, the motion of the run's own numbers is another one: what agrees with that of the exact
-    numbers misses nothing, and is looked at first.
+    it, the motion of its own numbers is another one: what agrees with that of the exact numbers
+    misses nothing either.
     """
     return _misses_of_digits(trajectory)[0]
 
@@ -176,14 +176,14 @@ def missed_digits(trajectory: Trajectory) -> dict[str, float]:
 def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
     wanted = judged(trajectory.scene.quantities)
     try:
-        exactly, run = _closed_form(trajectory, exactly=True), _run_at(trajectory)
-        off = _largest(_apart(run, exactly(run.t), wanted))
-        found = _beyond(trajectory, off) | _events_beyond(trajectory, exactly)
-        if not found:
+        own, run = _closed_form(trajectory), _run_at(trajectory)
+        apart = _apart(run, own(run.t), wanted)
+        off = _beyond(trajectory, _largest(apart)) | _events_beyond(trajectory, own)
+        if not off:
             return {}, 0.0
-        own = _closed_form(trajectory)
-        apart = _apart(run, own(run.t), [name for name in found if name in COMPARED])
-        late = _events_beyond(trajectory, own) if "event_time" in found else {}
+        exactly = _closed_form(trajectory, exactly=True)
+        apart = _apart(run, exactly(run.t), [name for name in off if name in COMPARED])
+        late = _events_beyond(trajectory, exactly) if "event_time" in off else {}
     except NoClosedForm:
         return {}, 0.0
     still = _beyond(trajectory, _largest(apart)) | late
@@ -193,7 +193,7 @@ def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
         float(off[decisive].max()) / (bound * _size(trajectory, name))
         for name, off in apart.items()
     ]
-    return {name: found[name] for name in still}, max(factors, default=0.0)
+    return still, max(factors, default=0.0)
 
 
 def deviations(trajectory: Trajectory) -> dict[str, Array]:
@@ -287,10 +287,11 @@ class _Exact:
 
     motion: ClosedForm
     digits: int | None
+    own: OwnMotion | None = None
 
     def __call__(self, t: Any, t_low: Any = 0.0) -> Columns:
         if self.digits is None:
-            return self.motion.at(t, t_lo=t_low)
+            return self.own.at(t, t_low) if self.own else self.motion.at(t, t_lo=t_low)
         return _columns(self.motion.at(t, self.digits), (*TOLD, "u", "udot", "uddot", *HEIGHTS))
 
     @property
@@ -307,17 +308,20 @@ def _closed_form(trajectory: Trajectory, exactly: bool = False) -> _Exact:
     """The closed form of a run's own numbers, or of the scene's exact ones."""
     motion = trajectory.motion if exactly else trajectory.own.closed_form
     digits = None if trajectory.in_doubles else trajectory.scene.digits + SPARE_DIGITS
-    return _Exact(motion, digits)
+    return _Exact(motion, digits, None if exactly else trajectory.own)
 
 
 def _run_at(trajectory: Trajectory) -> Columns:
     """A run at its samples and between them, the end last; long lists are thinned."""
-    most = MANY if trajectory.in_doubles else FEW
-    samples = trajectory.own_samples.at(_some(trajectory.orbit.samples.t.size, most))
-    pairs = ((getattr(trajectory.own_between, n), getattr(samples, n)) for n in TOLD)
-    columns = map(np.concatenate, pairs)
-    if not trajectory.in_doubles:
-        columns = map(trajectory.numbers, columns)
+    found, count = trajectory.compared, trajectory.compared.t.size
+    some = np.arange(SPREAD + LATE, count)[
+        _some(count - SPREAD - LATE, MANY if trajectory.in_doubles else FEW)
+    ]
+    if some.size + SPREAD + LATE < count:
+        found = found.at(np.append(np.arange(SPREAD + LATE), some))
+    if trajectory.in_doubles:
+        return found
+    columns = (trajectory.numbers(getattr(found, name)) for name in TOLD)
     return SimpleNamespace(**dict(zip(TOLD, columns, strict=True)))
 
 
