@@ -57,6 +57,12 @@ class EventTimes:
         period: arb | None = self.motion.ball("period", DIGITS)
         return period
 
+    @property
+    def fractions(self) -> list[float]:
+        """When they happen in a period, in periods after the start, in [0, 1); exactly 0 at it."""
+        found = self.motion.refine("an event", self._fractions, None)
+        return [float(x) for x in found]
+
     def count(self, a: Any, b: Any) -> int:
         """How many there are from one time to another, both included: proved.
 

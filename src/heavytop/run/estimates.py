@@ -71,8 +71,8 @@ class Forecast:
         if projected:
             lost = WANDER * math.sqrt(count) + STEADY * count
         late = abs(self.span) / max(count, 1.0) * self.rate / 4
-        local: float = self.rounding / self.sharpness
-        return local + UNIT * self.growth * late * lost
+        local = float(self.rounding) / self.sharpness
+        return float(local + UNIT * self.growth * late * lost)
 
     def bits(self, formulation: str) -> int:
         """Bits of the numbers of a run, so that the scene's digits are right at its end.

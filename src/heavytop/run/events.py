@@ -13,6 +13,7 @@ one with cusps. An axis that tends to the vertical turns once.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -411,8 +412,18 @@ def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts
     if not asked or motion.regime.steady or motion.kind is Kind.UNDECIDED:
         return None
     edge = EDGE * (abs(end) + _scale(motion))
-    least, most = (_counts(motion, end, slack, asked) for slack in (-edge, edge))
-    return {name: (least[name], most[name]) for name in least}
+    if motion.period is None:
+        least, most = (_counts(motion, end, slack, asked) for slack in (-edge, edge))
+        return {name: (least[name], most[name]) for name in least}
+    ends = [(abs(end) + slack) / motion.period for slack in (-edge, edge)]
+    found = {}
+    for name in (name for name in KINDS_OF if name in asked):
+        ahead = motion.events(name).fractions
+        if end < 0:
+            ahead = [1 - x if x else x for x in ahead]
+        low, high = (sum(math.floor(max(t, 0.0) - x) + 1 for x in ahead) for t in ends)
+        found[name] = (low, high)
+    return found
 
 
 def count_exactly(motion: Motion, end: Number, asked: Collection[str]) -> dict[str, int]:
