@@ -10,8 +10,6 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from heavytop.cli import app as heavytop
 
 if TYPE_CHECKING:
@@ -47,7 +45,7 @@ PAGES = {
 
 def reference() -> str:
     """All verbs, in the order of `heavytop -h`, as Markdown."""
-    verbs = typer.main.get_command(heavytop).commands
+    verbs = {name: heavytop.get_command(None, name) for name in heavytop.verbs}
     return "\n".join(line for name, verb in verbs.items() for line in section(name, verb))
 
 
@@ -82,7 +80,7 @@ def row(each: Any) -> str:
 
 
 def bounds(each: Any) -> str:
-    """Between which values a number is; older releases of typer have them at its type."""
+    """Between which values a number is."""
     holder = each if hasattr(each, "min") else each.type
     low, high = getattr(holder, "min", None), getattr(holder, "max", None)
     if low is None:

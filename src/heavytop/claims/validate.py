@@ -31,7 +31,7 @@ from heavytop.claims.register import (
     load_register,
     stem,
 )
-from heavytop.errors import ForeignFile, HeavyTopError
+from heavytop.errors import Exit, ForeignFile, HeavyTopError
 from heavytop.machine import versions
 from heavytop.names import LONGEST, nearest
 from heavytop.results.base import Row
@@ -54,6 +54,8 @@ LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
 
 class UnknownClaim(HeavyTopError, ValueError):
     """A name that is neither a claim nor a script; the message gives the nearest."""
+
+    exit = Exit.USAGE
 
 
 def validate(
