@@ -105,7 +105,7 @@ def test_doctor_names_what_is_missing(monkeypatch):
     assert found.exit_code == 0
     assert f"heavytop     {ht.__version__}" in found.stdout
     assert json.loads(heavytop_("doctor", "--json").stdout)["schema"] == "heavytop/doctor/2"
-    monkeypatch.setattr("heavytop.doctor.requirements", lambda *_, **__: ["no-such-package"])
+    monkeypatch.setattr("heavytop.doctor.requirements", lambda: {"": ["no-such-package"]})
     missing = heavytop_("doctor")
     assert missing.exit_code == Exit.OUT_OF_BOUND
     assert "no-such-package" in missing.stderr

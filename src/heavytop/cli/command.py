@@ -29,7 +29,7 @@ from heavytop.cli.signature import (
     sections_of,
 )
 from heavytop.errors import Exit
-from heavytop.spelling import harmless
+from heavytop.text import harmless
 
 if TYPE_CHECKING:
     from heavytop.results.base import Result
@@ -169,9 +169,9 @@ def read_scene(scene: str, changes: Sequence[str]) -> Any:
     run = Path(scene) / "trajectory.nc"
     if scene in scenes.shipped_names() or not run.exists():
         return scenes.load_scene(scene, overrides=list(changes))
-    from heavytop.hdf5 import attribute, opened
+    from heavytop.files import attribute, open_sealed
 
-    with opened(run) as file:
+    with open_sealed(run) as file:
         text, name = attribute(file, "scene"), attribute(file, "name")
     return scenes.read_scene(text, where=f"{name}.toml", overrides=list(changes))
 

@@ -24,7 +24,7 @@ from heavytop.cli.command import (
     show,
 )
 from heavytop.errors import Exit
-from heavytop.spelling import harmless
+from heavytop.text import harmless
 
 if TYPE_CHECKING:
     from heavytop.results.base import Result

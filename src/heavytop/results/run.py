@@ -9,10 +9,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from heavytop.analytic.events import EVENTS
+from heavytop.doctor import version
 from heavytop.errors import Outcome
 from heavytop.exact import decimals
 from heavytop.exact.decimals import context
-from heavytop.machine import version
 from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result, Table
 from heavytop.results.classification import motion_summary, plan_summary, warnings_of

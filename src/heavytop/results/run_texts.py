@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from heavytop.results.base import Fact, Table, with_unit
 from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity, quantity_of
-from heavytop.spelling import duration
+from heavytop.text import duration
 
 ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
 MANY_TURNS: Final = 1000  # from which on an angle is also told as turns and a rest

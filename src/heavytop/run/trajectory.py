@@ -9,16 +9,15 @@ import math
 import os
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from threading import RLock
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heavytop.alone import Alone
 from heavytop.analytic.motion import Motion
-from heavytop.display import Played
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
@@ -34,6 +33,7 @@ from heavytop.run.events import Event, Events
 from heavytop.run.planning import Plan, rounded_start, start_values
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
+from heavytop.text import Played
 
 if TYPE_CHECKING:
     import pandas
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ROUNDED = 4 * np.finfo(float).eps
+WALK = RLock()  # an engine walks for one thread at a time
 SPREAD, LATE = 64, 16  # times over the span and over the last period at which a run is compared
 
 
@@ -104,7 +105,6 @@ class Decimals:
     samples: tuple[Sample, ...] = ()
     events: tuple[Event, ...] = ()
     between: tuple[Sample, ...] = ()
-    _alone: Alone = field(default_factory=Alone, repr=False)
 
     @classmethod
     def of(cls, scene: Scene, chosen: Plan, orbit: Orbit) -> Decimals:
@@ -164,7 +164,7 @@ class Decimals:
         """
         ctx = self.ctx
         texts = [(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
-        with self._alone:
+        with WALK:
             return self.engine.walk(self.marks[first], texts, self.far, self.longest, on_mark)
 
     def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:

@@ -20,13 +20,13 @@ from pydantic import TypeAdapter
 
 from heavytop import __version__
 from heavytop.analytic.motion import Motion
+from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, Outcome
-from heavytop.hdf5 import array, attribute, opened, write_sealed
+from heavytop.files import array, attribute, open_sealed, write_sealed
 from heavytop.integration.compiled import Seen
 from heavytop.integration.high_precision import Mark
 from heavytop.integration.integrator import Checkpoint, Orbit
 from heavytop.integration.outputs import Sample
-from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import Plan, closed_form_of
@@ -35,7 +35,7 @@ from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
 from heavytop.scene.scene import Scene, read_scene
-from heavytop.spelling import readable
+from heavytop.text import readable
 
 if TYPE_CHECKING:
     import xarray
@@ -270,7 +270,7 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     True
     """
     place = path_of("path", path)
-    with opened(place) as file:
+    with open_sealed(place) as file:
         return _trajectory(file)
 
 
@@ -282,7 +282,7 @@ def load_exact(path: Path) -> SceneMotion:
     ForeignFile
         The file is missing or damaged, or is of a run that was integrated.
     """
-    with opened(path) as file:
+    with open_sealed(path) as file:
         if (source := attribute(file, "source")) != SceneMotion.source:
             raise ForeignFile(f"source = {source!r:.60}: expected {SceneMotion.source}")
         return SceneMotion(*_planned(file))
@@ -296,7 +296,7 @@ def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
     ForeignFile
         As for `load_trajectory`; or it was begun with other versions, or on another processor.
     """
-    with opened(Path(path)) as file:
+    with open_sealed(Path(path)) as file:
         there = json.loads(attribute(file, "versions"))
         found = _trajectory(file)
     here = versions()
