@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from heavytop import __version__
 from heavytop.analytic.motion import Motion
@@ -27,6 +26,7 @@ from heavytop.integration.compiled import Seen
 from heavytop.integration.high_precision import Mark
 from heavytop.integration.integrator import Checkpoint, Orbit
 from heavytop.integration.outputs import Sample
+from heavytop.run.estimates import Estimate
 from heavytop.run.events import STORED, Events, precise_events
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import Plan, closed_form_of
@@ -347,8 +347,15 @@ def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
     scene = read_scene(attribute(file, "scene"), where="scene in file")
     if "name" in file.attrs:
         scene = replace(scene, name=readable(attribute(file, "name")))
-    chosen = TypeAdapter(Plan).validate_json(attribute(file, "plan"))
-    return scene, closed_form_of(scene), chosen
+    written = {name: _tuples(x) for name, x in json.loads(attribute(file, "plan")).items()}
+    estimate = written.pop("estimate")
+    plan = Plan(**written, estimate=estimate and Estimate(**estimate))
+    return scene, closed_form_of(scene), plan
+
+
+def _tuples(value: Any) -> Any:
+    """A value of JSON, its lists as tuples."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
