@@ -137,6 +137,7 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
     with typing(command_line(words)), explained(path), results_folder(folder):
         function = getattr(import_module(f"heavytop.{module}"), name)
         with ExitStack() as stack:
+            stack.enter_context(shown_units())
             prepare(given, takes, typed, stack)
             found = function(**given)
         finish(found, folder, figures=typed.get("figures", True))
@@ -241,13 +242,22 @@ def answer(document: Mapping[str, Any], shown: Any) -> None:
         sys.stdout.flush()  # it is there, whatever comes after it
 
 
-def show(found: Result) -> None:
-    """Print the document of a result, or its facts and tables in the units asked for."""
+@contextmanager
+def shown_units() -> Iterator[None]:
+    """Let what is shown be in the units that were asked for."""
     from heavytop.scene.quantities import SHOWN, SI
 
     token = SHOWN.set(asked("unit") or SI)
-    answer(found.document(), found)
-    SHOWN.reset(token)
+    try:
+        yield
+    finally:
+        SHOWN.reset(token)
+
+
+def show(found: Result) -> None:
+    """Print the document of a result, or its facts and tables."""
+    with shown_units():
+        answer(found.document(), found)
 
 
 def finish(found: Any, folder: Path | None, *, figures: bool) -> None:

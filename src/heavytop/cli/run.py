@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
     from heavytop.scene.scene import Scene
 
-Early: TypeAlias = errors.EndedEarly | errors.StoppedEarly
 Progress: TypeAlias = Callable[[float], None]
 
 
@@ -142,19 +141,28 @@ def run_request(
     request: Request, folder: Path | None, progress: Progress | None, *, force: bool = False
 ) -> Ended:
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
-    from heavytop.report.files import REQUEST
+    from heavytop.report.files import REQUEST, write_results
+    from heavytop.results.run import run_result
     from heavytop.run.planning import closed_form_of, planned
 
     motion = closed_form_of(request.scene)
     plan = planned(request.scene, motion, request.formulation, tolerance=request.tolerance)
     with nullcontext() if folder is None else held(folder, request, force=force):
         done, early = integrate(request, motion, plan, folder, progress)
-        draws = request.figures and not goes_on(early)
-        result, unwritten = write_run(done, folder, figures=draws)
-        early = unwritten or early
-        if folder is not None and not goes_on(early):
+        goes_on = early is not None and early.outcome is errors.Outcome.INTERRUPTED
+        if folder is None:
+            result = run_result(done)
+            return Ended(result, [*problems_of(result, early, folder)])
+        try:
+            result = write_results(done, folder, figures=request.figures and not goes_on)
+        except OSError as fault:
+            unwritten = errors.StoppedEarly.unwritable(fault, folder, folder)
+            return Ended(run_result(done), [(Exit.ENDED_EARLY, str(unwritten))])
+        for name in result.files.values():
+            note(f"wrote {folder / name}")
+        if not goes_on:
             (folder / REQUEST).unlink(missing_ok=True)
-    return Ended(result, [*problems_of(request.scene, result, early, folder)])
+    return Ended(result, [*problems_of(result, early, folder)])
 
 
 @contextmanager
@@ -175,7 +183,7 @@ def held(folder: Path, request: Request, *, force: bool) -> Iterator[None]:
 
 def integrate(
     request: Request, motion: Motion, plan: Plan, folder: Path | None, progress: Progress | None
-) -> tuple[Trajectory | SceneMotion, Early | None]:
+) -> tuple[Trajectory | SceneMotion, errors.EndedEarly | None]:
     """Integrate a scene from where its folder has it; and why the trajectory is a part if it is."""
     from heavytop.report.files import TRAJECTORY, part_of
     from heavytop.run.exact import SceneMotion
@@ -197,48 +205,24 @@ def integrate(
         return early.trajectory, early
 
 
-def write_run(
-    done: Trajectory | SceneMotion, folder: Path | None, *, figures: bool
-) -> tuple[RunResult, Early | None]:
-    """Write a run with its files if it has a folder; and what cannot be written if so."""
-    from heavytop.report.files import write_results
-    from heavytop.results.run import run_result
-
-    if folder is None:
-        return run_result(done), None
-    try:
-        result = write_results(done, folder, figures=figures)
-    except OSError as fault:
-        return run_result(done), errors.StoppedEarly.unwritable(fault, folder, folder)
-    for name in result.files.values():
-        note(f"wrote {folder / name}")
-    return result, None
-
-
-def goes_on(early: Early | None) -> bool:
-    """Whether there is more to do in the folder of a run that ended so."""
-    if isinstance(early, errors.EndedEarly):
-        return early.outcome is errors.Outcome.INTERRUPTED
-    return early is not None
-
-
 def problems_of(
-    scene: Scene, result: RunResult, early: Early | None, folder: Path | None
+    result: RunResult, early: errors.EndedEarly | None, folder: Path | None
 ) -> Iterator[tuple[Exit, str]]:
     """What is wrong with a run, and where the part that was done can be found."""
     from heavytop.run.events import differences
     from heavytop.run.verify import missed
 
-    if isinstance(early, errors.StoppedEarly):
-        yield exit_code(early), str(early)
-    elif early is not None:
+    if early is not None:
         where = "above (-o DIR keeps it)" if folder is None else f"in {folder}"
-        how = f"; resume with:\n{errors.resuming(folder)}" if folder and goes_on(early) else ""
         at = f"at t = {early.trajectory.orbit.end:.6g} s"
-        said = f"ended early {at}: {early}; the partial result is {where}{how}"
+        said = f"ended early {at}: {early}; the partial result is {where}"
+        if folder is not None and early.outcome is errors.Outcome.INTERRUPTED:
+            said += f"; resume with:\n{errors.resuming(folder)}"
         yield exit_code(early), said
-    elif result.missed_digits:
-        yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), scene.digits)
-    if early is None and result.missed_events:  # of which a warning tells, unless it is quiet
+        return
+    if result.missed_digits:
+        digits = result.scene["want"]["digits"]
+        yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), digits)
+    if result.missed_events:  # of which a warning tells, unless it is quiet
         said = "; ".join(differences(result.missed_events, result.events))
         yield Exit.OUT_OF_BOUND, said if asked("quiet") else ""
