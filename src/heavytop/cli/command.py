@@ -43,7 +43,6 @@ DEFAULT_SCENE: Final = "sicm-kicked"
 OUTPUT: Final = ("folder", "path")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 
-
 Problem = tuple[Exit, str]
 
 
@@ -140,7 +139,11 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
             stack.enter_context(shown_units())
             prepare(given, takes, typed, stack)
             found = function(**given)
-        finish(found, folder, figures=typed.get("figures", True))
+        if isinstance(found, Path):
+            show_file(found, given["scene"].name)
+        elif found is not None:
+            ended = Ended(found, (), folder, typed.get("figures", True))
+            finish(*found if isinstance(found, Ended) else ended)
 
 
 def prepare(
@@ -260,27 +263,20 @@ def show(found: Result) -> None:
         answer(found.document(), found)
 
 
-def finish(found: Any, folder: Path | None, *, figures: bool) -> None:
-    """Print what a verb returned; write and draw a result that has a folder."""
-    if isinstance(found, Path):
-        verb = click.get_current_context().info_name
-        size = f"{found.stat().st_size / 1e6:.2g} MB"
-        answer({"schema": f"heavytop/{verb}/1", "file": str(found)}, f"{harmless(found)}: {size}")
-    elif isinstance(found, Ended):
-        write(*found)
-    elif found is not None:
-        write(found, (), folder, figures)
+def show_file(path: Path, scene: str) -> None:
+    """Print the name of a file that was written, and its size."""
+    verb = click.get_current_context().info_name
+    document = {"schema": f"heavytop/{verb}/1", "scene": scene, "file": str(path)}
+    answer(document, f"{harmless(path)}: {path.stat().st_size / 1e6:.2g} MB")
 
 
-def write(found: Result, problems: Sequence[Problem], folder: Path | None, figures: bool) -> None:
+def finish(found: Result, problems: Sequence[Problem], folder: Path | None, figures: bool) -> None:
     """Write a result, print it, then draw it; leave with what is wrong with it."""
     ends: list[Problem] = []
     if folder is None:
         show(found)
     else:
         found = write_files(found, folder, ends, figures=figures)
-        for name in found.files.values():
-            note(f"wrote {folder / name}")
     leave([*ends, *problems, *(missing_packages(found) or found.problems())])
 
 
@@ -301,6 +297,8 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
         show(found)
     elif charts:
         print(f"charts  {charts}", flush=True)
+    for name in found.files.values():
+        note(f"wrote {folder / name}")
     return found
 
 

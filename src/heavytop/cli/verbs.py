@@ -232,7 +232,6 @@ def check(
         Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder.
     """
     from heavytop.checking import judge
-    from heavytop.plots.style import save
     from heavytop.results.check import CheckResult
 
     if digits is not None and not 0 <= digits < math.inf:
@@ -252,6 +251,8 @@ def check(
         problems.append((Exit.OUT_OF_BOUND, said))
     if path is None or not chart:
         return Ended(found, problems, path)
+    from heavytop.plots.style import save
+
     show(found)
     with kept(problems, path):
         save(found.figure(), path)
