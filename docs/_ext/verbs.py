@@ -76,16 +76,7 @@ def usage(verb: Any) -> Iterator[str]:
 def row(each: Any) -> str:
     """One argument or option, what it is, and what it is where it is left out."""
     text = sentence(each.help or "").replace("|", "\\|")
-    return f"| {spelled(each)} | {text}{bounds(each)} | {fallback(each)} |"
-
-
-def bounds(each: Any) -> str:
-    """Between which values a number is."""
-    holder = each if hasattr(each, "min") else each.type
-    low, high = getattr(holder, "min", None), getattr(holder, "max", None)
-    if low is None:
-        return ""
-    return f" At least {low:g}." if high is None else f" From {low:g} to {high:g}."
+    return f"| {spelled(each)} | {text} | {fallback(each)} |"
 
 
 def spelled(each: Any) -> str:
@@ -98,15 +89,15 @@ def spelled(each: Any) -> str:
 
 def word(each: Any) -> str:
     """The word that stands for a value, or for any number of them."""
-    named = str(each.metavar or each.name.upper())
-    return f"{named}…" if each.nargs == -1 and "…" not in named else named
+    named = (each.name if each.param_type_name == "argument" else each.type.name).upper()
+    return f"{named}…" if each.nargs == -1 else named
 
 
 def fallback(each: Any) -> str:
     """What holds where it is left out."""
     if each.required:
         return "needed"
-    if getattr(each, "is_flag", False) or each.default in (None, "", [], ()):
+    if not getattr(each, "show_default", False):
         return ""
     return f"`{each.default:g}`" if isinstance(each.default, float) else f"`{each.default}`"
 

@@ -46,7 +46,7 @@ def run(
     force : bool
         Replace another run in the folder.
     formulation : str
-        Equations to integrate: axis, attitude, cubic, routh, subsystem, lagrange; auto: the fewest.
+        Equations to integrate, such as axis; auto: the fewest.
     digits : int, optional
         Correct digits at the end of the span, such as 30; default: the scene's.
     folder : path, optional

@@ -188,6 +188,8 @@ def as_typed(parameter: Parameter) -> Iterator[click.Parameter]:
     elif kind == "bool":
         yield click.Option([*flags, name], is_flag=True, help=about)
     elif given["type"] is not None:
+        if isinstance(default, tuple) and kind.startswith("Sequence["):
+            default = ",".join(default) or None
         if isinstance(default, int | float | str):
             given |= {"default": default, "show_default": True}
         if name == "path":  # without -o nothing is written

@@ -85,7 +85,7 @@ def certify(
     run : str
         The folder of a run, or a scene, which is run first.
     formulation : str
-        Equations to integrate; auto: the fewest.
+        Equations to integrate, such as axis; auto: the fewest.
     projected : bool
         Project the run onto its invariants.
     """
@@ -146,10 +146,8 @@ def reference(
     """
     from heavytop.analytic import reference
 
-    ending = None if path is None else path.suffix.lower()
-    if ending not in (None, ".csv", ".json"):
-        raise BadParameter(f"{path}: the name of a file in .csv, .json", param_hint="-o")
-    if events and not (asked("json") or ending == ".json"):
+    expect_ending(path, ".csv", ".json")
+    if events and not (asked("json") or (path is not None and path.suffix.lower() == ".json")):
         raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
     if asked("unit"):
         raise BadParameter("none: every digit is proved in SI", param_hint="--unit")

@@ -195,7 +195,7 @@ def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = Non
     ----------
     scene : Scene
     formulation : str
-        Equations to integrate: axis, attitude, cubic, routh, subsystem, lagrange; auto: the fewest.
+        Equations to integrate, such as axis; auto: the fewest.
     digits : int, optional
         Correct digits at the end of the span, such as 30; default: the scene's.
 
