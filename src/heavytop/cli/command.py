@@ -19,15 +19,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn
 import click
 
 from heavytop import errors
-from heavytop.cli.signature import (
-    Parameter,
-    Value,
-    as_typed,
-    parameters_of,
-    plain,
-    read_function,
-    sections_of,
-)
+from heavytop.cli.signature import Parameter, Value, read_verb
 from heavytop.errors import Exit
 from heavytop.text import harmless
 
@@ -47,12 +39,13 @@ Problem = tuple[Exit, str]
 
 
 class Ended(NamedTuple):
-    """A result, what is wrong with it, and the folder that it is yet to be written to, if any."""
+    """A result, what is wrong with it, and the folder or the chart that is yet to be written."""
 
     result: Result
     problems: Sequence[Problem] = ()
     folder: Path | None = None
     figures: bool = True
+    chart: Path | None = None
 
 
 # --- verbs -----------------------------------------------------------------------------------
@@ -104,18 +97,10 @@ class Verbs(click.Group):
         """Return the command of a verb."""
         if name not in self.verbs:
             raise click.exceptions.NoSuchCommand(name, possibilities=self.verbs, ctx=ctx)
-        places = self.verbs[name].split()
-        functions = [read_function(place) for place in places]
-        takes = parameters_of(*functions)
-        typed = {x.name: x for each in takes.values() for x in as_typed(each)}
-        text = sections_of(functions[0])[""]
-        return click.Command(
-            name,
-            callback=partial(invoke, places[0], takes),
-            params=[*typed.values(), *COMMON],
-            help="\n\n".join(map(plain, text.split("\n\n"))),
-            epilog=EXIT_CODES,
-        )
+        takes, typed, text = read_verb(self.verbs[name])
+        called = partial(invoke, self.verbs[name].split()[0], takes)
+        params = [*typed, *COMMON]
+        return click.Command(name, callback=called, params=params, help=text, epilog=EXIT_CODES)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the first line of what each verb says, whole."""
@@ -143,7 +128,7 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
             show_file(found, given["scene"].name)
         elif found is not None:
             ended = Ended(found, (), folder, typed.get("figures", True))
-            finish(*found if isinstance(found, Ended) else ended)
+            finish(found if isinstance(found, Ended) else ended)
 
 
 def prepare(
@@ -151,7 +136,7 @@ def prepare(
 ) -> None:
     """Put a scene, workers and progress in place of what was typed."""
     if any(each.has_place and each.kind.startswith("Scene") for each in takes.values()):
-        given["scene"] = read_scene(typed["scene"] or DEFAULT_SCENE, typed["changes"])
+        given["scene"] = read_scene(typed["scene"], typed["changes"])
         note(f"{click.get_current_context().info_name} {given['scene'].name}")
     if address := given.get("executor"):
         from heavytop.studies.workers import executor_at
@@ -166,10 +151,11 @@ def prepare(
         given["note"] = note
 
 
-def read_scene(scene: str, changes: Sequence[str]) -> Any:
+def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
     """The scene of a name, or of the folder of a run, changed as the options ask."""
     from heavytop.scene import scene as scenes
 
+    scene = scene or DEFAULT_SCENE
     run = Path(scene) / "trajectory.nc"
     if scene in scenes.shipped_names() or not run.exists():
         return scenes.load_scene(scene, overrides=list(changes))
@@ -270,27 +256,34 @@ def show_file(path: Path, scene: str) -> None:
     answer(document, f"{harmless(path)}: {path.stat().st_size / 1e6:.2g} MB")
 
 
-def finish(found: Result, problems: Sequence[Problem], folder: Path | None, figures: bool) -> None:
+def finish(ended: Ended) -> None:
     """Write a result, print it, then draw it; leave with what is wrong with it."""
-    ends: list[Problem] = []
-    if folder is None:
+    found, ends = ended.result, [*ended.problems]
+    if ended.folder is None:
         show(found)
     else:
-        found = write_files(found, folder, ends, figures=figures)
-    leave([*ends, *problems, *(missing_packages(found) or found.problems())])
+        found = write_files(found, ended.folder, ends, figures=ended.figures)
+    if ended.chart is not None:
+        from heavytop.plots.style import save
+
+        with kept(ends, ended.chart):
+            save(found.figure(), ended.chart)
+            note(f"wrote {ended.chart}")
+    leave([*ends, *(missing_packages(found) or found.problems())])
 
 
 def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bool) -> Result:
     """Write a result, print it as a table, draw it, or print its document with all its files."""
     from heavytop.report.files import draw_study, write_study
 
-    with kept(ends, folder):
+    refused: list[Problem] = []
+    with kept(refused, folder):
         found = replace(found, files=write_study(found, folder, figures=False))
     written = found.files
     if not asked("json"):
         show(found)
-    with kept(ends, folder):
-        if figures and not ends:
+    with kept(refused, folder):
+        if figures and not refused:
             found = replace(found, files=draw_study(found, folder, written))
     charts = ", ".join([*found.files.values()][len(written) :])
     if asked("json"):
@@ -299,6 +292,7 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
         print(f"charts  {charts}", flush=True)
     for name in found.files.values():
         note(f"wrote {folder / name}")
+    ends[:0] = refused
     return found
 
 

@@ -50,6 +50,18 @@ class Parameter(NamedTuple):
 # --- from the source -------------------------------------------------------------------------
 
 
+def read_verb(places: str) -> tuple[dict[str, Parameter], list[click.Parameter], str]:
+    """Read what a verb takes, in Python and as it is typed, and its help.
+
+    Its function may be followed by the one that it calls.
+    """
+    functions = [read_function(place) for place in places.split()]
+    takes = parameters_of(*functions)
+    typed = {each.name: each for known in takes.values() for each in as_typed(known)}
+    text = sections_of(functions[0])[""]
+    return takes, [*typed.values()], "\n\n".join(map(plain, text.split("\n\n")))
+
+
 def read_function(place: str) -> ast.FunctionDef:
     """Read the source of a function, named as ``module:function``."""
     module, _, name = place.partition(":")

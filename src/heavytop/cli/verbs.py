@@ -11,18 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from click import BadParameter
 
 from heavytop import errors
-from heavytop.cli.command import (
-    DEFAULT_SCENE,
-    Ended,
-    answer,
-    asked,
-    kept,
-    leave,
-    note,
-    read_scene,
-    results_folder,
-    show,
-)
+from heavytop.cli.command import Ended, answer, asked, leave, note, read_scene, results_folder
 from heavytop.errors import Exit
 from heavytop.text import harmless
 
@@ -44,9 +33,8 @@ def atlas(scene: Scene, x: str, y: str, *, changes: Sequence[str] = (), **study:
     from heavytop.studies import atlas, atlas_plane
 
     roles = atlas_plane.ROLES
-    varied = {
-        roles[name]: name for axis in (x, y) if (name := axis.partition("=")[0].strip()) in roles
-    }
+    axes = [axis.partition("=")[0].strip() for axis in (x, y)]
+    varied = {roles[name]: name for name in axes if name in roles}
     for change in changes:
         table, _, key = change.partition("=")[0].strip().partition(".")
         if table in ("top", "start") and (what := roles.get(key)) in varied:
@@ -211,7 +199,7 @@ def check(
     digits: float | None = None,
     path: Path | None = None,
     **given: Any,
-) -> Ended | None:
+) -> Ended:
     """Compare your trajectory with the exact motion; name mistakes.
 
     Parameters
@@ -247,16 +235,7 @@ def check(
     if digits is not None and found.digits_as_given < digits:
         said = f"{digits:g} digits were requested; the data have {found.digits_as_given:.1f}"
         problems.append((Exit.OUT_OF_BOUND, said))
-    if path is None or not chart:
-        return Ended(found, problems, path)
-    from heavytop.plots.style import save
-
-    show(found)
-    with kept(problems, path):
-        save(found.figure(), path)
-        note(f"wrote {path}")
-    leave(problems)
-    return None
+    return Ended(found, problems, chart=path) if chart else Ended(found, problems, path)
 
 
 # --- pages and texts -------------------------------------------------------------------------
@@ -291,7 +270,7 @@ def report(
     missing = []
     with results_folder(html.parent), TemporaryDirectory(prefix="heavytop-") as place:
         if not folders:
-            scene = read_scene(others[0] if others else DEFAULT_SCENE, changes)
+            scene = read_scene(others[0] if others else None, changes)
             folders, missing = [Path(place)], [*run_all(scene, Path(place))]
         page = page_of(folders)
         write_page(page, html)
