@@ -304,8 +304,7 @@ def kept(ends: list[Problem], path: Path) -> Iterator[None]:
     except errors.StoppedEarly as fault:
         ends.append((Exit.ENDED_EARLY, str(fault)))
     except OSError as fault:
-        code = Exit.ENDED_EARLY if fault.errno in FULL else Exit.USAGE
-        ends.append((code, f"cannot write {path}: {fault.strerror or fault}"))
+        ends.append(unwritable(path, fault))
 
 
 def missing_packages(found: Result) -> list[Problem]:
@@ -372,12 +371,11 @@ def explained(path: Path | None) -> Iterator[None]:
             traceback.print_exc()
         if (refused := refusal(error)) is not None:
             raise refused from error
+        code, said = exit_code(error), explain(error)
         if isinstance(error, OSError) and path is not None:
-            if error.errno not in FULL:
-                raise unwritable(path, error) from None
-            error.filename = path
-        say(explain(error))
-        raise click.exceptions.Exit(exit_code(error)) from None
+            code, said = unwritable(path, error)
+        say(said)
+        raise click.exceptions.Exit(code) from None
 
 
 def refusal(error: BaseException) -> click.BadParameter | None:
@@ -412,7 +410,7 @@ def results_folder(folder: Path | None) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
     except (OSError, ValueError) as error:
-        raise unwritable(folder, error) from None
+        raise click.BadParameter(unwritable(folder, error)[1], param_hint="-o") from None
     try:
         yield
     finally:
@@ -421,9 +419,10 @@ def results_folder(folder: Path | None) -> Iterator[None]:
                 place.rmdir()
 
 
-def unwritable(path: Path, error: Exception) -> click.BadParameter:
-    """The refusal of the folder or the file named by -o."""
+def unwritable(path: Path, error: OSError | ValueError) -> Problem:
+    """What is wrong where the folder or the file named by -o cannot be written."""
     why = getattr(error, "strerror", None) or str(error)
     if isinstance(error, FileExistsError):
         why = "not a folder"
-    return click.BadParameter(f"cannot write to {str(path)!r}: {why}", param_hint="-o")
+    full = getattr(error, "errno", None) in FULL
+    return Exit.ENDED_EARLY if full else Exit.USAGE, f"cannot write {path}: {why}"
