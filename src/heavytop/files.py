@@ -144,6 +144,18 @@ def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
     write_whole(path, sealed)
 
 
+def expect_sealed(path: Path) -> None:
+    """Expect a file that ends in the digest of all that stands before.
+
+    Raises
+    ------
+    ValueError, OSError
+    """
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        if data[-SEAL_BYTES:] != seal_of(memoryview(data)[:-SEAL_BYTES]):
+            raise ValueError("its digest is not there, or of something else: cut or changed")
+
+
 @contextmanager
 def open_sealed(path: Path) -> Iterator[Any]:
     """Open an HDF5 file that is as `write_sealed` wrote it.
@@ -156,9 +168,7 @@ def open_sealed(path: Path) -> Iterator[Any]:
     import h5py
 
     try:
-        with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-            if data[-SEAL_BYTES:] != seal_of(memoryview(data)[:-SEAL_BYTES]):
-                raise ValueError("its digest is not there, or of something else: cut or changed")
+        expect_sealed(path)
         with h5py.File(path, "r") as found:
             yield found
     except Exception as fault:
