@@ -51,7 +51,7 @@ INTEGRATED = (
 
 def commands(lines):
     """How commands end, and what they say."""
-    from typer.testing import CliRunner
+    from click.testing import CliRunner
 
     from heavytop.cli import app
 

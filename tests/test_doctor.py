@@ -19,13 +19,15 @@ def test_the_document_knows_the_integrator(monkeypatch, tmp_path):
 
 
 def test_an_extra_that_is_missing_has_the_line_that_installs_it(monkeypatch):
-    assert "heyoka" in doctor.requirements(None)
-    assert "numba" in doctor.requirements("rivals")
-    assert "numba" not in doctor.requirements(None)
+    needed = doctor.requirements()
+    assert "heyoka" in needed[""]
+    assert "numba" in needed["rivals"]
+    assert "numba" not in needed[""]
     monkeypatch.setattr(doctor, "version", lambda name: None)
     pip = "pip install '.[rivals]'"
-    assert doctor.optional("rivals") == {"missing": doctor.requirements("rivals"), "install": pip}
-    assert f"missing: {pip}" in doctor.in_words(doctor.diagnosis())
+    found = doctor.diagnosis()
+    assert found["optional"]["rivals"] == {"missing": needed["rivals"], "install": pip}
+    assert f"missing: {pip}" in doctor.in_words(found)
 
 
 @pytest.mark.parametrize(
@@ -36,8 +38,7 @@ def test_what_pip_leaves_out_on_a_system_is_not_missing_there(system, needed, mo
     lines = ["numpy<3,>=2", "heyoka<8,>=7.10; sys_platform == 'linux'", "x; extra == 'film'"]
     monkeypatch.setattr(doctor.metadata, "requires", lambda _: lines)
     monkeypatch.setattr("sys.platform", system)
-    assert doctor.requirements(None) == ["numpy", "heyoka"]
-    assert doctor.requirements(None, here=True) == needed
+    assert doctor.requirements() == {"": needed, "film": ["x"]}
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ def test_import_contracts_are_kept():
     ("statement", "absent"),
     [
         ("import heavytop", ("numpy", "sympy", "heyoka", "scipy", "matplotlib", "xarray")),
-        ("import heavytop.cli", ("numpy", "sympy", "heyoka", "pydantic", "matplotlib")),
+        ("import heavytop.cli", ("numpy", "sympy", "heyoka", "matplotlib")),
         ("import heavytop.scene.scene", ("numpy", "mpmath", "flint", "sympy", "heyoka", "scipy")),
         (
             "from heavytop.scene.scene import load_scene as load; load('lie-group-benchmark')",

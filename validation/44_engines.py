@@ -16,7 +16,7 @@ from claim import claimed, finish, most
 from page import rewrite
 
 import heavytop as ht
-from heavytop.machine import version
+from heavytop.doctor import version
 
 SCENES = ("sicm-kicked", "lie-group-benchmark", "simo-wong")
 SHOWN = ("sicm-kicked",)  # in the table

@@ -15,7 +15,7 @@ from unittest.mock import patch
 import h5py
 
 import heavytop as ht
-from heavytop.hdf5 import opened
+from heavytop.files import open_sealed
 from heavytop.report.page import stored_map
 
 SHAPE = (12, 12)
@@ -75,7 +75,7 @@ def _files(place: Path) -> dict[Path, Callable[[Path], object]]:
 
 
 def _opened(path: Path) -> None:
-    with opened(path):
+    with open_sealed(path):
         pass
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from heavytop.machine import cpu_model, version
+from heavytop.doctor import cpu_model, version
 from heavytop.results.base import Table
 from heavytop.scene.quantities import Quantity
 

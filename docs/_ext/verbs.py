@@ -10,8 +10,6 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from heavytop.cli import app as heavytop
 
 if TYPE_CHECKING:
@@ -47,7 +45,7 @@ PAGES = {
 
 def reference() -> str:
     """All verbs, in the order of `heavytop -h`, as Markdown."""
-    verbs = typer.main.get_command(heavytop).commands
+    verbs = {name: heavytop.get_command(None, name) for name in heavytop.verbs}
     return "\n".join(line for name, verb in verbs.items() for line in section(name, verb))
 
 
@@ -78,16 +76,7 @@ def usage(verb: Any) -> Iterator[str]:
 def row(each: Any) -> str:
     """One argument or option, what it is, and what it is where it is left out."""
     text = sentence(each.help or "").replace("|", "\\|")
-    return f"| {spelled(each)} | {text}{bounds(each)} | {fallback(each)} |"
-
-
-def bounds(each: Any) -> str:
-    """Between which values a number is; older releases of typer have them at its type."""
-    holder = each if hasattr(each, "min") else each.type
-    low, high = getattr(holder, "min", None), getattr(holder, "max", None)
-    if low is None:
-        return ""
-    return f" At least {low:g}." if high is None else f" From {low:g} to {high:g}."
+    return f"| {spelled(each)} | {text} | {fallback(each)} |"
 
 
 def spelled(each: Any) -> str:
@@ -100,15 +89,15 @@ def spelled(each: Any) -> str:
 
 def word(each: Any) -> str:
     """The word that stands for a value, or for any number of them."""
-    named = str(each.metavar or each.name.upper())
-    return f"{named}…" if each.nargs == -1 and "…" not in named else named
+    named = (each.name if each.param_type_name == "argument" else each.type.name).upper()
+    return f"{named}…" if each.nargs == -1 else named
 
 
 def fallback(each: Any) -> str:
     """What holds where it is left out."""
     if each.required:
         return "needed"
-    if getattr(each, "is_flag", False) or each.default in (None, "", [], ()):
+    if not getattr(each, "show_default", False):
         return ""
     return f"`{each.default:g}`" if isinstance(each.default, float) else f"`{each.default}`"
 

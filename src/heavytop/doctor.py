@@ -1,4 +1,4 @@
-"""What is installed here, found without importing any of it."""
+"""The machine, and what is installed on it, found without importing any of it."""
 
 from __future__ import annotations
 
@@ -7,20 +7,45 @@ import platform
 import re
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from heavytop import __version__
 from heavytop.errors import CONDA, IN_CLONE
-from heavytop.machine import cpu_model, usable_cpus, version
 
-PACKAGE = "heavytop"
-_REQUIRED = re.compile(r"([\w.-]+)")
-_EXTRA, _SYSTEM = (
-    re.compile(rf"""{name}\s*==\s*["']([^"']+)["']""") for name in ("extra", "sys_platform")
-)
+LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "scipy", "numba", "CyRK")
+REQUIREMENT: Final = re.compile(r"""([\w.-]+)(?:.*?\bextra == ["']([^"']+))?""")
+
+
+def versions() -> dict[str, str | None]:
+    """What the last bits of a run depend on: libraries, Python and the processor."""
+    here = {"python": platform.python_version(), "cpu": cpu_model() or platform.machine()}
+    return {name: version(name) for name in LIBRARIES} | here
+
+
+def version(name: str) -> str | None:
+    """The installed version of a package, or None."""
+    with suppress(metadata.PackageNotFoundError):
+        return metadata.version(name)
+    return None
+
+
+def cpu_model() -> str | None:
+    """The processor's name, where the system tells it."""
+    with suppress(OSError):
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+        if found := re.search(r"^model name\s*:\s*(.+)$", text, re.MULTILINE):
+            return found[1].strip()
+    return platform.processor() or None
+
+
+def usable_cpus() -> int:
+    """The number of processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def diagnosis() -> dict[str, Any]:
@@ -38,44 +63,32 @@ def diagnosis() -> dict[str, Any]:
     >>> sorted(diagnosis())
     ['cache', 'cpu', 'missing', 'optional', 'platform', 'python', 'schema', 'versions']
     """
-    needed, here = requirements(None), requirements(None, here=True)
-    versions = {PACKAGE: __version__} | {name: version(name) for name in needed}
+    needed, *extras = requirements().items()
+    lacking = {extra: [x for x in names if version(x) is None] for extra, names in extras}
     return {
         "schema": "heavytop/doctor/2",
-        "versions": versions,
+        "versions": {name: version(name) for name in ("heavytop", *needed[1])},
         "python": platform.python_version(),
         "platform": platform.platform(),
         "cpu": {"model": cpu_model(), "usable": usable_cpus()},
         "cache": cache(),
-        "optional": {extra: optional(extra) for extra in extras()},
-        "missing": [name for name in here if not (versions[name] or find_spec(name))],
+        "optional": {
+            extra: {"missing": names, "install": IN_CLONE.format(extra) if names else None}
+            for extra, names in lacking.items()
+        },
+        "missing": [name for name in needed[1] if not (version(name) or find_spec(name))],
     }
 
 
-def requirements(extra: str | None, *, here: bool = False) -> list[str]:
-    """The packages required by an extra, or always when `extra` is None; those of this system."""
-    try:
-        lines = metadata.requires(PACKAGE) or []
-    except metadata.PackageNotFoundError:
-        lines = ["heyoka"]  # run from a bare source tree: the one that is most often missing
-    if here:
-        lines = [x for x in lines if sys.platform in (_SYSTEM.findall(x) or [sys.platform])]
-    owners = [(_REQUIRED.match(line), _EXTRA.search(line)) for line in lines]
-    return [name[0] for name, owner in owners if name and (owner and owner[1]) == extra]
-
-
-def extras() -> list[str]:
-    """The optional parts of the package, by the names that pip knows."""
-    try:
-        return metadata.metadata(PACKAGE).get_all("Provides-Extra") or []
-    except metadata.PackageNotFoundError:
-        return []
-
-
-def optional(extra: str) -> dict[str, Any]:
-    """What an extra lacks here, and the line that installs it."""
-    lacking = [name for name in requirements(extra) if version(name) is None]
-    return {"missing": lacking, "install": IN_CLONE.format(extra) if lacking else None}
+def requirements() -> dict[str, list[str]]:
+    """The packages that are required on this system, by extra; those of no extra come first."""
+    found: dict[str, list[str]] = {"": []}
+    with suppress(metadata.PackageNotFoundError):  # run from a bare source tree
+        for line in metadata.requires("heavytop") or ():
+            if "sys_platform" not in line or f"'{sys.platform}'" in line.replace('"', "'"):
+                name, extra = REQUIREMENT.findall(line)[0]
+                found.setdefault(extra, []).append(name)
+    return found
 
 
 def cache() -> dict[str, Any]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 
 class Exit(IntEnum):
@@ -29,6 +29,9 @@ class Exit(IntEnum):
 class HeavyTopError(Exception):
     """The base of every error this package raises on purpose."""
 
+    exit: ClassVar[Exit] = Exit.BAD_SCENE
+    """What a command exits with."""
+
 
 class NotANumber(HeavyTopError, ValueError):
     """A value that is not an exact finite real number; the message says the rule."""
@@ -36,6 +39,8 @@ class NotANumber(HeavyTopError, ValueError):
 
 class WrongType(HeavyTopError, TypeError):
     """An argument that is not what a function takes; the message names it and says what is."""
+
+    exit = Exit.BUG
 
 
 class Impossible(HeavyTopError, ValueError):
@@ -147,6 +152,8 @@ class ForeignFile(HeavyTopError, ValueError):
 class NoScheduler(HeavyTopError):
     """An address where no cluster answers, or one without workers; the message says which."""
 
+    exit = Exit.USAGE
+
 
 class InUse(HeavyTopError):
     """A folder that another process is writing.
@@ -158,6 +165,8 @@ class InUse(HeavyTopError):
     pid, host : str
         The number of that process and its computer; empty where they are not known.
     """
+
+    exit = Exit.USAGE
 
     def __init__(self, folder: Path, pid: str = "", host: str = "") -> None:
         super().__init__(folder, pid, host)
@@ -184,6 +193,8 @@ class MissingPackage(HeavyTopError, ImportError):
     extra : str
         The extra of this package that brings them; empty for heyoka, which pip has on Linux only.
     """
+
+    exit = Exit.USAGE
 
     def __init__(self, method: str, packages: Sequence[str], extra: str = "") -> None:
         super().__init__(method, tuple(packages), extra)
@@ -279,6 +290,8 @@ class EndedEarly(HeavyTopError):
         What made it so, and what to do instead, where that is known.
     """
 
+    exit = Exit.ENDED_EARLY
+
     def __init__(self, outcome: Outcome | str, trajectory: Any, why: str = "") -> None:
         self.outcome = Outcome(outcome)
         self.trajectory = trajectory
@@ -309,6 +322,8 @@ class StoppedEarly(HeavyTopError):
     folder : Path or None
         Where the part that was done is kept, ready to be taken up again.
     """
+
+    exit = Exit.ENDED_EARLY
 
     def __init__(self, outcome: Stop | str, why: str, folder: Path | None) -> None:
         super().__init__(outcome, why, folder)

@@ -1,19 +1,21 @@
-"""Files that are either there whole or not there at all, and those of others."""
+"""Files that are there whole or not at all, that show damage, and that one process holds."""
 
 from __future__ import annotations
 
 import json
 import os
 import platform
-import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from hashlib import sha256
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import Any, Final
 
 from heavytop.errors import ForeignFile, HeavyTopError, InUse
 
-SHORT: Final = 200  # bytes of a name, of the 255 that a file system has
+SEAL: Final = b"\nheavytop sha256 "
+SEAL_BYTES: Final = len(SEAL) + 2 * sha256().digest_size + 1
 
 
 def as_json(document: Mapping[str, Any]) -> str:
@@ -41,10 +43,10 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     A reader, or a crash at any moment, finds the old file or the new one, never a part. What is
     written stays written when the power goes.
     """
-    part = path.with_name(f".{os.getpid()}.{_short(path.name)}")
+    part = path.with_name(f".{os.getpid()}.{path.name[-200:]}")
     try:
         write(part)
-        with part.open("r+b") as written:  # Windows waits only for what may be written
+        with part.open("r+b") as written:
             os.fsync(written.fileno())
         part.replace(path)
         _sync(path.parent)
@@ -55,15 +57,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         raise
 
 
-def _short(name: str) -> str:
-    """A name to which some letters can be put in front; one that is nearly too long by its end."""
-    return name if len(os.fsencode(name)) <= SHORT else name[-SHORT // 5 :]
-
-
 def _sync(folder: Path) -> None:
     """Wait until the names in a folder are on the disk."""
-    if os.name != "posix":  # elsewhere a folder cannot be opened
-        return
     file = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(file)
@@ -109,7 +104,9 @@ def locked(path: Path) -> Iterator[None]:
     except ModuleNotFoundError:
         why = "runs and studies are kept in folders on POSIX systems only (Linux, macOS)"
         raise HeavyTopError(f"{path.parent}: {why}") from None
-    with _open_lock(path) as file:
+    if os.path.lexists(path) and (path.is_symlink() or path.stat().st_nlink > 1):
+        raise ForeignFile(f"{path}: not the lock of a folder but a link")
+    with path.open("ab+", buffering=0) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -125,15 +122,72 @@ def locked(path: Path) -> Iterator[None]:
             fcntl.flock(file, fcntl.LOCK_UN)  # closing is not enough where a forked child has it
 
 
-def _open_lock(path: Path) -> IO[bytes]:
-    """Open a lock, or make it; it is a file of its folder alone, never a link to one elsewhere."""
-    if os.path.lexists(path):
-        there = path.lstat()
-        if not stat.S_ISREG(there.st_mode) or there.st_nlink > 1:
-            raise ForeignFile(f"{path}: not the lock of a folder but a link, or no file at all")
-    return open(path, "ab+", buffering=0, opener=_follow_no_link)
+# --- HDF5, which hangs or reads other numbers where bytes are damaged ------------------------
 
 
-def _follow_no_link(path: str, flags: int) -> int:
-    """Open or make a file, but not through a link that was put there a moment ago."""
-    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+def seal_of(data: Any) -> bytes:
+    """What stands behind the end of an HDF5 file, where no reader looks: its digest."""
+    return SEAL + sha256(data).hexdigest().encode() + b"\n"
+
+
+def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` make an HDF5 file and put its digest behind it, whole or not at all."""
+
+    def sealed(part: Path) -> None:
+        write(part)
+        with part.open("r+b") as file:
+            with mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+                seal = seal_of(data)
+            file.seek(0, os.SEEK_END)
+            file.write(seal)
+
+    write_whole(path, sealed)
+
+
+def expect_sealed(path: Path) -> None:
+    """Expect a file that ends in the digest of all that stands before.
+
+    Raises
+    ------
+    ValueError, OSError
+    """
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        if data[-SEAL_BYTES:] != seal_of(memoryview(data)[:-SEAL_BYTES]):
+            raise ValueError("its digest is not there, or of something else: cut or changed")
+
+
+@contextmanager
+def open_sealed(path: Path) -> Iterator[Any]:
+    """Open an HDF5 file that is as `write_sealed` wrote it.
+
+    Raises
+    ------
+    ForeignFile
+        It is not; or reading it fails, here or in the context, in any of the libraries.
+    """
+    import h5py
+
+    try:
+        expect_sealed(path)
+        with h5py.File(path, "r") as found:
+            yield found
+    except Exception as fault:
+        why = getattr(fault, "strerror", None) or fault
+        raise ForeignFile(f"{path}: not a readable result file ({why})") from fault
+
+
+def array(file: Any, name: str) -> Any:
+    """Read an array of an HDF5 file; letters become texts along the last axis."""
+    import numpy as np
+
+    values = np.asarray(file[name][()])
+    if values.dtype != "S1":
+        return values
+    texts = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")
+    return np.char.decode(texts.reshape(values.shape[:-1]), "utf-8")
+
+
+def attribute(item: Any, name: str) -> Any:
+    """Read an attribute of an HDF5 file or an array, a text or a number."""
+    value = item.attrs[name]
+    return value if isinstance(value, str) else value.item()

@@ -7,7 +7,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.reference import COLUMNS, read_times, reference

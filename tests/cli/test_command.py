@@ -9,19 +9,16 @@ import warnings
 from pathlib import Path
 
 import pytest
-import typer
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import heavytop
 import heavytop.run.propagation
 from heavytop import errors
-from heavytop.cli import Exit, app, command, exit_code
-from heavytop.cli.options import FormulationName
-from heavytop.equations.formulation import FORMULATIONS
+from heavytop.cli import Exit, app, entry, exit_code
 
 from ..commands import fail_with, heavytop_
 
-VERBS = typer.main.get_command(app).commands
+VERBS = {name: app.get_command(None, name) for name in app.verbs}
 FULL = Path("/dev/full")
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 QUICK = ("run", "sicm-kicked", "--set", "span.time=0.1")
@@ -51,14 +48,10 @@ def test_every_option_says_what_it_is(verb):
         assert len(each.help) > 10, each.name
 
 
-def test_the_equations_that_can_be_asked_for_are_those_there_are():
-    assert sorted(FormulationName) == sorted(["auto", *FORMULATIONS])
-
-
 @pytest.mark.processes
 def test_python_m_is_the_command_and_completed_as_it():
-    asked = {"_HEAVYTOP_COMPLETE": "complete_bash", "COMP_WORDS": "heavytop cl", "COMP_CWORD": "1"}
-    assert ended(env=os.environ | asked).stdout.split() == ["classify"]
+    asked = {"_HEAVYTOP_COMPLETE": "bash_complete", "COMP_WORDS": "heavytop cl", "COMP_CWORD": "1"}
+    assert ended(env=os.environ | asked).stdout.split() == ["plain,classify"]
     assert ended("--version").stdout == f"heavytop {heavytop.__version__}\n"
 
 
@@ -92,16 +85,16 @@ def test_exit_codes(error, code):
     [
         ("runn sicm-kicked", "Did you mean 'run'?"),
         ("atlas", "Missing argument 'SCENE'"),
-        ("classify sicm-kicked -o out", "No such option: -o"),
-        ("run sicm-kicked --verbos", "No such option: --verbos (Possible options: --verbose)"),
+        ("classify sicm-kicked -o out", "No such option '-o'"),
+        ("run sicm-kicked --verbos", "No such option '--verbos'. Did you mean '--verbose'?"),
         ("run sicm-kicked --set start.phidot 14", "'start.phidot' is not KEY=VALUE, in one word"),
         ("run sicm-kicked --set =0.2", "Invalid value for '--set': '=0.2' is not KEY=VALUE"),
-        ("run sicm-kicked --set start.theta= 0.2", "argument(s) (0.2)\n"),
-        ("run sicm-kicked --digits 0", "Invalid value for '--digits': "),
+        ("run sicm-kicked --set start.theta= 0.2", "extra argument (0.2)\n"),
+        ("run sicm-kicked --digits 0", "Invalid value for --digits: digits = 0"),
         ("run sicm-kicked --set top.A=-1", "for --set: top.A = -1: must be greater than 0\n"),
         ("run sicm-kicked --set start.phidto=3", 'unknown key (did you mean "phidot"?)'),
         ("run sicm-kicked --set top.A=0 --set top.C=0", "for --set: top.A = 0: "),
-        ("plan sicm-kicked --formulation hamilton", "'hamilton' is not one of"),
+        ("plan sicm-kicked --formulation hamilton", "Invalid value for --formulation: "),
         ("stress --cases cup", 'in all: heavytop stress --list) (did you mean "cusp"?)'),
         ("drift sicm-kicked --methods taylor-axes", "for --methods: methods = taylor-axes: one of"),
         ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: periods = 0"),
@@ -149,8 +142,8 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(place, tm
     place = place.format(file=tmp_path / "file")
     result = heavytop_(*QUICK, "-o", place, "-v")
     assert result.exit_code == Exit.USAGE
-    assert f"Invalid value for -o: cannot write to {place!r}" in result.stderr
-    assert "integrating" not in result.stderr
+    assert f"Invalid value for -o: cannot write {place}" in result.stderr
+    assert "run sicm-kicked" not in result.stderr
 
 
 def test_bugs_are_one_line_without_a_traceback_and_leave_no_empty_folder(tmp_path, monkeypatch):
@@ -170,7 +163,8 @@ def test_a_disk_that_is_full_from_the_start_is_no_bug(tmp_path, monkeypatch):
     monkeypatch.setattr("heavytop.files.os.fsync", full)
     result = heavytop_(*QUICK, "-o", tmp_path / "out", "--no-figures")
     assert result.exit_code == Exit.ENDED_EARLY
-    assert result.stderr == "heavytop: cannot write: No space left on device\n"
+    request = tmp_path / "out" / "request.json"
+    assert result.stderr == f"heavytop: cannot write {request}: No space left on device\n"
     assert not (tmp_path / "out").exists()
 
 
@@ -246,7 +240,7 @@ def test_names_beyond_ascii_under_a_locale_of_ascii(tmp_path):
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("late", ["heavytop.cli.command", "typer"])
+@pytest.mark.parametrize("late", ["heavytop.cli.command", "click"])
 def test_an_interrupt_before_there_is_a_command_is_no_traceback(late):
     program = (
         "import sys\n"
@@ -263,7 +257,7 @@ def test_an_interrupt_outside_of_a_verb_is_no_traceback(monkeypatch):
     def pressed():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "app", pressed)
+    monkeypatch.setattr(entry, "app", pressed)
     with pytest.raises(SystemExit) as left:
-        command.main()
+        entry.main()
     assert left.value.code == 130

@@ -55,7 +55,7 @@ def test_what_is_not_proved_is_said():
 
 
 def test_quiet_and_verbose():
-    for options, said in (("-qv", ""), ("-v", "heavytop: classifying sleeping\n")):
+    for options, said in (("-qv", ""), ("-v", "heavytop: classify sleeping\n")):
         assert heavytop_("classify", "sleeping", options).stderr == said
 
 
@@ -105,7 +105,7 @@ def test_doctor_names_what_is_missing(monkeypatch):
     assert found.exit_code == 0
     assert f"heavytop     {ht.__version__}" in found.stdout
     assert json.loads(heavytop_("doctor", "--json").stdout)["schema"] == "heavytop/doctor/2"
-    monkeypatch.setattr("heavytop.doctor.requirements", lambda *_, **__: ["no-such-package"])
+    monkeypatch.setattr("heavytop.doctor.requirements", lambda: {"": ["no-such-package"]})
     missing = heavytop_("doctor")
     assert missing.exit_code == Exit.OUT_OF_BOUND
     assert "no-such-package" in missing.stderr
@@ -119,7 +119,7 @@ def test_doctor_names_what_is_missing(monkeypatch):
 def test_neither_the_integrator_nor_the_symbols_are_imported(words):
     code = (
         "import sys\nfrom heavytop.cli import app\n"
-        f"app({words!r}, standalone_mode=False)\nprint(*sys.modules, file=sys.stderr)"
+        f"try: app({words!r})\nfinally: print(*sys.modules, file=sys.stderr)"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert result.stdout

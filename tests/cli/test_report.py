@@ -14,7 +14,7 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.claims import validate as validating
 from heavytop.claims.register import load_register
-from heavytop.cli import report as verbs
+from heavytop.cli import verbs
 from heavytop.plots.studies import check_figure
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
@@ -119,9 +119,9 @@ def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [
-        (["--columns", "Zeit"], 2, "'Zeit' is not NAME=COLUMN,…"),
+        (["--columns", "Zeit"], 2, "'Zeit' is not NAME=VALUE,…"),
         (["--columns", "t=Uhr"], 3, "Uhr"),
-        (["-o", "errors.txt"], 2, "errors.txt: a folder, or .svg, .png, .pdf"),
+        (["-o", "errors.txt"], 2, "errors.txt: the name of a file in"),
         (["-o", "/no/where/x.svg"], 2, "cannot write /no/where/x.svg"),
         (["--digits", "nan"], 2, "is not a number of digits"),
         (["--digits", "-1"], 2, "is not a number of digits"),

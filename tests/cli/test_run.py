@@ -36,7 +36,7 @@ def test_a_folder_gets_every_file_the_document_names(tmp_path):
     names |= {f"{figure}.{form}" for figure in figures for form in ("svg", "png")}
     assert set(printed["files"].values()) == {path.name for path in folder.iterdir()} == names
     assert f"heavytop: wrote {folder / 'trajectory.nc'}\n" in result.stderr
-    assert "integrating" in result.stderr
+    assert "heavytop: run sicm-kicked\n" in result.stderr
 
 
 def test_options_are_those_asked_for(tmp_path):

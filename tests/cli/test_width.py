@@ -11,14 +11,14 @@ import sys
 import termios
 
 import pytest
+from click.testing import CliRunner
 from rich.cells import cell_len
-from typer.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.results.run_texts import settled
 
 NARROW = 80
-HELP = [(verb.callback.__name__, "--help") for verb in app.registered_commands]
+HELP = [(verb, "--help") for verb in app.verbs]
 TABLES = [
     ("scenes",),
     ("stress", "--list"),

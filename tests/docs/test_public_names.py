@@ -4,8 +4,6 @@ import inspect
 import re
 from pathlib import Path
 
-import typer
-
 import heavytop
 from heavytop.cli import app
 
@@ -51,9 +49,9 @@ def verb_line(name, verb):
 
 def now():
     """Return the lines as they are now."""
-    group = typer.main.get_command(app)
+    group, verbs = app, {name: app.get_command(None, name) for name in app.verbs}
     names = map(name_line, [*sorted(heavytop.__all__), *MAKERS])
-    verbs = (verb_line(f"{COMMAND} {name}", verb) for name, verb in sorted(group.commands.items()))
+    verbs = (verb_line(f"{COMMAND} {name}", verb) for name, verb in sorted(verbs.items()))
     return [*names, verb_line(COMMAND, group), *verbs]
 
 

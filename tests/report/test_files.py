@@ -5,7 +5,7 @@ import json
 import h5netcdf
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app

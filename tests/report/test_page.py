@@ -15,9 +15,9 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
-from heavytop.cli.command import app
+from heavytop.cli import app
 from heavytop.errors import ForeignFile
 from heavytop.report import page as pages
 from heavytop.report.page import Page, Section, page_of
@@ -256,7 +256,7 @@ def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, not
 
 def test_what_is_named_twice_is_shown_once_and_an_empty_folder_is_refused(place, undrawn, tmp_path):
     done = report(place / "stress", f"{place}/stress/", "-o", tmp_path / "page")
-    assert done.stdout.endswith(": 1 result, 1 figure\n")
+    assert done.stdout.endswith(": results: 1, figures: 1\n")
     (tmp_path / "empty").mkdir()
     done = report(tmp_path / "empty")
     assert (done.exit_code, "holds no results" in done.stderr) == (3, True)

@@ -8,7 +8,7 @@ import pytest
 import heavytop as ht
 from heavytop.run.estimates import Forecast
 from heavytop.run.planning import span
-from heavytop.spelling import duration
+from heavytop.text import duration
 
 from .test_planning import round_periods
 

@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app

@@ -385,7 +385,7 @@ def test_a_list_of_names_is_passed_on_and_refused_where_one_is_empty(words, monk
     refused = heavytop_(*words.split(), "cusp,")
     assert asked == [("auto", "strang=50")]
     assert refused.exit_code == 2
-    assert f"{option}: 'cusp,' is not NAME,NAME,…: a name is empty" in read(refused.stderr)
+    assert f"'{option}': 'cusp,' is not NAME,NAME,…: a name is empty" in read(refused.stderr)
 
 
 # --- a scheduler -----------------------------------------------------------------------------

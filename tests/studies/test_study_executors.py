@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor as Threads
 import pytest
 
 from heavytop.cli import exit_code
+from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, Stop, StoppedEarly
-from heavytop.machine import versions
 from heavytop.studies import study
 from heavytop.studies.study import Journal, run
 

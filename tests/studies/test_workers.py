@@ -14,7 +14,7 @@ import pytest
 
 import heavytop
 from heavytop import errors
-from heavytop.machine import versions
+from heavytop.doctor import versions
 from heavytop.studies import study, workers
 
 from . import toy

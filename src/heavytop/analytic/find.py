@@ -19,17 +19,16 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.kinds import RULES, Number
 from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
-from heavytop.display import Shown
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
 from heavytop.exact.parse import UNITS_OF
-from heavytop.names import nearest
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Reader, Refused
 from heavytop.scene.quantities import NUMBERS, UNIT_OF
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
+from heavytop.text import Shown, nearest
 
 SCHEMA: Final = "heavytop/find/1"
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0

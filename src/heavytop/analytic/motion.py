@@ -21,12 +21,12 @@ from heavytop.classification.reduced import (
     ball_of,
     reduced_from_scene,
 )
-from heavytop.display import Played
 from heavytop.exact.balls import Interval, working
 from heavytop.exact.decimals import Number, context
 from heavytop.scene.arguments import expect, whole, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+from heavytop.text import Played
 
 MOST_DIGITS: Final = 10_000
 FLOAT_DIGITS: Final = 40  # behind every float

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from heavytop.checking.headers import SHAPES, Meaning, complete_set, meanings, parse_unit
 from heavytop.errors import ForeignFile
-from heavytop.names import nearest
 from heavytop.scene.arguments import expect, path_of, wrong_type
-from heavytop.spelling import harmless
+from heavytop.text import harmless, nearest
 
 Array = NDArray[np.float64]
 

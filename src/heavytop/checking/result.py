@@ -9,10 +9,9 @@ from typing import Any, Final, NamedTuple
 from heavytop.checking.comparison import ANGLES, RATES, Origin
 from heavytop.checking.method import Count, Phase
 from heavytop.checking.reading import Array
-from heavytop.display import Plotted
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.spelling import harmless
+from heavytop.text import Plotted, harmless
 
 SCHEMA: Final = "heavytop/check/1"
 CHARTED: Final = 1000  # rows in the document

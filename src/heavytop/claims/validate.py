@@ -31,12 +31,12 @@ from heavytop.claims.register import (
     load_register,
     stem,
 )
-from heavytop.errors import ForeignFile, HeavyTopError
-from heavytop.machine import versions
-from heavytop.names import LONGEST, nearest
+from heavytop.doctor import versions
+from heavytop.errors import Exit, ForeignFile, HeavyTopError
 from heavytop.results.base import Row
 from heavytop.results.validation import OURS, Validation, counts
 from heavytop.scene.arguments import wrong_type
+from heavytop.text import LONGEST, nearest
 
 LIMIT: Final = 120.0  # s for a script of registered claims
 PROOF_LIMIT: Final = 7200.0  # s for any other: some of them time what takes minutes
@@ -54,6 +54,8 @@ LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
 
 class UnknownClaim(HeavyTopError, ValueError):
     """A name that is neither a claim nor a script; the message gives the nearest."""
+
+    exit = Exit.USAGE
 
 
 def validate(

@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Final, NamedTuple
 
 from heavytop.classification.reduced import Real, Reduced
-from heavytop.display import Shown
+from heavytop.text import Shown
 
 
 class Kind(StrEnum):

@@ -3,85 +3,331 @@
 from __future__ import annotations
 
 import errno
-import gc
-import inspect
-import logging
 import os
-import signal
 import sys
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from contextvars import ContextVar
-from dataclasses import dataclass
-from functools import wraps
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn
 
-import typer
-from typer import BadParameter, Option
-from typer.core import TyperGroup
+import click
 
 from heavytop import errors
-from heavytop.errors import Exit as Exit
-from heavytop.results.base import command_line, typing
-from heavytop.scene.arguments import Refused
-from heavytop.scene.quantities import SHOWN, SI, Units, read_units
-from heavytop.spelling import harmless
+from heavytop.cli.signature import Parameter, Value, read_verb
+from heavytop.errors import Exit
+from heavytop.text import harmless
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from heavytop.results.base import Result
-    from heavytop.studies.study import Progress
-
-Verb = Callable[..., None]
-
-
-UNIT: Final = "Show tables, CSV and charts in these units, such as deg,rpm,ms; JSON stays SI."
-
-
-@dataclass(frozen=True, kw_only=True)
-class Manner:
-    """How a verb answers: the options that all of them have."""
-
-    json: Annotated[bool, Option("--json", help="Print one JSON document, nothing else.")] = False
-    quiet: Annotated[bool, Option("-q", "--quiet", help="Print only errors on stderr.")] = False
-    verbose: Annotated[bool, Option("-v", "--verbose", help="Print what the command is doing.")] = (
-        False
-    )
-    unit: Annotated[str, Option("--unit", metavar="NAME,…", help=UNIT)] = ""
-    debug: Annotated[bool, Option("--debug", help="Print the traceback of an error.")] = False
-
-    @property
-    def units(self) -> Units:
-        """The units that are to be shown in place of those of SI."""
-        try:
-            return read_units(self.unit) if self.unit else SI
-        except Refused as wrong:
-            raise BadParameter(str(wrong), param_hint="--unit") from None
-
-
-_MANNER: ContextVar[Manner] = ContextVar("manner", default=Manner())  # noqa: B039 (it is frozen)
-manner = _MANNER.get
-
-# --- exit codes ------------------------------------------------------------------------------
-
 
 EXIT_CODES: Final = (
     "Exit codes: 0 ok; 1 a bug; 2 a bad option, or a missing optional package; 3 a bad scene, data "
     "or result file, or the folder of another study; 4 ended early, the partial result is kept; "
     "5 a check is out of its bound; 130 interrupted."
 )
-CODES: Final = {  # the first that fits
-    Exit.USAGE: (errors.InUse, errors.MissingPackage, errors.NoScheduler),
-    Exit.ENDED_EARLY: (errors.EndedEarly, errors.StoppedEarly),
-    Exit.BUG: (errors.WrongType,),
-    Exit.BAD_SCENE: (errors.HeavyTopError,),
-}
+DEFAULT_SCENE: Final = "sicm-kicked"
+OUTPUT: Final = ("folder", "path")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
+
+Problem = tuple[Exit, str]
+
+
+class Ended(NamedTuple):
+    """A result, what is wrong with it, and the folder or the chart that is yet to be written."""
+
+    result: Result
+    problems: Sequence[Problem] = ()
+    folder: Path | None = None
+    figures: bool = True
+    chart: Path | None = None
+
+
+# --- verbs -----------------------------------------------------------------------------------
+
+
+def read_units(text: str) -> Any:
+    """Read the units that are to be shown."""
+    from heavytop.scene.quantities import read_units
+
+    return read_units(text)
+
+
+UNIT: Final = "Show tables, CSV and charts in these units, such as deg,rpm,ms; JSON stays SI."
+COMMON: Final = (
+    click.Option(["--json"], is_flag=True, help="Print one JSON document, nothing else."),
+    click.Option(["-q", "--quiet"], is_flag=True, help="Print only errors on stderr."),
+    click.Option(["-v", "--verbose"], is_flag=True, help="Print what the command is doing."),
+    click.Option(["--unit"], type=Value("NAME,…", read_units), help=UNIT),
+    click.Option(["--debug"], is_flag=True, help="Print the traceback of an error."),
+)
+
+
+class Verbs(click.Group):
+    """The group of all verbs; each names its function, and the one that this calls."""
+
+    def __init__(self, verbs: Mapping[str, str], **given: Any) -> None:
+        super().__init__(**given)
+        self.verbs = verbs
+
+    def main(self, args: Sequence[str] | None = None, *_: Any, **more: Any) -> NoReturn:
+        """Run a command line and exit; its words are the object of the context."""
+        words = sys.argv[1:] if args is None else list(args)
+        more |= {"prog_name": "heavytop", "obj": words, "standalone_mode": False}
+        try:
+            code = super().main(words, **more) or Exit.OK
+        except click.ClickException as wrong:
+            code = Exit(wrong.exit_code)
+            with suppress(OSError):  # of a full stderr: the exit code still says it
+                wrong.show()
+        except click.Abort:  # Ctrl-C, outside of a verb
+            code = Exit.INTERRUPTED
+        sys.exit(code)
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """List the verbs in the order of the help."""
+        return list(self.verbs)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command:
+        """Return the command of a verb."""
+        if name not in self.verbs:
+            raise click.exceptions.NoSuchCommand(name, possibilities=self.verbs, ctx=ctx)
+        takes, typed, text = read_verb(self.verbs[name])
+        called = partial(invoke, self.verbs[name].split()[0], takes)
+        params = [*typed, *COMMON]
+        return click.Command(name, callback=called, params=params, help=text, epilog=EXIT_CODES)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the first line of what each verb says, whole."""
+        helps = {name: self.get_command(ctx, name).help or "" for name in self.verbs}
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text.partition("\n")[0]) for name, text in helps.items()])
+
+
+def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
+    """Call the function of a verb with what was typed; print and write what it returns."""
+    from heavytop.results.base import command_line, typing
+
+    module, _, name = place.partition(":")
+    given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
+    output = {x: path for x, path in given.items() if x in OUTPUT and not takes[x].has_place}
+    words = click.get_current_context().find_root().obj
+    folder, path = (output.get(name) for name in OUTPUT)
+    with typing(command_line(words)), explained(path), results_folder(folder):
+        function = getattr(import_module(f"heavytop.{module}"), name)
+        with ExitStack() as stack:
+            stack.enter_context(shown_units())
+            prepare(given, takes, typed, stack)
+            found = function(**given)
+        if isinstance(found, Path):
+            show_file(found, given["scene"].name)
+        elif found is not None:
+            ended = Ended(found, (), folder, typed.get("figures", True))
+            finish(found if isinstance(found, Ended) else ended)
+
+
+def prepare(
+    given: dict[str, Any], takes: Mapping[str, Parameter], typed: Any, stack: ExitStack
+) -> None:
+    """Put a scene, workers and progress in place of what was typed."""
+    if any(each.has_place and each.kind.startswith("Scene") for each in takes.values()):
+        given["scene"] = read_scene(typed["scene"], typed["changes"])
+        note(f"{click.get_current_context().info_name} {given['scene'].name}")
+    if address := given.get("executor"):
+        from heavytop.studies.workers import executor_at
+
+        if given.get("jobs", 1) > 1:
+            rule = "cannot be combined with --scheduler, which has its own workers"
+            raise click.BadParameter(rule, param_hint="--jobs")
+        given["executor"] = stack.enter_context(executor_at(address))
+    if "progress" in takes:
+        given["progress"] = stack.enter_context(progress_bar())
+    if "note" in takes:
+        given["note"] = note
+
+
+def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
+    """The scene of a name, or of the folder of a run, changed as the options ask."""
+    from heavytop.scene import scene as scenes
+
+    scene = scene or DEFAULT_SCENE
+    run = Path(scene) / "trajectory.nc"
+    if scene in scenes.shipped_names() or not run.exists():
+        return scenes.load_scene(scene, overrides=list(changes))
+    from heavytop.files import attribute, open_sealed
+
+    with open_sealed(run) as file:
+        text, name = attribute(file, "scene"), attribute(file, "name")
+    return scenes.read_scene(text, where=f"{name}.toml", overrides=list(changes))
+
+
+# --- what is printed -------------------------------------------------------------------------
+
+
+def asked(name: str) -> Any:
+    """The value of an option that all verbs have."""
+    return click.get_current_context().params[name]
+
+
+def say(text: str) -> None:
+    """Tell the person at the terminal something that is not a result."""
+    lines = "\n".join(map(harmless, text.split("\n")))  # names of files may have escape codes
+    with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
+        print(f"heavytop: {lines}", file=sys.stderr, flush=True)
+
+
+def note(text: str) -> None:
+    """Say what is being done, to those who asked."""
+    if asked("verbose") and not asked("quiet"):
+        say(text)
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[Any], None] | None]:
+    """A progress bar on stderr, only where somebody can see it move."""
+    if asked("quiet") or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+
+        def update(now: Any) -> None:
+            if isinstance(now, int | float):
+                bar.update(task, completed=now)
+            else:
+                runs = f"{now.ended} of {now.tasks} runs"
+                bar.update(task, completed=now.fraction, description=runs)
+
+        yield update
+
+
+def answer(document: Mapping[str, Any], shown: Any) -> None:
+    """Print one JSON document for a program; for a person a text, or a table as wide as there is.
+
+    The width is that of the terminal, or COLUMNS, or 100; nothing stands behind a line.
+    """
+    from heavytop.files import as_json
+
+    if asked("json"):
+        print(as_json(document), flush=True)
+    elif isinstance(shown, str):
+        print(shown.removesuffix("\n"), flush=True)
+    else:
+        from rich.console import Console
+
+        console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 100)
+        with console.capture() as printed:
+            console.print(shown)
+        for line in printed.get().splitlines():
+            print(line.rstrip())
+        sys.stdout.flush()  # it is there, whatever comes after it
+
+
+@contextmanager
+def shown_units() -> Iterator[None]:
+    """Let what is shown be in the units that were asked for."""
+    from heavytop.scene.quantities import SHOWN, SI
+
+    token = SHOWN.set(asked("unit") or SI)
+    try:
+        yield
+    finally:
+        SHOWN.reset(token)
+
+
+def show(found: Result) -> None:
+    """Print the document of a result, or its facts and tables."""
+    with shown_units():
+        answer(found.document(), found)
+
+
+def show_file(path: Path, scene: str) -> None:
+    """Print the name of a file that was written, and its size."""
+    verb = click.get_current_context().info_name
+    document = {"schema": f"heavytop/{verb}/1", "scene": scene, "file": str(path)}
+    answer(document, f"{harmless(path)}: {path.stat().st_size / 1e6:.2g} MB")
+
+
+def finish(ended: Ended) -> None:
+    """Write a result, print it, then draw it; leave with what is wrong with it."""
+    found, ends = ended.result, [*ended.problems]
+    if ended.folder is None:
+        show(found)
+    else:
+        found = write_files(found, ended.folder, ends, figures=ended.figures)
+    if ended.chart is not None:
+        from heavytop.plots.style import save
+
+        with kept(ends, ended.chart):
+            save(found.figure(), ended.chart)
+            note(f"wrote {ended.chart}")
+    leave([*ends, *(missing_packages(found) or found.problems())])
+
+
+def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bool) -> Result:
+    """Write a result, print it as a table, draw it, or print its document with all its files."""
+    from heavytop.report.files import draw_study, write_study
+
+    refused: list[Problem] = []
+    with kept(refused, folder):
+        found = replace(found, files=write_study(found, folder, figures=False))
+    written = found.files
+    if not asked("json"):
+        show(found)
+    with kept(refused, folder):
+        if figures and not refused:
+            found = replace(found, files=draw_study(found, folder, written))
+    charts = ", ".join([*found.files.values()][len(written) :])
+    if asked("json"):
+        show(found)
+    elif charts:
+        print(f"charts  {charts}", flush=True)
+    for name in found.files.values():
+        note(f"wrote {folder / name}")
+    ends[:0] = refused
+    return found
+
+
+@contextmanager
+def kept(ends: list[Problem], path: Path) -> Iterator[None]:
+    """Go on after what cannot be written; it is said at the end."""
+    try:
+        yield
+    except errors.StoppedEarly as fault:
+        ends.append((Exit.ENDED_EARLY, str(fault)))
+    except OSError as fault:
+        ends.append(unwritable(path, fault))
+
+
+def missing_packages(found: Result) -> list[Problem]:
+    """What is to be installed, where no method of a study could be run without it."""
+    if not (methods := found.unrun()):
+        return []
+    from heavytop.studies.methods import is_auto, method
+
+    needs = [() if is_auto(name) else method(name).absent for name in methods]
+    return [(Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0])))] if all(needs) else []
+
+
+def leave(problems: Iterable[Problem]) -> None:
+    """Say what is wrong with a result that was printed, and exit with the gravest code."""
+    worst = Exit.OK
+    for code, sentence in problems:
+        worst = max(worst, code)
+        if sentence and (code or not asked("quiet")):
+            say(sentence)
+    click.get_current_context().exit(worst)
+
+
+# --- what goes wrong -------------------------------------------------------------------------
 
 
 def interrupted(error: BaseException) -> bool:
@@ -95,7 +341,7 @@ def exit_code(error: BaseException) -> Exit:
         return Exit.INTERRUPTED
     if isinstance(error, OSError) and error.errno in FULL:
         return Exit.ENDED_EARLY
-    return next((code for code, kinds in CODES.items() if isinstance(error, kinds)), Exit.BUG)
+    return error.exit if isinstance(error, errors.HeavyTopError) else Exit.BUG
 
 
 def explain(error: BaseException) -> str:
@@ -104,160 +350,50 @@ def explain(error: BaseException) -> str:
         what = " ".join(f"{type(error).__name__}: {error}".split())
         return f"a bug: {what} (--debug shows where)"
     if isinstance(error, OSError):
-        return f"cannot write: {error.strerror or error}"
+        return f"cannot write {error.filename or ''}".rstrip() + f": {error.strerror or error}"
     if isinstance(error, errors.BadScene):
         return f"the input is not valid:\n{error}"
     return "interrupted" if interrupted(error) else str(error)
 
 
-def leave(ends: Iterable[tuple[Exit, str]]) -> None:
-    """Say what is wrong with a result that was printed, and leave with the gravest exit code."""
-    worst = Exit.OK
-    for code, sentence in ends:
-        worst = max(worst, code)
-        if sentence and (code or not manner().quiet):
-            say(sentence)
-    if worst:
-        raise typer.Exit(worst)
-
-
-# --- what is printed -------------------------------------------------------------------------
-
-
-def say(text: str) -> None:
-    """Tell the person at the terminal something that is not a result."""
-    told = "\n".join(map(harmless, text.split("\n")))  # names of files may have escape codes
-    with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
-        typer.echo(f"heavytop: {told}", err=True)
-
-
-def note(text: str) -> None:
-    """Say what is being done, to those who asked."""
-    if manner().verbose and not manner().quiet:
-        say(text)
-
-
 @contextmanager
-def progress_bar() -> Iterator[Callable[[float | Progress], None] | None]:
-    """A progress bar on stderr, only where somebody can see it move."""
-    if manner().quiet or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-
-    with Bar(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-
-        def heard(now: float | Progress) -> None:
-            if isinstance(now, int | float):
-                bar.update(task, completed=now)
-            else:
-                runs = f"{now.ended} of {now.tasks} runs"
-                bar.update(task, completed=now.fraction, description=runs)
-
-        yield heard
-
-
-def answer(document: Mapping[str, Any], in_words: Callable[[], None]) -> None:
-    """Print one JSON document for a program, or for a person what says the same in words."""
-    if manner().json:
-        from heavytop.files import as_json
-
-        typer.echo(as_json(document))
-    else:
-        in_words()
-
-
-def show(found: Result) -> None:
-    """Print the document of a result, or its facts and tables in the units asked for."""
-
-    def tables() -> None:
-        token = SHOWN.set(manner().units)
-        print_table(found)
-        SHOWN.reset(token)
-
-    answer(found.document(), tables)
-
-
-def print_table(table: RenderableType) -> None:
-    """Print a table as wide as the terminal, or COLUMNS, or 100; nothing stands behind a line."""
-    from rich.console import Console
-
-    console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 100)
-    with console.capture() as printed:
-        console.print(table)
-    for line in printed.get().splitlines():
-        print(line.rstrip())  # echo would write UTF-8 where the terminal has another alphabet
-    sys.stdout.flush()  # it is there, whatever comes after it
-
-
-# --- verbs -----------------------------------------------------------------------------------
-
-
-def verb(function: Verb) -> Verb:
-    """Give a function the options of `Manner`, and what all verbs do with exceptions."""
-    own = inspect.signature(function, eval_str=True)
-    every = inspect.signature(Manner, eval_str=True).parameters
-
-    @wraps(function)
-    def run(**given: Any) -> None:
-        token = _MANNER.set(Manner(**{name: given.pop(name) for name in every}))
-        try:
-            with _answering(given):
-                function(**given)
-        finally:
-            _MANNER.reset(token)
-
-    parameters = [*own.parameters.values(), *every.values()]
-    run.__signature__ = own.replace(  # type: ignore[attr-defined]
-        parameters=[each.replace(kind=each.KEYWORD_ONLY) for each in parameters]
-    )
-    return run
-
-
-@contextmanager
-def _answering(given: Mapping[str, Any]) -> Iterator[None]:
+def explained(path: Path | None) -> Iterator[None]:
     """Turn what a verb raises into a sentence and an exit code, with a traceback if asked for."""
     try:
-        with warnings.catch_warnings(), results_folder(given.get("output")):
-            warnings.simplefilter("ignore" if manner().quiet else "always", UserWarning)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore" if asked("quiet") else "always", UserWarning)
             warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
-            try:
-                yield
-            except errors.BadScene as bad:
-                raise _of_options(bad, given) from bad
-            except BrokenPipeError:  # of stdout, and not of a file
-                raise
-            except OSError as error:  # of a verb that writes one file
-                if error.errno in FULL or "file" not in given:
-                    raise
-                raise unwritable(given["file"] or Path(), error) from None
-    except (typer.Exit, BadParameter, BrokenPipeError):
+            yield
+    except (click.exceptions.Exit, click.ClickException, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
-        if manner().debug:
+        if asked("debug"):
             traceback.print_exc()
-        say(explain(error))
-        raise typer.Exit(exit_code(error)) from None
+        if (refused := refusal(error)) is not None:
+            raise refused from error
+        code, said = exit_code(error), explain(error)
+        if isinstance(error, OSError) and path is not None:
+            code, said = unwritable(path, error)
+        say(said)
+        raise click.exceptions.Exit(code) from None
 
 
-def _of_options(bad: errors.BadScene, given: Mapping[str, Any]) -> Exception:
-    """What is wrong with a scene; or with options, where nothing else is wrong."""
-
-    def option(fault: errors.Fault) -> str:
-        keys = fault.key.split(", ")
-        if fault.file == "--set":
-            return fault.file
-        if "scene" in keys or not {*keys} <= given.keys():
-            return ""
-        return " and ".join(f"--{key.replace('_', '-')}" for key in keys)
-
-    hints = dict.fromkeys(option(fault) for fault in bad.faults)
-    if "" in hints:
-        return bad
-    told = (str(fault).removeprefix(f"{fault.file}: ") for fault in bad.faults)
-    return BadParameter("\n".join(told), param_hint=" and ".join(hints))
+def refusal(error: BaseException) -> click.BadParameter | None:
+    """The refusal of options, where nothing else is wrong."""
+    context = click.get_current_context()
+    options = {each.name: each for each in context.command.params if each.name != "scene"}
+    if isinstance(error, errors.BadScene):
+        keys = ["changes" if each.file == "--set" else each.key for each in error.faults]
+        said = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
+    elif isinstance(error, errors.Impossible):
+        keys, said = [name for name, _ in error.broken], str(error)
+    else:
+        return None
+    names = dict.fromkeys(name for key in keys for name in key.split(", "))
+    if not names or not names.keys() <= options.keys():
+        return None
+    hint = " and ".join(options[name].opts[-1] for name in names)
+    return click.BadParameter(said, param_hint=hint)
 
 
 @contextmanager
@@ -274,7 +410,7 @@ def results_folder(folder: Path | None) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
     except (OSError, ValueError) as error:
-        raise unwritable(folder, error) from None
+        raise click.BadParameter(unwritable(folder, error)[1], param_hint="-o") from None
     try:
         yield
     finally:
@@ -283,90 +419,10 @@ def results_folder(folder: Path | None) -> Iterator[None]:
                 place.rmdir()
 
 
-def unwritable(path: Path, error: Exception) -> BadParameter:
-    """What is wrong with the folder or the file named by -o."""
+def unwritable(path: Path, error: OSError | ValueError) -> Problem:
+    """What is wrong where the folder or the file named by -o cannot be written."""
     why = getattr(error, "strerror", None) or str(error)
     if isinstance(error, FileExistsError):
         why = "not a folder"
-    return BadParameter(f"cannot write to {str(path)!r}: {why}", param_hint="-o")
-
-
-# --- the command -----------------------------------------------------------------------------
-
-
-class _Verbs(TyperGroup):
-    """The group of all verbs; what each finds names the command line that asked for it."""
-
-    def main(self, args: Sequence[str] | None = None, *_: Any, **options: Any) -> Any:
-        """Run a command line; completion is that of this name, also under ``python -m``."""
-        words = sys.argv[1:] if args is None else list(args)
-        with typing(command_line(words)):
-            return super().main(words, **options | {"prog_name": "heavytop"})
-
-
-app = typer.Typer(
-    name="heavytop",
-    cls=_Verbs,
-    help="The axisymmetric heavy top, integrated to the last digits and checked.",
-    epilog=EXIT_CODES,
-    no_args_is_help=True,
-    rich_markup_mode=None,  # plain help text: a third of the time
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-def register(*verbs: Verb) -> None:
-    """Give the command its verbs, in the order of its help."""
-    for each in verbs:
-        app.command(epilog=EXIT_CODES)(each)
-
-
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        from heavytop import __version__
-
-        typer.echo(f"heavytop {__version__}")
-        raise typer.Exit
-
-
-Version = Annotated[
-    bool,
-    Option("--version", help="Print the version and exit.", callback=_show_version, is_eager=True),
-]
-
-
-@app.callback()
-def heavytop(version: Version = False) -> None:
-    """Options of the command itself."""
-
-
-COLLECTED: Final = 100_000  # objects, until garbage is looked for: imports make many and none
-
-
-def stop_when_ended() -> None:
-    """Let SIGTERM and SIGHUP do what Ctrl-C does, so that no process is left behind."""
-    for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # the second is not on Windows
-        number = getattr(signal, name)
-        if signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
-
-
-def main() -> None:
-    """Run the command line."""
-    gc.set_threshold(COLLECTED)
-    stop_when_ended()
-    os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a terminal without θ shows ?, and does not fail
-            stream.reconfigure(errors="replace")
-    try:
-        app()
-    except KeyboardInterrupt:  # before a verb has been read, or while it is explained
-        raise SystemExit(Exit.INTERRUPTED) from None
-    except OSError as fault:  # of the help, or of what is wrong with an option
-        say(f"cannot write: {fault.strerror}")
-        raise SystemExit(getattr(fault.__context__, "exit_code", Exit.ENDED_EARLY)) from None
-    finally:
-        gc.freeze()  # the interpreter would look through all modules once more before it ends
+    full = getattr(error, "errno", None) in FULL
+    return Exit.ENDED_EARLY if full else Exit.USAGE, f"cannot write {path}: {why}"

@@ -3,57 +3,119 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from typer import Option
+from click import BadParameter
 
 from heavytop import errors
-from heavytop.cli import options
-from heavytop.cli.command import Exit, exit_code, interrupted, leave, manner, note, say, show, verb
-from heavytop.cli.command import progress_bar as shown_progress
+from heavytop.cli.command import Ended, asked, exit_code, interrupted, note, results_folder
+from heavytop.errors import Exit
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
     from heavytop.report.files import Request
     from heavytop.results.run import RunResult
+    from heavytop.run.exact import SceneMotion
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
     from heavytop.scene.scene import Scene
 
-Early: TypeAlias = errors.EndedEarly | errors.StoppedEarly
+Progress: TypeAlias = Callable[[float], None]
 
 
-@verb
 def run(
-    scene: options.SceneName,
-    force: Annotated[bool, Option("--force", help="Replace another run in DIR.")] = False,
-    formulation: options.Formulation = options.FormulationName.AUTO,
-    digits: options.Digits = None,
-    output: options.Folder = None,
-    changes: options.Changes = None,
-    no_figures: options.NoFigures = False,
-    tolerance: options.Tolerance = None,
-) -> None:
-    """Integrate a scene and compare it with the closed form."""
+    scene: Scene,
+    *,
+    force: bool = False,
+    formulation: str = "auto",
+    digits: int | None = None,
+    folder: Path | None = None,
+    figures: bool = True,
+    tolerance: float | None = None,
+    progress: Progress | None = None,
+) -> Ended:
+    """Integrate a scene and compare it with the closed form.
+
+    Parameters
+    ----------
+    scene : Scene
+    force : bool
+        Replace another run in the folder.
+    formulation : str
+        Equations to integrate, such as axis; auto: the fewest.
+    digits : int, optional
+        Correct digits at the end of the span, such as 30; default: the scene's.
+    folder : path, optional
+        Write results to this folder, such as out/first; default: no files.
+    tolerance : float, optional
+        Relative error tolerance of a step in doubles, such as 1e-9; default: 2.2e-16.
+    """
     from heavytop.report.files import Request
 
-    read = options.read(scene, changes, digits)
-    asked = Request(read, formulation.value, not no_figures, tolerance)
-    carry_out(asked, output, force=force)
+    if digits is not None:
+        scene = replace(scene, digits=digits)
+    return run_request(
+        Request(scene, formulation, figures, tolerance), folder, progress, force=force
+    )
 
 
-def is_run(folder: Path) -> bool:
-    """Whether a folder is that of a run, and not of a study."""
-    files = ("request.json", "run.json", "trajectory.nc")
-    return not (folder / "study.jsonl").exists() and any((folder / n).exists() for n in files)
+def resume(
+    folder: Path,
+    *,
+    methods: Sequence[str] | None = None,
+    figures: bool = True,
+    progress: Any = None,
+    **workers: Any,
+) -> Ended:
+    """Continue a study or a run that was interrupted or killed.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of a study (drift, atlas, stress, workprec, certify) or of a run.
+    methods : sequence of str
+        Your own methods that the study uses, named again: mine.py:rk4.
+    """
+    from heavytop.results.base import command_of, typed, typing
+
+    files = [folder / name for name in ("study.jsonl", "request.json", "run.json")]
+    made = next(filter(None, map(command_of, files)), typed())
+    figures = figures and "--no-figures" not in (made or "").split()  # as it was begun
+    with typing(made):  # the result is that of the command that began it
+        if files[0].exists():
+            return resume_study(folder, figures, progress, methods=methods or (), **workers)
+        if not any(file.exists() for file in (*files, folder / "trajectory.nc")):
+            rule = "neither study.jsonl, of a study, nor trajectory.nc or request.json, of a run"
+            raise errors.ForeignFile(f"{folder}: no folder with anything to go on with: {rule}")
+        if methods is not None or "executor" in workers:
+            hint = "--scheduler" if methods is None else "--methods"
+            raise BadParameter("is only for studies, and this folder holds a run", param_hint=hint)
+        with results_folder(folder):
+            return resume_run(folder, progress, figures=figures)
 
 
-def resume_run(folder: Path, *, figures: bool) -> None:
-    """Go on with a run; of one that has ended, say so and print it."""
+def resume_study(folder: Path, figures: bool, progress: Any, **asked: Any) -> Ended:
+    """Go on with a study; of one that has ended, say so."""
+    from heavytop.studies.study import resume
+
+    began = []
+
+    def update(now: Any) -> None:
+        began.append(now.ended == now.tasks > 0)
+        if progress is not None:
+            progress(now)
+
+    found = resume(folder, progress=update, **asked)
+    said = [(Exit.OK, f"{folder}: this study is finished")] if began[0] else []
+    return Ended(found, said, folder, figures)
+
+
+def resume_run(folder: Path, progress: Progress | None, *, figures: bool) -> Ended:
+    """Go on with a run; of one that has ended, say so."""
     from heavytop.report.files import DOCUMENT, REQUEST, TRAJECTORY, Request
     from heavytop.results.run import RunResult
     from heavytop.run.trajectory_file import load_exact, load_interrupted
@@ -64,43 +126,51 @@ def resume_run(folder: Path, *, figures: bool) -> None:
         if (outcome := errors.Outcome(found.outcome)) is not errors.Outcome.INTERRUPTED:
             if (folder / TRAJECTORY).exists():  # what is damaged is refused
                 (load_interrupted if found.plan.states else load_exact)(folder / TRAJECTORY)
-            finished = outcome is errors.Outcome.FINISHED
-            how = "is finished" if finished else f"ended early: {outcome.sentence}"
-            show(found)
-            leave([(Exit.OK if finished else Exit.ENDED_EARLY, f"{folder}: this run {how}")])
-            return
-    asked = Request.read(folder)
+            if outcome is errors.Outcome.FINISHED:
+                return Ended(found, [(Exit.OK, f"{folder}: this run is finished")])
+            said = f"{folder}: this run ended early: {outcome.sentence}"
+            return Ended(found, [(Exit.ENDED_EARLY, said)])
+    request = Request.read(folder)
     if not begun:  # the trajectory of a run is all there is
-        asked.write(folder)
-    carry_out(replace(asked, figures=asked.figures and figures), folder)
+        request.write(folder)
+    request = replace(request, figures=request.figures and figures)
+    return run_request(request, folder, progress)
 
 
-def carry_out(asked: Request, folder: Path | None, *, force: bool = False) -> None:
+def run_request(
+    request: Request, folder: Path | None, progress: Progress | None, *, force: bool = False
+) -> Ended:
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
-    from heavytop.report.files import REQUEST
+    from heavytop.report.files import REQUEST, write_results
+    from heavytop.results.run import run_result
     from heavytop.run.planning import closed_form_of, planned
 
-    motion = closed_form_of(asked.scene)
-    chosen = planned(asked.scene, motion, asked.formulation, tolerance=asked.tolerance)
-    early: Early | None = None
-    with nullcontext() if folder is None else _holding(folder, asked, force=force):
-        if chosen.formulation == "none":
-            result = _exact(asked, motion, chosen, folder)
-        else:
-            trajectory, early = _integrated(asked, motion, chosen, folder)
-            result, early = _written(trajectory, early, folder, figures=asked.figures)
-        if folder is not None and not _goes_on(early):
+    motion = closed_form_of(request.scene)
+    plan = planned(request.scene, motion, request.formulation, tolerance=request.tolerance)
+    with nullcontext() if folder is None else held(folder, request, force=force):
+        done, early = integrate(request, motion, plan, folder, progress)
+        goes_on = early is not None and early.outcome is errors.Outcome.INTERRUPTED
+        if folder is None:
+            result = run_result(done)
+            return Ended(result, [*problems_of(result, early, folder)])
+        try:
+            result = write_results(done, folder, figures=request.figures and not goes_on)
+        except OSError as fault:
+            unwritten = errors.StoppedEarly.unwritable(fault, folder, folder)
+            return Ended(run_result(done), [(Exit.ENDED_EARLY, str(unwritten))])
+        for name in result.files.values():
+            note(f"wrote {folder / name}")
+        if not goes_on:
             (folder / REQUEST).unlink(missing_ok=True)
-    show(result)
-    leave(_ends(asked.scene, result, early, folder))
+    return Ended(result, [*problems_of(result, early, folder)])
 
 
 @contextmanager
-def _holding(folder: Path, asked: Request, *, force: bool) -> Iterator[None]:
-    """The folder of a run; what stops it on its way says that the folder goes on with it."""
+def held(folder: Path, request: Request, *, force: bool) -> Iterator[None]:
+    """Hold the folder of a run; what stops it on its way says that the folder goes on with it."""
     from heavytop.report.files import begun
 
-    with begun(folder, asked, force=force):
+    with begun(folder, request, force=force):
         try:
             yield
         except OSError as fault:
@@ -111,103 +181,48 @@ def _holding(folder: Path, asked: Request, *, force: bool) -> Iterator[None]:
             raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", folder) from None
 
 
-def _exact(asked: Request, motion: Motion, chosen: Plan, folder: Path | None) -> RunResult:
-    """The result of a scene that nothing is integrated of, written with its files."""
-    from heavytop.report.files import write_results
-    from heavytop.results.run import exact_result
-    from heavytop.run.exact import SceneMotion
-
-    found = SceneMotion(asked.scene, motion, chosen)
-    if folder is None:
-        return exact_result(found)
-    return _noted(write_results(found, folder, figures=asked.figures), folder)
-
-
-def _integrated(
-    asked: Request, motion: Motion, chosen: Plan, folder: Path | None
-) -> tuple[Trajectory, errors.EndedEarly | None]:
-    """The trajectory of a scene, from where its folder has it, and why it is a part if it is."""
+def integrate(
+    request: Request, motion: Motion, plan: Plan, folder: Path | None, progress: Progress | None
+) -> tuple[Trajectory | SceneMotion, errors.EndedEarly | None]:
+    """Integrate a scene from where its folder has it; and why the trajectory is a part if it is."""
     from heavytop.report.files import TRAJECTORY, part_of
+    from heavytop.run.exact import SceneMotion
     from heavytop.run.propagation import carried_out, completed
 
-    scene = asked.scene
-    part = None if folder is None else part_of(folder, scene)
+    if plan.formulation == "none":
+        return SceneMotion(request.scene, motion, plan), None
+    part = None if folder is None else part_of(folder, request.scene)
     if part is not None and part.outcome is errors.Outcome.SINGULAR:
         return part, errors.EndedEarly(part.outcome, part)
     checkpoint = None if folder is None else folder / TRAJECTORY
-    notes = iter([f"integrating {scene.name}"])  # once, where there is something to keep
     try:
-        with shown_progress() as bar, warnings.catch_warnings():
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
-
-            def heard(done: float) -> None:
-                for text in notes:
-                    note(text)
-                if bar is not None:
-                    bar(done)
-
             if part is not None:
-                return completed(part, progress=heard, checkpoint=checkpoint), None
-            return carried_out(scene, motion, chosen, heard, checkpoint=checkpoint), None
+                return completed(part, progress=progress, checkpoint=checkpoint), None
+            return carried_out(request.scene, motion, plan, progress, checkpoint=checkpoint), None
     except errors.EndedEarly as early:
         return early.trajectory, early
 
 
-def _written(
-    trajectory: Trajectory, early: Early | None, folder: Path | None, *, figures: bool
-) -> tuple[RunResult, Early | None]:
-    """The result of a trajectory, written with its files, and why it is not whole if so."""
-    from heavytop.report.files import write_results
-    from heavytop.results.run import run_result
-
-    if early is not None:
-        say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
-    if folder is None:
-        return run_result(trajectory), early
-    try:
-        result = write_results(trajectory, folder, figures=figures and not _goes_on(early))
-    except OSError as fault:
-        early = errors.StoppedEarly.unwritable(fault, folder, folder)
-        return run_result(trajectory), early
-    return _noted(result, folder), early
-
-
-def _noted(result: RunResult, folder: Path) -> RunResult:
-    """A result, whose files are told."""
-    for name in result.files.values():
-        note(f"wrote {folder / name}")
-    return result
-
-
-def _goes_on(early: Early | None) -> bool:
-    """Whether there is more to do in the folder of a run that ended so."""
-    if isinstance(early, errors.EndedEarly):
-        return early.outcome is errors.Outcome.INTERRUPTED
-    return early is not None
-
-
-def _ends(
-    scene: Scene, result: RunResult, early: Early | None, folder: Path | None
+def problems_of(
+    result: RunResult, early: errors.EndedEarly | None, folder: Path | None
 ) -> Iterator[tuple[Exit, str]]:
     """What is wrong with a run, and where the part that was done can be found."""
     from heavytop.run.events import differences
     from heavytop.run.verify import missed
 
     if early is not None:
-        yield exit_code(early), _kept(early, folder)
-    else:
-        if result.missed_digits:
-            yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), scene.digits)
-        if result.missed_events:  # of which a warning tells, unless it is quiet
-            told = "; ".join(differences(result.missed_events, result.events))
-            yield Exit.OUT_OF_BOUND, told if manner().quiet else ""
-
-
-def _kept(early: Early, folder: Path | None) -> str:
-    """Where the part of a run that was done can be found, and how to go on with it."""
-    if isinstance(early, errors.StoppedEarly):
-        return str(early)
-    if folder is None:
-        return "the partial result is above (-o DIR keeps it)"
-    how = f"; resume with:\n{errors.resuming(folder)}" if _goes_on(early) else ""
-    return f"the partial result is in {folder}{how}"
+        where = "above (-o DIR keeps it)" if folder is None else f"in {folder}"
+        at = f"at t = {early.trajectory.orbit.end:.6g} s"
+        said = f"ended early {at}: {early}; the partial result is {where}"
+        if folder is not None and early.outcome is errors.Outcome.INTERRUPTED:
+            said += f"; resume with:\n{errors.resuming(folder)}"
+        yield exit_code(early), said
+        return
+    if result.missed_digits:
+        digits = result.scene["want"]["digits"]
+        yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), digits)
+    if result.missed_events:  # of which a warning tells, unless it is quiet
+        said = "; ".join(differences(result.missed_events, result.events))
+        yield Exit.OUT_OF_BOUND, said if asked("quiet") else ""

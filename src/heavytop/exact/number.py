@@ -17,7 +17,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
 from heavytop.errors import NotANumber
-from heavytop.names import article
+from heavytop.text import article
 
 if TYPE_CHECKING:  # slow to import, and needed for irrational numbers only
     from flint import arb

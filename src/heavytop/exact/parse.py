@@ -15,8 +15,7 @@ from typing import Final
 
 from heavytop.errors import NotANumber
 from heavytop.exact.number import FUNCTIONS, ONE, PI, Exact, in_range, out_of_range
-from heavytop.names import nearest
-from heavytop.spelling import harmless
+from heavytop.text import harmless, nearest
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50

@@ -21,7 +21,7 @@ Draw = Callable[..., Axes]
 def plotted(
     thing: Any, what: str | None, ax: Axes | None, unit: str | None, looks: Mapping[str, Any]
 ) -> Axes:
-    """Draw a picture of a thing, as `heavytop.display.Plotted.plot` says."""
+    """Draw a picture of a thing, as `heavytop.text.Plotted.plot` says."""
     try:
         units = SHOWN.get() if unit is None else read_units(text_of("unit", unit))
     except Refused as wrong:

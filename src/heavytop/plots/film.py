@@ -25,7 +25,7 @@ from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH, Array
 from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
 from heavytop.scene.scene import Scene
-from heavytop.spelling import cut
+from heavytop.text import cut
 
 SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
 PERIODS: Final = 12  # nutations shown, at most

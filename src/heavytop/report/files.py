@@ -27,7 +27,7 @@ from heavytop.errors import (
 from heavytop.files import as_json, locked, write_document
 from heavytop.results.base import Result, Row, not_as_written, read_json, typed
 from heavytop.results.classification import asked_formulation, asked_tolerance, plan_summary
-from heavytop.results.run import PICTURES, RunResult, exact_result, run_result
+from heavytop.results.run import PICTURES, RunResult, run_result
 from heavytop.scene.scene import Scene, read_scene
 
 if TYPE_CHECKING:
@@ -239,10 +239,7 @@ def write_results(
         files["trajectory"] = TRAJECTORY
         run.save(folder / TRAJECTORY)
         files |= _figures(run, folder) if figures else {}
-    if isinstance(run, SceneMotion):
-        result = exact_result(run, files=files)
-    else:
-        result = run_result(run, files=files)
+    result = run_result(run, files=files)
     result.save(folder / DOCUMENT)
     return result
 

@@ -8,7 +8,6 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.display import Shown
 from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
 from heavytop.report.player import PERIODS
@@ -17,6 +16,7 @@ from heavytop.results.check import CheckResult
 from heavytop.results.classification import motion_summary, plan_summary
 from heavytop.results.run_texts import course_rows, plan_facts, verdict_rows
 from heavytop.scene.quantities import quantity_of
+from heavytop.text import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -18,10 +18,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
+from heavytop.doctor import version
 from heavytop.errors import ForeignFile, NoClosedForm, NotDrawnWarning
-from heavytop.files import write_text
-from heavytop.hdf5 import attribute, dataset, opened
-from heavytop.machine import version
+from heavytop.files import attribute, open_sealed, write_text
 from heavytop.report.files import UNDRAWABLE, kind_of, warn_not_drawn
 from heavytop.report.player import frames, tops
 from heavytop.results.base import (
@@ -38,7 +37,7 @@ from heavytop.results.run import PICTURES
 from heavytop.results.validation import summary
 from heavytop.scene.quantities import QUANTITIES, quantity_of
 from heavytop.scene.scene_file import written
-from heavytop.spelling import harmless
+from heavytop.text import harmless
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -173,8 +172,8 @@ def stored_map(path: Path, shape: Sequence[int]) -> tuple[NDArray[np.uint8], tup
     ForeignFile
         It is damaged, too large, or of another shape.
     """
-    with opened(path) as file:
-        kind = dataset(file, "kind")
+    with open_sealed(path) as file:
+        kind = file["kind"]
         if list(kind.shape) != list(shape) or not all(kind.shape):
             raise ValueError(f"a map of {kind.shape}, not of {tuple(shape)}")
         if kind.dtype != np.uint8 or kind.size > MOST_PIXELS:

@@ -22,12 +22,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
 
-from heavytop.display import Plotted
 from heavytop.errors import Exit, ForeignFile
 from heavytop.exact.parse import UNITS
 from heavytop.files import write_document
 from heavytop.scene.quantities import Quantity, quantity_of
-from heavytop.spelling import harmless
+from heavytop.text import Plotted, harmless
 
 if TYPE_CHECKING:
     import pandas

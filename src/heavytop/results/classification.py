@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.facts import Facts, facts
@@ -130,7 +130,9 @@ class Planned(Result):
 
 
 def classified(scene: Scene) -> Classification:
-    """Return what can be said of a scene without integrating it.
+    """Find and prove the kind of motion of a scene.
+
+    Nothing is integrated.
 
     Parameters
     ----------
@@ -182,14 +184,18 @@ def _kick(scene: Scene) -> str:
     return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves theta {bounds}{times}"
 
 
-def planned(scene: Scene, formulation: str = "auto") -> Planned:
-    """Return how a scene would be integrated, and why.
+def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:
+    """Show how a scene would be integrated, why, and at what cost.
+
+    Nothing is integrated.
 
     Parameters
     ----------
     scene : Scene
     formulation : str
-        ``auto`` or the name of a formulation.
+        Equations to integrate, such as axis; auto: the fewest.
+    digits : int, optional
+        Correct digits at the end of the span, such as 30; default: the scene's.
 
     Raises
     ------
@@ -204,8 +210,9 @@ def planned(scene: Scene, formulation: str = "auto") -> Planned:
     """
     from heavytop.run.planning import plan
 
-    chosen = plan(scene, formulation)
-    return Planned(scene=scene.document(), plan=plan_summary(chosen))
+    if digits is not None:
+        scene = replace(scene, digits=digits)
+    return Planned(scene=scene.document(), plan=plan_summary(plan(scene, formulation)))
 
 
 def _bounds(motion: Motion, name: str) -> list[Any] | None:

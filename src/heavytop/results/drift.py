@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 import numpy as np
 
 from heavytop.errors import Exit
-from heavytop.hdf5 import write_sealed
+from heavytop.files import write_sealed
 from heavytop.results.base import Chart, Fact, Result, Table, draw
 from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity, quantity_of
 

@@ -9,10 +9,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from heavytop.analytic.events import EVENTS
+from heavytop.doctor import version
 from heavytop.errors import Outcome
 from heavytop.exact import decimals
 from heavytop.exact.decimals import context
-from heavytop.machine import version
 from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result, Table
 from heavytop.results.classification import motion_summary, plan_summary, warnings_of
@@ -120,24 +120,39 @@ class RunResult(Result):
         yield from run_texts.event_tables(self.events)
 
 
-def exact_result(run: SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
-    """Return the result of a scene of which nothing is integrated.
+def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
+    """Return the result of a run; of a scene that nothing is integrated of what is known.
 
     Parameters
     ----------
-    run : SceneMotion
+    run : Trajectory or SceneMotion
     files : mapping from str to str, optional
         Names and paths of the files written.
-
-    Returns
-    -------
-    RunResult
-        Its end and its events, but of a scene that wants its class and its period at most.
     """
+    from heavytop.run.exact import SceneMotion
+
     known = replace(_known(run), files=dict(files or {}))
+    if not isinstance(run, SceneMotion):
+        return _integrated(run, known)
     if not run.moves:
         return known
     return replace(known, final=_exact_final(run), events=NO_EVENTS | run.counts)
+
+
+def _integrated(trajectory: Trajectory, known: RunResult) -> RunResult:
+    from heavytop.run.verify import missed_digits, missed_events, run_errors
+
+    errors = run_errors(trajectory)
+    return replace(
+        known,
+        final=_final_of(trajectory),
+        events=_events(trajectory),
+        errors=asdict(errors),
+        missed_digits=missed_digits(trajectory),
+        missed_events=missed_events(trajectory),
+        cost=_cost(trajectory),
+        outcome=trajectory.outcome,
+    )
 
 
 def _known(run: Trajectory | SceneMotion) -> RunResult:
@@ -151,31 +166,6 @@ def _known(run: Trajectory | SceneMotion) -> RunResult:
         warnings=warnings_of(scene),
         source=run.source,
         versions={name: version(name) for name in LIBRARIES},
-    )
-
-
-def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -> RunResult:
-    """Return the result of a run.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    files : mapping from str to str, optional
-        Names and paths of the files written.
-    """
-    from heavytop.run.verify import missed_digits, missed_events, run_errors
-
-    errors = run_errors(trajectory)
-    return replace(
-        _known(trajectory),
-        final=_final_of(trajectory),
-        events=_events(trajectory),
-        errors=asdict(errors),
-        missed_digits=missed_digits(trajectory),
-        missed_events=missed_events(trajectory),
-        cost=_cost(trajectory),
-        outcome=trajectory.outcome,
-        files=dict(files or {}),
     )
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from decimal import Decimal
 from typing import Any, Final
 
 from heavytop.results.base import Fact, Table, with_unit
 from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity, quantity_of
-from heavytop.spelling import duration
+from heavytop.text import duration
 
 ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
 MANY_TURNS: Final = 1000  # from which on an angle is also told as turns and a rest
@@ -52,7 +52,7 @@ def run_facts(run: Any) -> Iterator[Fact]:
     yield from quantities(run.constants, *CONSTANTS)
     yield from _estimates(motion.estimates)
     yield from _plan(run.plan)
-    yield from _notes(run.warnings)
+    yield from (("note", text) for text in run.warnings)
     yield from _end(run)
     yield "errors", f"against the closed form: {_errors(run.errors)}"
     if run.events.table and motion.kind.startswith("through-"):
@@ -80,17 +80,12 @@ def classify_facts(found: Any) -> Iterator[Fact]:
     yield from quantities(found.constants, *CONSTANTS)
     yield from _facts(found.motion_facts)
     yield from _estimates(motion["estimates"])
-    yield from _notes(found.warnings)
-
-
-def _notes(texts: Sequence[str]) -> Iterator[Fact]:
-    for text in texts:
-        yield "note", text
+    yield from (("note", text) for text in found.warnings)
 
 
 def course_rows(motion: Mapping[str, Any], values: Mapping[str, Any]) -> Iterator[Fact]:
     """Range of tilt, period, and means per period, of those there are, with their values."""
-    low, high = (number(values[name]) for name in COURSE[:2])
+    low, high = (measured("", values[name]) for name in COURSE[:2])
     if MISSING not in (low, high):
         least, greatest = (f"{math.degrees(float(end)):.2f}°" for end in (low, high))
         if low == high:
@@ -191,7 +186,7 @@ def _cost(cost: Mapping[str, Any]) -> str:
 
 def verdict_rows(motion: Mapping[str, Any]) -> Iterator[Fact]:
     """The kind of a motion, its tags, and why."""
-    proof = "proved" if motion["certified"] else f"|x| < {number(motion['bound'])}"
+    proof = "proved" if motion["certified"] else f"|x| < {measured('', motion['bound'])}"
     yield "kind", f"{motion['kind']}, {proof}"
     if motion["tags"]:
         yield "tags", ", ".join(motion["tags"])
@@ -268,20 +263,11 @@ def quantities(values: Mapping[str, Any], *names: str) -> Iterator[Fact]:
             yield QUANTITIES[name].symbol, with_unit(name, values[name])
 
 
-def number(value: Any) -> str:
-    """A number to 12 digits; a decimal text as it is.
-
-    >>> number(2 / 3), number("0.66666666666666666667"), number(None)
-    ('0.666666666667', '0.66666666666666666667', '–')
-    """
-    return Quantity("").text(value)
-
-
 def measured(unit: str, *values: Any, between: str = " to ", form: str = ".12g") -> str:
     """Values with their unit, as it is or as people asked for it.
 
-    >>> measured("rad", 0.5, 1)
-    '0.5 to 1 rad'
+    >>> measured("rad", 0.5, 1), measured("", "0.66666666666666666667"), measured("", None)
+    ('0.5 to 1 rad', '0.66666666666666666667', '–')
     """
     quantity = Quantity("", unit, format=form)
     factor = quantity.shown[1]

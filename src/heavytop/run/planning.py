@@ -15,7 +15,6 @@ from math import inf, log, log2, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.display import Shown
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI, Exact
@@ -25,7 +24,7 @@ from heavytop.run.estimates import MOST_DIGITS, MOST_TURNS, SPARE, Forecast
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
-from heavytop.spelling import duration
+from heavytop.text import Shown, duration
 
 EPSILON = 2.0**-52
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.display import Played
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
 from heavytop.integration import outputs
@@ -30,6 +29,7 @@ from heavytop.run.own_motion import OwnMotion
 from heavytop.run.planning import Plan
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
+from heavytop.text import Played
 
 if TYPE_CHECKING:
     import pandas

@@ -17,16 +17,15 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from heavytop import __version__
 from heavytop.analytic.motion import Motion
+from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, Outcome
-from heavytop.hdf5 import array, attribute, opened, write_sealed
+from heavytop.files import array, attribute, open_sealed, write_sealed
 from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.integration.blocks import Checkpoint, Orbit
 from heavytop.integration.engine import Seen, reals, text
-from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, events_of
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import Plan, closed_form_of
@@ -35,7 +34,7 @@ from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
 from heavytop.scene.scene import Scene, read_scene
-from heavytop.spelling import readable
+from heavytop.text import readable
 
 if TYPE_CHECKING:
     import xarray
@@ -264,7 +263,7 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     True
     """
     place = path_of("path", path)
-    with opened(place) as file:
+    with open_sealed(place) as file:
         return _trajectory(file)
 
 
@@ -276,7 +275,7 @@ def load_exact(path: Path) -> SceneMotion:
     ForeignFile
         The file is missing or damaged, or is of a run that was integrated.
     """
-    with opened(path) as file:
+    with open_sealed(path) as file:
         if (source := attribute(file, "source")) != SceneMotion.source:
             raise ForeignFile(f"source = {source!r:.60}: expected {SceneMotion.source}")
         return SceneMotion(*_planned(file))
@@ -290,7 +289,7 @@ def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
     ForeignFile
         As for `load_trajectory`; or it was begun with other versions, or on another processor.
     """
-    with opened(Path(path)) as file:
+    with open_sealed(Path(path)) as file:
         there = json.loads(attribute(file, "versions"))
         found = _trajectory(file)
     here = versions()
@@ -327,8 +326,13 @@ def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
     scene = read_scene(attribute(file, "scene"), where="scene in file")
     if "name" in file.attrs:
         scene = replace(scene, name=readable(attribute(file, "name")))
-    chosen = TypeAdapter(Plan).validate_json(attribute(file, "plan"))
-    return scene, closed_form_of(scene), chosen
+    written = {name: _tuples(x) for name, x in json.loads(attribute(file, "plan")).items()}
+    return scene, closed_form_of(scene), Plan(**written)
+
+
+def _tuples(value: Any) -> Any:
+    """A value of JSON, its lists as tuples."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:

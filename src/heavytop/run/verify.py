@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm
 from heavytop.analytic.record import to_mpf
-from heavytop.display import Shown
 from heavytop.errors import (
     DoubtfulWarning,
     MissedDigitsWarning,
@@ -37,6 +36,7 @@ from heavytop.run.planning import Plan
 from heavytop.run.trajectory import LATE, SPREAD, Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
+from heavytop.text import Shown
 
 Array = NDArray[Any]
 Columns = Any  # what a run, a closed form or `_columns` says at several times, by the same names

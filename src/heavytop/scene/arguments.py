@@ -19,8 +19,7 @@ from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
 from heavytop.exact import Exact, Number
 from heavytop.exact.number import written
-from heavytop.names import LONGEST, article, listed, nearest
-from heavytop.spelling import cut, harmless
+from heavytop.text import LONGEST, article, cut, harmless, listed, nearest
 
 T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber

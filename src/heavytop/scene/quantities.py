@@ -16,8 +16,8 @@ from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from heavytop.exact import Exact, parse
-from heavytop.names import nearest
 from heavytop.scene.arguments import Reader, Refused
+from heavytop.text import nearest
 
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")

@@ -11,15 +11,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from heavytop.display import Shown
 from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.exact import Exact, Number
-from heavytop.names import closest, nearest
 from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE, TABLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.spelling import cut, harmless, readable
+from heavytop.text import Shown, closest, cut, harmless, nearest, readable
 
 FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000

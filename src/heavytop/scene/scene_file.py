@@ -17,13 +17,12 @@ from typing import Any, Final
 
 from heavytop.errors import Fault, Impossible
 from heavytop.exact import Exact
-from heavytop.names import nearest
 from heavytop.scene import arguments, starts
 from heavytop.scene.arguments import NumberText, Range, Reader, Refused
 from heavytop.scene.quantities import NUMBERS, RATES, WANTED
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
-from heavytop.spelling import harmless
+from heavytop.text import harmless, nearest
 
 FORMAT: Final = 1
 EVENTS: Final = ("turning", "reversal", "cusp")

@@ -12,9 +12,9 @@ from typing import Any, Final
 
 from heavytop.errors import ImpossibleTop
 from heavytop.exact import PI, Exact, Number
-from heavytop.names import nearest
 from heavytop.scene.arguments import Numbers, Refused, Way, exact_numbers, not_positive
 from heavytop.scene.quantities import NUMBERS
+from heavytop.text import nearest
 
 ALUMINIUM = Exact.of(2700)
 """Density of aluminium [kg m⁻³]."""

@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 
-from heavytop.display import Shown
 from heavytop.errors import FoldedTiltWarning, ImpossibleStart
 from heavytop.exact import Exact, Number, cos
 from heavytop.scene import starts
 from heavytop.scene.arguments import as_call, exact_numbers, set_fields, there
 from heavytop.scene.top import Top
+from heavytop.text import Shown
 
 Branch: TypeAlias = Literal["falling", "rising", "forward", "backward"]
 Vector: TypeAlias = "Sequence[Number]"

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final
 
-from heavytop.display import Shown
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Broken, Numbers, Reader, Way, exact_numbers, short, there
 from heavytop.scene.quantities import NUMBERS
 from heavytop.scene.solids import Solid, read_solids, whole
+from heavytop.text import Shown
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)

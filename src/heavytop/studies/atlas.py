@@ -25,9 +25,9 @@ from heavytop import __version__
 from heavytop.analytic.many import PROMISED, Motions, motions_many
 from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
 from heavytop.classification.many import classify_many
+from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import BadScene, Fault, ForeignFile
-from heavytop.hdf5 import write_sealed
-from heavytop.machine import usable_cpus, versions
+from heavytop.files import write_sealed
 from heavytop.results.atlas import AtlasResult
 from heavytop.results.base import Table, draw, plots
 from heavytop.scene import arguments

@@ -22,11 +22,11 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import IMPOSSIBLE, NAMES, TAG_NAMES
 from heavytop.classification.kinds import Kind
 from heavytop.exact import Exact
-from heavytop.names import nearest
 from heavytop.results.atlas import ROLES as ROLES
 from heavytop.scene.arguments import Refused
 from heavytop.scene.quantities import NUMBERS, PLAIN
 from heavytop.scene.scene import Scene
+from heavytop.text import nearest
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -26,10 +26,10 @@ from heavytop.certificate.events import Proof, held
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.run import BinaryRun, binary_run
 from heavytop.certificate.steps import LEAD
+from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
 from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.outputs import sample
-from heavytop.machine import versions
 from heavytop.results.certificate import QUANTITIES, Certificate
 from heavytop.run.estimates import MOST_DIGITS
 from heavytop.run.events import KINDS_OF

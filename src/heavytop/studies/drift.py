@@ -20,9 +20,9 @@ import numpy as np
 
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
+from heavytop.doctor import versions
 from heavytop.errors import BadScene, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
-from heavytop.machine import versions
 from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.planning import closed_form_of
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options

@@ -16,10 +16,10 @@ from heavytop.comparison.methods import TOLERANCE, MethodEntry
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.integration.bits import DOUBLE, bits_of, why_not
-from heavytop.names import nearest
 from heavytop.run.planning import EPSILON, plan_steps
 from heavytop.scene.arguments import Refused, one_of, shown
 from heavytop.scene.scene import Scene
+from heavytop.text import nearest
 
 MPFR_BITS: Final = 128
 DEFAULT: Final = (

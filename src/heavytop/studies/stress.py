@@ -31,9 +31,9 @@ from heavytop.comparison.steppers import (
     NotFinite,
     Stepper,
 )
+from heavytop.doctor import versions
 from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
-from heavytop.machine import versions
 from heavytop.results.base import Row
 from heavytop.results.stress import ASTRAY, AUTO, NOTHING, Stress, StressCases, StressOutcome
 from heavytop.run.events import Counts

@@ -29,9 +29,9 @@ from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Protocol, Self, ca
 
 from heavytop import errors
 from heavytop.comparison import own
+from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import ForeignFile
 from heavytop.files import locked, make_folder
-from heavytop.machine import usable_cpus, versions
 from heavytop.results.base import typed
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies.workers import TIMED_WORKER, Cluster, Processes

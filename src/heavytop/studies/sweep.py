@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from heavytop.analytic.find import FACTS, facts_of, motion_of, read_range, unit_of
-from heavytop.display import Shown
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.files import write_document, write_text
 from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown, text_of
 from heavytop.scene.quantities import SI, Units, scaled
 from heavytop.scene.scene import Scene
+from heavytop.text import Shown
 
 SCHEMA: Final = "heavytop/sweep/1"
 _FEW: Final = 37  # rows, where no number is given

@@ -14,10 +14,10 @@ from typing import Any, Final
 from heavytop.comparison import own
 from heavytop.comparison.methods import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
+from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
-from heavytop.machine import versions
 from heavytop.results.work_precision import ERRORS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of

@@ -7,8 +7,8 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import METHODS
 from heavytop.errors import BadScene
-from heavytop.names import closest, listed, nearest
 from heavytop.studies.methods import taylor_methods
+from heavytop.text import closest, listed, nearest
 
 KICKED = ht.load_scene("sicm-kicked")
 

@@ -1,0 +1,74 @@
+"""The verbs of ``heavytop``, and how the command begins."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import os
+import signal
+import sys
+from typing import Final
+
+import click
+
+from heavytop import __version__
+from heavytop.cli.command import EXIT_CODES, Verbs, say
+from heavytop.errors import Exit
+
+VERBS: Final = {
+    "run": "cli.run:run",
+    "classify": "results.classification:classified",
+    "plan": "results.classification:planned",
+    "drift": "studies.drift:drift",
+    "resume": "cli.run:resume studies.study:resume",
+    "atlas": "cli.verbs:atlas studies.atlas:atlas",
+    "stress": "cli.verbs:stress studies.stress:stress",
+    "workprec": "studies.work_precision:work_precision",
+    "certify": "cli.verbs:certify studies.certificate:certify",
+    "validate": "cli.verbs:validate claims.validate:validate",
+    "reference": "cli.verbs:reference analytic.reference:reference",
+    "find": "cli.verbs:find analytic.find:find",
+    "sweep": "cli.verbs:sweep studies.sweep:sweep",
+    "check": "cli.verbs:check checking.judge:check",
+    "report": "cli.verbs:report",
+    "film": "plots.film:film",
+    "explore": "report.explorer:explore",
+    "scenes": "cli.verbs:scenes",
+    "derive": "cli.verbs:derive",
+    "doctor": "cli.verbs:doctor",
+}
+"""The function of each verb, and after it the one that it calls, whose parameters it has too."""
+COLLECTED: Final = 100_000  # objects, until garbage is looked for: imports make many and none
+
+app = Verbs(
+    VERBS,
+    name="heavytop",
+    help="The axisymmetric heavy top, integrated to the last digits and checked.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+click.version_option(__version__, message="%(prog)s %(version)s")(app)
+
+
+def main() -> None:
+    """Run the command line."""
+    gc.set_threshold(COLLECTED)
+    for name in ("SIGTERM", "SIGHUP"):  # do what Ctrl-C does: no process is left behind
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
+    os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a terminal without θ shows ?, and does not fail
+            stream.reconfigure(errors="replace")
+    try:
+        app()
+    except KeyboardInterrupt:  # before a verb has been read, or while it is explained
+        raise SystemExit(Exit.INTERRUPTED) from None
+    except OSError as fault:  # of the help
+        say(f"cannot write: {fault.strerror}")
+        raise SystemExit(Exit.ENDED_EARLY) from None
+    finally:
+        gc.freeze()  # the interpreter would look through all modules once more before it ends

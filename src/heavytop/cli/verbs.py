@@ -1,0 +1,363 @@
+"""Verbs that do something beside the function that they call, and those that call none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from click import BadParameter
+
+from heavytop import errors
+from heavytop.cli.command import Ended, answer, asked, leave, note, read_scene, results_folder
+from heavytop.errors import Exit
+from heavytop.text import harmless
+
+if TYPE_CHECKING:
+    from heavytop.results.base import Result
+    from heavytop.results.validation import Validation
+    from heavytop.scene.scene import Scene
+
+CHARTS: Final = (".svg", ".png", ".pdf")
+CHECKED: Final = {"check.json", "check.svg", "check.png"}
+PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
+
+
+# --- studies ---------------------------------------------------------------------------------
+
+
+def atlas(scene: Scene, x: str, y: str, *, changes: Sequence[str] = (), **study: Any) -> Result:
+    """Classify every pixel of a plane of tops, and draw the map."""
+    from heavytop.studies import atlas, atlas_plane
+
+    roles = atlas_plane.ROLES
+    axes = [axis.partition("=")[0].strip() for axis in (x, y)]
+    varied = {roles[name]: name for name in axes if name in roles}
+    for change in changes:
+        table, _, key = change.partition("=")[0].strip().partition(".")
+        if table in ("top", "start") and (what := roles.get(key)) in varied:
+            rule = f"{change!r}: the axis {varied[what]} sets the {what} of every pixel"
+            raise BadParameter(rule, param_hint="--set")
+    return atlas.atlas(scene, x, y, **study)
+
+
+def stress(*, listing: bool = False, **study: Any) -> Result | Ended:
+    """Run all methods on known hard cases.
+
+    Parameters
+    ----------
+    listing : bool
+        List the cases, with the reason why each is hard, and the methods.
+    """
+    from heavytop.studies import stress
+
+    return Ended(stress.listing()) if listing else stress.stress(**study)
+
+
+def certify(
+    run: str,
+    *,
+    formulation: str = "auto",
+    projected: bool = False,
+    changes: Sequence[str] = (),
+    **study: Any,
+) -> Result:
+    """Prove a bound of a run's error at all times.
+
+    A stored run is integrated again, and must have the same bits.
+
+    Parameters
+    ----------
+    run : str
+        The folder of a run, or a scene, which is run first.
+    formulation : str
+        Equations to integrate, such as axis; auto: the fewest.
+    projected : bool
+        Project the run onto its invariants.
+    """
+    from heavytop.run.propagation import propagate
+    from heavytop.run.trajectory_file import load_trajectory
+    from heavytop.scene.scene import shipped_names
+    from heavytop.studies import certificate
+
+    beside = {"--formulation": formulation != "auto", "--projected": projected, "--set": changes}
+    known: Any
+    if (Path(run) / "trajectory.nc").exists():
+        if given := [option for option, value in beside.items() if value]:
+            rule = f"cannot be combined with the folder {run}"
+            raise BadParameter(rule, param_hint=", ".join(given))
+        known = load_trajectory(Path(run) / "trajectory.nc")
+    elif Path(run).is_dir() and run not in shipped_names():
+        raise BadParameter(
+            f"{run}: this folder holds no finished run (heavytop resume continues it)"
+        )
+    else:
+        known = read_scene(run, changes)
+        if formulation != "auto" or projected:
+            known = propagate(known, formulation=formulation, projected=projected)
+    return certificate.certify(known, **study)
+
+
+def validate(names: Sequence[str] = (), *, folder: str | None = None, **study: Any) -> Validation:
+    """Measure the package's claims against outside authorities.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Claims or scripts, such as betsch-cone 39_flint; default: all claims.
+    folder : path, optional
+        Write results to this folder.
+    """
+    from heavytop.claims import validate
+
+    return validate.validate(names, **study)
+
+
+# --- what a motion has -----------------------------------------------------------------------
+
+
+def reference(
+    scene: Scene, times: str, *, events: Sequence[str] = (), path: Path | None = None, **given: Any
+) -> None:
+    """Print exact values of a motion, every digit proved.
+
+    Parameters
+    ----------
+    times : str
+        Times [s]: 0:10:0.01, or a file with a column t.
+    events : sequence of str
+        Events to add: turning, reversal, cusp; needs --json or -o x.json.
+    path : path, optional
+        Write x.csv or x.json; default: print.
+    """
+    from heavytop.analytic import reference
+
+    expect_ending(path, ".csv", ".json")
+    if events and not (asked("json") or (path is not None and path.suffix.lower() == ".json")):
+        raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
+    if asked("unit"):
+        raise BadParameter("none: every digit is proved in SI", param_hint="--unit")
+    found = reference.reference(scene, reference.read_times(times), events=events, **given)
+    if path is not None:
+        found.save(path)
+        note(f"wrote {path}")
+    if path is None or asked("json"):
+        answer(found.document(), found.to_csv())
+
+
+def find(scene: Scene, vary: str, so_that: str) -> Result:
+    """Find which value of a scene gives the motion you want."""
+    from heavytop.analytic import find
+    from heavytop.results.ask import FoundResult
+
+    document = find.find(scene, vary, so_that).document()
+    del document["schema"]
+    return FoundResult(**document)
+
+
+def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Any:
+    """Tabulate facts of the motion over a range.
+
+    Parameters
+    ----------
+    path : path, optional
+        Write x.csv, x.json or a picture: x.png, x.svg, x.pdf.
+    """
+    from heavytop.results.ask import SweepResult
+    from heavytop.studies import sweep
+
+    expect_ending(path, ".csv", ".json", *CHARTS)
+    found, units = sweep.sweep(scene, over, facts), asked("unit") or {}
+    if path is not None:
+        if path.suffix.lower() in CHARTS:
+            from heavytop.plots.studies import sweep_figure
+            from heavytop.plots.style import save
+
+            save(sweep_figure(found.document(), units), path)
+        else:
+            found.save(path, units)
+        note(f"wrote {path}")
+    if path is None or asked("json"):
+        return SweepResult(scene=found.scene.problem(), over=found.over, sweep=found.rows)
+    return None
+
+
+def expect_ending(path: Path | None, *endings: str) -> None:
+    """Refuse a file whose name ends otherwise."""
+    if path is not None and path.suffix.lower() not in endings:
+        rule = f"{path}: the name of a file in {', '.join(endings)}"
+        raise BadParameter(rule, param_hint="-o")
+
+
+def check(
+    data: str,
+    scene: str | None = None,
+    *,
+    changes: Sequence[str] = (),
+    digits: float | None = None,
+    path: Path | None = None,
+    **given: Any,
+) -> Ended:
+    """Compare your trajectory with the exact motion; name mistakes.
+
+    Parameters
+    ----------
+    data : str
+        A table (.csv, .tsv, .npz, .mat, .nc or .h5), or the folder of a run.
+    scene : str, optional
+        Scene of the data, such as sicm-kicked, or a file with only a table [top].
+    columns : mapping
+        Your names of the columns, such as t=Zeit,theta=tilt [deg].
+    undone : sequence of str
+        Conventions under which the data are judged, such as y-up,degrees.
+    digits : float, optional
+        Exit with code 5 if the data have fewer digits than this, such as 6.
+    path : path, optional
+        Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder.
+    """
+    from heavytop.checking import judge
+    from heavytop.results.check import CheckResult
+
+    if digits is not None and not 0 <= digits < math.inf:
+        raise BadParameter(f"{digits:g} is not a number of digits", param_hint="--digits")
+    if changes and scene is None:
+        raise BadParameter("needs a --scene to change", param_hint="--set")
+    if path is not None and path.is_dir() and {x.name for x in path.iterdir()} - CHECKED:
+        raise BadParameter(f"{path} contains files that are not of a check", param_hint="-o")
+    chart = path is not None and path.suffix and not path.is_dir()
+    if chart:
+        expect_ending(path, *CHARTS)
+    subject = None if scene is None else judge.subject(scene, changes)
+    found = CheckResult.from_document(judge.check(data, subject, **given).document())
+    problems = []
+    if digits is not None and found.digits_as_given < digits:
+        said = f"{digits:g} digits were requested; the data have {found.digits_as_given:.1f}"
+        problems.append((Exit.OUT_OF_BOUND, said))
+    return Ended(found, problems, chart=path) if chart else Ended(found, problems, path)
+
+
+# --- pages and texts -------------------------------------------------------------------------
+
+
+def report(
+    places: Sequence[str] = (), *, path: Path | None = None, changes: Sequence[str] = ()
+) -> None:
+    """Put results on one HTML page that needs no network.
+
+    The page includes the numbers of each result.
+
+    Parameters
+    ----------
+    places : sequence of str
+        Folders of results; or a scene, which is run and studied first; default: sicm-kicked.
+    path : path, optional
+        Folder for report.html, or FILE.html; default: the current folder.
+    """
+    from heavytop.report.page import page_of, write_page
+
+    folders = [Path(place) for place in places if Path(place).is_dir()]
+    others = [place for place in places if not Path(place).is_dir()]
+    if folders and changes:
+        raise BadParameter("needs a SCENE to change", param_hint="--set")
+    if others and len(places) > 1:
+        rule = f"give several folders or one scene; these are not folders: {', '.join(others)}"
+        raise BadParameter(rule, param_hint="PLACES")
+    html = path or Path()
+    if html.suffix.lower() != ".html" or html.is_dir():
+        html /= "report.html"
+    missing = []
+    with results_folder(html.parent), TemporaryDirectory(prefix="heavytop-") as place:
+        if not folders:
+            scene = read_scene(others[0] if others else None, changes)
+            folders, missing = [Path(place)], [*run_all(scene, Path(place))]
+        page = page_of(folders)
+        write_page(page, html)
+    figures = sum(len(section.pictures) for section in page.sections)
+    document = {
+        "schema": "heavytop/report/2",
+        "file": harmless(html),
+        "results": [section.name for section in page.sections],
+        "missing": [{"study": name, "reason": why} for name, why in missing],
+    }
+    answer(document, f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}")
+    leave((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing)
+
+
+def run_all(scene: Scene, place: Path) -> Iterator[tuple[str, str]]:
+    """Run a scene and its studies, each with its defaults; yield what cannot be done, and why."""
+    from heavytop.claims.validate import validate
+    from heavytop.report.files import write_results, write_study
+    from heavytop.run.propagation import propagate
+    from heavytop.studies import atlas, drift, stress, work_precision
+
+    studies: dict[str, Callable[[], Any]] = {
+        "run": lambda: propagate(scene),
+        "drift": lambda: drift.drift(scene),
+        "workprec": lambda: work_precision.work_precision(scene),
+        "stress": stress.stress,
+        "atlas": lambda: atlas.atlas(scene, *PLANE),
+        "validate": validate,
+    }
+    for name, study in studies.items():
+        note(f"running {name}")
+        try:
+            (place / name).mkdir()
+            write = write_results if name == "run" else write_study
+            write(study(), place / name, figures=False)
+        except errors.StoppedEarly:
+            raise
+        except errors.HeavyTopError as fault:
+            yield name, str(fault)
+
+
+def scenes(name: str | None = None) -> None:
+    """List the shipped scenes, or print the text of one.
+
+    Parameters
+    ----------
+    name : str, optional
+        Print the text of this scene.
+    """
+    from heavytop.results.base import Table
+    from heavytop.scene.scene import shipped_scenes, shipped_text
+
+    document: dict[str, Any] = {"schema": "heavytop/scenes/1"}
+    if name is None:
+        titles = shipped_scenes()
+        answer(document | {"scenes": titles}, Table.of_facts(titles.items()))
+        return
+    try:
+        text = shipped_text(name)
+    except errors.BadScene as unknown:
+        raise BadParameter(str(unknown), param_hint="NAME") from None
+    answer(document | {"name": name, "text": text}, text)
+
+
+def derive(*, latex: bool = False) -> None:
+    """Derive the integrated equations from the rotation matrix.
+
+    Parameters
+    ----------
+    latex : bool
+        Print a LaTeX document.
+    """
+    from heavytop.equations import derivation
+
+    if latex and asked("json"):
+        rule = "cannot be combined with --json, which contains the LaTeX"
+        raise BadParameter(rule, param_hint="--latex")
+    steps = derivation.derivation()
+    text = derivation.as_latex(steps) if latex else derivation.as_text(steps)
+    answer(derivation.derive_document(steps), text)
+
+
+def doctor() -> None:
+    """Print the versions, the processor, and heyoka's cache."""
+    from heavytop.doctor import diagnosis, in_words
+
+    found = diagnosis()
+    answer(found, in_words(found))
+    if found["missing"]:
+        leave([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])

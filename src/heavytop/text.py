@@ -1,0 +1,262 @@
+"""Words for people: which name was meant, letters and times spelled out, and cells of notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from difflib import get_close_matches
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LONGEST: Final = 60  # of what is compared, or told: no name is longer
+MANY: Final = 20  # names, of which no more are told at once
+FEW: Final = 6  # of many
+SHORT_S: Final = 60.0  # below which a time is told in seconds
+LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
+NOTEBOOK, DRAWING = "heavytop.report.notebook", "heavytop.plots.drawing"
+"""What draws, by name: it stands above what is drawn, and is imported when somebody asks."""
+
+# --- names -----------------------------------------------------------------------------------
+
+
+def article(name: str) -> str:
+    """Return a name with its indefinite article.
+
+    Examples
+    --------
+    >>> article("int"), article("float")
+    ('an int', 'a float')
+    """
+    return f"an {name}" if name[:1] in "aeiouAEIOU" else f"a {name}"
+
+
+def nearest(value: object, known: Iterable[str]) -> str:
+    """Return a hint at the known name that a value most looks like, or nothing.
+
+    Parameters
+    ----------
+    value : object
+        What was given; only a text looks like a name, in capitals or not.
+    known : iterable of str
+
+    Returns
+    -------
+    str
+        Empty where no name is near.
+
+    Examples
+    --------
+    >>> nearest("Taylor-axes", ["taylor-axis", "taylor-cubic"])
+    'did you mean "taylor-axis"?'
+    >>> nearest(1, ["one"])
+    ''
+    """
+    meant = closest(value, known)
+    return f'did you mean "{meant}"?' if meant else ""
+
+
+def closest(value: object, known: Iterable[str]) -> str:
+    """Return the known name that a value most looks like; empty where none is near.
+
+    Examples
+    --------
+    >>> closest("Cups", ["cusp", "kick"])
+    'cusp'
+    """
+    return next(iter(_alike(value, known, 1)), "")
+
+
+def listed(value: object, known: Collection[str], everything: str = "") -> str:
+    """Return the known names, in words; of many, those that look most like a value.
+
+    Parameters
+    ----------
+    value : object
+        What was given in place of one.
+    known : collection of str
+    everything : str
+        Where all of them are to be had.
+
+    Examples
+    --------
+    >>> listed("c", ["a", "b"])
+    'a, b'
+    >>> listed("n77", [f"n{i}" for i in range(100)], "heavytop stress --list")
+    'n77, n7, n97, n87, n79, n78, … (100 in all: heavytop stress --list)'
+    """
+    if len(known) <= MANY:
+        return ", ".join(known)
+    few = _alike(value, known, FEW, 0.0) or list(known)[:FEW]
+    where = f": {everything}" if everything else ""
+    return f"{', '.join(few)}, … ({len(known)} in all{where})"
+
+
+def _alike(
+    value: object, known: Iterable[str], most: int, least_likeness: float = 0.6
+) -> list[str]:
+    if not isinstance(value, str):
+        return []
+    folded = {name.casefold(): name for name in known}
+    given = value[:LONGEST].casefold()
+    return [folded[each] for each in get_close_matches(given, folded, most, least_likeness)]
+
+
+# --- spelling --------------------------------------------------------------------------------
+
+
+def harmless(text: object) -> str:
+    r"""The text on one line, with what a terminal would act on spelled out.
+
+    Examples
+    --------
+    >>> print(harmless("a\nb"), harmless("caf\udce9"))
+    a\nb caf\xe9
+    """
+    return "".join(c if c.isprintable() else _letter(c) for c in str(text))
+
+
+def cut(text: str, most: int) -> str:
+    """The text, or its beginning where it is longer than `most` letters.
+
+    Examples
+    --------
+    >>> cut("a long title", 7)
+    'a long…'
+    """
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def readable(name: str) -> str:
+    r"""The name of a file as UTF-8, where Python read it as ASCII for the locale's sake.
+
+    Examples
+    --------
+    >>> readable("caf\udcc3\udca9"), readable("café"), readable("caf\udce9")
+    ('café', 'café', 'caf\\xe9')
+    """
+    if not any("\udc80" <= letter <= "\udcff" for letter in name):
+        return name
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+
+
+def _letter(letter: str) -> str:
+    if "\udc80" <= letter <= "\udcff":  # a byte that is no UTF-8, as os.fsdecode gives it
+        return f"\\x{ord(letter) - 0xDC00:02x}"
+    return ascii(letter)[1:-1]
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit in which it is read: seconds, minutes, hours, days or years.
+
+    >>> [duration(x) for x in (3.17, 90, 24_400, 3e5, 1e12)]
+    ['3.17 s', '1.5 min', '6.78 h', '3.47 days', '3.17e+04 years']
+    """
+    if seconds < SHORT_S:
+        return f"{seconds:.3g} s"
+    unit, name = next((u, n) for u, n in LONGER if seconds >= u)
+    return f"{seconds / unit:.3g} {name}"
+
+
+# --- cells of notebooks, and pictures --------------------------------------------------------
+
+
+class Shown:
+    """A thing of which a cell shows facts, and a small picture; the page needs no script."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        return str(import_module(NOTEBOOK).html_of(self))
+
+
+class Plotted(Shown):
+    """A thing that can be drawn, a picture at a time."""
+
+    __slots__ = ()
+
+    def plot(
+        self,
+        what: str | None = None,
+        *,
+        ax: Axes | None = None,
+        unit: str | None = None,
+        **style: Any,
+    ) -> Axes:
+        """Draw one picture, on axes of your own or on a new figure.
+
+        Parameters
+        ----------
+        what : str, optional
+            Of a `Motion` (three nutations of the closed form; nothing is integrated) and of a
+            `Trajectory`: "loop" (theta against phi; the default, unless the top stands still or phi
+            was not followed), "sphere" (the path of the axis), "theta" (upright), "phi", "psi",
+            "thetadot", "phidot" or "psidot" (against time), "potential" or "phase"; of a
+            `Trajectory` "errors" too.
+            Of a `Drift` the error that grows: "energy", "phase_s", "axis" or an invariant, of those
+            that are not zero. Of a `WorkPrecision` the error, against time or, as
+            "axis-evaluations", against evaluations: axis, theta, phase, energy. Of a `Check`
+            "errors" or "phase". The first of them is the default. An `Atlas` has its "map" alone, a
+            `Stress` its "digits".
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; nothing but these axes is touched, and a title that they have stays.
+            Without it a new figure is made by
+            ``matplotlib.pyplot``, which a notebook and ``pyplot.show()`` show, with a legend.
+        unit : str, optional
+            Such as "deg" or "deg,ms", in place of rad, rad/s and s.
+        **style
+            Of a motion and of a trajectory ``events=False`` leaves out their marks. Keywords of
+            matplotlib for the line, such as color, lw, ls or label, which go before those of the
+            picture; of several lines each has them, of an `Atlas` the mesh, of a `Stress` the
+            image.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes that were drawn on: angles are in rad, rates in rad/s, times in s.
+
+        Raises
+        ------
+        Impossible
+            There is no such picture: the message lists those there are.
+        WrongType
+            `ax` is not of matplotlib, or `what` no text.
+        ValueError
+            The trajectory did not follow what is to be drawn.
+        AttributeError
+            matplotlib has no such keyword.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> from matplotlib.figure import Figure
+        >>> scene = ht.load_scene("sicm-kicked")
+        >>> ax = Figure().subplots()
+        >>> ht.Motion(scene.top, scene.start).plot("theta", ax=ax, color="black", lw=2) is ax
+        True
+        """
+        drawn: Axes = import_module(DRAWING).plotted(self, what, ax, unit, style)
+        return drawn
+
+
+class Played(Plotted):
+    """A motion that can also be played."""
+
+    __slots__ = ()
+
+    def play(self) -> Shown:
+        """Return the top that moves, for a cell: turn it with the mouse, or with the arrow keys.
+
+        The player needs no network, no widgets, and less than 100 kB; saved notebooks and the pages
+        made of them keep it.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> scene = ht.load_scene("sicm-kicked")
+        >>> ht.Motion(scene.top, scene.start).play()
+        <Player of 'loops'>
+        """
+        found: Shown = import_module(NOTEBOOK).Player.of(self)
+        return found

@@ -1,0 +1,57 @@
+"""A result file that is not what was written is refused before anything in it is believed."""
+
+import hashlib
+import runpy
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+import heavytop as ht
+from heavytop.files import SEAL_BYTES
+
+SHORT = ht.load_scene("sicm-kicked", ["span.time=0.1"])
+
+
+@pytest.fixture
+def path(tmp_path):
+    """A file of ours."""
+    ht.propagate(SHORT).save(tmp_path / "a.nc")
+    return tmp_path / "a.nc"
+
+
+def test_a_digest_stands_behind_the_end_and_a_file_without_it_or_of_another_is_refused(path):
+    whole = path.read_bytes()
+    before, own = whole[:-SEAL_BYTES], hashlib.sha256(whole[:-SEAL_BYTES]).hexdigest()
+    assert whole == before + b"\nheavytop sha256 " + own.encode() + b"\n"
+    for wrong in (before, b"", whole[:40]):
+        path.write_bytes(wrong)
+        with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
+            ht.load_trajectory(path)
+    path.write_bytes(whole)
+    with h5py.File(path, "r+") as file:
+        file["theta"][3] += 1e-9
+    with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
+        ht.load_trajectory(path)
+
+
+def test_what_is_stored_is_read_by_everybody(path):
+    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=20", "want.samples=5"]))
+    run.save(path)
+    with xarray.open_dataset(path) as data:
+        assert np.array_equal(data.theta, run.theta)
+        assert tuple(data.event_kind.values) == run.events.kind
+        assert float(data.decimal_t_time[-1]) == 2.0
+
+
+FUZZ = Path(__file__).parents[1] / "validation" / "fuzz_damage.py"
+
+
+@pytest.mark.slow
+def test_damaged_files_are_refused_unseen(monkeypatch):
+    misses = runpy.run_path(str(FUZZ))["misses"]
+    assert misses(seed=1, count=320) == []
+    monkeypatch.setattr("heavytop.files.expect_sealed", lambda path: None)
+    assert len(misses(seed=1, count=32)) > 16  # they are seen where no digest is checked
