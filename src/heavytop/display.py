@@ -94,11 +94,26 @@ class Played(Plotted):
 
     __slots__ = ()
 
-    def play(self) -> Shown:
+    def play(
+        self,
+        *,
+        rounds: float | None = None,
+        time: float | None = None,
+        speed: float | None = None,
+    ) -> Shown:
         """Return the top that moves, for a cell: turn it with the mouse, or with the arrow keys.
 
         The player needs no network, no widgets, and less than 100 kB; saved notebooks and the pages
         made of them keep it.
+
+        Parameters
+        ----------
+        rounds : float, optional
+            How often the axis goes round the vertical while it is shown.
+        time : float, optional
+            How much of the motion is shown instead [s].
+        speed : float, optional
+            How much of it is shown in a second [s].
 
         Examples
         --------
@@ -109,4 +124,4 @@ class Played(Plotted):
         """
         from heavytop.report.notebook import Player
 
-        return Player.of(self)
+        return Player.of(self, rounds=rounds, time=time, speed=speed)

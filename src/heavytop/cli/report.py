@@ -123,9 +123,12 @@ FILM: Final = options.file("Film to write: x.gif, x.webp or x.mp4.", ".gif", ".w
 def film(
     scene: options.SceneName,
     file: Annotated[Path, FILM],
-    seconds: Annotated[float, option("S", "Length of the film [s].")] = 10.0,
+    seconds: Annotated[float | None, option("S", "Length of the film [s]; default: 10.")] = None,
     fps: Annotated[float, option("F", "Frames a second, at most 50.")] = 25.0,
     size: Annotated[str, option("WxH", "Width and height in pixels, such as 800x600.")] = "800x600",
+    rounds: Annotated[float | None, option("N", "Times the axis goes round, such as 1.")] = None,
+    time: Annotated[float | None, option("S", "How much of the motion to show [s].")] = None,
+    speed: Annotated[float | None, option("X", "Motion in a second of film [s].")] = None,
     follow: Annotated[
         bool, Option("--follow", help="Turn the camera with the precession of the top.")
     ] = False,
@@ -136,7 +139,8 @@ def film(
 
     known = options.read(scene, changes)
     with progress_bar() as bar:
-        made = make(known, file, seconds=seconds, fps=fps, size=size, follow=follow, progress=bar)
+        made = make(known, file, seconds=seconds, fps=fps, size=size, rounds=rounds, time=time,
+                    speed=speed, follow=follow, progress=bar)  # fmt: skip
     document = {"schema": "heavytop/film/1", "scene": known.name, "file": str(made)}
     answer(document, lambda: typer.echo(f"{harmless(made)}: {made.stat().st_size / 1e6:.2g} MB"))
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
+from heavytop.plots.clip import PERIODS
 from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
-from heavytop.report.player import PERIODS
 from heavytop.results.base import Fact, Result, Table, given, with_unit
 from heavytop.results.check import CheckResult
 from heavytop.results.classification import motion_summary, plan_summary
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
 
-HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
 LONGEST: Final = 16  # letters of a number that is shown as an expression
 
 Cell = tuple[str, "Figure | None"]
@@ -135,18 +134,18 @@ class Player(Shown):
     html: str
 
     @classmethod
-    def of(cls, thing: Any) -> Player:
-        """The player of a trajectory, or of a motion."""
+    def of(cls, thing: Any, **asked: float | None) -> Player:
+        """The player of a trajectory, or of a motion, as `heavytop.display.Played.play` says."""
         from heavytop.report.page import player_html
 
         run: Any = ExactRun.of(thing, PERIODS) if isinstance(thing, Motion) else thing
-        return cls(run.scene.name, player_html(run))
+        return cls(run.scene.name, player_html(run, **asked))
 
     def __repr__(self) -> str:
         return f"<Player of {self.name!r}>"
 
     def _repr_html_(self) -> str:
-        looks = f"width:100%;max-width:900px;height:{HEIGHT}px;border:0"
+        looks = "width:100%;max-width:900px;height:40rem;border:0"  # which its page fills
         return (
             f'<iframe title="A top that moves" sandbox="allow-scripts" style="{looks}" '
             f'srcdoc="{escape(self.html)}"></iframe>'

@@ -280,7 +280,6 @@ class Page:
             page=self,
             tops=tops(played) if played else None,
             versions={name: version(name) for name in LIBRARIES},
-            symbols=[QUANTITIES[name] for name in SYMBOLS],
         )
 
 
@@ -351,12 +350,14 @@ def write_page(page: Page, html: Path) -> None:
     write_text(html, page.html())
 
 
-def player_html(trajectory: Trajectory) -> str:
+def player_html(trajectory: Trajectory, **asked: float | None) -> str:
     """A page with the top of a trajectory in three dimensions, to be played, turned and zoomed.
 
     Parameters
     ----------
     trajectory : Trajectory
+    **asked
+        ``rounds``, ``time`` or ``speed``, as of `heavytop.Motion.play`.
 
     Returns
     -------
@@ -376,7 +377,7 @@ def player_html(trajectory: Trajectory) -> str:
     >>> page.startswith("<!doctype html>"), len(page) < 400_000
     (True, True)
     """
-    return rendered("player_page.html", tops=tops([frames(trajectory)]))
+    return rendered("player_page.html", tops=tops([frames(trajectory, **asked)]))
 
 
 # --- templates: nothing in a text, in data or in a picture is taken for markup or a script --------
@@ -407,7 +408,8 @@ def rendered(template: str, scripts: Sequence[str] = SCRIPTS, **values: Any) -> 
     # No script may run on a page but its own, told by their fingerprints, whoever wrote another.
     prints = (b64encode(sha256(texts[name].encode()).digest()).decode() for name in scripts)
     allowed = " ".join(f"'sha256-{each}'" for each in prints)
-    return jinja.get_template(template).render(**own, **values, policy=POLICY.format(allowed))
+    values |= own | {"symbols": map(QUANTITIES.get, SYMBOLS), "policy": POLICY.format(allowed)}
+    return jinja.get_template(template).render(values)
 
 
 def _typeset(text: str) -> Markup:
