@@ -13,7 +13,6 @@ import xarray
 import heavytop as ht
 from heavytop import hdf5
 from heavytop.hdf5 import SEAL_BYTES, seal
-from heavytop.report.page import stored_map
 
 SHORT = ht.load_scene("sicm-kicked", ["span.time=0.1"])
 
@@ -93,16 +92,6 @@ def test_an_array_that_is_not_stored_in_the_file_as_doubles_is_refused(path, mak
         make(file)
     with pytest.raises(ht.ForeignFile, match=rf"{said} 't'|'t': {said}"):
         ht.load_trajectory(path)
-
-
-def test_a_map_in_one_huge_part_is_refused(tmp_path):
-    with h5py.File(tmp_path / "atlas.nc", "w") as file:
-        shape = (40_000, 40_000)
-        kind = file.create_dataset("kind", shape, "u1", chunks=shape, compression="gzip")
-        kind.attrs["flag_meanings"] = "loops"
-    seal(tmp_path / "atlas.nc")
-    with pytest.raises(ht.ForeignFile, match="'kind': in parts that are too large"):
-        stored_map(tmp_path / "atlas.nc", shape)
 
 
 FUZZ = Path(__file__).parents[1] / "validation" / "fuzz_damage.py"

@@ -44,18 +44,14 @@ def sweep(
     """Tabulate facts of the motion over a range."""
     from heavytop.studies import sweep as module
 
-    names = options.names("--facts", facts) or ()
-    found, units = module.sweep(read(scene, changes), over, names), manner().units
+    found = module.sweep(read(scene, changes), over, options.names("--facts", facts) or ())
     if file is not None:
         if file.suffix.lower() in PICTURES:
-            from heavytop.plots.studies import sweep_figure
             from heavytop.plots.style import save
 
-            save(sweep_figure(found.document(), units), file)
+            save(found.figure(), file)
         else:
-            found.save(file, units)
+            found.save(file)
         note(f"wrote {file}")
     if file is None or manner().json:
-        from heavytop.results.ask import SweepResult
-
-        show(SweepResult(scene=found.scene.problem(), over=found.over, sweep=found.rows))
+        show(found)

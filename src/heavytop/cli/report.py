@@ -94,17 +94,17 @@ def check(
         ends.append((Exit.OUT_OF_BOUND, said))
     answer(document, lambda: print(found, flush=True))  # in the alphabet of the terminal
     if file is not None:
-        from heavytop.plots.studies import check_figure
         from heavytop.plots.style import save
         from heavytop.report.files import write_study
         from heavytop.results.check import CheckResult
 
+        known = CheckResult.from_document(document)
         try:
             if chart:
-                save(check_figure(document), file)
+                save(known.figure(), file)
                 note(f"wrote {file}")
             else:
-                for name in write_study(CheckResult.from_document(document), file).values():
+                for name in write_study(known, file).values():
                     note(f"wrote {file / name}")
         except StoppedEarly as fault:
             ends.insert(0, (Exit.ENDED_EARLY, str(fault)))

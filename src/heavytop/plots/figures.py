@@ -24,7 +24,7 @@ from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, View, axis_path, touched
-from heavytop.plots.style import Array, in_degrees, line, literal, titled
+from heavytop.plots.style import Array, in_degrees, line, titled
 from heavytop.results.run import PICTURES
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
@@ -542,7 +542,7 @@ def run_figure(name: str, run: Any) -> Figure:
     size = (7.2, 4.8) if count == 1 else (8.0, 2.3 * count)
     if beside:
         grid, size = {"ncols": count, "width_ratios": (1.15, 1.0)}, (9.6, 5.2)
-    title = literal(run.scene.title or run.scene.name)
+    title = style.title_of(run.scene)
     with style.sheet(title, size, 4 if count > 1 else 2, **grid) as (figure, axes):
         for ax, panel in zip(axes.ravel(), panels, strict=True):
             DRAW[panel](ax, run)

@@ -113,9 +113,9 @@ def literal(text: str, most: int = MOST_LETTERS) -> str:
     return f" {words}" if words.startswith("_") else words  # which a legend would leave out
 
 
-def title_of(scene: Mapping[str, Any]) -> str:
-    """The title of a scene's document, or its name where it has none."""
-    return literal(scene["title"] or scene["name"], 80)
+def title_of(scene: Any) -> str:
+    """The title of a scene, or its name where it has none."""
+    return literal(scene.title or scene.name, 80)
 
 
 def legend(

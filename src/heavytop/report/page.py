@@ -16,11 +16,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
-from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile, NoClosedForm, NotDrawnWarning
 from heavytop.files import write_text
-from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.machine import version
 from heavytop.report.files import UNDRAWABLE, kind_of, warn_not_drawn
 from heavytop.report.player import frames, tops
@@ -36,7 +34,7 @@ from heavytop.results.base import (
 )
 from heavytop.results.run import PICTURES
 from heavytop.results.validation import summary
-from heavytop.scene.quantities import QUANTITIES, quantity_of
+from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene_file import written
 from heavytop.spelling import harmless
 
@@ -52,8 +50,6 @@ SYMBOLS: Final = (
     "precession", "spin",
 )  # fmt: skip
 MARKS: Final = 120  # of a curve: more are not told apart
-FINEST: Final = 600  # pixels of a map that are drawn along an axis
-MOST_PIXELS: Final = 2_000_000_000
 
 # --- a result as a section -----------------------------------------------------------------------
 
@@ -152,37 +148,6 @@ def _chart(result: Result, _: Path) -> Drawn:
     return (), None
 
 
-def _atlas(result: Result, path: Path) -> Drawn:
-    """The map of an atlas, which is read from ``atlas.nc``."""
-    from heavytop.plots.atlas import map_figure
-
-    atlas, path = result.document(), path.with_name("atlas.nc")
-    if "map" not in atlas["files"] or not path.is_file():
-        return (), None
-    kind, names = stored_map(path, atlas["shape"])
-    x, y = (quantity_of(atlas["axes"][side]["name"]).heading for side in "xy")
-    title = f"kinds of motion over {x} and {y}, and their boundaries"
-    return (Picture("map", title, _svg(map_figure(atlas, kind, names))),), None
-
-
-def stored_map(path: Path, shape: Sequence[int]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
-    """Return the codes of a stored map, of at most `FINEST` pixels an axis, and their names.
-
-    Raises
-    ------
-    ForeignFile
-        It is damaged, too large, or of another shape.
-    """
-    with opened(path) as file:
-        kind = dataset(file, "kind")
-        if list(kind.shape) != list(shape) or not all(kind.shape):
-            raise ValueError(f"a map of {kind.shape}, not of {tuple(shape)}")
-        if kind.dtype != np.uint8 or kind.size > MOST_PIXELS:
-            raise ValueError("a map of another type, or too large")
-        codes = kind[:: -(-kind.shape[0] // FINEST), :: -(-kind.shape[1] // FINEST)]
-        return np.asarray(codes), tuple(attribute(kind, "flag_meanings").split())
-
-
 def _run(run: Any, path: Path) -> Drawn:
     """The pictures of a run, and its top, where its trajectory is there."""
     from heavytop.plots.figures import as_drawn, run_figures
@@ -208,7 +173,7 @@ def _run(run: Any, path: Path) -> Drawn:
         return pictures, None
 
 
-DRAW: Final[Mapping[str, Callable[[Any, Path], Drawn]]] = {"run": _run, "atlas": _atlas}
+DRAW: Final[Mapping[str, Callable[[Any, Path], Drawn]]] = {"run": _run}
 """What draws the results whose pictures are of another file than the document."""
 
 

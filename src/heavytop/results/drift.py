@@ -148,7 +148,7 @@ class Drift(Result):
         columns = [each for method in self.methods for each in _columns(method).items()]
         names = dict.fromkeys(SERIES) | {name: None for name, _ in columns}
         drawn = [name for name in names if any(any(x) for n, x in columns if n == name)]
-        return {name: draw("studies", "error_growth", self.document(), name) for name in drawn}
+        return {name: draw("studies", "error_growth", self, name) for name in drawn}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Own methods that were skipped, and runs that ended early."""
@@ -186,7 +186,7 @@ class Drift(Result):
         write_sealed(folder / "drift.nc", lambda part: part.write_bytes(data))
         return {"errors": "drift.nc"}
 
-    def rows(self, members: bool = False) -> Table:
+    def numbers(self, members: bool = False) -> Table:
         """The errors over time, a row for each method and each time.
 
         Parameters
@@ -219,11 +219,11 @@ class Drift(Result):
         """
         import xarray
 
-        members = self.rows(members=True).to_xarray(*MEMBER_INDEX)
+        members = self.numbers(members=True).to_xarray(*MEMBER_INDEX)
         starts = [{"start": k, **each} for k, each in enumerate(self.starts)]
         initial = Table(starts, [*dict.fromkeys(k for row in starts for k in row)])
         parts = [
-            self.rows().to_xarray(*self.index),
+            self.numbers().to_xarray(*self.index),
             members.rename({name: f"member_{name}" for name in members}),
             initial.to_xarray("start"),
         ]
@@ -249,7 +249,7 @@ class Drift(Result):
         >>> found.to_pandas().loc["strang", "energy"].size == len(found["strang"].energy)
         True
         """
-        return self.rows(members).to_pandas(*(MEMBER_INDEX if members else self.index))
+        return self.numbers(members).to_pandas(*(MEMBER_INDEX if members else self.index))
 
 
 def error_of(name: str) -> Quantity:

@@ -184,12 +184,12 @@ class Stress(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The digits that every method lost at every case."""
-        return {"digits": draw("studies", "digits_lost", self.document())}
+        return {"digits": draw("studies", "digits_lost", self)}
 
     @property
     def figure_size(self) -> tuple[float, float]:
         """Width and height of a figure that has room for every case and method [inches]."""
-        size: tuple[float, float] = plots("studies").stress_size(self.document())
+        size: tuple[float, float] = plots("studies").stress_size(self)
         return size
 
     def problems(self) -> Iterator[tuple[Exit, str]]:

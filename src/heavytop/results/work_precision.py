@@ -159,7 +159,7 @@ class WorkPrecision(Result):
         names = [n for n, x in ERRORS.items() if any(error_of_point(p, x) for p in self.points)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
         return {
-            name + end: draw("studies", "work_precision", self.document(), name, column)
+            name + end: draw("studies", "work_precision", self, name, column)
             for end, column in work.items()
             for name in names
         }
