@@ -80,7 +80,7 @@ def drift_figure(found: Found) -> Figure:
     methods, count = found.methods, found.ensemble
     names = dict.fromkeys([*SERIES, *(n for m in methods for n in m["invariants"])])
     panels = [name for name in names if _series(methods, name)]
-    columns = min(3, max(1, len(panels)))
+    columns = min(2, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
     starts = "" if count == 1 else f", RMS of {count} starts"

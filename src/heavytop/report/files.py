@@ -25,10 +25,11 @@ from heavytop.errors import (
     StoppedEarly,
 )
 from heavytop.files import as_json, locked, write_document
-from heavytop.results.base import Result, Row, not_as_written, read_json, typed
+from heavytop.results.base import Result, Row, as_rows, not_as_written, read_json, typed
 from heavytop.results.classification import asked_formulation, asked_tolerance, plan_summary
 from heavytop.results.run import PICTURES, RunResult, exact_result, run_result
 from heavytop.scene.scene import Scene, read_scene
+from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -205,6 +206,27 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
         raise ForeignFile(f"{path}: of another scene than {REQUEST}")
     # a file has neither the name of its scene nor what was expected of the plan
     return replace(part, scene=scene, plan=replace(part.plan, estimate=chosen.estimate))
+
+
+def load_run(result: RunResult, path: Path) -> Any:
+    """The trajectory, or the exact motion, of a run whose document is there; None without a file.
+
+    Raises
+    ------
+    ForeignFile
+        It is damaged, or of another scene.
+    """
+    from heavytop.run.exact import SceneMotion
+    from heavytop.run.trajectory_file import load_exact, load_trajectory
+
+    place = path.with_name(TRAJECTORY)
+    if "trajectory" not in result.files or not place.exists():
+        return None
+    run: Any = (load_exact if result.source == SceneMotion.source else load_trajectory)(place)
+    scene = as_rows(run.scene.document())
+    if any(scene[key] != result.scene.get(key) for key in ("top", "start", "title", "span")):
+        raise ForeignFile(f"{harmless(place)}: of another scene than {DOCUMENT} is about")
+    return run
 
 
 def write_results(

@@ -33,22 +33,13 @@ Cell = tuple[str, "Figure | None"]
 
 
 def html_of(thing: Any) -> str:
-    """What a cell shows of a thing."""
+    """What a cell shows of a thing: its picture, and beside it what is said."""
+    from heavytop.plots.style import svg_address
+
     html, figure = _CELLS.get(type(thing).__name__, _result)(thing)
     beside = "display:flex;flex-wrap:wrap;gap:1.5em"
-    return f'<div style="{beside}">{_picture(figure)}<div>{html}</div></div>'
-
-
-def _picture(figure: Figure | None) -> str:
-    """A figure as SVG, as an image: its identifiers meet no others of the notebook."""
-    if figure is None:
-        return ""
-    from base64 import b64encode
-
-    from heavytop.plots.style import svg
-
-    data = b64encode(svg(figure).encode()).decode()
-    return f'<img style="max-width:100%" src="data:image/svg+xml;base64,{data}" alt="">'
+    image = f'<img style="max-width:100%" src="{svg_address(figure)}" alt="">' if figure else ""
+    return f'<div style="{beside}">{image}<div>{html}</div></div>'
 
 
 # --- what each thing shows ------------------------------------------------------------------------
