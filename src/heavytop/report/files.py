@@ -34,7 +34,6 @@ from heavytop.spelling import harmless
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from heavytop.run.exact import SceneMotion
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
 
@@ -168,23 +167,19 @@ def _expect_same(folder: Path, asked: Request) -> None:
     from heavytop.studies.study import differences
 
     try:
-        if (folder / REQUEST).exists():
-            there = Request.read(folder).question
-        elif (folder / DOCUMENT).exists():
+        if (folder / DOCUMENT).exists() and not (folder / REQUEST).exists():
             found = RunResult.load(folder / DOCUMENT)
-            plan = found.plan
-            there = _question(found.scene, asked_formulation(plan), asked_tolerance(plan))
-        elif (folder / TRAJECTORY).exists():
+            plan = asked_formulation(found.plan), asked_tolerance(found.plan)
+            there = _question(found.scene, *plan)
+        elif (folder / REQUEST).exists() or (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
+        elif others := [name for name in FIGURES if os.path.lexists(folder / name)]:
+            raise ForeignFile(f"{folder / others[0]}: not of a run of this package")
         else:
-            for name in FIGURES:
-                if os.path.lexists(folder / name):
-                    raise ForeignFile(f"{folder / name}: not of a run of this package")
             return
     except ForeignFile as fault:
         raise ForeignFile(f"{fault} (--force replaces it)") from None
-    if others := differences(there, asked.question):
-        told = "; ".join(others)
+    if told := "; ".join(differences(there, asked.question)):
         raise ForeignFile(f"{folder}: holds another run: {told} (--force replaces it)")
 
 
@@ -229,9 +224,7 @@ def load_run(result: RunResult, path: Path) -> Any:
     return run
 
 
-def write_results(
-    run: Trajectory | SceneMotion, folder: Path, *, figures: bool = True
-) -> RunResult:
+def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:
     """Write a run; the document comes last, so that where it stands the rest is whole.
 
     Parameters
@@ -253,6 +246,7 @@ def write_results(
     OSError
         A file cannot be written.
     """
+    from heavytop.plots.figures import run_figures
     from heavytop.run.exact import SceneMotion
 
     files = {"document": DOCUMENT}
@@ -262,23 +256,11 @@ def write_results(
     else:
         files["trajectory"] = TRAJECTORY
         run.save(folder / TRAJECTORY)
-        files |= _figures(run, folder) if figures else {}
-    if isinstance(run, SceneMotion):
-        result = exact_result(run, files=files)
-    else:
-        result = run_result(run, files=files)
+        for name, draw in run_figures(run) if figures else ():
+            files |= _saved(folder, name, draw, name)
+    result = (exact_result if isinstance(run, SceneMotion) else run_result)(run, files=files)
     result.save(folder / DOCUMENT)
     return result
-
-
-def _figures(run: Trajectory | SceneMotion, folder: Path) -> dict[str, str]:
-    """Draw the figures of a run; the names of their files, by what they are."""
-    from heavytop.plots.figures import run_figures
-
-    files: dict[str, str] = {}
-    for name, draw in run_figures(run):
-        files |= _saved(folder, name, draw, name)
-    return files
 
 
 # --- a study ---------------------------------------------------------------------------------
@@ -360,8 +342,7 @@ def draw_study(found: Result, folder: Path, files: Mapping[str, str]) -> dict[st
 
 def _write(found: Result, folder: Path, files: Mapping[str, str]) -> None:
     """Write the document of a study with the names of its files."""
-    document = found.document(costs=not found.goes_on)
-    write_document(folder / files["document"], document | {"files": files})
+    write_document(folder / files["document"], found.document() | {"files": files})
 
 
 def kind_of(found: Result) -> str:

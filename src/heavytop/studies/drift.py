@@ -387,8 +387,7 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
             _series(x) | {"steps": at["state"]["steps"]}
             for x, at in zip(columns, known, strict=True)
         ],
-        "spread": _series(_over(columns, lambda x: _rms(x - np.mean(x)))) if known else None,
-        **_series(_over(columns, _rms) if known else {"periods": ()}),
+        **_series(_over(columns) if known else {"periods": ()}),
     }
     signs = row["members"][0] if known else row
     found = {n: growth(row["periods"], row[c], signs[c]) for n, c in GROWING.items()}
@@ -415,13 +414,13 @@ def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
     return columns | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
 
 
-def _over(members: Sequence[Columns], mean: Callable[[Any], Any]) -> Columns:
-    """Errors over all runs, at the times that all of them reached."""
+def _over(members: Sequence[Columns]) -> Columns:
+    """Root mean squares over all runs, at the times that all of them reached."""
     shortest = min(members, key=lambda columns: len(columns["periods"]))
     found = {}
     for name in shortest:
         every = zip(*(each[name] for each in members), strict=False)
-        found[name] = tuple(None if None in x else float(mean(np.array(x))) for x in every)
+        found[name] = tuple(None if None in x else _rms(np.array(x)) for x in every)
     return found | {"periods": shortest["periods"]}
 
 
