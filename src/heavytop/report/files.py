@@ -17,13 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.errors import (
-    ForeignFile,
-    HeavyTopError,
-    NotDrawnWarning,
-    Stop,
-    StoppedEarly,
-)
+from heavytop.errors import ForeignFile, HeavyTopError, NotDrawnWarning, Stop, StoppedEarly
 from heavytop.files import as_json, locked, write_document
 from heavytop.results.base import Result, Row, as_rows, not_as_written, read_json, typed
 from heavytop.results.classification import asked_formulation, asked_tolerance, plan_summary

@@ -13,16 +13,7 @@ from numpy.typing import NDArray
 
 from heavytop.errors import Exit
 from heavytop.hdf5 import expect_sealed, write_sealed
-from heavytop.results.base import (
-    Chart,
-    Fact,
-    Result,
-    Table,
-    draw,
-    given,
-    not_as_written,
-    with_unit,
-)
+from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written, with_unit
 
 if TYPE_CHECKING:
     import pandas

@@ -29,26 +29,8 @@ from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies.atlas_plane import (
-    ROLES,
-    Axis,
-    Columns,
-    Plane,
-    curves,
-    mirrored,
-    restored,
-)
-from heavytop.studies.study import (
-    STUDY,
-    Chunk,
-    Journal,
-    Parameters,
-    Progress,
-    canonical_json,
-    open_journal,
-    reading,
-    run,
-)
+from heavytop.studies import study
+from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, curves, mirrored, restored
 
 if TYPE_CHECKING:
     import xarray
@@ -71,22 +53,22 @@ BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
 # --- the study: parameters and tiles --------------------------------------------------------------
 
 
-def _plane(parameters: Parameters) -> Plane:
+def _plane(parameters: study.Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
-    with reading(STUDY):
+    with study.reading(study.STUDY):
         x, y = (Axis.of(parameters[side]) for side in "xy")
         if parameters["what"] not in SETS or not isinstance(parameters["tile"], int):
             raise ValueError("its columns or the size of its tiles are unknown")
         return Plane(scene_of(parameters["scene"]), x, y)
 
 
-def tasks(parameters: Parameters) -> tuple[str, ...]:
+def tasks(parameters: study.Parameters) -> tuple[str, ...]:
     """Return the names of the tiles of a study."""
     return tuple(_plane(parameters).tiles(parameters["tile"]))
 
 
-def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[Chunk]:
+def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iterator[study.Chunk]:
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
@@ -100,7 +82,7 @@ def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[C
         "uncertified": int(np.count_nonzero(columns["certified"] == 0)),
         "tile": _packed(columns),
     }
-    yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
+    yield study.Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
 def _computed(tops: dict[str, Any], shape: tuple[int, int], what: str) -> tuple[Columns, int]:
@@ -134,7 +116,7 @@ def _packed(columns: Columns) -> str:
 # --- the result -----------------------------------------------------------------------------------
 
 
-def collect(journal: Journal, jobs: int = 1) -> Atlas:
+def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     """Return the atlas of all its tiles.
 
     Raises
@@ -151,7 +133,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         if not record.done:
             why = record.failed or f"not computed yet; heavytop resume {journal.path} goes on"
             raise ForeignFile(f"tile {task}: {why}")
-        with reading(f"tile {task}"):
+        with study.reading(f"tile {task}"):
             [row] = record.rows
             pairs.update(row["counts"])
             others.update({name: row[name] for name in ("sent", "uncertified")})
@@ -183,7 +165,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
     )  # fmt: skip
 
 
-def _dataset(plane: Plane, columns: Columns, parameters: Parameters) -> xarray.Dataset:
+def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xarray.Dataset:
     """The map, which says of its columns what they are, by the CF conventions."""
     import xarray
 
@@ -196,7 +178,7 @@ def _dataset(plane: Plane, columns: Columns, parameters: Parameters) -> xarray.D
         "title": plane.scene.title or plane.scene.name,
         "source": f"heavytop {__version__}",
         "accuracy": ACCURACY,
-        "parameters": canonical_json(parameters),
+        "parameters": study.canonical_json(parameters),
     }
     found = {name: (tuple(places), each, _attributes(name)) for name, each in columns.items()}
     return xarray.Dataset(found, places, about)
@@ -225,7 +207,7 @@ def atlas(
     jobs: int | None = None,
     executor: Executor | None = None,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[study.Progress], object] | None = None,
 ) -> Atlas:
     """The kind of motion of every pixel of a plane of tops, each proved, and how each moves.
 
@@ -288,11 +270,11 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     how = {"executor": executor, "on_progress": progress}
-    with open_journal(folder, _parameters(plane, what)) as journal:
+    with study.open_journal(folder, _parameters(plane, what)) as journal:
         return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
 
 
-def _parameters(plane: Plane, what: str) -> Parameters:
+def _parameters(plane: Plane, what: str) -> study.Parameters:
     """Return what is asked of an atlas, as JSON."""
     return {
         "kind": KIND,
@@ -306,9 +288,9 @@ def _parameters(plane: Plane, what: str) -> Parameters:
     }
 
 
-def complete(journal: Journal, *, jobs: int, **how: Any) -> Atlas:
+def complete(journal: study.Journal, *, jobs: int, **how: Any) -> Atlas:
     """Compute the tiles of an atlas that are not there yet, and return it."""
-    run(journal, jobs=jobs, **how)
+    study.run(journal, jobs=jobs, **how)
     return collect(journal, jobs)
 
 
@@ -346,7 +328,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(Journal.read(arguments.path_of("folder", folder)))
+    return collect(study.Journal.read(arguments.path_of("folder", folder)))
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {

@@ -31,14 +31,7 @@ from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
 from heavytop.studies.steppers import MethodRun, measured_order, no_nutation, set_up
-from heavytop.studies.study import (
-    Chunk,
-    Journal,
-    Parameters,
-    Progress,
-    open_journal,
-    run,
-)
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
