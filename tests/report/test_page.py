@@ -234,7 +234,7 @@ def test_what_is_not_what_was_written_is_refused_by_its_file(place, tmp_path, un
 @pytest.mark.parametrize(
     ("name", "nothing"),
     [
-        ("workprec", {"points": [], "front": [], "front_theta": []}),
+        ("workprec", {"points": [], "front": []}),
         ("drift", {"methods": []}),
         ("stress", {"cases": [], "hard": {}, "methods": {}}),
         ("atlas", {"counts": {}, "curves": [], "uncertified": 0, "files": {}}),

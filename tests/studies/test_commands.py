@@ -125,8 +125,8 @@ def test_a_study_without_figures_is_resumed_without(tmp_path):
 
 # --- killed, stopped, full -------------------------------------------------------------------
 
-DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s", "jobs",
-           "front", "front_theta", "cheapest", "cheapest_theta", "files", "versions",
+DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "pixels_per_s", "jobs",
+           "front", "cheapest", "files", "versions",
            "command"}  # fmt: skip
 
 

@@ -68,8 +68,8 @@ class Atlas(Result):
     curves : tuple of mapping
         Pieces of the boundaries between kinds, by ``name`` and their points ``x`` and ``y``; a
         single one where it is a point of the plane.
-    kinds_per_s, rows_per_s : float or None
-        Pixels computed here in a second, of all processes together; whole rows.
+    pixels_per_s : float or None
+        Pixels computed here in a second, of all processes together.
     jobs : int or None
         Processes that computed them.
     """
@@ -79,7 +79,7 @@ class Atlas(Result):
     chart: ClassVar = Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "map")
     goes_on: ClassVar = True
     left_out: ClassVar = ("map",)
-    costs: ClassVar = ("kinds_per_s", "rows_per_s", "jobs")
+    costs: ClassVar = ("pixels_per_s", "jobs")
 
     map: xarray.Dataset | None = None
     scene: Mapping[str, Any]
@@ -91,8 +91,7 @@ class Atlas(Result):
     sent: int
     uncertified: int
     curves: tuple[Any, ...]
-    kinds_per_s: float | None = None
-    rows_per_s: float | None = None
+    pixels_per_s: float | None = None
     jobs: int | None = None
 
     @property
@@ -193,8 +192,8 @@ class Atlas(Result):
         counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
         yield "boundaries", ", ".join(counted) or "none"
         yield "decided by intervals", str(self.sent)
-        if self.kinds_per_s is not None:
-            yield "pixels per second", f"{self.kinds_per_s:.3g}"
+        if self.pixels_per_s is not None:
+            yield "pixels per second", f"{self.pixels_per_s:.3g}"
 
     def tables(self) -> Iterator[Table]:
         """How many pixels there are of each kind, and of its parts; every pixel once."""

@@ -80,11 +80,6 @@ class WorkPrecision(Result):
         """
         return front(self.points, self._error)
 
-    @property
-    def front_theta(self) -> tuple[int, ...]:
-        """Indices of the points that none beats in time and error of theta, fastest first."""
-        return front(self.points, "theta_error")
-
     def cheapest(self, bound: float, wants: str = "axis") -> Any:
         """Return the fastest point with an error of at most a bound, or None.
 
@@ -115,9 +110,7 @@ class WorkPrecision(Result):
         """
         return super().document(costs=costs) | {
             "front": [*self.front],
-            "front_theta": [*self.front_theta],
-            "cheapest": self._leaders(self._error),
-            "cheapest_theta": self._leaders("theta_error"),
+            "cheapest": self._leaders(),
             "orders": {row["method"]: row["order"] for row in summaries(self.points)},
         }
 
@@ -141,18 +134,16 @@ class WorkPrecision(Result):
     def tables(self) -> Iterator[Table]:
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
         yield Table([*summaries(self.points)], COLUMNS, meanings=BESTS)
-        for error, side in self._sides.items():
-            points = (self.points[i] for i in front(self.points, error))
-            rows = [{**p, "error": error_of_point(p, error), "setting": setting(p)} for p in points]
-            if rows:
-                yield Table(rows, FRONT, f"Pareto front, {side}")
-                yield Table([*self._leading_rows(error)], LEADERS, f"cheapest, {side}")
-
-    def _leading_rows(self, error: str) -> Iterator[dict[str, Any]]:
-        for target, first in self._leaders(error).items():
-            if first is not None:
-                other = first.get("against") or {"method": None}
-                yield {**first, "to": target, "setting": setting(first), "next": other["method"]}
+        side = quantity_of(self._error).symbol
+        points = (self.points[i] for i in self.front)
+        if rows := [_shown(p, error=error_of_point(p, self._error)) for p in points]:
+            yield Table(rows, FRONT, f"Pareto front, {side}")
+            leaders = [
+                _shown(each, to=target, next=(each.get("against") or {}).get("method"))
+                for target, each in self._leaders().items()
+                if each
+            ]
+            yield Table(leaders, LEADERS, f"cheapest, {side}")
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
@@ -173,11 +164,6 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
-    @property
-    def _sides(self) -> dict[str, str]:
-        axis = {"axis_error": "axis", "theta_error": "θ alone"}
-        return axis if self._error == "axis_error" else {"theta_error": "θ"}
-
     def _cheapest(self, error: str, bound: float, rival: bool | None = None) -> int | None:
         """Return the index of the fastest point within a bound; of rivals, or of ours, alone."""
         within = [
@@ -187,9 +173,9 @@ class WorkPrecision(Result):
         ]
         return min(within, key=lambda i: _rank(self.points[i]), default=None)
 
-    def _leaders(self, error: str) -> dict[str, Any]:
+    def _leaders(self) -> dict[str, Any]:
         """Return who is cheapest within each target, with the best of the other side; the best."""
-        found: dict[str, Any] = {}
+        error, found = self._error, dict[str, Any]()
         for name, bound in TARGETS.items():
             found[name] = first = self._leading(self._cheapest(error, bound), error)
             if first is not None:
@@ -247,6 +233,11 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
         steps = {p["steps"] / p["periods"]: p["error"] for p in same if p["has_order"]}
         known = {"of": quantity_of(of).symbol, "order": order_of(steps), "setup_s": setup}
         yield {**best, "method": name, **known, **within}
+
+
+def _shown(point: Mapping[str, Any], **more: Any) -> dict[str, Any]:
+    """A point as a row of a table, with its setting in words."""
+    return {**point, "setting": setting(point), **more}
 
 
 def setting(point: Mapping[str, Any]) -> str:

@@ -157,8 +157,7 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
         curves=tuple(
             {"name": name, "x": x.tolist(), "y": y.tolist()} for name, x, y in curves(plane)
         ),
-        kinds_per_s=rate,
-        rows_per_s=rate if what == "rows" else None,
+        pixels_per_s=rate,
         jobs=jobs,
         versions=parameters["versions"],
         map=_dataset(plane, columns, parameters),
