@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
 
 import heavytop as ht
-from heavytop.plots.atlas import atlas_figure, regions
+from heavytop.plots.atlas import atlas_figure
 from heavytop.plots.style import KINDS
 from heavytop.studies.atlas_plane import Axis, Plane
 
@@ -75,11 +74,3 @@ def test_a_scene_beside_the_map_is_not_marked():
     assert plane.place == (float(constants.p_phi), float(constants.E))
     lines = atlas_figure(aside).subfigs[0].axes[0].lines
     assert [line for line in lines if line.get_marker() == "P"] == []
-
-
-def test_a_region_has_its_size_and_the_cell_that_is_deepest_inside():
-    cells = np.zeros((5, 7), np.uint8)
-    cells[1:4, 1:4] = 1
-    found = sorted(regions(cells))
-    assert [(each.code, each.size) for each in found] == [(0, 26), (1, 9)]
-    assert found[1].middle == (2, 2)

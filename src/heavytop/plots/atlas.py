@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -26,12 +26,9 @@ Codes = NDArray[np.uint8]
 Numbers = NDArray[np.float64]
 
 FINEST: Final = 1000  # pixels of the picture along an axis: of more, every so many is drawn
-TRACED: Final = 8  # regions with a path of the axis: the largest
 ABREAST: Final = 4  # of these paths
-CELLS: Final = 80  # along an axis of the mesh on which regions are told
 PERIODS: Final = 3
 SECONDS: Final = 2.0  # of a path, where nothing nutates
-LEAST: Final = 0.005  # of the map: smaller regions have no number, unless their kind has no other
 BOUNDS: Final = {"cusp": "cusps", "steady": "uniform-precession"}  # the others are named as kinds
 
 
@@ -46,11 +43,12 @@ def atlas_figure(atlas: Atlas) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        The map; below it, for every region of some extent, the path of the axis of a top in its
-        midst, whose place on the map has the same number.
+        The map; below it, for every kind, the path of the axis of a top in its midst, whose place
+        on the map has the same number.
     """
     plane, kind = _plane(atlas), _thinned(atlas)
-    examples = list(_examples(kind.values, atlas.names, *(kind[name].values for name in kind.dims)))
+    examples = list(_examples(kind.values, atlas.names))
+    height, width = (kind[name].values for name in kind.dims)
     rows = -(-len(examples) // ABREAST)
     figure = Figure(figsize=(7.2, 6.6 + 1.9 * rows), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(6.6, max(1.9 * rows, 0.01)))
@@ -65,7 +63,8 @@ def atlas_figure(atlas: Atlas) -> Figure:
     box = {"boxstyle": "circle", "facecolor": "white", "edgecolor": "black", "linewidth": 0.7}
     for panel in panels:
         panel.axis("off")
-    for number, (panel, (name, x, y)) in enumerate(zip(panels, examples, strict=False), start=1):
+    for number, (panel, (name, row, column)) in enumerate(zip(panels, examples, strict=False), 1):
+        x, y = float(width[column]), float(height[row])
         ax.text(x, y, str(number), ha="center", va="center", fontsize=8, zorder=6, bbox=box)
         own = _motion(plane, x, y)
         motion = touched(own) or own
@@ -142,51 +141,16 @@ def _edges(axis: Known, count: int) -> Numbers:
     return np.asarray(low + (high - low) * share)
 
 
-def _examples(
-    kind: Codes, names: Sequence[str], y: Numbers, x: Numbers
-) -> Iterator[tuple[str, float, float]]:
-    """The largest regions of what can be, and the largest of each kind: kind, and a place in it."""
-    coarse = [np.linspace(0, n - 1, min(n, CELLS)).astype(int) for n in kind.shape]
-    cells = kind[np.ix_(*coarse)]
-    seen: set[int] = set()
-    large: list[Region] = []
-    for region in sorted(regions(cells), key=lambda each: -each.size):
-        if names[region.code] != "impossible" and (
-            region.size >= LEAST * cells.size or region.code not in seen
-        ):
-            large.append(region)
-        seen.add(region.code)
-    for region in large[:TRACED]:
-        row, column = (int(places[k]) for places, k in zip(coarse, region.middle, strict=True))
-        yield names[region.code], float(x[column]), float(y[row])
+def _examples(kind: Codes, names: Sequence[str]) -> Iterator[tuple[str, int, int]]:
+    """The pixel of each kind, row and column, that is farthest from others; the commonest first."""
+    from scipy.ndimage import distance_transform_cdt
 
-
-class Region(NamedTuple):
-    """Cells of one code that hang together, and the one that is farthest from the others."""
-
-    code: int
-    size: int
-    middle: tuple[int, int]
-
-
-def regions(cells: Codes) -> Iterator[Region]:
-    """The regions of a map, told by neighbours to the sides.
-
-    Examples
-    --------
-    >>> list(regions(np.array([[1, 1, 2], [1, 1, 1]], np.uint8)))
-    [Region(code=1, size=5, middle=(0, 0)), Region(code=2, size=1, middle=(0, 2))]
-    """
-    from scipy import ndimage
-
-    for code in np.unique(cells).tolist():
-        same = cells == code
-        rings = ndimage.distance_transform_cdt(np.pad(same, 1), "taxicab")[1:-1, 1:-1]
-        labels, count = ndimage.label(same)
-        for k in range(1, count + 1):
-            inside = labels == k
-            row, column = np.unravel_index(np.argmax(rings * inside), cells.shape)
-            yield Region(code, int(inside.sum()), (int(row), int(column)))
+    codes, counts = np.unique(kind, return_counts=True)
+    for code in codes[np.argsort(-counts)].tolist():
+        if names[code] != "impossible":
+            inside = distance_transform_cdt(np.pad(kind == code, 1), "taxicab")[1:-1, 1:-1]
+            row, column = np.unravel_index(np.argmax(inside), kind.shape)
+            yield names[code], int(row), int(column)
 
 
 def _motion(plane: Plane, x: float, y: float) -> Motion:

@@ -6,7 +6,7 @@ import os
 import re
 import warnings
 from base64 import b64encode
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from typing import Any, Final, NamedTuple
@@ -120,19 +120,16 @@ def title_of(scene: Any) -> str:
     return literal(scene.title or scene.name, 80)
 
 
-def legend(
-    figure: Figure, columns: int = 4, order: Sequence[str] | None = None, **looks: Any
-) -> None:
+def legend(figure: Any, columns: int = 4, **looks: Any) -> None:
     """Name below a figure, once, all that is drawn in it, whichever panel it stands in."""
     known = {
         label: handle
         for ax in figure.axes
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
     }
-    names = [name for name in order or known if name in known]
-    if names:
-        handles = [known[name] for name in names]
-        figure.legend(handles, names, loc="outside lower center", ncols=columns, **looks)
+    if known:
+        place: Any = {"loc": "outside lower center", "ncols": columns}
+        figure.legend(known.values(), known.keys(), **place | looks)
 
 
 @contextmanager

@@ -213,11 +213,10 @@ def _documents(folders: Sequence[Path]) -> dict[Path, None]:
             places = (folder, *sorted(each for each in folder.iterdir() if each.is_dir()))
         except OSError as fault:
             raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from fault
-        named = [place / name for place in places for name in FILES]
-        found = [Path(os.path.abspath(x)) for x in named if os.path.lexists(x)]  # noqa: PTH100
+        found = [each / name for each in places for name in FILES if os.path.lexists(each / name)]
         if not found:
             raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(FILES)})")
-        paths |= dict.fromkeys(found)
+        paths |= dict.fromkeys(Path(os.path.abspath(each)) for each in found)  # noqa: PTH100
     return paths
 
 
