@@ -346,7 +346,7 @@ def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
     with suppress(AttributeError, ValueError, OSError):  # a system may not say
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
         pixel = sum(np.dtype(TYPES[name]).itemsize for name in SETS[what])
-        needed = x.count * y.count * pixel * 4 / 3  # in base 64
+        needed = x.count * y.count * pixel * (4 / 3 + 1)  # in base 64, and as arrays
         if in_memory and needed > free:
             rule = f"{needed / 1e9:.3g} GB are needed in memory, and {free / 1e9:.3g} GB are free"
             yield Fault(file, None, "x, y", f"{x.count * y.count} pixels", rule)
