@@ -202,18 +202,17 @@ def _chunks(
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
     periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
     times = [found.stepper.output_time(n * found.period) for n in periods]
-    state, sampled, ended = found.stepper.begin(), 0, ""
     here: Mapping[str, int] = getattr(found.stepper, "warned", {})
-    order: float | None = chosen.published_order
-    warned = Counter[str]()
-    if checkpoint is None and chosen.fixed and order is None and int(number) == 0:
-        order = measured_order(scene, chosen)
-    if checkpoint is not None:
-        order, warned = checkpoint["order"], Counter(checkpoint["warned"])
-        words: dict[str, Any] = {
-            name: tuple(x) if isinstance(x, list) else x for name, x in checkpoint["state"].items()
-        }
-        state, sampled = StepperState(**words), checkpoint["sampled"]
+    if checkpoint is None:
+        order: float | None = chosen.published_order
+        if chosen.fixed and order is None and int(number) == 0:
+            order = measured_order(scene, chosen)
+        state, checkpoint = found.stepper.begin(), {"sampled": 0, "order": order, "warned": {}}
+    else:
+        stored = checkpoint["state"].items()
+        words: Any = {name: tuple(x) if isinstance(x, list) else x for name, x in stored}
+        state = StepperState(**words)
+    sampled, warned, ended = checkpoint["sampled"], Counter(checkpoint["warned"]), ""
     yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
         rows: list[dict[str, Any]] = []
@@ -229,13 +228,11 @@ def _chunks(
                 ended = str(failure)
                 break
             state, sampled = after, sampled + len(reached)
-        done = bool(ended) or sampled == len(times)
-        gone = state.time[0]
-        checkpoint = {
-            "state": asdict(state), "sampled": sampled, "ended": ended,
-            "periods": gone / found.period, "order": order, "warned": warned + Counter(here),
-        }  # fmt: skip
-        yield Chunk(checkpoint, rows, done, gone / times[-1][0], seconds)
+        done, gone = bool(ended) or sampled == len(times), state.time[0]
+        checkpoint |= {"state": asdict(state), "periods": gone / found.period,
+                       "sampled": sampled, "ended": ended,
+                       "warned": warned + Counter(here)}  # fmt: skip
+        yield Chunk(dict(checkpoint), rows, done, gone / times[-1][0], seconds)
 
 
 def complete(journal: Journal, **how: Any) -> Drift:

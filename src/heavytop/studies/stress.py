@@ -29,7 +29,6 @@ from heavytop.comparison.steppers import (
     IntegrationFailed,
     MethodError,
     NotFinite,
-    Stepper,
 )
 from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
@@ -361,6 +360,7 @@ def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
 class Prepared(NamedTuple):
     """A method set up for a case; of a fixed step how many it takes, and what they allow."""
 
+    problem: InitialValueProblem
     stepper: Any
     steps: int = 0
     step_error: float = 0.0
@@ -373,13 +373,12 @@ def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared
     """
     chosen = Plan(method.formulation)
     parameters, start = binary_start(case.scene, chosen)
-    stepper: Stepper
+    numbers = chosen.equations, parameters, tuple(start.state.tolist())
+    problem, setting = InitialValueProblem(method.name, *numbers), method.setting
     if method.solver:
-        numbers = chosen.equations, parameters, tuple(start.state.tolist())
-        problem, how = InitialValueProblem(method.name, *numbers), {"atol": method.atol}
-        stepper = scipy_stepper(method.solver, problem, method.setting, CALL, guarded=False, **how)
-        return Prepared(stepper)
-    setting, span, steps, block, allowed = method.setting, abs(truth.end), 0, CALL, 0.0
+        how: dict[str, Any] = {"atol": method.atol, "guarded": False}
+        return Prepared(problem, scipy_stepper(method.solver, problem, setting, CALL, **how))
+    span, steps, block, allowed = abs(truth.end), 0, CALL, 0.0
     if method.fixed:
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
         steps = math.ceil(span / period * setting)
@@ -389,9 +388,9 @@ def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared
     name, ahead = method.name.partition("=")[0], 1 if truth.end >= 0 else -1
     top = top_constants(case.scene.top)
     stepper = make_stepper(
-        name, start.state, parameters, setting, span, ahead, steps=block, top=top
+        name, problem.start, parameters, setting, span, ahead, steps=block, top=top
     )
-    return Prepared(stepper, steps, allowed)
+    return Prepared(problem, stepper, steps, allowed)
 
 
 def _stepped(
@@ -404,8 +403,7 @@ def _stepped(
     try:
         times, states, taken = (_called if method.solver else _in_blocks)(ready, truth, step_limit)
     except IntegrationFailed as failure:
-        outcome = FAILED.get(type(failure), StressOutcome.STALLED)
-        return Attempt(outcome, str(failure))
+        return Attempt(FAILED.get(type(failure), StressOutcome.STALLED), str(failure))
     warned = getattr(ready.stepper, "warned", {})
     result = Attempt(
         said="; ".join(f"{count}× {text}" for text, count in warned.items()),
@@ -414,21 +412,20 @@ def _stepped(
     )
     if times[-1] != truth.end:
         return replace(result, stopped=StressOutcome.STEP_LIMIT)
-    chosen = Plan(method.formulation)
-    form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
+    form, known = ready.problem.equations, ready.problem.parameters
     if method.solver and case.counted:
-        signs = {n: np.sign(event_function(form, n, states, parameters, times)[0]) for n in WATCHED}
+        signs = {n: np.sign(event_function(form, n, states, known, times)[0]) for n in WATCHED}
         counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
         result = replace(result, counted=counted)
-    rows = np.array([start.state, states[-1]])
+    rows = np.array([ready.problem.start, states[-1]])
     if not np.isfinite(rows).all():
         return result
     ends = np.array([0.0, truth.end])
     with np.errstate(all="ignore"):
-        seen = sample(form, rows, parameters, ends)
-        energy = invariants(form, rows, parameters, ends)["energy"]
-    weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
-    off = abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight))
+        seen = sample(form, rows, known, ends)
+        first, last = invariants(form, rows, known, ends)["energy"].tolist()
+    weight = known["g"] if "g" in known else known["gMR"] / known["A"]
+    off = abs(last - first) / max(abs(first), abs(weight))
     return _with_motion(replace(result, energy_error=off), seen)
 
 
@@ -438,7 +435,7 @@ Walk = tuple[Any, Any, int]
 
 def _called(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
     """Call a solver once, as its user does."""
-    taken = ready.stepper.solver(np.array(ready.stepper.start), truth.end, step_limit)
+    taken = ready.stepper.solver(np.array(ready.problem.start), truth.end, step_limit)
     return taken.times, taken.states, taken.times.size - 1
 
 
@@ -481,13 +478,10 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     case : str
     method : MethodSetting
     """
-    about: dict[str, Any] = {"case": case, "method": method.name, "formulation": method.formulation}
-    known: dict[str, Any] = {
-        "energy_error": found.energy_error,
-        "steps": found.steps,
-        "plan": found.plan,
-    }
-    told = partial(run_row, **about, **known, condition=min(truth.condition, 1e300))
+    told = partial(
+        run_row, case=case, method=method.name, formulation=method.formulation, plan=found.plan,
+        steps=found.steps, energy_error=found.energy_error, condition=min(truth.condition, 1e300),
+    )  # fmt: skip
     if found.stopped:
         return told(outcome=found.stopped, note=found.said, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
@@ -503,16 +497,13 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     outcome, why = _outcome(found, truth, error)
     untold = truth.hopeless and not found.more_bits
     turns = [round(angle / math.tau) for angle in off]
-    notes = [
-        "undetermined: no digits are left" if untold else "",
-        why,
-        ", ".join(
-            f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"  # which the axis does not see
-            for angle, n in zip("φψ", turns, strict=False)
-            if n
-        ),
-        found.said,
+    wrong = [  # which the axis does not see
+        f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"
+        for angle, n in zip("φψ", turns, strict=False)
+        if n
     ]
+    untellable = "undetermined: no digits are left" if untold else ""
+    notes = [untellable, why, ", ".join(wrong), found.said]
     return told(
         outcome=outcome,
         error=error,
