@@ -110,7 +110,7 @@ def error_growth(ax: Axes, found: Found, name: str = "energy", /, **looks: Any) 
                  ls=DASHES[k // len(colours) % len(DASHES)], lw=1.0, ms=3.5,
                  label=literal(method))  # fmt: skip
     _guides(ax, [n for points in series.values() for n, _ in points])
-    return gridded(ax, "nutation periods", literal(error_of(name).label))
+    return gridded(ax, "nutation periods", literal(f"error of {error_of(name).heading}"))
 
 
 def _series(methods: Sequence[Known], name: str) -> Series:

@@ -97,8 +97,7 @@ class WorkPrecision(Result):
         """
         if wants not in ERRORS:
             raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERRORS)} are")])
-        index = self._cheapest(ERRORS[wants], bound)
-        return None if index is None else self.points[index]
+        return next((self.points[i] for i in self._within(ERRORS[wants], bound)), None)
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points.
@@ -164,40 +163,36 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
-    def _cheapest(self, error: str, bound: float, rival: bool | None = None) -> int | None:
-        """Return the index of the fastest point within a bound; of rivals, or of ours, alone."""
-        within = [
-            i
-            for i, off in _errors(self.points, error).items()
-            if off <= bound and rival in (None, self.points[i]["rival"])
-        ]
-        return min(within, key=lambda i: _rank(self.points[i]), default=None)
+    def _within(self, error: str, bound: float) -> list[int]:
+        """Return the indices of the points within a bound, the fastest first."""
+        within = (i for i, off in _errors(self.points, error).items() if off <= bound)
+        return sorted(within, key=lambda i: _rank(self.points[i]))
 
     def _leaders(self) -> dict[str, Any]:
         """Return who is cheapest within each target, with the best of the other side; the best."""
         error, found = self._error, dict[str, Any]()
         for name, bound in TARGETS.items():
-            found[name] = first = self._leading(self._cheapest(error, bound), error)
+            within = self._within(error, bound)
+            found[name] = first = self._leading(within[:1], error)
             if first is not None:
-                other = self._leading(self._cheapest(error, bound, not first["rival"]), error)
+                others = [i for i in within if self.points[i]["rival"] != first["rival"]]
+                other = self._leading(others[:1], error)
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
         off = _errors(self.points, error)
+        order = sorted(off, key=lambda i: (off[i], _rank(self.points[i])))
         for name, bits in (("best", math.inf), ("best_in_doubles", DOUBLE)):
-            among = [i for i in off if self.points[i]["bits"] <= bits]
-            best = min(among, key=lambda i: (off[i], _rank(self.points[i])), default=None)
-            found[name] = self._leading(best, error)
+            among = [i for i in order if self.points[i]["bits"] <= bits]
+            found[name] = self._leading(among[:1], error)
         return found
 
-    def _leading(self, index: int | None, error: str) -> dict[str, Any] | None:
-        if index is None:
-            return None
-        point = self.points[index]
+    def _leading(self, indices: Sequence[int], error: str) -> dict[str, Any] | None:
         names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        return {n: point[n] for n in names} | {
-            "error": error_of_point(point, error),
-            "point": index,
-        }
+        for index in indices:
+            point = self.points[index]
+            off = error_of_point(point, error)
+            return {n: point[n] for n in names} | {"error": off, "point": index}
+        return None
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
