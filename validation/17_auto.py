@@ -17,7 +17,7 @@ from claim import claim, finish
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import HeavyTopError
-from heavytop.run.verify import missed_digits, run_errors
+from heavytop.run.verify import missed_digits
 
 SCENES = int(sys.argv[1]) if len(sys.argv) > 1 else 200
 REPEATS, LONG_S = 3, 1.0

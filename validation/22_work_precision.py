@@ -19,7 +19,7 @@ from page import DOCS, markdown, rewrite
 
 import heavytop as ht
 from heavytop.results.base import grouped
-from heavytop.results.work_precision import TARGETS, setting
+from heavytop.results.work_precision import TARGETS, front, setting
 from heavytop.scene.quantities import QUANTITIES
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
@@ -119,18 +119,16 @@ if "write" in sys.argv:
     shutil.copyfile(FOLDER / "workprec.svg", DOCS / "images" / "workprec.svg")
 
 claim("time of the whole diagram [s]", took, BUDGET + 2)
-for words, name in (("axis", "cheapest"), ("theta", "cheapest_theta")):
-    for bound in TARGETS:
-        first = document[name][bound]
-        if first is None or first["against"] is None:
-            continue
-        ours = 1 / first["ratio"] if not first["rival"] else first["ratio"]
-        claim(f"{words} to {bound}: our time over that of the best rival", ours, 1.0)
-theirs = [
-    f"{found.points[i].method} {setting(found.points[i])}"
-    for leaders, name in ((found.front, "error"), (found.front_theta, "theta_error"))
-    for i in leaders
-    if found.points[i].rival and found.points[i][name] <= LEAST
-]
+of_axis = [p for p in found.points if p["measures"] == "axis"]
+leading = []
+for words, points, name in (("axis", of_axis, "error"), ("theta", found.points, "theta_error")):
+    for bound, most in TARGETS.items():
+        within_it = [p for p in points if p[name] <= most]
+        sides = [[p["us_per_period"] for p in within_it if p["rival"] is s] for s in (False, True)]
+        if all(sides):
+            ours = min(sides[0]) / min(sides[1])
+            claim(f"{words} to {bound}: our time over that of the best rival", ours, 1.0)
+    leading += [points[i] for i in front(points, name) if points[i][name] <= LEAST]
+theirs = [f"{p.method} {setting(p)}" for p in leading if p.rival]
 claim(f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0)
 finish()

@@ -15,8 +15,6 @@ from unittest.mock import patch
 import h5py
 
 import heavytop as ht
-from heavytop.files import open_sealed
-from heavytop.report.page import stored_map
 
 SHAPE = (12, 12)
 
@@ -70,7 +68,7 @@ def _files(place: Path) -> dict[Path, Callable[[Path], object]]:
         place / "run.nc": ht.load_trajectory,
         place / "digits.nc": ht.load_trajectory,
         place / "a" / "drift.nc": _opened,
-        place / "a" / "atlas.nc": lambda path: stored_map(path, SHAPE),
+        place / "a" / "atlas.nc": lambda path: ht.Atlas.load(path.with_name("atlas.json"))["kind"],
     }
 
 

@@ -49,6 +49,7 @@ from .integration.outputs import Sample as Sample
 from .exact import Exact as Exact
 from .plots.film import film as film
 from .report.explorer import explore as explore
+from .results.atlas import Atlas as Atlas
 from .results.certificate import Certificate as Certificate
 from .results.drift import Drift as Drift
 from .results.stress import Stress as Stress
@@ -75,11 +76,7 @@ from .scene.scene import (
 )
 from .scene.state import State as State
 from .scene.top import Top as Top
-from .studies.atlas import (
-    Atlas as Atlas,
-    atlas as atlas,
-    load_atlas as load_atlas,
-)
+from .studies.atlas import atlas as atlas, load_atlas as load_atlas
 from .studies.certificate import certify as certify
 from .studies.drift import drift as drift
 from .studies.study import resume as resume

@@ -245,11 +245,26 @@ class Played(Plotted):
 
     __slots__ = ()
 
-    def play(self) -> Shown:
+    def play(
+        self,
+        *,
+        rounds: float | None = None,
+        time: float | None = None,
+        speed: float | None = None,
+    ) -> Shown:
         """Return the top that moves, for a cell: turn it with the mouse, or with the arrow keys.
 
         The player needs no network, no widgets, and less than 100 kB; saved notebooks and the pages
         made of them keep it.
+
+        Parameters
+        ----------
+        rounds : float, optional
+            How often the axis goes round the vertical while it is shown.
+        time : float, optional
+            How much of the motion is shown instead [s].
+        speed : float, optional
+            How much of it is shown in a second [s].
 
         Examples
         --------
@@ -258,5 +273,6 @@ class Played(Plotted):
         >>> ht.Motion(scene.top, scene.start).play()
         <Player of 'loops'>
         """
-        found: Shown = import_module(NOTEBOOK).Player.of(self)
+        player = import_module(NOTEBOOK).Player
+        found: Shown = player.of(self, rounds=rounds, time=time, speed=speed)
         return found

@@ -56,6 +56,10 @@ def test_the_growth_of_a_phase_error_is_measured(power, size):
     assert near(found.phase.last, np.interp(found.phase.t, t, ahead))
     assert found.phase.t > 0.98 * t[-1]
     assert abs(found.growth["phase"] - power) < 0.05
+    beyond = t[np.abs(ahead) > PERIOD / 20]
+    assert (found.phase.lost is None) == (beyond.size == 0)
+    assert ("lost at" in str(found)) == (beyond.size > 0)
+    assert beyond.size == 0 or abs(found.phase.lost - beyond[0]) < 20 * PERIOD
 
 
 def test_a_steady_top_has_no_phase_and_no_turns():

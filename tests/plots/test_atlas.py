@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
 
 import heavytop as ht
-from heavytop.plots.atlas import atlas_figure, map_figure, regions
+from heavytop.plots.atlas import atlas_figure
 from heavytop.plots.style import KINDS
+from heavytop.studies.atlas_plane import Axis, Plane
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=1"])
 
 
+def labels(figure):
+    return [text.get_text() for each in figure.subfigs[0].legends for text in each.get_texts()]
+
+
 def test_a_kind_has_its_colour_and_its_share_in_the_legend():
-    counts = {"loops": 3, "cusps": 1}
-    axis = {"name": "phidot", "low": 0.0, "high": 1.0, "log": False}
-    log = {"name": "psidot", "low": 1.0, "high": 100.0, "log": True}
-    document = {"axes": {"x": axis, "y": log}, "counts": counts, "curves": [],
-                "scene": {"title": "", "name": "x"}}  # fmt: skip
-    figure = map_figure(document, np.zeros((3, 2), np.uint8), list(counts))
-    [legend] = figure.legends
-    words = [text.get_text() for text in legend.get_texts()]
-    assert words == ["loops 75.00%", "cusps"]
-    shown = [patch.get_facecolor() for patch in legend.get_patches()]
-    assert shown == [to_rgba(KINDS[kind].colour) for kind in counts]
-    [ax] = figure.axes  # the first and the last value are in the middle of their pixels
-    assert ax.get_xlim() == (-0.5, 1.5)
-    assert ax.get_ylim() == pytest.approx((10**-0.5, 10**2.5))
+    axes = "phidot=-20:20:41", "omega3=10:100:31:log"
+    atlas = ht.atlas(SCENE, *axes, jobs=1, only="kind")
+    figure = atlas_figure(atlas)
+    share = atlas.counts["loops"] / (41 * 31)
+    assert f"loops {share:.2%}" in labels(figure)
+    [legend] = figure.subfigs[0].legends
+    shown = dict(zip(labels(figure), legend.legend_handles, strict=True))
+    assert shown[f"loops {share:.2%}"].get_facecolor() == to_rgba(KINDS["loops"].colour)
+    ax = figure.subfigs[0].axes[0]  # the first and the last value are in the middle of their pixels
+    assert ax.get_xlim() == (-20.5, 20.5)
+    assert ax.get_ylim() == pytest.approx((10 ** (1 - 0.5 / 30), 10 ** (2 + 0.5 / 30)))
     assert ax.get_yscale() == "log"
 
 
@@ -38,10 +39,10 @@ def atlas():
 
 def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
     chart = atlas_figure(atlas)
-    left, right = chart.subfigs
+    left, right = chart.subfigs  # above and below
     chart.draw_without_rendering()
     frame = chart.bbox
-    for box in (text.get_window_extent() for text in left.texts if "held" in text.get_text()):
+    for box in (text.get_window_extent() for text in left.texts):
         assert frame.x0 <= box.x0 < box.x1 <= frame.x1
         assert frame.y0 <= box.y0 < box.y1 <= frame.y1
     title = left.get_suptitle()
@@ -61,26 +62,15 @@ def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
 def test_a_line_has_no_share_and_is_once_in_the_legend(atlas):
     """Cusps are a column of pixels, at a kick of nothing, and a curve."""
     assert atlas.counts["cusps"] == 8
-    for legend in (
-        map_figure(atlas.document(), atlas["kind"], atlas.names).legends[0],
-        atlas_figure(atlas).subfigs[0].axes[0].get_legend(),
-    ):
-        words = [text.get_text() for text in legend.get_texts()]
-        assert [word for word in words if "cusps" in word] == ["cusps"]
-        assert {word.split()[0] for word in words if "%" in word} == {"waves", "loops"}
+    words = labels(atlas_figure(atlas))
+    assert [word for word in words if "cusps" in word] == ["cusps"]
+    assert {word.split()[0] for word in words if "%" in word} == {"waves", "loops"}
 
 
 def test_a_scene_beside_the_map_is_not_marked():
     aside = ht.atlas(SCENE, "p_phi=0.1:0.2:5", "E=1:2:5", jobs=1)
     constants = ht.Motion(SCENE.top, SCENE.start).constants
-    assert aside.plane.place == (float(constants.p_phi), float(constants.E))
+    plane = Plane(SCENE, *map(Axis.of, ("p_phi=0.1:0.2:5", "E=1:2:5")))
+    assert plane.place == (float(constants.p_phi), float(constants.E))
     lines = atlas_figure(aside).subfigs[0].axes[0].lines
     assert [line for line in lines if line.get_marker() == "P"] == []
-
-
-def test_a_region_has_its_size_and_the_cell_that_is_deepest_inside():
-    cells = np.zeros((5, 7), np.uint8)
-    cells[1:4, 1:4] = 1
-    found = sorted(regions(cells))
-    assert [(each.code, each.size) for each in found] == [(0, 26), (1, 9)]
-    assert found[1].middle == (2, 2)

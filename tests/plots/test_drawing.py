@@ -194,10 +194,8 @@ def test_of_a_drift_the_errors_are_those_of_its_methods(things, ax):
         known = [(n, e) for n, e in zip(method.periods, method.energy, strict=True) if e]
         assert line.get_xydata().tolist() == [list(point) for point in known]
         assert (line.get_label(), line.get_linewidth()) == (method.name, 5)
-    assert ax.get_ylabel().startswith("error of E'")
-    assert (
-        drift.plot("axis", ax=Figure().subplots()).get_ylabel().startswith("distance of the axis")
-    )
+    assert ax.get_ylabel() == "error of energy"
+    assert drift.plot("phase_s", ax=Figure().subplots()).get_ylabel() == "error of phase [s]"
 
 
 def test_of_an_atlas_the_kinds_are_drawn_and_named(things, ax):

@@ -8,13 +8,17 @@ import pytest
 from PIL import Image
 
 import heavytop as ht
+from heavytop.plots.clip import Clip
 from heavytop.plots.film import BODY, MOMENTUM, PATCH, Shot
 
 SIZE = (800, 600)
 
 
-def shot(name="sicm-kicked", **options):
-    return Shot.of(ht.load_scene(name), 10.0, **options)
+def shot(name="sicm-kicked", changes=(), *, follow=False, **asked):
+    scene = ht.load_scene(name, changes)
+    motion = ht.Motion(scene.top, scene.start)
+    end = float(scene.time or scene.periods * motion.period)
+    return Shot.of(scene, Clip.of(motion, end, 10.0, **asked), follow=follow)
 
 
 def colour(picture, place):
@@ -23,13 +27,13 @@ def colour(picture, place):
     return np.asarray(picture)[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3).mean(axis=0)
 
 
-def on_the_body(rotation, camera):
-    """Points amid the faces of the body's cone that face the eye, and whether they are orange."""
-    for k in range(36):
-        x, y = np.cos(np.radians(10 * k + 5)), np.sin(np.radians(10 * k + 5))
-        normal = rotation @ [0.16 * x, 0.16 * y, -0.1]
-        if normal @ camera.rows[2] / np.linalg.norm(normal) > 0.2:
-            yield camera.seen(rotation @ [0.25 * x, 0.25 * y, 0.42]), k < 9
+def on_the_body(shot, rotation, camera):
+    """Points amid the faces of the wheel's rounded top that face the eye; whether it is orange."""
+    rims = shot.rims[5:7]  # the outer half of the wheel's upper side
+    middles = (rims + np.roll(rims, -1, axis=1)).mean(axis=0) / 2
+    for k, place in enumerate(middles):
+        if (rotation @ [0, 0, 1]) @ camera.rows[2] > 0.2:
+            yield camera.seen(rotation @ place), k < 9
 
 
 @pytest.mark.parametrize("follow", [False, True])
@@ -41,7 +45,7 @@ def test_three_frames_show_the_exact_motion(follow):
         w, *v = (float(x) for x in at.quaternion)
         cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
         rotation = np.eye(3) + 2 * w * cross + 2 * cross @ cross
-        for place, orange in on_the_body(rotation, camera):
+        for place, orange in on_the_body(seen, rotation, camera):
             found = colour(picture, place)
             shown = found / found.max() - (PATCH if orange else BODY) / (237.0 if orange else 181.0)
             patches.append((orange, abs(shown).max() < 0.1))
@@ -81,7 +85,7 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
     """Also those of the orange quarter, which has few pixels, and is not always in sight."""
     scene, size = ht.load_scene(name), (400, 300)
     path = ht.film(scene, tmp_path / "x.gif", seconds=4, fps=12, size=size)
-    drawn = Shot.of(scene, 4.0)
+    drawn = shot(name, seconds=4.0)
     with Image.open(path) as picture:
         last = picture.n_frames - 1
         for k in range(0, last, 4):
@@ -93,7 +97,7 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
 
 def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
     assert any("pushed" in title for title in shot("sleeping").titles)
-    backward = Shot.of(ht.load_scene("sicm-kicked", ["span.time=-2"]), 10.0)
+    backward = shot(changes=["span.time=-2"])
     assert backward.t[-1] < 0
     assert backward.frame(1.0, SIZE).getextrema() != ((255, 255),) * 3
 
@@ -109,12 +113,38 @@ def test_what_cannot_be_a_film_is_refused_all_at_once(tmp_path):
     with pytest.raises(ht.BadScene) as refused:
         ht.film(scene, tmp_path / "x.avi", seconds=0, fps=99, size=(1, 2))
     assert {fault.key for fault in refused.value.faults} == {"path", "seconds", "fps", "size"}
-    large = {"size": (4096, 4096), "seconds": 600}
-    for name, more, word in (("x.mp4", {"size": (101, 99)}, "even"), ("x.gif", large, "too many"),
-                             ("x.gif", {"seconds": 0.5, "fps": 1}, "two frames")):  # fmt: skip
-        with pytest.raises(ht.BadScene, match=word):
-            ht.film(scene, tmp_path / name, **more)
+    with pytest.raises(ht.BadScene, match="too many"):
+        ht.film(scene, tmp_path / "x.gif", size=(4096, 4096), seconds=600)
+    for asked in ({"rounds": 1, "time": 2}, {"speed": 1, "time": 2, "seconds": 3}):
+        with pytest.raises(ht.BadScene):
+            ht.film(scene, tmp_path / "x.gif", **asked)
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_film_shows_one_round_at_the_speed_that_is_asked():
+    scene = ht.load_scene("sicm-kicked")
+    once = ht.Motion(scene.top, scene.start).round
+    phi = ht.Motion(scene.top, scene.start).at(shot(rounds=1).t[-1]).phi
+    assert abs(phi) == pytest.approx(2 * np.pi, rel=0.2)  # 2π of the mean precession
+    assert Clip.of(ht.Motion(scene.top, scene.start), 9.0, 10.0, rounds=1, speed=0.5).seconds == (
+        pytest.approx(2 * once)
+    )
+    assert shot(speed=0.1).t[-1] == pytest.approx(1.0)
+    assert shot(time=30.0).t[-1] == pytest.approx(30.0)
+
+
+def test_the_eye_follows_the_body_round():
+    seen = shot(rounds=1, follow=True)
+    first, half = (seen.view(done)[2, :2] for done in (0.0, 0.5))
+    assert first @ half / (first @ first) == pytest.approx(-1)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
+def test_the_wheel_lies_where_a_disc_has_the_moments_of_the_top(ratio):
+    seen = shot("spherical-pendulum", [f"top={{A=1, C={ratio}, gMR=1}}"])
+    radius, middle = np.hypot(*seen.rims[4, 0, :2]), seen.rims[4:6, 0, 2].mean()
+    assert middle >= 0
+    assert radius**2 / 2 == pytest.approx(ratio * (radius**2 / 4 + middle**2))
 
 
 def test_an_mp4_goes_through_ffmpeg_or_says_what_is_missing(tmp_path, monkeypatch):

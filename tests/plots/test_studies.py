@@ -9,6 +9,7 @@ from matplotlib.text import Text
 import heavytop as ht
 from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
+from heavytop.results.base import as_rows
 from heavytop.results.stress import StressOutcome
 
 from ..report.conftest import POINT, workprec
@@ -24,7 +25,7 @@ def legend(figure):
 def test_a_chart_of_few_cases_is_whole():
     document = {"cases": [RUN | {"case": "kick-1e-9", "method": "m", "digits_lost": 40.0}],
                 "hard": {"kick-1e-9": "why"}, "methods": {"m": "axis 2.2e-16"}}  # fmt: skip
-    chart = stress_figure(document)
+    chart = stress_figure(as_rows(document))
     chart.draw_without_rendering()
     frame = chart.bbox
     for text in (each for each in chart.findobj(Text) if each.get_text().strip()):
@@ -40,7 +41,7 @@ def test_a_failure_has_its_colour_and_its_mark_where_it_belongs():
             RUN | {"case": "b", "method": "n", "digits_lost": None, "untold": True}]  # fmt: skip
     document = {"cases": runs, "hard": {"a": "", "none": "", "b": ""},
                 "methods": {"m": "M", "unused": "U", "n": "N"}}  # fmt: skip
-    ax = stress_figure(document).axes[0]
+    ax = stress_figure(as_rows(document)).axes[0]
     np.testing.assert_array_equal(
         ax.images[0].get_array().filled(np.nan), [[0, np.nan], [9, np.nan]]
     )
@@ -58,7 +59,7 @@ def test_every_method_of_a_drift_study_is_in_the_legend_and_no_two_look_alike():
     names = [*NAMES, *map(str, range(20))]
     known = {"scene": {"title": "t", "name": "n"}, "periods": 10, "ensemble": 3,
              "methods": [method | {"name": name} for name in names]}  # fmt: skip
-    figure = drift_figure(known)
+    figure = drift_figure(as_rows(known))
     assert legend(figure) == [literal(name).strip() for name in names]
     panels = [ax for ax in figure.axes if ax.get_visible()]
     assert len(panels) == 3
@@ -74,7 +75,7 @@ def test_a_method_that_diverges_is_drawn_as_long_as_the_others_can_be_read():
               "p_phi": [1e300] * 3, "p_psi": [], "invariants": {}}  # fmt: skip
     known = {"scene": {"title": "t", "name": "n"}, "periods": 100, "ensemble": 1,
              "methods": [method]}  # fmt: skip
-    figure = drift_figure(known)
+    figure = drift_figure(as_rows(known))
     figure.draw_without_rendering()
     [ax] = figure.axes
     assert ax.lines[0].get_ydata().tolist() == [1e-12, 1e-2]
@@ -86,7 +87,7 @@ def test_guides_of_growth_have_their_slopes():
               "axis": [], "p_phi": [], "p_psi": [], "invariants": {}}  # fmt: skip
     known = {"scene": {"title": "t", "name": "n"}, "periods": 100, "ensemble": 1,
              "methods": [method]}  # fmt: skip
-    _, *guides = drift_figure(known).axes[0].lines
+    _, *guides = drift_figure(as_rows(known)).axes[0].lines
     slopes = [
         np.diff(np.log(line.get_ydata())) / np.diff(np.log(line.get_xdata())) for line in guides
     ]
@@ -104,7 +105,7 @@ def test_work_and_precision_has_a_panel_for_each_error_and_work_and_for_more_bit
     document["points"].append(document["points"][-1] | {"method": "own:euler"})
     counted = POINT | {"method": "gauss8", "rhs_evaluations": 990, "error": 1e-3}
     document["points"].append(counted)
-    figure = workprec_figure(document)
+    figure = workprec_figure(as_rows(document))
     panels = np.reshape(figure.axes, (3, 3))
     methods = {literal(name).strip() for name in NAMES} | {"strang", "taylor-cubic", "gauss8"}
     own = {"a.py:rk4", "own:euler"}
@@ -129,5 +130,5 @@ def test_work_and_precision_has_a_panel_for_each_error_and_work_and_for_more_bit
     some = ("a.py:rk4", "own:euler", "strang", "taylor-cubic")
     assert len({colours[name] for name in some}) == 4
     document["points"] = [POINT | {"measures": "theta"}]
-    alone = workprec_figure(document).axes  # no method gives the axis
+    alone = workprec_figure(as_rows(document)).axes  # no method gives the axis
     assert alone[0].get_xlabel() == "error of θ [rad]"

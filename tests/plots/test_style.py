@@ -31,16 +31,15 @@ def test_a_text_is_drawn_as_it_is():
         assert drawn.strip() == (words if len(words) <= 90 else words[:89] + "…")
 
 
-def test_a_legend_names_once_what_stands_in_any_panel_in_the_order_that_is_given():
+def test_a_legend_names_once_what_stands_in_any_panel():
     figure = Figure()
     one, two = figure.subplots(2)
     one.plot([0, 1], label="a")
     for label in ("a", "b", literal("_gone")):
         two.plot([0, 1], label=label)
     legend(figure)
-    legend(figure, order=["b", "absent", "a"])
     words = [[text.get_text().strip() for text in each.get_texts()] for each in figure.legends]
-    assert words == [["a", "b", "_gone"], ["b", "a"]]
+    assert words == [["a", "b", "_gone"]]
 
 
 @pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])

@@ -40,10 +40,10 @@ def workprec(scene):
     auto = POINT | {"method": "auto", "error": 1e-12, "rival": False}
     return {
         "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "phase": 99.6, "budget": 4,
-        "points": [POINT, auto], "front": [1], "front_theta": [1], "files": {},
+        "points": [POINT, auto], "front": [1], "files": {},
         "skipped": [{"method": "gauss8", "reason": BREAKING, "setting": {"tolerance": 1e-9}}],
         "cheapest": {"1e-6": LEADER | {"against": LEADER, "ratio": 2.0}, "best": LEADER},
-        "cheapest_theta": {"1e-6": None}, "rivals": {"run": ["strang"], "left_out": ["gauss8"]},
+        "rivals": {"run": ["strang"], "left_out": ["gauss8"]},
     }  # fmt: skip
 
 

@@ -13,12 +13,12 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.errors import ForeignFile
+from heavytop.plots import style
 from heavytop.report import page as pages
 from heavytop.report.page import Page, Section, page_of
 from heavytop.results.base import Result
@@ -113,7 +113,7 @@ def test_it_can_be_read_without_eyes_and_on_a_phone_and_its_links_lead_somewhere
 
 def test_every_result_has_its_figures_and_its_document(page, seen):
     idents = {f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures}
-    charts = "run-1-overview drift-1-drift workprec-1-workprec stress-1-stress atlas-1-map"
+    charts = "run-1-overview drift-1-drift workprec-1-workprec stress-1-stress atlas-1-atlas"
     assert set(charts.split()) <= idents
     for section in page.sections:
         document = json.dumps(section.result.document())
@@ -122,7 +122,7 @@ def test_every_result_has_its_figures_and_its_document(page, seen):
     assert saved == [f"{section.ident}-data" for section in page.sections]
 
 
-def test_the_map_of_an_atlas_and_its_boundaries_are_those_of_its_document(page, place):
+def test_the_table_of_an_atlas_is_that_of_its_document(page):
     section = next(each for each in page.sections if each.ident == "atlas-1")
     counts = section.result.counts
     [table] = section.result.tables()
@@ -130,22 +130,29 @@ def test_the_map_of_an_atlas_and_its_boundaries_are_those_of_its_document(page, 
         counts.items(), key=lambda each: -each[1]
     )
     (picture,) = section.pictures
-    assert picture.title == "kinds of motion over φ̇ [rad/s] and θ [rad], and their boundaries"
-    kind, names = pages.stored_map(place / "atlas" / "atlas.nc", [16, 24])
-    found = {names[k]: int(n) for k, n in enumerate(np.bincount(kind.ravel())) if n}
-    assert found == {name: n for name, n in counts.items() if n}
+    assert picture.title == "kinds of motion, and their boundaries"
 
 
-def test_claims_that_fail_are_counted_and_their_table_is_open(page, seen):
-    [(section, words, failing)] = page.verdicts
-    assert (section.ident, words, failing) == ("validate-1", "1 holds, 1 fails", ["that-fails"])
-    holding, table = section.result.tables()
-    assert (holding.fails, table.fails) == (False, True)
-    assert section.tables == (holding, table)
-    summaries = re.findall(
-        r'<details class="part"( open)?>\s*<summary>(.)', Page((section,)).html()
-    )
-    assert summaries == [("", "&"), (" open", "E")]  # by what they are called
+def test_claims_that_fail_are_named_in_the_head_and_their_table_is_read_first(page):
+    section = next(each for each in page.sections if each.ident == "validate-1")
+    assert section.problems == ["that-fails does not hold"]
+    [(table, texts)] = section.first_tables
+    assert table.fails
+    assert len(texts) == 1
+    head = Page((section,)).html().partition("</header>")[0]
+    assert "that-fails does not hold" in head
+
+
+def test_what_is_read_first_is_short_and_the_rest_is_behind_details(page):
+    section = page.sections[0]
+    html = Page((section,)).html()
+    first, _, rest = html[html.index(f'<section id="{section.ident}"') :].partition("<details>")
+    assert [first.count(f"<dt>{label}</dt>") for label, _ in section.facts[:4]] == [1] * 4
+    assert (first.count("<table>"), first.count("<figure ")) == (1, 1)
+    assert rest.count("<figure ") == len(section.pictures) - 1
+    t = section.result.events.table[1].t
+    assert f">{t:.6g}<" in first
+    assert f">{t:.12g}<" in rest
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -158,25 +165,15 @@ class Any(Result):
 
 
 def section(study, ident, **fields):
-    path = Path("folder") / f"{study}.json"
-    return Section(path, path.name, Any(**fields), ident, ident)
+    return Section(f"{study}.json", Any(**fields), ident, ident)
 
 
-def test_the_head_lists_results_by_scene_and_counts_claims():
-    book, other = {"name": "book", "title": "The book's"}, {"name": "other", "title": ""}
-    claims = [{"id": str(k), "passed": passed} for k, passed in enumerate((True, False, None))]
+def test_the_head_names_results_what_is_wrong_with_them_and_the_machine():
     page = Page((
-        section("run", "run-1", scene=book, versions={"heyoka": "7", "cpu": None}),
-        section("run", "run-2", scene=other),
-        section("drift", "drift-1", scene=book, versions={"heyoka": "8", "cpu": "a processor"}),
-        section("stress", "stress-1"), section("validate", "validate-1", claims=claims),
+        section("run", "run-1", versions={"heyoka": "7", "cpu": None}),
+        section("drift", "drift-1", versions={"heyoka": "8", "cpu": "a processor"}),
     ))  # fmt: skip
-    assert page.title == "5 results"
-    assert {title: [each.ident for each in some] for title, some in page.contents.items()} == {
-        "The book's": ["run-1", "drift-1"], "other": ["run-2"],
-        "All tops": ["stress-1", "validate-1"],
-    }  # fmt: skip
-    assert [each[1:] for each in page.verdicts] == [("1 holds, 1 fails, 1 skipped", ["1"])]
+    assert page.title == "2 results"
     assert page.machine == ["cpu a processor", "heyoka 7 and 8"]
     assert Page(page.sections[:1]).title == "run-1"
 
@@ -184,7 +181,7 @@ def test_the_head_lists_results_by_scene_and_counts_claims():
 @pytest.fixture
 def undrawn(monkeypatch):
     """Figures are made, and not drawn."""
-    monkeypatch.setattr(pages, "_svg", lambda figure: "<svg/>")
+    monkeypatch.setattr(style, "svg_address", lambda figure: "data:image/svg+xml;base64,")
 
 
 def test_a_result_has_its_scene_and_the_command_that_made_it(tmp_path, page, undrawn):
@@ -237,7 +234,7 @@ def test_what_is_not_what_was_written_is_refused_by_its_file(place, tmp_path, un
 @pytest.mark.parametrize(
     ("name", "nothing"),
     [
-        ("workprec", {"points": [], "front": [], "front_theta": []}),
+        ("workprec", {"points": [], "front": []}),
         ("drift", {"methods": []}),
         ("stress", {"cases": [], "hard": {}, "methods": {}}),
         ("atlas", {"counts": {}, "curves": [], "uncertified": 0, "files": {}}),
@@ -270,7 +267,6 @@ def test_results_of_one_heading_are_told_apart_everywhere(place, undrawn, tmp_pa
     assert [section.heading for section in page.sections] == names
     player = json.loads(Seen(page.html()).scripts["code-0"])
     assert [top["title"] for top in player["runs"]] == names
-    assert [*page.contents] == [BREAKING]
 
 
 def test_files_are_named_by_their_folders(place, tmp_path, monkeypatch):

@@ -74,6 +74,15 @@ def test_a_long_run_is_shown_for_so_long_as_it_can_be_followed():
     assert max(event["t"] for event in played["events"]) <= played["end"]
 
 
+def test_one_round_is_played_as_fast_as_asked():
+    run = run_of("sicm-kicked")
+    played = frames(run, rounds=1, speed=0.1)
+    assert played["end"] == pytest.approx(run.motion.round)
+    assert played["seconds"] == pytest.approx(10 * run.motion.round)
+    assert abs(played["precession"]) == pytest.approx(2 * np.pi)
+    assert frames(run, time=9.0)["end"] == 9.0  # longer than the run, as the closed form has it
+
+
 @pytest.mark.parametrize("name", ["at-rest", "sleeping-unstable"])
 def test_a_top_that_rests_is_shown_as_it_moves_when_it_is_touched(name):
     played = frames(run_of(name))
@@ -223,6 +232,17 @@ def test_everything_can_be_done_with_keys_and_views_are_where_they_say(resting):
     assert resting.value(STATE)["camera"] == first
 
 
+def test_the_eye_follows_the_top_round_when_it_is_asked(resting):
+    resting.value(f"{PLAYER}.to({STATE}.count / 3)")
+    click(resting, "side")
+    time.sleep(2 * SECOND)
+    x = resting.value(STATE)["body"]["head"][0]
+    click(resting, "follow")
+    resting.until(f"Math.abs({STATE}.body.head[0] - {x}) > 10")
+    key(resting, "f")
+    resting.until(f"Math.abs({STATE}.body.head[0] - {x}) < 1")
+
+
 def test_every_run_is_painted_from_above_and_from_its_side(resting, tmp_path):
     for k, view in ((0, "above"), (1, "side"), (2, "side")):
         resting.value(f"{PLAYER}.choose({k})")
@@ -350,11 +370,18 @@ def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):
     alone = player_html(run_of("sicm-dropped", *HOSTILE))
     assert len(alone) < 100_000
     page = tmp_path / "notebook.html"
-    page.write_text(f'<iframe srcdoc="{escape(alone)}" width="600" height="700"></iframe>', "utf-8")
+    frame = f'<iframe srcdoc="{escape(alone)}" width="600" height="700"></iframe>'
+    page.write_text(f"<style>:root {{ color-scheme: dark }}</style>{frame}", "utf-8")
+    browser.ask("Emulation.setEmulatedMedia", features=[])
     browser.ask("Page.navigate", url=page.as_uri())
     inside = "document.querySelector('iframe')?.contentDocument"
     browser.until(f"{inside}?.querySelector('.player')?.player?.state().at > 1")
     assert browser.value(f"{inside}.documentElement.scrollWidth") <= 600
+    assert browser.value(f"{inside}.documentElement.scrollHeight") == 700
+    last = f"{inside}.querySelector('.player').lastElementChild.previousElementSibling"
+    assert 650 < browser.value(f"{last}.getBoundingClientRect().bottom") <= 700
+    dark = "contentWindow.matchMedia('(prefers-color-scheme: dark)').matches"
+    assert browser.value(f"document.querySelector('iframe').{dark}")
     data = f"{inside}.querySelector('script[type=\"application/json\"]').textContent"
     assert json.loads(browser.value(data))["runs"][0]["title"] == BREAKING
 

@@ -1,12 +1,12 @@
 """An atlas says how many pixels are of each kind, what its axes are, and what has no pixel."""
 
-from heavytop.results.atlas import AtlasResult
+from heavytop.results.atlas import Atlas
 
 AXIS = {"name": "phidot", "low": 0.0, "high": 1.0, "count": 4, "log": True}
-FOUND = AtlasResult(
+FOUND = Atlas(
     scene={"top": {"A": 1.0}, "start": {"phidot": 3}}, axes={"x": AXIS}, shape=(1, 4), what="rows",
     counts={"waves": 1, "loops": 3}, details={"loops, slow": 2}, sent=5, uncertified=0,
-    curves=({"name": "cusps"}, {"name": "cusps"}, {"name": "through-top"}), kinds_per_s=2.0,
+    curves=({"name": "cusps"}, {"name": "cusps"}, {"name": "through-top"}), pixels_per_s=2.0,
 )  # fmt: skip
 
 
@@ -23,6 +23,6 @@ def test_it_shows_its_kinds_axes_and_boundaries():
 
 def test_an_axis_about_0_without_a_pixel_there_is_noted_and_clocks_are_not_stored():
     assert [*FOUND.problems()] == []
-    around = AtlasResult.from_document(FOUND.document() | {"axes": {"x": {**AXIS, "low": -1.0}}})
+    around = Atlas.from_document(FOUND.document() | {"axes": {"x": {**AXIS, "low": -1.0}}})
     assert [int(code) for code, _ in around.problems()] == [0]
-    assert FOUND.document(costs=False)["kinds_per_s"] is None
+    assert FOUND.document(costs=False)["pixels_per_s"] is None

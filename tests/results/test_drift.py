@@ -17,7 +17,7 @@ STRANG = {
     "phase_s": [1e-3, None], "axis": [1e-9, 3e-2], "energy_exponent": 0.5, "invariants": {},
     "phase_exponent": None, "stderr": {"energy": 0.031, "phase": None}, "ended": {},
     "growth": {"energy": 0.5, "phase": "lost"}, "order": 2, "warned": {},
-    "us_per_period": 1234.5, "spread": None, "members": [], **NONE,
+    "us_per_period": 1234.5, "members": [], **NONE,
 }  # fmt: skip
 SHORT = STRANG | {"name": "short", "periods": [1.0, 4.0], "ended": {"3": "it diverged"},
                   "us_per_period": None, "phase_exponent": 1.4,
@@ -70,7 +70,6 @@ def test_errors_are_by_method_and_time_in_every_form(drift):
         for name in table:
             np.testing.assert_array_equal(one[name], data[name].sel(scheme=method.name))
         np.testing.assert_array_equal(one["energy"], method.energy)
-        np.testing.assert_array_equal(one["energy_spread"], method.spread.energy)
     assert table.attrs["units"]["phase_s"] == data["phase_s"].attrs["units"] == "s"
     assert table.attrs["units"]["axis"] == data["member_axis"].attrs["units"] == "1"
 
@@ -89,3 +88,10 @@ def test_a_run_that_ended_early_has_no_empty_rows(drift):
     short = Row(drift.methods[1], periods=drift.methods[1].periods[:2])
     table = replace(drift, methods=(drift.methods[0], short)).to_pandas()
     assert table.loc[short.name].index.tolist() == list(short.periods)
+
+
+def test_local_slopes_are_those_of_a_power_law():
+    n = [1.0, 10.0, 1000.0]
+    found = of(STRANG | {"periods": n, "energy": [1e-15 * x**1.5 for x in n]})
+    (first, one), (_, other) = found.slopes("strang")
+    assert (first, one, other) == pytest.approx((10**0.5, 1.5, 1.5))

@@ -48,5 +48,5 @@ def test_a_result_is_read_back_as_it_was_written(tmp_path, name):
     assert json.dumps(read.document(), allow_nan=False) == text
     assert [table.texts() for table in read.tables()] == [t.texts() for t in found.tables()]
     assert [*read.facts()] == [*found.facts()]
-    assert len(read.to_pandas()) == len(read.rows().rows)
+    assert len(read.numbers().to_pandas()) == len(read.numbers().rows)
     assert name in FILES

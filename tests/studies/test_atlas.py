@@ -1,8 +1,6 @@
 """An atlas says of every pixel what is said of it alone, however the work is shared out."""
 
 import json
-import zlib
-from base64 import b64encode
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -11,7 +9,9 @@ import xarray
 
 import heavytop as ht
 from heavytop.classification.arrays import NAMES
+from heavytop.report.files import write_study
 from heavytop.studies import atlas as atlas_module
+from heavytop.studies.atlas_plane import Axis, Plane
 from heavytop.studies.study import Journal
 
 from .toy import change_parameters, drop_line
@@ -43,10 +43,13 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def alone(atlas, i, j):
+def plane_of(x, y, scene=KICKED):
+    return Plane(scene, Axis.of(x), Axis.of(y))
+
+
+def alone(plane, i, j):
     """The motion of one pixel, by itself."""
-    x, y = atlas.plane.x.values, atlas.plane.y.values
-    tops = atlas.plane.at(x[j : j + 1], y[i : i + 1])
+    tops = plane.at(plane.x.values[j : j + 1], plane.y.values[i : i + 1])
     numbers = {name: float(np.ravel(each)[0]) for name, each in tops.items()}
     top = ht.Top(**{name: numbers.pop(name) for name in ("A", "C", "gMR")})
     return ht.Motion(top, ht.State(**numbers))
@@ -59,7 +62,7 @@ def test_pixels_are_what_their_motions_are_alone(rows):
     kind, period = rows["kind"], rows["period"]
     pick = np.random.default_rng(3)
     for i, j in zip(pick.integers(0, 29, 60), pick.integers(0, 33, 60), strict=True):
-        motion = alone(rows, i, j)
+        motion = alone(plane_of(**AXES), i, j)
         assert NAMES[kind[i, j]] == motion.kind
         for name, own in (("theta_min", motion.theta_min), ("theta_max", motion.theta_max),
                           ("precession", motion.precession)):  # fmt: skip
@@ -143,7 +146,7 @@ def test_parameters_without_a_key_are_refused(key, tmp_path):
 
 
 def test_the_map_is_netcdf_with_flags(rows, tmp_path):
-    rows.save_map(tmp_path / "atlas.nc")
+    rows.save_data(tmp_path)
     with xarray.open_dataset(tmp_path / "atlas.nc", mask_and_scale=False) as stored:
         flags = stored["kind"].attrs
         assert stored.attrs["accuracy"].startswith("1e-12: of period")
@@ -151,29 +154,41 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
         assert flags["flag_values"].tolist() == list(range(len(NAMES)))
         assert stored["kind"].dims == ("psidot", "phidot")
         assert stored["phidot"].attrs["units"] == "rad s-1"
-        assert stored["phidot"].values.tolist() == rows.plane.x.values.tolist()
+        assert stored["phidot"].values.tolist() == plane_of(**AXES).x.values.tolist()
         for name in COLUMNS:
             assert np.array_equal(stored[name].values, rows[name], equal_nan=True)
     assert rows.document()["shape"] == (29, 33)
     assert rows.to_xarray()["kind"].attrs["flag_meanings"].split() == list(NAMES)
 
 
-SHORT = b64encode(zlib.compress(b"7")).decode()
-
-
-@pytest.mark.parametrize(
-    "rows", [[], [{"counts": 7}], 7, [{"detail": "!!!!"}], [{"detail": SHORT}]]
-)
+@pytest.mark.parametrize("rows", [[], [{"counts": 7}], 7, [{"tile": "!!!!"}], [{"tile": "cut"}]])
 def test_a_damaged_record_is_refused(rows, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
     path = tmp_path / "study.jsonl"
     first, record = map(json.loads, path.read_text().splitlines())
-    if rows and rows != 7 and "detail" in rows[0]:
+    if rows and rows != 7 and "tile" in rows[0]:
         whole = record["rows"][0]
-        rows = [whole | {"columns": whole["columns"] | rows[0]}]
+        rows = [whole | ({"tile": whole["tile"][:-400]} if rows[0]["tile"] == "cut" else rows[0])]
     path.write_text(f"{json.dumps(first)}\n{json.dumps(record | {'rows': rows})}\n")
     with pytest.raises(ht.ForeignFile, match="damaged"):
-        ht.load_atlas(tmp_path)["kind"]
+        ht.load_atlas(tmp_path)
+
+
+def test_an_atlas_is_what_its_files_say(rows, tmp_path):
+    write_study(rows, tmp_path, figures=False)
+    read = ht.Atlas.load(tmp_path / "atlas.json")
+    assert same(rows, read)
+    assert read.document()["curves"] == rows.document()["curves"]
+    data = bytearray((tmp_path / "atlas.nc").read_bytes())
+    data[len(data) // 2] ^= 1
+    (tmp_path / "atlas.nc").write_bytes(data)
+    with pytest.raises(ht.ForeignFile, match=r"atlas\.nc"):
+        ht.Atlas.load(tmp_path / "atlas.json")
+    (tmp_path / "atlas.nc").unlink()
+    bare = ht.Atlas.load(tmp_path / "atlas.json")
+    assert (bare.map, bare.figure()) == (None, None)
+    with pytest.raises(LookupError):
+        bare["kind"]
 
 
 # --- the vertical --------------------------------------------------------------------------------
@@ -186,8 +201,8 @@ def test_the_double_nearest_pi_means_pi(gMR):
     for x, y in (("thetadot=-10:10:5", "omega3=0:200:5"), ("theta=2:pi:3", "omega3=0:200:5"),
                  ("p_phi=-0.0132:0.0132:5", "p_psi=-0.0132:0.0132:5")):  # fmt: skip
         found = ht.atlas(scene, x, y, jobs=1)
-        grid = np.meshgrid(found.plane.x.values, found.plane.y.values)
-        where = found.plane.at(*grid)
+        plane = plane_of(x, y, scene)
+        where = plane.at(*np.meshgrid(plane.x.values, plane.y.values))
         tops = {k: np.broadcast_to(each, found["kind"].shape) for k, each in where.items()}
         for at in map(tuple, np.argwhere(tops["theta"] == np.pi)):
             start = {name: float(tops[name][at]) for name in START} | {"theta": "pi"}
@@ -206,10 +221,10 @@ def test_pixels_of_an_atlas_are_rows():
     atlas = ht.atlas(KICKED, x="phidot=-30:40:4", y="theta=0.1:1.5:3", jobs=1)
     table = atlas.to_pandas()
     assert table.index.names == ["theta", "phidot"]
-    for name in atlas.columns:
+    for name in atlas.map:
         assert table[name].dtype == atlas[name].dtype
         np.testing.assert_array_equal(table[name], atlas[name].ravel())
-    theta, phidot = (axis.values for axis in (atlas.plane.y, atlas.plane.x))
+    theta, phidot = (atlas.map[name].values for name in ("theta", "phidot"))
     assert table.loc[(theta[2], phidot[1]), "period"] == atlas["period"][2, 1]
     assert table.attrs["units"]["period"] == "s"
 

@@ -171,7 +171,7 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
 def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
     cubic, axis = points = [made(1.0, None, 1e-9, "taylor-cubic"), made(2.0, 1e-9)]
     diagram = diagram_of(points)
-    assert (diagram.front, diagram.front_theta) == ((1,), (0,))
+    assert diagram.front == (1,)
     assert diagram.cheapest(1e-6) == axis
     assert diagram.cheapest(1e-6, "theta") == cubic
     assert diagram.cheapest(1e-12) is None
@@ -180,7 +180,7 @@ def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
     ):
         diagram.cheapest(1e-9, "phi")
     alone = diagram_of([cubic])
-    assert alone.front == alone.front_theta == (0,)
+    assert alone.front == (0,)
     assert alone.document()["cheapest"]["1e-9"]["method"] == "taylor-cubic"
 
 

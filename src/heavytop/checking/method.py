@@ -28,6 +28,7 @@ FEWEST: Final = 5  # phases whose growth is fitted,
 REACH: Final = 4.0  # over times that are in such a ratio,
 SURE: Final = 0.2  # and whose exponent has at most this standard error
 STEADY: Final = 1e-9  # rad: a swing of the tilt that is smaller is no nutation
+LOST: Final = 0.05  # of a period: beyond it an error of the phase is lost
 ONE_PHASE: Final = 0.98  # how alike the phases of rows are that show one phase only
 FEW_ROWS: Final = 6  # a period, below which events are not counted
 FAINT: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
@@ -53,12 +54,15 @@ class Phase(NamedTuple):
         Near the end, the root mean square, the one of largest magnitude [s].
     t : float
         When the last is [s].
+    lost : float or None
+        When it first is more than a twentieth of a period [s].
     """
 
     last: float
     rms: float
     max: float
     t: float
+    lost: float | None = None
 
 
 class Count(NamedTuple):
@@ -113,7 +117,7 @@ def measure_phase(c: Comparison) -> tuple[Array, Array, Phase | None, float | No
             shift += step
             if abs(step) <= 1e-6 * abs(shift) or abs(shift - before) > period / 4:
                 break
-        if abs(shift - before) > period / 20 or abs(shift) > abs(c.since[-1] - c.since[0]):
+        if abs(shift - before) > LOST * period or abs(shift) > abs(c.since[-1] - c.since[0]):
             return *nothing, "not told by these rows: they fit no shift in time"
         spread = np.sqrt(((off - step * slope) ** 2).mean() / weight)
         found.append((float(c.data.t[rows].mean()), shift, spread))
@@ -121,7 +125,8 @@ def measure_phase(c: Comparison) -> tuple[Array, Array, Phase | None, float | No
     after = abs(t - c.data.t[0])
     growth = _growth(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
     rms, largest = float(np.sqrt((shifts**2).mean())), float(shifts[abs(shifts).argmax()])
-    return t, shifts, Phase(float(shifts[-1]), rms, largest, float(t[-1])), growth, ""
+    lost = next(iter(t[abs(shifts) > LOST * period].tolist()), None)
+    return t, shifts, Phase(float(shifts[-1]), rms, largest, float(t[-1]), lost), growth, ""
 
 
 def measure_growth(c: Comparison, curve: Array | None) -> float | None:

@@ -226,7 +226,8 @@ def lines(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if (phase := document["errors"]["phase_s"]) is not None:
         way, power = "behind" if phase["last"] < 0 else "ahead", document["growth"]["phase"]
         grows = "" if power is None else f", grows as t^{power:.1f}"
-        yield "phase", f"{abs(phase['last']):.2e} s {way} at t = {phase['t']:g} s{grows}"
+        lost = "" if phase["lost"] is None else f"lost at t = {phase['lost']:.3g} s, "
+        yield "phase", f"{lost}{abs(phase['last']):.2e} s {way} at t = {phase['t']:g} s{grows}"
     elif method["no_phase"]:
         yield "phase", method["no_phase"]
     for name, plural in EVENTS.items():

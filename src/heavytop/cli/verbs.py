@@ -165,22 +165,20 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
     path : path, optional
         Write x.csv, x.json or a picture: x.png, x.svg, x.pdf.
     """
-    from heavytop.results.ask import SweepResult
     from heavytop.studies import sweep
 
     expect_ending(path, ".csv", ".json", *CHARTS)
-    found, units = sweep.sweep(scene, over, facts), asked("unit") or {}
+    found = sweep.sweep(scene, over, facts)
     if path is not None:
         if path.suffix.lower() in CHARTS:
-            from heavytop.plots.studies import sweep_figure
             from heavytop.plots.style import save
 
-            save(sweep_figure(found.document(), units), path)
+            save(found.figure(), path)
         else:
-            found.save(path, units)
+            found.save(path)
         note(f"wrote {path}")
     if path is None or asked("json"):
-        return SweepResult(scene=found.scene.problem(), over=found.over, sweep=found.rows)
+        return found
     return None
 
 

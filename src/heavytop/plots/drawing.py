@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -66,16 +67,18 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
     if hasattr(thing, "charts"):
         charts: Mapping[str, Draw] = thing.charts()
         return charts
-    first = {"theta": None} if figures.stands(thing) else {}
-    known = dict.fromkeys([*first, *figures.DRAW])
+    first = ["theta"] if figures.stands(thing) else []
+    names = dict.fromkeys([*first, *figures.DRAW])
     if not hasattr(thing, "plan"):
-        del known["errors"]
+        del names["errors"]
+    return {name: partial(_drawn_run, thing, figures.DRAW[name]) for name in names}
 
-    def bind(draw: Draw) -> Draw:
-        def bound(ax: Axes, events: bool = True, **looks: Any) -> Axes:
-            marked = events or draw is figures.errors  # which has no marks
-            return draw(ax, thing if marked else figures.Unmarked(figures.run_of(thing)), **looks)
 
-        return bound
-
-    return {name: bind(figures.DRAW[name]) for name in known}
+def _drawn_run(thing: Any, draw: Draw, ax: Axes, events: bool = True, **looks: Any) -> Axes:
+    """Draw a picture of a run; without the marks of its events where these are not wanted."""
+    before = {*ax.lines}
+    draw(ax, thing, **looks)
+    for mark in () if events else {*ax.lines} - before:
+        if mark.get_gid() == figures.MARK:
+            mark.remove()
+    return ax

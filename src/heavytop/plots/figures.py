@@ -24,7 +24,7 @@ from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, View, axis_path, touched
-from heavytop.plots.style import Array, in_degrees, line, literal, titled
+from heavytop.plots.style import Array, in_degrees, line, titled
 from heavytop.results.run import PICTURES
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
@@ -41,6 +41,8 @@ CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a 
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
 BEYOND: Final = 1.6**2  # how high the potential is drawn, over the energy that has to be seen
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
+MARK: Final = "event"  # what the marks of events are known by
+PUSHED: Final = f"after a push of {PUSH:g} rad/s"
 TOUCHED_S: Final = 2.0  # of a top that nothing moves, where it does not nutate when touched
 
 ERRORS: Final = {
@@ -91,30 +93,7 @@ class ExactRun:
         return self.motion.at(np.zeros(1))
 
 
-@dataclass(frozen=True, eq=False)
-class Unmarked:
-    """A run without marks of its events."""
-
-    run: Any
-    events = _NOTHING
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.run, name)
-
-    def __call__(self, t: Any) -> Any:
-        """The motion at some times [s]."""
-        return self.run(t)
-
-
 # --- the part of a run that is drawn -----------------------------------------------------------
-
-
-def _expect_run(trajectory: object) -> None:
-    """Refuse what is no run, such as a motion."""
-    from heavytop.run.trajectory import Trajectory  # which takes its time to import
-
-    if not isinstance(trajectory, ExactRun):
-        expect("trajectory", trajectory, Trajectory, "propagate gives one")
 
 
 def run_of(thing: Trajectory | Motion) -> Any:
@@ -123,7 +102,7 @@ def run_of(thing: Trajectory | Motion) -> Any:
 
     if isinstance(thing, Motion):
         return ExactRun.of(thing, NUTATIONS)
-    if not isinstance(thing, Trajectory | ExactRun | Unmarked):
+    if not isinstance(thing, Trajectory | ExactRun):
         raise wrong_type("trajectory", "a Trajectory (propagate gives one) or a Motion", thing)
     return thing
 
@@ -145,10 +124,10 @@ def last_shown(trajectory: Trajectory) -> float:
     return float(np.copysign(min(abs(end), MOST_PERIODS * period), end))
 
 
-def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) -> None:
+def _mark_events(ax: Axes, run: Any, shown: float, places: Array) -> None:
     """Mark the events up to the time `shown` at the given places, shape (k, 2)."""
-    kinds = np.asarray(trajectory.events.kind, dtype=object)
-    drawn = np.abs(np.asarray(trajectory.events.t)) <= abs(shown)
+    kinds = np.asarray(run.events.kind, dtype=object)
+    drawn = np.abs(np.asarray(run.events.t)) <= abs(shown)
     for kind in style.EVENTS:
         if len(here := places[drawn & (kinds == kind)]):
             _mark(ax, kind, here[:, 0], here[:, 1])
@@ -157,7 +136,9 @@ def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
     label, colour, marker = style.EVENTS[kind]
     label = style.once(ax, label)
-    ax.plot(x, y, marker, label=label, color=colour, ms=5, mfc="white", ls="none", zorder=3)
+    ax.plot(
+        x, y, marker, label=label, color=colour, ms=5, mfc="white", ls="none", zorder=3, gid=MARK
+    )
 
 
 def _in_unit(name: str, values: Any) -> Array:
@@ -239,13 +220,9 @@ def over_time(
         return ax
     if neighbour := touched(run.motion):
         t = _path(run)[0].t
-        look: dict[str, Any] = {"color": style.OTHER, "lw": 1.0, "label": _pushed()}
+        look: dict[str, Any] = {"color": style.OTHER, "lw": 1.0, "label": PUSHED}
         ax.plot(_in_unit("t", t), _in_unit("theta", neighbour.at(t).theta), "--", **look)
     return _upright(ax, run)
-
-
-def _pushed() -> str:
-    return f"after a push of {PUSH:g} rad/s"
 
 
 def _upright(ax: Axes, run: Any) -> Axes:
@@ -295,7 +272,7 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> A
     path, colour, words = drawn.axis, style.PATH, ""
     if neighbour := touched(run.motion):
         time = MOST_PERIODS * neighbour.period if neighbour.period else TOUCHED_S
-        path, colour, words = axis_path(neighbour, time), style.OTHER, f",\n{_pushed()}"
+        path, colour, words = axis_path(neighbour, time), style.OTHER, f",\n{PUSHED}"
     view = _VIEWS[ax] = _VIEWS[ax].reaching(path) if ax in _VIEWS else View.of(path)
     view.draw_graticule(ax)
     view.draw_path(ax, path, colour, **looks)
@@ -322,7 +299,7 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
     theta, label = np.linspace(*tilts, 801), "V$_{eff}$ − $p_ψ^2/2C$"
     line(ax, _in_unit("theta", theta), A * V(theta), looks, color=style.PATH, lw=1.4, label=label)
     ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label=style.once(ax, "energy E′"))
-    _allowed(ax, V, A, E_prime, run)
+    _allowed(ax, V, A, E_prime, run.motion)
     height = A * BEYOND * (level - floor)
     if height:
         margin = 0.06 * height
@@ -334,9 +311,8 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
     return ax
 
 
-def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, run: Any) -> None:
-    """Fill between potential and energy, and mark where they meet."""
-    motion = run.motion
+def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, motion: Motion) -> None:
+    """Fill between potential and energy, and mark where they meet, or the start."""
     ends = (motion.theta_min, motion.theta_max)
     if ends[1] > ends[0]:
         theta = np.linspace(*ends, 401)
@@ -344,11 +320,11 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, run: Any) -> None
         ax.fill_between(
             _in_unit("theta", theta), below, E_prime, color=style.PATH, alpha=0.15, lw=0
         )
-    if motion.nutates and not isinstance(run, Unmarked):
+    if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
             _mark(ax, name, _in_unit("theta", tilt), E_prime)
-    if not motion.nutates:
-        _start(ax, run.samples.theta[:1], [E_prime], {})
+    else:
+        _start(ax, motion.theta_min, E_prime, {})
 
 
 def _start(ax: Axes, tilt: Any, y: Any, looks: Looks) -> None:
@@ -446,9 +422,10 @@ def errors(ax: Axes, trajectory: Trajectory, **looks: Any) -> Axes:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    from heavytop.run.trajectory import Trajectory
     from heavytop.run.verify import deviations
 
-    _expect_run(trajectory)
+    expect("trajectory", trajectory, Trajectory, "propagate gives one")
     try:
         _draw_errors(ax, looks, **deviations(trajectory))
     except NoClosedForm as reason:
@@ -532,7 +509,7 @@ def run_figure(name: str, run: Any) -> Figure:
     run : Trajectory
         Or the exact motion, as `as_drawn` gives it.
     """
-    _expect_run(run)
+    run = run_of(run)
     followed = not np.isnan(run.samples.phi).all()
     panels = [
         "theta" if panel == "loop" and stands(run) else panel
@@ -544,7 +521,7 @@ def run_figure(name: str, run: Any) -> Figure:
     size = (7.2, 4.8) if count == 1 else (8.0, 2.3 * count)
     if beside:
         grid, size = {"ncols": count, "width_ratios": (1.15, 1.0)}, (9.6, 5.2)
-    title = literal(run.scene.title or run.scene.name)
+    title = style.title_of(run.scene)
     with style.sheet(title, size, 4 if count > 1 else 2, **grid) as (figure, axes):
         for ax, panel in zip(axes.ravel(), panels, strict=True):
             DRAW[panel](ax, run)

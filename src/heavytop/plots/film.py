@@ -21,14 +21,14 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage
 from heavytop.files import write_whole
-from heavytop.plots.sphere import PUSH, momentum_path, touched
+from heavytop.plots.clip import Clip
+from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENTS, PATH, Array
 from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
 from heavytop.scene.scene import Scene
 from heavytop.text import cut
 
-SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
-PERIODS: Final = 12  # nutations shown, at most
+SECONDS: Final = 10.0
 POINTS: Final = 2001  # of the path
 FINE: Final = 2  # pixels drawn for one that is shown, in each direction
 COLOURS: Final = 256  # of a GIF
@@ -36,19 +36,14 @@ MOST_PIXELS: Final = 5e8  # of all frames: 2 GB
 
 SECTORS: Final = 36
 MARKED: Final = SECTORS // 4  # a quarter of the body is orange, so that its spin is seen
-PROFILE: Final = np.array(
-    [[0, 0], [0.2, 0.34], [0.3, 0.5], [0.3, 0.56], [0.12, 0.62], [0.035, 0.65], [0.035, 0.88],
-     [0, 0.88]]
-)  # fmt: skip
-"""Radius and height of the body's outline; its tip is the pivot."""
-
+STEM, REACH, SIZE, THICK = 0.03, 0.88, 0.62, 0.04  # of the body; the sphere has 1
 BODY: Final = np.array([150, 166, 181])
 PATCH: Final = np.array([236, 164, 30])
 LIGHT: Final = np.array([-0.45, 0.62, 0.64])  # from where it comes: right, up, towards the eye
 INK, FAINT, AHEAD, MOMENTUM, PAPER = "#222222", "#9AA4AE", "#9CC3DB", "#882255", "#FFFFFF"
 FONT: Final = str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
 LETTERS: Final = 70  # of a title
-MOST_PLACES: Final = 6  # of a time [s]
+WIDEST: Final = 4  # of the rims of the body
 LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
 ASIDE: Final = 0.35  # rad, by which it looks from farther round
 PALER: Final = 0.35  # opacity of what runs behind the sphere
@@ -77,6 +72,9 @@ OPTIONS: Final[Mapping[str, Reader]] = {
     "seconds": Range(0.1, 600),
     "fps": Range(1, 50),
     "size": _size,
+    "rounds": Range(1e-3, 1e6),
+    "time": Range(1e-12, 1e12),
+    "speed": Range(1e-12, 1e12),
 }
 
 
@@ -84,9 +82,12 @@ def film(
     scene: Scene,
     path: str | os.PathLike[str],
     *,
-    seconds: float = 10.0,
+    seconds: float | None = None,
     fps: float = 25.0,
     size: tuple[int, int] | str = (800, 600),
+    rounds: float | None = None,
+    time: float | None = None,
+    speed: float | None = None,
     follow: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
@@ -102,12 +103,18 @@ def film(
         What spins, and how it starts.
     path : path
         The film; it ends in ``.gif``, ``.webp`` or ``.mp4``. One that is there is replaced.
-    seconds : float
-        Length of the film [s], 0.1 to 600.
+    seconds : float, optional
+        Length of the film [s], 0.1 to 600; by default 10, or what `speed` makes of the time.
     fps : float
         Frames in a second [1/s], 1 to 50; a GIF counts hundredths of a second.
     size : tuple of int, or str
-        Width and height [pixels], 64 to 4096 each, or ``"800x600"``; even numbers for MP4.
+        Width and height [pixels], 64 to 4096 each, or ``"800x600"``; an MP4 has even ones.
+    rounds : float, optional
+        How often the axis goes round the vertical while it is shown.
+    time : float, optional
+        How much of the motion is shown instead [s].
+    speed : float, optional
+        How much of it a second of film shows [s].
     follow : bool
         Whether the eye goes round with the mean precession.
     progress : callable, optional
@@ -145,24 +152,22 @@ def film(
     """
     expect("scene", scene, Scene, "load_scene gives one")
     heard("progress", progress)
-    given = {"path": path, "seconds": seconds, "fps": fps, "size": size}
-    known, wrong = parse_options("film", given, OPTIONS)
+    asked = {"seconds": seconds, "rounds": rounds, "time": time, "speed": speed}
+    given = {name: each for name, each in asked.items() if each is not None}
+    known, wrong = parse_options("film", given | {"path": path, "fps": fps, "size": size}, OPTIONS)
     if wrong:
         raise BadScene(tuple(wrong))
     place: Path = known["path"]
-    width, height = known["size"]
-    form, rate, count = place.suffix.lower(), known["fps"], round(known["seconds"] * known["fps"])
-    if count < 2:
-        rule = f"at least two frames, and at {rate:g} a second there is one"
-        raise BadScene((Fault("film", None, "seconds", str(seconds), rule),))
-    rule = ""
-    if form == ".mp4" and (width % 2 or height % 2):
-        rule = "two even numbers, for an MP4"
-    elif form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
+    (width, height), form, rate = known["size"], place.suffix.lower(), known["fps"]
+    if form == ".mp4":
+        width, height = 2 * (width // 2), 2 * (height // 2)
+    motion = Motion(scene.top, scene.start)
+    clip = Clip.of(motion, _end(scene, motion), SECONDS, **{name: known[name] for name in given})
+    count = max(2, round(clip.seconds * rate))
+    if form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
         rule = f"{count} frames are too many of this size: as an MP4, or smaller or shorter"
-    if rule:
         raise BadScene((Fault("film", None, "size", f"{width}x{height}", rule),))
-    shot = Shot.of(scene, count / rate, follow=follow)
+    shot = Shot.of(scene, clip, follow=follow)
 
     def frames() -> Iterator[Image.Image]:
         for k in range(count):
@@ -172,6 +177,13 @@ def film(
 
     write_whole(place, lambda part: FORMS[form](part, frames(), rate))
     return place
+
+
+def _end(scene: Scene, motion: Motion) -> float:
+    """The end of the span of a scene [s]; of one without a span that of a nutation."""
+    if scene.time is not None:
+        return float(scene.time)
+    return float(scene.periods or 1) * (motion.period or 1)
 
 
 # --- what is shown, and from where ---------------------------------------------------------------
@@ -203,8 +215,10 @@ class Shot:
         The momentum is the angular one over its largest size.
     rotation : ndarray, shape (k, 3, 3)
         Body to space.
-    limits : tuple of (str, float)
-        Colours of the least and of the greatest tilt, and these [rad].
+    rims : ndarray, shape (rims, sectors, 3)
+        The body, in its own frame.
+    limits : mapping of str to float
+        By colour the greatest and the least tilt [rad].
     turned : float
         By how much the eye goes round [rad].
     """
@@ -214,45 +228,34 @@ class Shot:
     axis: Array
     momentum: Array
     rotation: Array
-    limits: tuple[tuple[str, float], ...]
+    rims: Array
+    limits: Mapping[str, float]
     turned: float
 
     @classmethod
-    def of(cls, scene: Scene, seconds: float, *, follow: bool = False) -> Shot:
-        """What a film of so many seconds shows of a scene."""
-        own = Motion(scene.top, scene.start)
-        motion = touched(own) or own
-        end = _end(scene, motion, seconds)
+    def of(cls, scene: Scene, clip: Clip, *, follow: bool = False) -> Shot:
+        """What a film shows of a scene."""
+        motion, end = clip.motion, clip.end
         seen = motion.at(np.linspace(0.0, end, POINTS))
-        pushed = "" if motion is own else f"pushed at {PUSH:g} rad/s; untouched it stays as it is"
-        titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / seconds), pushed
-        tilts = dict.fromkeys((float(motion.theta_min), float(motion.theta_max)))
-        colours = EVENTS["theta_min"].colour, EVENTS["theta_max"].colour
+        pushed = f"pushed at {PUSH:g} rad/s; untouched it stays as it is" if clip.pushed else ""
+        titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / clip.seconds), pushed
+        tilts = {"theta_max": float(motion.theta_max), "theta_min": float(motion.theta_min)}
         return cls(
             titles=tuple(filter(None, titles)),
             t=seen.t,
             axis=seen.axis,
             momentum=momentum_path(scene.top, seen),
             rotation=_rotations(seen.quaternion),
-            limits=tuple(zip(colours, tilts, strict=False)),
-            turned=float(motion.mean_angle_rates[0]) * end if follow else 0.0,
+            rims=_rims(float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))),
+            limits={EVENTS[name].colour: tilt for name, tilt in tilts.items()},
+            turned=motion.mean_angle_rates[0] * end if follow else 0.0,
         )
 
     def at(self, done: float) -> int:
         """The number of the time at a fraction of the film."""
         return round(done * (self.t.size - 1))
 
-    def camera(self, done: float, size: tuple[int, int]) -> Camera:
-        """Where the eye is at a fraction of the film: the path and the pivot fill the picture."""
-        rows, path = self._rows(done), np.vstack((np.zeros(3), self.axis[:: POINTS // 200]))
-        others = np.linspace(0, 1, 9) if self.turned else [done]  # one scale for all of the film
-        flat = np.concatenate([path @ self._rows(x)[:2].T for x in others])
-        low, high = flat.min(axis=0), flat.max(axis=0)
-        scale = float(min(np.array(size) / (1.3 * np.maximum(high - low, 0.7))))
-        pivot = np.array(size) / 2 - scale * np.array([1, -1]) * (low + high) / 2
-        return Camera(rows, scale, pivot)
-
-    def _rows(self, done: float) -> Array:
+    def view(self, done: float) -> Array:
         """Right, up and towards the eye: across the first lean, a little from above or below."""
         far = np.hypot(self.axis[:, 0], self.axis[:, 1])
         x, y, _ = self.axis[np.argmax(far > LEAN) if (far > LEAN).any() else np.argmax(far)]
@@ -262,28 +265,27 @@ class Shot:
         s, c, up, level = math.sin(turn), math.cos(turn), math.sin(lift), math.cos(lift)
         return np.array([[-s, c, 0], [-up * c, -up * s, level], [level * c, level * s, up]])
 
+    def camera(self, done: float, size: tuple[int, int]) -> Camera:
+        """Where the eye is at a fraction of the film: path, wheel and pivot fill the picture."""
+        wheel = self.rims[WIDEST, ::9] @ self.rotation[::200].swapaxes(1, 2)
+        points = np.vstack((np.zeros(3), self.axis[::10], wheel.reshape(-1, 3)))
+        others = np.linspace(0, 1, 9) if self.turned else [done]  # one scale for all of the film
+        flat = np.concatenate([points @ self.view(x)[:2].T for x in others])
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        scale = float(min(np.array(size) / (1.25 * np.maximum(high - low, 0.7))))
+        pivot = np.array(size) / 2 - scale * np.array([1, -1]) * (low + high) / 2
+        return Camera(self.view(done), scale, pivot)
+
     def frame(self, done: float, size: tuple[int, int]) -> Image.Image:
         """The picture at a fraction of the film."""
-        large = size[0] * FINE, size[1] * FINE
+        large, now = (size[0] * FINE, size[1] * FINE), self.at(done)
         picture = Image.new("RGB", large, PAPER)
-        brush = Brush(ImageDraw.Draw(picture), self.camera(done, large), min(large) / 600)
-        brush.draw(self, self.at(done))
+        Brush(ImageDraw.Draw(picture), self.camera(done, large), min(large) / 600).draw(self, now)
         small = picture.reduce(FINE)
-        t, digits = self.t[self.at(done)], max(0, 3 - math.floor(math.log10(abs(self.t[-1]))))
-        now = f"{t:.{digits}f}" if digits <= MOST_PLACES else f"{t:.3e}"
-        words = "\n".join((*self.titles, f"t = {now} s"))
+        words = "\n".join((*self.titles, f"t = {self.t[now]:.4g} s"))
         font = ImageFont.truetype(FONT, max(9, min(size) // 38))
         ImageDraw.Draw(small).multiline_text((8, 6), words, fill=INK, font=font)
         return small
-
-
-def _end(scene: Scene, motion: Motion, seconds: float) -> float:
-    """The last time that is shown [s]."""
-    period, rate = motion.period or math.inf, abs(motion.mean_angle_rates[1])
-    given = scene.time if scene.time is not None else (scene.periods or 1) * (motion.period or 1)
-    slow = SPIN * seconds / rate if rate else math.inf
-    shown = min(abs(float(given)), PERIODS * period, max(slow, min(period, abs(float(given)))))
-    return math.copysign(shown or 1.0, float(given))
 
 
 def _pace(pace: float) -> str:
@@ -299,34 +301,29 @@ def _pace(pace: float) -> str:
 
 def _rotations(quaternion: Array) -> Array:
     """The matrices, shape (k, 3, 3), of quaternions, shape (k, 4)."""
-    w, x, y, z = quaternion.T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.moveaxis(np.array(rows), -1, 0)
+    w, v = quaternion[:, 0, None, None], quaternion[:, None, 1:]
+    cross = np.cross(np.eye(3)[None], v)  # of v with each unit vector, by rows
+    return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)
 
 
-# --- a frame -------------------------------------------------------------------------------------
+def _rims(ratio: float, side: float) -> Array:
+    """The rims of the body: a wheel on a stem with the C/A of the top, on one side of the pivot.
+
+    A wheel without thickness has it where r/h = tan, of 2 √(C/A) / √(2 − C/A).
+    """
+    wide = math.atan2(2 * math.sqrt(min(ratio, 2)), math.sqrt(max(2 - ratio, 0)))
+    r, h = SIZE * max(math.sin(wide), 0.1), SIZE * math.cos(wide) * side
+    foot = min(0, h - THICK)
+    profile = np.array(
+        [(0, foot), (STEM, foot), (STEM, h - THICK), (r / 2, h - THICK), (r, h - THICK / 2),
+         (r, h + THICK / 2), (r / 2, h + THICK), (STEM, h + THICK), (STEM, REACH), (0, REACH)]
+    )  # fmt: skip
+    angle = 2 * np.pi * np.arange(SECTORS) / SECTORS
+    radius, height = profile.T[..., None]
+    return np.stack((radius * np.cos(angle), radius * np.sin(angle), height + 0 * angle), axis=-1)
 
 
-def _outline() -> tuple[Array, Array]:
-    """Rims of the body, shape (rims, sectors, 3), and outward normals of the faces between."""
-    angle, up = 2 * np.pi * np.arange(SECTORS) / SECTORS, np.array([0.0, 0.0, 1.0])
-    around = np.stack((np.cos(angle), np.sin(angle), 0 * angle), axis=-1)
-    radius, height = PROFILE.T[..., None, None]
-    normals = np.diff(height, axis=0) * (around + np.roll(around, -1, axis=0)) / 2
-    normals = normals - np.diff(radius, axis=0) * up
-    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    return radius * around + height * up, normals.reshape(-1, 3)
-
-
-RIMS, NORMALS = _outline()
-
-
-@dataclass(frozen=True, slots=True)
-class Brush:
+class Brush(NamedTuple):
     """What draws on a picture; widths are in units of its size."""
 
     pen: ImageDraw.ImageDraw
@@ -336,54 +333,49 @@ class Brush:
     def draw(self, shot: Shot, now: int) -> None:
         """Draw the top as it is at one of the times."""
         axis, arrow = shot.axis[now], np.stack((np.zeros(3), shot.momentum[now]))
-        self._disc(self.camera.pivot, self.camera.scale, outline=FAINT, width=self._width(1))
-        self._line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FAINT, 1)
-        stem, towards = np.outer((0.0, 0.88, 1.0), axis), axis @ self.camera.rows[2] >= 0
-        self._paths(shot, now, behind=True)
-        if not towards:
-            self._line(stem, INK, 2.5)
-        self._body(shot.rotation[now])
-        if towards:
-            self._line(stem[1:], INK, 2.5)
-        self._paths(shot, now, behind=False)
-        self._line(arrow, MOMENTUM, 2)
-        self._disc(self.camera.seen(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
+        stem, away = np.outer((0.0, REACH, 1.0), axis), axis @ self.camera.rows[2] < 0
+        self.disc(self.camera.pivot, self.camera.scale, outline=FAINT, width=round(self.unit) or 1)
+        self.line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FAINT, 1)
+        self.paths(shot, now, behind=True)
+        if away:
+            self.line(stem, INK, 2.5)
+        self.body(shot.rims @ shot.rotation[now].T)
+        if not away:
+            self.line(stem[1:], INK, 2.5)
+        self.paths(shot, now, behind=False)
+        self.line(arrow, MOMENTUM, 2)
+        self.disc(self.camera.seen(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
 
-    def _paths(self, shot: Shot, now: int, *, behind: bool) -> None:
+    def paths(self, shot: Shot, now: int, *, behind: bool) -> None:
         """The circles between which the axis stays, the path ahead, and that so far."""
         around = np.linspace(0, 2 * np.pi, 91)
-        for colour, tilt in shot.limits:
+        for colour, tilt in shot.limits.items():
             x, y = math.sin(tilt) * np.cos(around), math.sin(tilt) * np.sin(around)
-            self._line(np.stack((x, y, 0 * x + math.cos(tilt)), axis=-1), colour, 1, behind)
-        self._line(shot.axis[now:], AHEAD, 1.2, behind)
-        self._line(shot.axis[: now + 1], PATH, 2.4, behind)
+            self.line(np.stack((x, y, 0 * x + math.cos(tilt)), axis=-1), colour, 1, behind)
+        self.line(shot.axis[now:], AHEAD, 1.2, behind)
+        self.line(shot.axis[: now + 1], PATH, 2.4, behind)
 
-    def _width(self, width: float) -> int:
-        return max(1, round(width * self.unit))
-
-    def _disc(self, centre: Array, radius: float, **looks: Any) -> None:
+    def disc(self, centre: Array, radius: float, **looks: Any) -> None:
+        """Draw a circle."""
         self.pen.ellipse([*(centre - radius).tolist(), *(centre + radius).tolist()], **looks)
 
-    def _line(self, points: Array, colour: str, width: float, behind: bool | None = None) -> None:
+    def line(self, points: Array, colour: str, width: float, behind: bool | None = None) -> None:
         """Draw a line; or its parts in front of the sphere, or, paler, those behind it."""
         seen = self.camera.seen(points)
         drawn = np.ones(len(seen), bool) if behind is None else (seen[:, 2] < 0) == behind
         rgb = (PALER if behind else 1.0) * (np.array(ImageColor.getrgb(colour)) - 255) + 255
+        looks: Any = {"fill": _colour(rgb), "width": max(1, round(width * self.unit))}
         for part in np.split(np.arange(len(seen)), np.flatnonzero(np.diff(drawn)) + 1):
             if drawn[part[0]] and part.size > 1:
-                xy = seen[part, :2].ravel().tolist()
-                self.pen.line(xy, fill=_colour(rgb), width=self._width(width), joint="curve")
+                self.pen.line(seen[part, :2].ravel().tolist(), joint="curve", **looks)
 
-    def _body(self, rotation: Array) -> None:
+    def body(self, rims: Array) -> None:
         """Draw the faces of the body that face the eye, the farthest first."""
-        seen, normal = (
-            self.camera.seen(RIMS @ rotation.T),
-            NORMALS @ (self.camera.rows @ rotation).T,
-        )
-        beside = np.roll(seen, -1, axis=1)
-        corners = np.stack((seen[:-1], beside[:-1], beside[1:], seen[1:]), axis=2)
-        corners = corners.reshape(-1, 4, 3)
-        shade = 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
+        beside = np.roll(rims, -1, axis=1)
+        faces = np.stack((rims[:-1], beside[:-1], beside[1:], rims[1:]), axis=2).reshape(-1, 4, 3)
+        normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
+        normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)) @ self.camera.rows.T
+        corners, shade = self.camera.seen(faces), 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
         front = np.flatnonzero(normal[:, 2] > 0)
         for k in front[np.argsort(corners[front, :, 2].sum(axis=1), kind="stable")].tolist():
             colour = _colour(shade[k] * (PATCH if k % SECTORS < MARKED else BODY))

@@ -12,47 +12,46 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.analytic.find import unit_of
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, line, literal, title_of
+from heavytop.results.ask import fact_quantity
 from heavytop.results.drift import SERIES, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import ERRORS, error_of_point, front
-from heavytop.scene.quantities import SI, Units, quantity_of, scaled
+from heavytop.scene.quantities import quantity_of
 
+Found = Any  # a result, whose fields are read by their names
 Looks = dict[str, dict[str, Any]]
 
 # --- sweep: what is of one unit in one panel -----------------------------------------------------
 
 
-def sweep_figure(document: Known, units: Units = SI) -> Figure:
+def sweep_figure(found: Found) -> Figure:
     """The chart of a sweep: facts over the number that is varied, a panel for each unit.
 
     Parameters
     ----------
-    document : mapping
-        A document of the schema ``heavytop/sweep/1``.
-    units : mapping
-        What `heavytop.scene.quantities.read_units` gives.
+    found : Sweep
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    rows, key = document["rows"], document["over"]
-    names = [name for name in rows[0] if name not in (key, "kind")]
-    panels = [*dict.fromkeys(map(unit_of, names))]
+    columns = {name: fact_quantity(name) for name in found.rows[0] if name != "kind"}
+    panels = [*dict.fromkeys(x.unit for name, x in columns.items() if name != found.over)]
     size, grid = (7.0, 1.4 + 2.2 * len(panels)), {"nrows": len(panels), "sharex": True}
-    columns = {name: np.array([row[name] for row in rows], float) for name in (key, *names)}
-    shown = {name: scaled(unit_of(name), units) for name in columns}
-    with style.sheet(title_of(document["scene"]), size, 3, **grid) as (figure, axes):
-        for name, colour in zip(names, cycle(style.COLOURS), strict=False):
-            ax = axes[panels.index(unit_of(name)), 0]
-            x, y = (columns[each] * shown[each][1] for each in (key, name))
-            dashed = "--" if name.endswith("_estimate") else "-"
-            line(ax, x, y, {}, color=colour, ls=dashed, lw=1.0, label=name.replace("_", " "))
-            gridded(ax, "", f"[{shown[name][0] or '1'}]")
-        axes[-1, 0].set_xlabel(literal(f"{key} [{shown[key][0] or '1'}]"))
+    values = {
+        name: x.shown[1] * np.array([row[name] for row in found.rows], float)
+        for name, x in columns.items()
+    }
+    along = columns.pop(found.over)
+    with style.sheet(title_of(found.scene), size, 3, **grid) as (figure, axes):
+        for (name, about), colour in zip(columns.items(), cycle(style.COLOURS), strict=False):
+            ax, dashed = axes[panels.index(about.unit), 0], "--" * name.endswith("_estimate")
+            line(ax, values[found.over], values[name], {}, color=colour, ls=dashed or "-", lw=1.0,
+                 label=about.symbol)  # fmt: skip
+            gridded(ax, "", f"[{about.shown[0] or '1'}]")
+        axes[-1, 0].set_xlabel(literal(along._replace(symbol=found.over).heading))
     return figure
 
 
@@ -65,13 +64,12 @@ Series = dict[str, list[tuple[float, float]]]
 """By method: nutation periods and errors."""
 
 
-def drift_figure(document: Known) -> Figure:
+def drift_figure(found: Found) -> Figure:
     """The chart of a drift study.
 
     Parameters
     ----------
-    document : mapping
-        A document of the schema ``heavytop/drift/1``.
+    found : Drift
 
     Returns
     -------
@@ -79,42 +77,40 @@ def drift_figure(document: Known) -> Figure:
         Errors against nutation periods, with guides that grow as t^½, t, t^3/2 and t²; of a
         method that diverges those up to 1e9.
     """
-    methods, count = document["methods"], document["ensemble"]
+    methods, count = found.methods, found.ensemble
     names = dict.fromkeys([*SERIES, *(n for m in methods for n in m["invariants"])])
     panels = [name for name in names if _series(methods, name)]
-    columns = min(3, max(1, len(panels)))
+    columns = min(2, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
     starts = "" if count == 1 else f", RMS of {count} starts"
-    words = f"{document['periods']:g} nutation periods{starts}"
-    title = f"{title_of(document['scene'])} — {words}"
+    title = f"{title_of(found.scene)} — {found.periods:g} nutation periods{starts}"
     with style.sheet(title, size, nrows=rows, ncols=columns) as (figure, axes):
         for ax, name in zip_longest(axes.ravel(), panels):
-            error_growth(ax, document, name) if name else ax.set_visible(False)
+            error_growth(ax, found, name) if name else ax.set_visible(False)
     return figure
 
 
-def error_growth(ax: Axes, document: Known, name: str = "energy", /, **looks: Any) -> Axes:
+def error_growth(ax: Axes, found: Found, name: str = "energy", /, **looks: Any) -> Axes:
     """Draw the error of a quantity against nutation periods, both logarithmic, of every method.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    document : mapping
-        A document of the schema ``heavytop/drift/1``.
+    found : Drift
     name : str
         ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
     """
-    series, colours, marks = _series(document["methods"], name), style.COLOURS, style.MARKERS
+    series, colours, marks = _series(found.methods, name), style.COLOURS, style.MARKERS
     ax.set(xscale="log", yscale="log")
-    for k, method in enumerate(each["name"] for each in document["methods"]):  # no two are alike
+    for k, method in enumerate(each["name"] for each in found.methods):  # no two are alike
         if method in series:
             n, error = zip(*series[method], strict=True)
             line(ax, n, error, looks, color=colours[k % len(colours)], marker=marks[k % len(marks)],
                  ls=DASHES[k // len(colours) % len(DASHES)], lw=1.0, ms=3.5,
                  label=literal(method))  # fmt: skip
     _guides(ax, [n for points in series.values() for n, _ in points])
-    return gridded(ax, "nutation periods", literal(error_of(name).label))
+    return gridded(ax, "nutation periods", literal(f"error of {error_of(name).heading}"))
 
 
 def _series(methods: Sequence[Known], name: str) -> Series:
@@ -161,13 +157,12 @@ PER: Final = {
 }
 
 
-def workprec_figure(document: Known) -> Figure:
+def workprec_figure(found: Found) -> Figure:
     """The chart of a work–precision diagram.
 
     Parameters
     ----------
-    document : mapping
-        A document of the schema ``heavytop/workprec/1``.
+    found : WorkPrecision
 
     Returns
     -------
@@ -177,7 +172,7 @@ def workprec_figure(document: Known) -> Figure:
         dashed and hollow, in a colour for each family; one's own are thick, each in its colour;
         auto is a star; the front is a grey staircase.
     """
-    points = document["points"]
+    points = found.points
     axis = any(point["measures"] == "axis" for point in points)
     columns = ["axis" if axis else "theta", "phase", "energy"]
     more = [p for p in points if p["bits"] > DOUBLE]
@@ -188,13 +183,13 @@ def workprec_figure(document: Known) -> Figure:
     ]
     heights = [height for _, height in rows]
     size = (3.9 * len(columns) + 0.4, 3.7 * sum(heights) + 1.8)
-    title = f"{title_of(document['scene'])}, {document['periods']:g} periods"
+    title = f"{title_of(found.scene)}, {found.periods:g} periods"
     grid = {"ncols": len(columns), "sharey": "row", "height_ratios": heights}
     with style.sheet(title, size, nrows=len(rows), **grid) as (figure, axes):
         for k, (row, (work, _)) in enumerate(zip(axes, rows, strict=True)):
             some = more if k == 2 else [p for p in points if p["bits"] == DOUBLE]
             for ax, name in zip(row, columns, strict=True):
-                work_precision(ax, document, name, work, some)
+                work_precision(ax, found, name, work, some)
                 ax.set_visible(bool(np.isfinite(ax.dataLim.x0)))  # of some errors there are none
             for ax in row[1:]:
                 ax.set_ylabel("")
@@ -228,7 +223,7 @@ def _looks(points: Sequence[Known]) -> Looks:
 
 def work_precision(
     ax: Axes,
-    document: Known,
+    found: Found,
     name: str = "axis",
     work: str = "us_per_period",
     some: Sequence[Known] | None = None,
@@ -240,8 +235,7 @@ def work_precision(
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    document : mapping
-        A document of the schema ``heavytop/workprec/1``.
+    found : WorkPrecision
     name : str
         One of `heavytop.results.work_precision.ERRORS`.
     work : str
@@ -252,14 +246,14 @@ def work_precision(
     rows = [
         {"method": p["method"], "error": off, "us_per_period": p["us_per_period"],
          "rhs_evaluations": (p["rhs_evaluations"] or 0) / p["periods"]}
-        for p in (document["points"] if some is None else some)
+        for p in (found.points if some is None else some)
         if (off := error_of_point(p, ERRORS[name])) and off < ASTRAY
     ]  # fmt: skip
     if work == "us_per_period":
         leading = [rows[i] for i in front(rows, "error")]
         ax.step(*_xy(leading, work), where="pre", color="#999999", lw=5, alpha=0.5, label="front",
                 zorder=1)  # fmt: skip
-    for method, look in _looks(document["points"]).items():
+    for method, look in _looks(found.points).items():
         if same := [row for row in rows if row["method"] == method and row[work]]:
             line(ax, *_xy(same, work), looks, label=literal(method), **{"lw": 0.9, "ms": 4} | look)
     ax.set(xscale="log", yscale="log")
@@ -286,13 +280,12 @@ READING: Final = (
 
 
 @mpl.rc_context(style.STYLE)
-def stress_figure(document: Known) -> Figure:
+def stress_figure(found: Found) -> Figure:
     """The chart of a stress test.
 
     Parameters
     ----------
-    document : mapping
-        A document of the schema ``heavytop/stress/1``.
+    found : Stress
 
     Returns
     -------
@@ -300,38 +293,37 @@ def stress_figure(document: Known) -> Figure:
         Cases against methods, coloured by digits lost beyond what conditioning allows; below it
         what columns, colours and marks mean. The marks are the table's.
     """
-    figure = Figure(figsize=stress_size(document), layout="constrained")
-    ax = digits_lost(figure.subplots(), document)
+    figure = Figure(figsize=stress_size(found), layout="constrained")
+    ax = digits_lost(figure.subplots(), found)
     figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
     return figure
 
 
-def stress_size(document: Known) -> tuple[float, float]:
+def stress_size(found: Found) -> tuple[float, float]:
     """Width and height of a figure that has room for every case and every method [inches]."""
-    names, rows, heads = _table(document)
+    names, rows, heads = _table(found)
     high = 1.6 + 0.07 * max(map(len, heads)) + 0.19 * len(rows)
     return max(6.4, 3.2 + 0.42 * len(names)), high
 
 
-def _table(document: Known) -> tuple[list[str], list[str], list[str]]:
+def _table(found: Found) -> tuple[list[str], list[str], list[str]]:
     """The methods and the cases of which there are runs, and what stands above the columns."""
-    heads = document["methods"]
-    rows = [*dict.fromkeys(run["case"] for run in document["cases"])]
-    known = dict.fromkeys(run["method"] for run in document["cases"])
+    heads = found.methods
+    rows = [*dict.fromkeys(run["case"] for run in found.cases)]
+    known = dict.fromkeys(run["method"] for run in found.cases)
     names = [*(name for name in heads if name in known), *(n for n in known if n not in heads)]
     return names, rows, [literal(heads.get(name, name), 40) for name in names]
 
 
-def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
+def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
     """Draw the digits that every method lost at every case; keywords are those of the image.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    document : mapping
-        A document of the schema ``heavytop/stress/1``.
+    found : Stress
     """
-    runs, (names, rows, heads) = document["cases"], _table(document)
+    runs, (names, rows, heads) = found.cases, _table(found)
     lost = np.full((max(1, len(rows)), max(1, len(names))), np.nan)
     for run in runs:
         i, j, digits = rows.index(run["case"]), names.index(run["method"]), run["digits_lost"]
@@ -358,13 +350,12 @@ def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
 CHECKED: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
 
 
-def check_figure(document: Known) -> Figure:
+def check_figure(found: Found) -> Figure:
     """The chart of a check.
 
     Parameters
     ----------
-    document : mapping
-        A document of the schema ``heavytop/check/1``.
+    found : CheckResult
 
     Returns
     -------
@@ -373,41 +364,39 @@ def check_figure(document: Known) -> Figure:
         data run ahead.
     """
     grid = {"nrows": 2, "sharex": True, "height_ratios": (3, 2)}
-    with style.sheet(literal(document["data"]["file"]), (7.0, 5.2), 3, **grid) as (figure, axes):
-        checked_errors(axes[0, 0], document).set_xlabel("")
-        checked_phase(axes[1, 0], document)
+    with style.sheet(literal(found.data["file"]), (7.0, 5.2), 3, **grid) as (figure, axes):
+        checked_errors(axes[0, 0], found).set_xlabel("")
+        checked_phase(axes[1, 0], found)
     return figure
 
 
-def checked_errors(ax: Axes, document: Known, **looks: Any) -> Axes:
+def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     """Draw the magnitude of every error against time, logarithmic, above conditioning.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    document : mapping
-        A document of the schema ``heavytop/check/1``.
+    found : CheckResult
     """
-    curves = {name: np.array(x, dtype=float) for name, x in document["curves"].items()}
+    curves = {name: np.array(x, dtype=float) for name, x in found.curves.items()}
     ax.set_yscale("log")
     for name, colour in zip(CHECKED, style.COLOURS, strict=True):
         if name in curves:
             off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
             line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=error_of(name).heading)
-    if limit := document["condition"]:
+    if limit := found.condition:
         ax.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
     return gridded(ax, "t [s]", "error")
 
 
-def checked_phase(ax: Axes, document: Known, **looks: Any) -> Axes:
+def checked_phase(ax: Axes, found: Found, **looks: Any) -> Axes:
     """Draw by how much the data run ahead of the exact motion [s] against time.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    document : mapping
-        A document of the schema ``heavytop/check/1``.
+    found : CheckResult
     """
-    t, phase = (np.array(document["curves"][name], float) for name in ("phase_t", "phase"))
+    t, phase = (np.array(found.curves[name], float) for name in ("phase_t", "phase"))
     line(ax, t, phase, looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
     return gridded(ax, "t [s]", "runs ahead by [s]")

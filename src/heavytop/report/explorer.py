@@ -19,10 +19,11 @@ from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
 from heavytop.files import write_text
+from heavytop.plots.clip import PERIODS, SPIN
 from heavytop.plots.sphere import PUSH, STILL
-from heavytop.plots.style import EVENTS, KINDS, PATH
+from heavytop.plots.style import KINDS
 from heavytop.report.page import rendered
-from heavytop.report.player import BLURRED, FRAMES, PERIODS, TURN
+from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import expect, path_of
 from heavytop.scene.quantities import QUANTITIES, UNIT_OF
 from heavytop.scene.scene import Scene, load_scene, shipped_names
@@ -119,13 +120,8 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
         faults.append(Fault("explore", None, "path", str(place), rule))
     if faults:
         raise BadScene(tuple(faults))
-    write_text(place, rendered("explorer.html", SCRIPTS, data=_data(begin), tops=_TOPS))
+    write_text(place, rendered("explorer.html", SCRIPTS, data=_data(begin), tops=tops([])))
     return place
-
-
-_TOPS: Final = {
-    "runs": [], "path": PATH, "marks": {name: mark._asdict() for name, mark in EVENTS.items()}
-}  # fmt: skip
 
 
 def _data(scene: Scene) -> dict[str, Any]:
@@ -150,7 +146,7 @@ def _data(scene: Scene) -> dict[str, Any]:
         "quantities": {name: {"symbol": QUANTITIES[name].symbol, "unit": QUANTITIES[name].unit}
                        for name in NUMBERED},
         "limits": LIMITS, "units": BOXES, "still": STILL, "push": PUSH, "frames": FRAMES,
-        "turn": TURN, "periods": PERIODS, "blurred": BLURRED,
+        "turn": SPIN * LONGEST_S, "periods": PERIODS, "blurred": BLURRED,
     }  # fmt: skip
 
 

@@ -17,23 +17,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.errors import (
-    ForeignFile,
-    HeavyTopError,
-    NotDrawnWarning,
-    Stop,
-    StoppedEarly,
-)
+from heavytop.errors import ForeignFile, HeavyTopError, NotDrawnWarning, Stop, StoppedEarly
 from heavytop.files import as_json, locked, write_document
-from heavytop.results.base import Result, Row, not_as_written, read_json, typed
+from heavytop.results.base import Result, Row, as_rows, not_as_written, read_json, typed
 from heavytop.results.classification import asked_formulation, asked_tolerance, plan_summary
 from heavytop.results.run import PICTURES, RunResult, run_result
 from heavytop.scene.scene import Scene, read_scene
+from heavytop.text import harmless
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
@@ -166,23 +160,19 @@ def _expect_same(folder: Path, asked: Request) -> None:
     from heavytop.studies.study import differences
 
     try:
-        if (folder / REQUEST).exists():
-            there = Request.read(folder).question
-        elif (folder / DOCUMENT).exists():
+        if (folder / DOCUMENT).exists() and not (folder / REQUEST).exists():
             found = RunResult.load(folder / DOCUMENT)
-            plan = found.plan
-            there = _question(found.scene, asked_formulation(plan), asked_tolerance(plan))
-        elif (folder / TRAJECTORY).exists():
+            plan = asked_formulation(found.plan), asked_tolerance(found.plan)
+            there = _question(found.scene, *plan)
+        elif (folder / REQUEST).exists() or (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
+        elif others := [name for name in FIGURES if os.path.lexists(folder / name)]:
+            raise ForeignFile(f"{folder / others[0]}: not of a run of this package")
         else:
-            for name in FIGURES:
-                if os.path.lexists(folder / name):
-                    raise ForeignFile(f"{folder / name}: not of a run of this package")
             return
     except ForeignFile as fault:
         raise ForeignFile(f"{fault} (--force replaces it)") from None
-    if others := differences(there, asked.question):
-        told = "; ".join(others)
+    if told := "; ".join(differences(there, asked.question)):
         raise ForeignFile(f"{folder}: holds another run: {told} (--force replaces it)")
 
 
@@ -205,9 +195,28 @@ def part_of(folder: Path, scene: Scene) -> Trajectory | None:
     return replace(part, scene=scene)  # a file does not have the name of its scene
 
 
-def write_results(
-    run: Trajectory | SceneMotion, folder: Path, *, figures: bool = True
-) -> RunResult:
+def load_run(result: RunResult, path: Path) -> Any:
+    """The trajectory, or the exact motion, of a run whose document is there; None without a file.
+
+    Raises
+    ------
+    ForeignFile
+        It is damaged, or of another scene.
+    """
+    from heavytop.run.exact import SceneMotion
+    from heavytop.run.trajectory_file import load_exact, load_trajectory
+
+    place = path.with_name(TRAJECTORY)
+    if "trajectory" not in result.files or not place.exists():
+        return None
+    run: Any = (load_exact if result.source == SceneMotion.source else load_trajectory)(place)
+    scene = as_rows(run.scene.document())
+    if any(scene[key] != result.scene.get(key) for key in ("top", "start", "title", "span")):
+        raise ForeignFile(f"{harmless(place)}: of another scene than {DOCUMENT} is about")
+    return run
+
+
+def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:
     """Write a run; the document comes last, so that where it stands the rest is whole.
 
     Parameters
@@ -229,6 +238,7 @@ def write_results(
     OSError
         A file cannot be written.
     """
+    from heavytop.plots.figures import run_figures
     from heavytop.run.exact import SceneMotion
 
     files = {"document": DOCUMENT}
@@ -238,20 +248,11 @@ def write_results(
     else:
         files["trajectory"] = TRAJECTORY
         run.save(folder / TRAJECTORY)
-        files |= _figures(run, folder) if figures else {}
+        for name, draw in run_figures(run) if figures else ():
+            files |= _saved(folder, name, draw, name)
     result = run_result(run, files=files)
     result.save(folder / DOCUMENT)
     return result
-
-
-def _figures(run: Trajectory | SceneMotion, folder: Path) -> dict[str, str]:
-    """Draw the figures of a run; the names of their files, by what they are."""
-    from heavytop.plots.figures import run_figures
-
-    files: dict[str, str] = {}
-    for name, draw in run_figures(run):
-        files |= _saved(folder, name, draw, name)
-    return files
 
 
 # --- a study ---------------------------------------------------------------------------------
@@ -333,8 +334,7 @@ def draw_study(found: Result, folder: Path, files: Mapping[str, str]) -> dict[st
 
 def _write(found: Result, folder: Path, files: Mapping[str, str]) -> None:
     """Write the document of a study with the names of its files."""
-    document = found.document(costs=not found.goes_on)
-    write_document(folder / files["document"], document | {"files": files})
+    write_document(folder / files["document"], found.document() | {"files": files})
 
 
 def kind_of(found: Result) -> str:

@@ -8,12 +8,13 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
+from heavytop.plots.clip import PERIODS
 from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
-from heavytop.report.player import PERIODS
 from heavytop.results.base import Fact, Result, Table, given, with_unit
 from heavytop.results.check import CheckResult
 from heavytop.results.classification import motion_summary, plan_summary
+from heavytop.results.run import run_result
 from heavytop.results.run_texts import course_rows, plan_facts, verdict_rows
 from heavytop.scene.quantities import quantity_of
 from heavytop.text import Shown
@@ -21,52 +22,37 @@ from heavytop.text import Shown
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from heavytop.run.trajectory import Trajectory
     from heavytop.scene.scene import Scene
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
 
-HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
 LONGEST: Final = 16  # letters of a number that is shown as an expression
 
-Cell = tuple[str, "Figure | None"]
-"""HTML, and a picture beside it."""
+Cell = tuple[Any, "Figure | None"]
+"""A result, or facts, and a picture beside it."""
 
 
 def html_of(thing: Any) -> str:
-    """What a cell shows of a thing."""
-    html, figure = _CELLS.get(type(thing).__name__, _result)(thing)
+    """What a cell shows of a thing: its picture, and beside it what is said."""
+    from heavytop.plots.style import svg_address
+
+    said, figure = _CELLS.get(type(thing).__name__, _result)(thing)
+    html = said.html() if isinstance(said, Result) else Table.of_facts(said).html
     beside = "display:flex;flex-wrap:wrap;gap:1.5em"
-    return f'<div style="{beside}">{_picture(figure)}<div>{html}</div></div>'
-
-
-def _picture(figure: Figure | None) -> str:
-    """A figure as SVG, as an image: its identifiers meet no others of the notebook."""
-    if figure is None:
-        return ""
-    from base64 import b64encode
-
-    from heavytop.plots.style import svg
-
-    data = b64encode(svg(figure).encode()).decode()
-    return f'<img style="max-width:100%" src="data:image/svg+xml;base64,{data}" alt="">'
+    image = f'<img style="max-width:100%" src="{svg_address(figure)}" alt="">' if figure else ""
+    return f'<div style="{beside}">{image}<div>{html}</div></div>'
 
 
 # --- what each thing shows ------------------------------------------------------------------------
 
 
-def _table(facts: Iterable[Fact]) -> str:
-    return Table.of_facts(facts).html
-
-
-def _top(top: Top) -> Cell:
+def _top(top: Top) -> Iterator[Fact]:
     A, C, gMR = (float(getattr(top, name)) for name in ("A", "C", "gMR"))
-    facts = [*_exact((name, getattr(top, name)) for name in ("A", "C", "gMR"))]
+    yield from _exact((name, getattr(top, name)) for name in ("A", "C", "gMR"))
     shape = "a disc" if C == 2 * A else "flat" if C > A else "round" if C == A else "slender"
-    facts.append(("C/A", f"{C / A:.6g} ({shape}: 2 is a disc at the pivot, 0 a needle)"))
+    yield "C/A", f"{C / A:.6g} ({shape}: 2 is a disc at the pivot, 0 a needle)"
     if gMR:
-        facts.append(("√(|gMR|/A)", f"{(abs(gMR) / A) ** 0.5:.6g} rad/s"))
-    return _table(facts), None
+        yield "√(|gMR|/A)", f"{(abs(gMR) / A) ** 0.5:.6g} rad/s"
 
 
 def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
@@ -77,50 +63,49 @@ def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
         yield quantity_of(name).symbol, with_unit(name, f"{float(x):.6g}" if formula else text)
 
 
-def _state(state: State) -> Cell:
-    values = [(name, x) for name, x in state.given if str(x) != "0"] or [("theta", state.theta)]
-    return _table(_exact(values)), None
+def _state(state: State) -> Iterator[Fact]:
+    yield from _exact([x for x in state.given if str(x[1]) != "0"] or [("theta", state.theta)])
 
 
-def _scene(scene: Scene) -> Cell:
+def _scene(scene: Scene) -> Iterator[Fact]:
     tables = scene.document()
-    span = f"{tables['span']}".strip("{}").replace("'", "")
-    facts = [("top", given(tables["top"])), ("start", given(tables["start"])), ("span", span)]
-    facts.append(("wanted", f"{', '.join(scene.quantities)} to {scene.digits} digits"))
+    yield "scene", scene.title or scene.name
+    yield "top", given(tables["top"])
+    yield "start", given(tables["start"])
+    yield "span", f"{tables['span']}".strip("{}").replace("'", "")
+    yield "wanted", f"{', '.join(scene.quantities)} to {scene.digits} digits"
     if scene.events:
-        facts.append(("events", ", ".join(scene.events)))
-    html, figure = _motion(Motion(scene.top, scene.start))
-    return f"<p><b>{escape(scene.title or scene.name)}</b></p>{_table(facts)}{html}", figure
+        yield "events", ", ".join(scene.events)
+    yield from _motion(Motion(scene.top, scene.start))
 
 
-def _motion(motion: Motion) -> Cell:
+def _motion(motion: Motion) -> Iterator[Fact]:
     summary = motion_summary(motion)
-    facts = (*verdict_rows(asdict(motion.verdict)), *course_rows(summary, summary))
-    return _table(facts), motion_figure(motion)
+    yield from verdict_rows(asdict(motion.verdict))
+    yield from course_rows(summary, summary)
 
 
-def _trajectory(trajectory: Trajectory) -> Cell:
-    from heavytop.results.run import run_result
-
-    return run_result(trajectory).html(), run_figure("overview", trajectory)
-
-
-def _errors(errors: Any) -> Cell:
-    sizes = {name: x for name, x in asdict(errors).items() if isinstance(x, float)}
-    return _table((quantity_of(name).heading, f"{x:.1e}") for name, x in sizes.items()), None
+def _errors(errors: Any) -> Iterator[Fact]:
+    for name, x in asdict(errors).items():
+        if isinstance(x, float):
+            yield quantity_of(name).heading, f"{x:.1e}"
 
 
 def _result(result: Result) -> Cell:
-    return result.html(), result.figure()
+    return result, result.figure()
 
 
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
-    "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion,
-    "Trajectory": _trajectory, "Errors": _errors,
-    "Verdict": lambda verdict: (_table(verdict_rows(asdict(verdict))), None),
-    "Plan": lambda plan: (_table(plan_facts(plan_summary(plan))), None),
+    "Top": lambda top: (_top(top), None),
+    "State": lambda state: (_state(state), None),
+    "Scene": lambda scene: (_scene(scene), motion_figure(Motion(scene.top, scene.start))),
+    "Motion": lambda motion: (_motion(motion), motion_figure(motion)),
+    "Trajectory": lambda run: (run_result(run), run_figure("overview", run)),
+    "Errors": lambda errors: (_errors(errors), None),
+    "Verdict": lambda verdict: (verdict_rows(asdict(verdict)), None),
+    "Plan": lambda plan: (plan_facts(plan_summary(plan)), None),
     "Check": lambda check: _result(CheckResult.from_document(check.document())),
-}  # fmt: skip
+}
 """By the name of a class; any other is a result."""
 
 
@@ -135,18 +120,18 @@ class Player(Shown):
     html: str
 
     @classmethod
-    def of(cls, thing: Any) -> Player:
-        """The player of a trajectory, or of a motion."""
+    def of(cls, thing: Any, **asked: float | None) -> Player:
+        """The player of a trajectory, or of a motion, as `heavytop.text.Played.play` says."""
         from heavytop.report.page import player_html
 
         run: Any = ExactRun.of(thing, PERIODS) if isinstance(thing, Motion) else thing
-        return cls(run.scene.name, player_html(run))
+        return cls(run.scene.name, player_html(run, **asked))
 
     def __repr__(self) -> str:
         return f"<Player of {self.name!r}>"
 
     def _repr_html_(self) -> str:
-        looks = f"width:100%;max-width:900px;height:{HEIGHT}px;border:0"
+        looks = "width:100%;max-width:900px;height:40rem;border:0"  # which its page fills
         return (
             f'<iframe title="A top that moves" sandbox="allow-scripts" style="{looks}" '
             f'srcdoc="{escape(self.html)}"></iframe>'

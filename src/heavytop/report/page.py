@@ -3,73 +3,48 @@
 from __future__ import annotations
 
 import os
-import re
 import warnings
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup, escape
-from numpy.typing import NDArray
+from markupsafe import Markup
 
-from heavytop.doctor import version
-from heavytop.errors import ForeignFile, NoClosedForm, NotDrawnWarning
-from heavytop.files import attribute, open_sealed, write_text
-from heavytop.report.files import UNDRAWABLE, kind_of, warn_not_drawn
+from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning
+from heavytop.files import write_text
+from heavytop.report.files import UNDRAWABLE, kind_of, load_run, warn_not_drawn
 from heavytop.report.player import frames, tops
-from heavytop.results.base import (
-    FILES,
-    Fact,
-    Result,
-    Table,
-    as_rows,
-    load_result,
-    not_as_written,
-    typed,
-)
-from heavytop.results.run import PICTURES
-from heavytop.results.validation import summary
-from heavytop.scene.quantities import QUANTITIES, quantity_of
+from heavytop.results.base import FILES, Fact, Result, Table, load_result, not_as_written, typed
+from heavytop.results.run import PICTURES, RunResult
+from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene_file import written
 from heavytop.text import harmless
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from heavytop.run.trajectory import Trajectory
 
-LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib")
 RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
 SYMBOLS: Final = (
     "theta", "phi", "psi", "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi", "period",
     "precession", "spin",
 )  # fmt: skip
-MARKS: Final = 120  # of a curve: more are not told apart
-FINEST: Final = 600  # pixels of a map that are drawn along an axis
-MOST_PIXELS: Final = 2_000_000_000
+LEADING: Final = 4  # facts of a result that are read first
+DIGITS: Final = 6  # of its first table
 
 # --- a result as a section -----------------------------------------------------------------------
 
 
 class Picture(NamedTuple):
-    """A picture.
-
-    Attributes
-    ----------
-    name, title : str
-        The name is unique in its section.
-    svg : str
-    """
+    """A picture: its name, which is unique in its section, its title, and its address as SVG."""
 
     name: str
     title: str
-    svg: str
+    address: str
 
 
 class Section(NamedTuple):
@@ -77,10 +52,8 @@ class Section(NamedTuple):
 
     Attributes
     ----------
-    path : Path
-        The file of its document.
     name : str
-        What a page calls it: its path below what all of them lie in.
+        What a page calls it: the path of its document below what all of them lie in.
     result : Result
     ident, heading : str
     facts, tables : tuple
@@ -90,7 +63,6 @@ class Section(NamedTuple):
         The frames of its top.
     """
 
-    path: Path
     name: str
     result: Result
     ident: str
@@ -101,124 +73,64 @@ class Section(NamedTuple):
     top: Mapping[str, Any] | None = None
 
     @property
-    def scene(self) -> Mapping[str, Any]:
-        """Its scene; empty where it is about none."""
-        return getattr(self.result, "scene", None) or {}
+    def first_tables(self) -> list[tuple[Table, list[list[str]]]]:
+        """The tables that are read first, with their cells: one, or those that say FAIL."""
+        some = [table for table in self.tables if table.rows]
+        shown = [table for table in some if table.fails] or some[:1]
+        return [(table, table.texts(DIGITS)) for table in shown]
+
+    @property
+    def problems(self) -> list[str]:
+        """What is wrong with it."""
+        return [why for code, why in self.result.problems() if code != Exit.OK and why]
 
     @property
     def scene_file(self) -> str:
         """Its scene as TOML; empty where it has but a top and a start, as in a study."""
-        tables = {name: x for name, x in self.scene.items() if name != "name" and x != ""}
+        scene = getattr(self.result, "scene", None) or {}
+        tables = {name: x for name, x in scene.items() if name != "name" and x != ""}
         return written(tables) if "format" in tables else ""
-
-    @property
-    def sha256(self) -> str:
-        """The fingerprint of the file."""
-        return sha256(self.path.read_bytes()).hexdigest()
-
-
-Drawn = tuple[tuple[Picture, ...], Mapping[str, Any] | None]
-"""Pictures of a result, and the frames of its top."""
 
 
 def _section(path: Path, name: str, number: int) -> Section:
     """The section of a result, which has this number among those of its kind."""
     result = load_result(path)
     kind, scene = kind_of(result), getattr(result, "scene", None)
-    heading = f"{result.heading}: {called(scene)}" if scene else result.heading
     with warnings.catch_warnings(), not_as_written(path):
         for odd in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
             warnings.simplefilter("ignore", odd)
         warnings.simplefilter("always", NotDrawnWarning)
+        heading = f"{result.heading}: {scene.title or scene.name}" if scene else result.heading
         parts = tuple(result.facts()), tuple(result.tables())
-        drawn = DRAW.get(kind, _chart)(result, path)
-    return Section(path, name, result, f"{kind}-{number}", heading, *parts, *drawn)
+        run = load_run(result, path) if isinstance(result, RunResult) else None
+        pictures = tuple(_pictures(result, run))
+        return Section(name, result, f"{kind}-{number}", heading, *parts, pictures, _top(run))
 
 
-def called(scene: Mapping[str, Any]) -> str:
-    """What the scene of a result is called: by its title, else by its name."""
-    return str(scene["title"] or scene["name"])
+def _pictures(result: Result, run: Any) -> Iterator[Picture]:
+    """The pictures of a run, or the chart of another result, as far as they can be drawn."""
+    from heavytop.plots.figures import run_figures
+    from heavytop.plots.style import svg_address
+
+    figures = {kind_of(result): (result.chart.title, result.figure)} if result.chart else {}
+    if run is not None:
+        figures = {name: (PICTURES[name].title, draw) for name, draw in run_figures(run)}
+    for name, (title, draw) in figures.items():
+        try:
+            if (figure := draw()) is not None:
+                yield Picture(name, title, svg_address(figure))
+        except UNDRAWABLE as fault:
+            warn_not_drawn(name, fault)
 
 
-def _chart(result: Result, _: Path) -> Drawn:
-    """The chart of a study, if its document has numbers for it, and it can be drawn."""
+def _top(run: Any) -> Mapping[str, Any] | None:
+    """The frames of the top of a run, where its motion has them."""
+    from heavytop.plots.figures import as_drawn
+
     try:
-        figure = result.figure()
-        if figure is not None and result.chart is not None:
-            return (Picture(kind_of(result), result.chart.title, _svg(figure)),), None
-    except UNDRAWABLE as fault:
-        warn_not_drawn(kind_of(result), fault)
-    return (), None
-
-
-def _atlas(result: Result, path: Path) -> Drawn:
-    """The map of an atlas, which is read from ``atlas.nc``."""
-    from heavytop.plots.atlas import map_figure
-
-    atlas, path = result.document(), path.with_name("atlas.nc")
-    if "map" not in atlas["files"] or not path.is_file():
-        return (), None
-    kind, names = stored_map(path, atlas["shape"])
-    x, y = (quantity_of(atlas["axes"][side]["name"]).heading for side in "xy")
-    title = f"kinds of motion over {x} and {y}, and their boundaries"
-    return (Picture("map", title, _svg(map_figure(atlas, kind, names))),), None
-
-
-def stored_map(path: Path, shape: Sequence[int]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
-    """Return the codes of a stored map, of at most `FINEST` pixels an axis, and their names.
-
-    Raises
-    ------
-    ForeignFile
-        It is damaged, too large, or of another shape.
-    """
-    with open_sealed(path) as file:
-        kind = file["kind"]
-        if list(kind.shape) != list(shape) or not all(kind.shape):
-            raise ValueError(f"a map of {kind.shape}, not of {tuple(shape)}")
-        if kind.dtype != np.uint8 or kind.size > MOST_PIXELS:
-            raise ValueError("a map of another type, or too large")
-        codes = kind[:: -(-kind.shape[0] // FINEST), :: -(-kind.shape[1] // FINEST)]
-        return np.asarray(codes), tuple(attribute(kind, "flag_meanings").split())
-
-
-def _run(run: Any, path: Path) -> Drawn:
-    """The pictures of a run, and its top, where its trajectory is there."""
-    from heavytop.plots.figures import as_drawn, run_figures
-    from heavytop.run.exact import SceneMotion
-    from heavytop.run.trajectory_file import load_exact, load_trajectory
-
-    path = path.with_name("trajectory.nc")
-    if "trajectory" not in run.files or not path.exists():
-        return (), None
-    exact = run.source == SceneMotion.source
-    whole: Any = load_exact(path) if exact else load_trajectory(path)
-    scene = as_rows(whole.scene.document())
-    if any(scene[key] != run.scene.get(key) for key in ("top", "start", "title", "span")):
-        raise ForeignFile(
-            f"{harmless(path)}: the trajectory of another scene than run.json is about"
-        )
-    pictures = tuple(
-        Picture(name, PICTURES[name].title, _svg(draw())) for name, draw in run_figures(whole)
-    )
-    try:
-        return pictures, frames(as_drawn(whole))
+        return None if run is None else frames(as_drawn(run))
     except NoClosedForm:
-        return pictures, None
-
-
-DRAW: Final[Mapping[str, Callable[[Any, Path], Drawn]]] = {"run": _run, "atlas": _atlas}
-"""What draws the results whose pictures are of another file than the document."""
-
-
-def _svg(figure: Figure) -> str:
-    """The SVG of a figure, its curves with as many marks as can be told apart."""
-    from heavytop.plots.style import svg
-
-    for axes in figure.axes:
-        for curve in axes.lines:
-            curve.set_markevery(max(1, np.size(curve.get_xdata()) // MARKS))
-    return svg(figure)
+        return None
 
 
 # --- the page ------------------------------------------------------------------------------------
@@ -242,27 +154,8 @@ class Page:
     @property
     def title(self) -> str:
         """The heading of its section, where there is but one; else how many there are."""
-        if len(self.sections) == 1:
-            return self.sections[0].heading
-        return f"{len(self.sections)} results"
-
-    @property
-    def contents(self) -> dict[str, list[Section]]:
-        """The sections by the titles of their scenes; "All tops" for those about none."""
-        found: dict[str, list[Section]] = {}
-        for section in self.sections:
-            title = called(section.scene) if section.scene else "All tops"
-            found.setdefault(title, []).append(section)
-        return found
-
-    @property
-    def verdicts(self) -> list[tuple[Section, str, list[str]]]:
-        """Of every validation how many claims hold, and which fail."""
-        return [
-            (each, summary(claims), [claim["id"] for claim in claims if claim["passed"] is False])
-            for each in self.sections
-            if (claims := getattr(each.result, "claims", None)) is not None
-        ]
+        alone = len(self.sections) == 1
+        return self.sections[0].heading if alone else f"{len(self.sections)} results"
 
     @property
     def machine(self) -> list[str]:
@@ -274,13 +167,9 @@ class Page:
     def html(self) -> str:
         """The page: one file, which asks no network for anything."""
         played = [{**each.top, "title": each.heading} for each in self.sections if each.top]
-        return rendered(
-            "page.html",
-            page=self,
-            tops=tops(played) if played else None,
-            versions={name: version(name) for name in LIBRARIES},
-            symbols=[QUANTITIES[name] for name in SYMBOLS],
-        )
+        about = any(getattr(each.result, "scene", None) for each in self.sections)
+        top = tops(played) if played else None
+        return rendered("page.html", page=self, tops=top, leading=LEADING, about_a_top=about)
 
 
 def page_of(folders: Sequence[Path]) -> Page:
@@ -324,11 +213,10 @@ def _documents(folders: Sequence[Path]) -> dict[Path, None]:
             places = (folder, *sorted(each for each in folder.iterdir() if each.is_dir()))
         except OSError as fault:
             raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from fault
-        named = [place / name for place in places for name in FILES]
-        found = [Path(os.path.abspath(x)) for x in named if os.path.lexists(x)]  # noqa: PTH100
+        found = [each / name for each in places for name in FILES if os.path.lexists(each / name)]
         if not found:
             raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(FILES)})")
-        paths |= dict.fromkeys(found)
+        paths |= dict.fromkeys(Path(os.path.abspath(each)) for each in found)  # noqa: PTH100
     return paths
 
 
@@ -350,12 +238,14 @@ def write_page(page: Page, html: Path) -> None:
     write_text(html, page.html())
 
 
-def player_html(trajectory: Trajectory) -> str:
+def player_html(trajectory: Trajectory, **asked: float | None) -> str:
     """A page with the top of a trajectory in three dimensions, to be played, turned and zoomed.
 
     Parameters
     ----------
     trajectory : Trajectory
+    **asked
+        ``rounds``, ``time`` or ``speed``, as of `heavytop.Motion.play`.
 
     Returns
     -------
@@ -375,7 +265,7 @@ def player_html(trajectory: Trajectory) -> str:
     >>> page.startswith("<!doctype html>"), len(page) < 400_000
     (True, True)
     """
-    return rendered("player_page.html", tops=tops([frames(trajectory)]))
+    return rendered("player_page.html", tops=tops([frames(trajectory, **asked)]))
 
 
 # --- templates: nothing in a text, in data or in a picture is taken for markup or a script --------
@@ -387,7 +277,6 @@ POLICY: Final = (
     "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {}; "
     "base-uri 'none'; form-action 'none'"
 )
-MOMENTUM: Final = re.compile(r"\bp_(phi|psi|φ|ψ)(?![a-z_])")
 
 
 def rendered(template: str, scripts: Sequence[str] = SCRIPTS, **values: Any) -> str:
@@ -399,22 +288,11 @@ def rendered(template: str, scripts: Sequence[str] = SCRIPTS, **values: Any) -> 
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    jinja.filters |= {"typeset": _typeset, "address": address}
     jinja.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     texts = {name: (TEMPLATES / name).read_text("utf-8") for name in (*scripts, *STYLES)}
-    own = {name.replace(".", "_"): Markup(text) for name, text in texts.items()}
+    values |= {name.replace(".", "_"): Markup(text) for name, text in texts.items()}
     # No script may run on a page but its own, told by their fingerprints, whoever wrote another.
     prints = (b64encode(sha256(texts[name].encode()).digest()).decode() for name in scripts)
     allowed = " ".join(f"'sha256-{each}'" for each in prints)
-    return jinja.get_template(template).render(**own, **values, policy=POLICY.format(allowed))
-
-
-def _typeset(text: str) -> Markup:
-    """A text of ours or of others, with the index of a momentum below the line."""
-    signs = {"phi": "φ", "psi": "ψ"}
-    return Markup(MOMENTUM.sub(lambda m: f"p<sub>{signs.get(m[1], m[1])}</sub>", str(escape(text))))
-
-
-def address(svg: str) -> Markup:
-    """A picture as an address that an image takes: in an image, no script of it can run."""
-    return Markup("data:image/svg+xml;base64," + b64encode(svg.encode()).decode())
+    values |= {"symbols": map(QUANTITIES.get, SYMBOLS), "policy": POLICY.format(allowed)}
+    return jinja.get_template(template).render(values)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from heavytop.analytic.motion import Motion
-from heavytop.plots.sphere import PUSH, momentum_path, touched
+from heavytop.plots.clip import Clip
+from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENTS, PATH
 
 if TYPE_CHECKING:
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 FRAMES: Final = 1001
-TURN: Final = 360.0  # rad of spin that are played: more would take too long
-PERIODS: Final = 12
+LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
 MOST_EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
 
@@ -29,21 +28,28 @@ def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
     return {"runs": runs, "marks": marks, "path": PATH}
 
 
-def frames(trajectory: Trajectory) -> dict[str, Any]:
+def frames(
+    trajectory: Trajectory,
+    rounds: float | None = None,
+    time: float | None = None,
+    speed: float | None = None,
+) -> dict[str, Any]:
     """The frames of a run at even steps from its start to ``end`` [s].
 
     ``quaternion``, body to space and scalar first, and ``momentum``, the angular momentum over its
-    largest size, are float32 in base64; ``spin`` is by how much ψ changes [rad], ``theta`` the
-    tilts between which the axis stays, ``shape`` C/A and on which side of the pivot the centre of
-    mass is (1, −1 or 0), and ``notes`` says what is played where it is not the run.
+    largest size, are float32 in base64; ``spin`` is by how much ψ changes [rad], ``precession`` by
+    how much φ does on average, ``theta`` the tilts between which the axis stays, ``shape`` C/A and
+    on which side of the pivot the centre of mass is (1, −1 or 0), ``seconds`` how long it is
+    played, if that was asked, and ``notes`` says what is played where it is not the run.
     """
     scene, end = trajectory.scene, float(trajectory.orbit.end)
-    pushed = touched(trajectory.motion)
-    motion = pushed or trajectory.motion
-    last = float(np.copysign(min(abs(end), _longest(motion)), end))
+    asked = {"rounds": rounds, "time": time, "speed": speed}
+    clip = Clip.of(trajectory.motion, end, LONGEST_S, **asked)
+    motion, last = clip.motion, clip.end
     times, notes = np.linspace(0.0, last, FRAMES), []
-    seen: Sample | Record = motion.at(times) if pushed else trajectory(times)
-    if pushed:
+    whole = clip.pushed or abs(last) > abs(end)
+    seen: Sample | Record = motion.at(times) if whole else trajectory(times)
+    if clip.pushed:
         notes.append(f"Without a push it stays as it is; here it was pushed at {PUSH:g} rad/s.")
     elif not (np.isfinite(seen.quaternion).all() and np.isfinite(seen.omega).all()):
         seen = motion.at(times)
@@ -57,21 +63,15 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     events = [
         {"kind": str(kind), "t": float(t), "axis": axis.round(5).tolist()}
         for kind, t, axis in zip(found.kind, found.t, found.axis, strict=True)
-        if not pushed and abs(t) <= abs(last) and np.isfinite(axis).all()
+        if not clip.pushed and abs(t) <= abs(last) and np.isfinite(axis).all()
     ]
     return {
         "title": scene.title or scene.name, "end": last, "spin": spin, "notes": notes,
+        "seconds": clip.seconds if speed else None, "precession": motion.mean_angle_rates[0] * last,
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_EVENTS],
         "shape": [float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))],
         "quaternion": _packed(seen.quaternion), "momentum": _packed(momentum_path(scene.top, seen)),
     }  # fmt: skip
-
-
-def _longest(motion: Motion) -> float:
-    """How long is played [s]: some nutations, and no more spin than can be followed."""
-    period, rate = motion.period or np.inf, abs(motion.mean_angle_rates[1])
-    turns = TURN / rate if rate else np.inf
-    return float(min(PERIODS * period, max(turns, period if np.isfinite(period) else 0.0)))
 
 
 def _packed(rows: Any) -> str:

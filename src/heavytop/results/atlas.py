@@ -1,14 +1,23 @@
-"""The result of an atlas: its axes, how many pixels have which kind, and where kinds meet."""
+"""An atlas: a map of kinds and numbers, how many pixels have which kind, where kinds meet."""
 
 from __future__ import annotations
 
+import os
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar, Final
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
+
+from numpy.typing import NDArray
 
 from heavytop.errors import Exit
-from heavytop.results.base import Chart, Fact, Result, Table, given, with_unit
+from heavytop.files import expect_sealed, write_sealed
+from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written, with_unit
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 ROLES: Final = {
     "theta": "tilt",
@@ -26,12 +35,21 @@ ROLES: Final = {
 """What may change along an axis, and what it sets: two axes of a plane set different things."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class AtlasResult(Result):
-    """What is known of an atlas without its map, which is in ``atlas.nc``.
+MAP: Final = "atlas.nc"
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Atlas(Result):
+    """A plane of tops and what kind of motion each of its pixels is.
+
+    ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
+    [rad], ``period`` [s], ``precession`` and ``spin`` in a period [rad], ``kind`` as an index of
+    `names`.
 
     Attributes
     ----------
+    map : xarray.Dataset
+        All columns, dimensions named as the axes, y first; None where its file is not there.
     scene : mapping
         It says every number that no axis changes.
     axes : mapping
@@ -50,18 +68,20 @@ class AtlasResult(Result):
     curves : tuple of mapping
         Pieces of the boundaries between kinds, by ``name`` and their points ``x`` and ``y``; a
         single one where it is a point of the plane.
-    kinds_per_s, rows_per_s : float or None
-        Pixels computed here in a second, of all processes together; whole rows.
+    pixels_per_s : float or None
+        Pixels computed here in a second, of all processes together.
     jobs : int or None
         Processes that computed them.
     """
 
     schema: ClassVar = "heavytop/atlas/1"
     heading: ClassVar = "Atlas"
-    chart: ClassVar = Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "counts")
+    chart: ClassVar = Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "map")
     goes_on: ClassVar = True
-    costs: ClassVar = ("kinds_per_s", "rows_per_s", "jobs")
+    left_out: ClassVar = ("map",)
+    costs: ClassVar = ("pixels_per_s", "jobs")
 
+    map: xarray.Dataset | None = None
     scene: Mapping[str, Any]
     axes: Any
     shape: tuple[int, int]
@@ -71,9 +91,82 @@ class AtlasResult(Result):
     sent: int
     uncertified: int
     curves: tuple[Any, ...]
-    kinds_per_s: float | None = None
-    rows_per_s: float | None = None
+    pixels_per_s: float | None = None
     jobs: int | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the codes of ``kind`` mean."""
+        return tuple(self.to_xarray()["kind"].attrs["flag_meanings"].split())
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """A column, shape (y, x); KeyError if there is none of this name."""
+        column: NDArray[Any] = self.to_xarray()[name].values
+        return column
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Return the atlas of ``atlas.json``; its map is read when it is looked at.
+
+        Parameters
+        ----------
+        path : path
+
+        Raises
+        ------
+        ForeignFile
+            It is no atlas, or its map is damaged.
+        """
+        found, place = super().load(path), Path(path).with_name(MAP)
+        if "map" not in found.files or not place.is_file():
+            return found
+        with not_as_written(place):
+            import xarray
+
+            expect_sealed(place)
+            known = xarray.open_dataset(place, engine="h5netcdf", mask_and_scale=False)
+            if known["kind"].shape != found.shape:
+                raise ValueError(f"a map of {known['kind'].shape}, not of {found.shape}")
+        return replace(found, map=known)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the map, an xarray Dataset with units and names.
+
+        Raises
+        ------
+        LookupError
+            Its file is not there.
+        """
+        if self.map is None:
+            raise LookupError(f"the map of this atlas is not there: {MAP}")
+        return self.map
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a pandas DataFrame with a row for each pixel, units in its attributes.
+
+        Its index are the values of both axes, y first.
+        """
+        over = tuple(map(str, self.to_xarray().dims))
+        found = self.to_xarray().to_dataframe(dim_order=over)
+        found.attrs = Table((), (*over, *map(str, self.to_xarray()))).to_pandas().attrs
+        return found
+
+    def save_data(self, folder: Path) -> dict[str, str]:
+        """Write ``atlas.nc``, whole or not at all.
+
+        Parameters
+        ----------
+        folder : Path
+        """
+        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "_FillValue": None}
+        known = self.to_xarray()
+        how: dict[str, Any] = {"engine": "h5netcdf", "encoding": dict.fromkeys(known, packed)}
+        write_sealed(folder / MAP, lambda part: known.to_netcdf(part, **how))
+        return {"map": MAP}
+
+    def charts(self) -> Mapping[str, Callable[..., Any]]:
+        """The map."""
+        return {"map": draw("atlas", "draw_map", self)} if self.map is not None else {}
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return what was found, for JSON; the map itself is in ``atlas.nc``.
@@ -99,8 +192,8 @@ class AtlasResult(Result):
         counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
         yield "boundaries", ", ".join(counted) or "none"
         yield "decided by intervals", str(self.sent)
-        if self.kinds_per_s is not None:
-            yield "pixels per second", f"{self.kinds_per_s:.3g}"
+        if self.pixels_per_s is not None:
+            yield "pixels per second", f"{self.pixels_per_s:.3g}"
 
     def tables(self) -> Iterator[Table]:
         """How many pixels there are of each kind, and of its parts; every pixel once."""

@@ -42,7 +42,7 @@ FILES: Final = {
     "drift.json": "drift.Drift",
     "workprec.json": "work_precision.WorkPrecision",
     "stress.json": "stress.Stress",
-    "atlas.json": "atlas.AtlasResult",
+    "atlas.json": "atlas.Atlas",
     "check.json": "check.CheckResult",
     "certify.json": "certificate.Certificate",
     "validate.json": "validation.Validation",
@@ -337,7 +337,7 @@ class Result(Plotted):
         """Methods, if none of them was run."""
         return ()
 
-    def rows(self) -> Table:
+    def numbers(self) -> Table:
         """Its numbers as one table: that of `to_pandas` and of CSV."""
         if not self.table:
             return next(self.tables(), Table.of_facts(self.facts()))
@@ -346,11 +346,11 @@ class Result(Plotted):
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return its numbers as a pandas DataFrame, units and names in its attributes."""
-        return self.rows().to_pandas(*self.index)
+        return self.numbers().to_pandas(*self.index)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return its numbers as an xarray Dataset with units and names."""
-        found = self.rows().to_xarray(*self.index)
+        found = self.numbers().to_xarray(*self.index)
         return found.assign_attrs(schema=self.schema, command=self.command or "")
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
@@ -373,7 +373,7 @@ class Result(Plotted):
         if self.chart is None or not getattr(self, self.chart.shows):
             return None
         module, _, function = self.chart.function.partition(".")
-        return getattr(plots(module), function)(self.document())
+        return getattr(plots(module), function)(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result as JSON; `load` reads it.

@@ -45,8 +45,7 @@ class CheckResult(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors over time, and how far the data run ahead."""
-        document = self.document()
         return {
-            "errors": draw("studies", "checked_errors", document),
-            "phase": draw("studies", "checked_phase", document),
+            "errors": draw("studies", "checked_errors", self),
+            "phase": draw("studies", "checked_phase", self),
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -83,9 +84,9 @@ class Drift(Result):
         the number of the start, why it was ``skipped``; at ``periods`` (times in nutation periods
         of each run's own start) root mean squares over the starts of ``energy`` (E' relative to
         max(|E'|, gMR)), ``p_phi``, ``p_psi``, other ``invariants``, ``phase_s`` [s] and
-        ``axis``; their standard deviations as ``spread``, and the errors of every run, with their
-        signs, as ``members``. None where the formulation does not determine an error or cannot
-        change it, and of the phase from where a run is off by a twentieth of a period.
+        ``axis``, and the errors of every run, with their signs, as ``members``. None where the
+        formulation does not determine an error or cannot change it, and of the phase from where a
+        run is off by a twentieth of a period.
         ``growth`` of energy and phase is an exponent of the time, "bounded", "changes sign",
         "lost" or None; ``energy_exponent``, ``phase_exponent`` and ``stderr`` are the numbers.
         Of a method of fixed steps its ``order``, published, or measured of one of your own; of
@@ -115,6 +116,34 @@ class Drift(Result):
         if name not in methods:
             raise KeyError(f"{name!r}: this study has {', '.join(methods)}")
         return methods[name]
+
+    def slopes(self, method: str, error: str = "energy") -> tuple[tuple[float, float], ...]:
+        """Return local powers of time with which an error of a method grows.
+
+        Parameters
+        ----------
+        method : str
+        error : str
+            ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
+
+        Returns
+        -------
+        tuple of (float, float)
+            Between neighbouring times, at the middle of both on a logarithmic scale: nutation
+            periods, and the power.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> found = ht.drift(ht.load_scene("sicm-kicked"), methods=["strang"], periods=99)
+        >>> len(found.slopes("strang", "axis")) == len(found["strang"].periods) - 1
+        True
+        """
+        known = zip(self[method].periods, _columns(self[method])[error], strict=True)
+        points = [(math.log(n), math.log(e)) for n, e in known if e]
+        return tuple(
+            (math.exp((a + b) / 2), (y - x) / (b - a)) for (a, x), (b, y) in pairwise(points)
+        )
 
     def facts(self) -> Iterator[Fact]:
         """What was asked, what the columns mean, what was skipped and why."""
@@ -148,7 +177,7 @@ class Drift(Result):
         columns = [each for method in self.methods for each in _columns(method).items()]
         names = dict.fromkeys(SERIES) | {name: None for name, _ in columns}
         drawn = [name for name in names if any(any(x) for n, x in columns if n == name)]
-        return {name: draw("studies", "error_growth", self.document(), name) for name in drawn}
+        return {name: draw("studies", "error_growth", self, name) for name in drawn}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Own methods that were skipped, and runs that ended early."""
@@ -186,7 +215,7 @@ class Drift(Result):
         write_sealed(folder / "drift.nc", lambda part: part.write_bytes(data))
         return {"errors": "drift.nc"}
 
-    def rows(self, members: bool = False) -> Table:
+    def numbers(self, members: bool = False) -> Table:
         """The errors over time, a row for each method and each time.
 
         Parameters
@@ -198,8 +227,6 @@ class Drift(Result):
         for method in self.methods:
             for start, run in enumerate(method.members if members else (method,)):
                 columns = _columns(run)
-                if not members:
-                    columns |= {f"{n}_spread": x for n, x in _columns(method.spread).items()}
                 for k, periods in enumerate(run.periods):
                     row = {"scheme": method.name, "start": start, "periods": periods}
                     rows.append(row | {name: x[k] for name, x in columns.items() if x})
@@ -211,19 +238,19 @@ class Drift(Result):
     def to_xarray(self) -> xarray.Dataset:
         """Return errors over ``scheme`` and ``periods``, nan where there are none.
 
-        ``energy`` and the others are root mean squares over the starts, ``energy_spread`` standard
-        deviations, and ``member_energy``, over ``start`` too, the errors of each run; ``theta`` and
-        the others over ``start`` are the initial conditions.
+        ``energy`` and the others are root mean squares over the starts, and ``member_energy``, over
+        ``start`` too, the errors of each run; ``theta`` and the others over ``start`` are the
+        initial conditions.
 
         (A dimension called method could not be selected: xarray has an option of that name.)
         """
         import xarray
 
-        members = self.rows(members=True).to_xarray(*MEMBER_INDEX)
+        members = self.numbers(members=True).to_xarray(*MEMBER_INDEX)
         starts = [{"start": k, **each} for k, each in enumerate(self.starts)]
         initial = Table(starts, [*dict.fromkeys(k for row in starts for k in row)])
         parts = [
-            self.rows().to_xarray(*self.index),
+            self.numbers().to_xarray(*self.index),
             members.rename({name: f"member_{name}" for name in members}),
             initial.to_xarray("start"),
         ]
@@ -249,20 +276,17 @@ class Drift(Result):
         >>> found.to_pandas().loc["strang", "energy"].size == len(found["strang"].energy)
         True
         """
-        return self.rows(members).to_pandas(*(MEMBER_INDEX if members else self.index))
+        return self.numbers(members).to_pandas(*(MEMBER_INDEX if members else self.index))
 
 
 def error_of(name: str) -> Quantity:
-    """What a column of errors is, or of their spread over the starts."""
-    base = name.removesuffix("_spread")
-    found = quantity_of(base if base == "phase_s" else f"{base}_error")
-    spread = f"{found.name}, standard deviation over the starts"
-    return found if base == name else found._replace(name=spread)
+    """What a column of errors is."""
+    return quantity_of(name if name == "phase_s" else f"{name}_error")
 
 
 def _columns(run: Any) -> dict[str, Sequence[float | None]]:
-    """The errors of a method, of one of its runs, or of nothing, by their names."""
-    return {**{name: run[name] for name in SERIES}, **run["invariants"]} if run else {}
+    """The errors of a method, or of one of its runs, by their names."""
+    return {**{name: run[name] for name in SERIES}, **run["invariants"]}
 
 
 def _last(method: Any) -> dict[str, Any]:

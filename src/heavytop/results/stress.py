@@ -141,6 +141,8 @@ class Stress(Result):
 
     def facts(self) -> Iterator[Fact]:
         """What the marks mean, what failed, what was skipped, and whether auto said all."""
+        wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
+        yield AUTO, f"was silently wrong: {wrong}" if self._has_auto else "was not run"
         yield "stress", "digits lost beyond what conditioning allows"
         if any(":" not in name and name != AUTO for name in self.methods):  # not only one's own
             yield "columns", HEADS
@@ -153,8 +155,6 @@ class Stress(Result):
         yield from self._failed()
         for (reason,), some in grouped(self.skipped, "reason").items():
             yield "skipped", f"{reason}: {', '.join(f'{x.case}/{x.method}' for x in some)}"
-        wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
-        yield AUTO, f"was silently wrong: {wrong}" if self._has_auto else "was not run"
 
     @property
     def _has_auto(self) -> bool:
@@ -184,12 +184,12 @@ class Stress(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The digits that every method lost at every case."""
-        return {"digits": draw("studies", "digits_lost", self.document())}
+        return {"digits": draw("studies", "digits_lost", self)}
 
     @property
     def figure_size(self) -> tuple[float, float]:
         """Width and height of a figure that has room for every case and method [inches]."""
-        size: tuple[float, float] = plots("studies").stress_size(self.document())
+        size: tuple[float, float] = plots("studies").stress_size(self)
         return size
 
     def problems(self) -> Iterator[tuple[Exit, str]]:

@@ -80,11 +80,6 @@ class WorkPrecision(Result):
         """
         return front(self.points, self._error)
 
-    @property
-    def front_theta(self) -> tuple[int, ...]:
-        """Indices of the points that none beats in time and error of theta, fastest first."""
-        return front(self.points, "theta_error")
-
     def cheapest(self, bound: float, wants: str = "axis") -> Any:
         """Return the fastest point with an error of at most a bound, or None.
 
@@ -102,8 +97,7 @@ class WorkPrecision(Result):
         """
         if wants not in ERRORS:
             raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERRORS)} are")])
-        index = self._cheapest(ERRORS[wants], bound)
-        return None if index is None else self.points[index]
+        return next((self.points[i] for i in self._within(ERRORS[wants], bound)), None)
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points.
@@ -115,9 +109,7 @@ class WorkPrecision(Result):
         """
         return super().document(costs=costs) | {
             "front": [*self.front],
-            "front_theta": [*self.front_theta],
-            "cheapest": self._leaders(self._error),
-            "cheapest_theta": self._leaders("theta_error"),
+            "cheapest": self._leaders(),
             "orders": {row["method"]: row["order"] for row in summaries(self.points)},
         }
 
@@ -141,25 +133,23 @@ class WorkPrecision(Result):
     def tables(self) -> Iterator[Table]:
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
         yield Table([*summaries(self.points)], COLUMNS, meanings=BESTS)
-        for error, side in self._sides.items():
-            points = (self.points[i] for i in front(self.points, error))
-            rows = [{**p, "error": error_of_point(p, error), "setting": setting(p)} for p in points]
-            if rows:
-                yield Table(rows, FRONT, f"Pareto front, {side}")
-                yield Table([*self._leading_rows(error)], LEADERS, f"cheapest, {side}")
-
-    def _leading_rows(self, error: str) -> Iterator[dict[str, Any]]:
-        for target, first in self._leaders(error).items():
-            if first is not None:
-                other = first.get("against") or {"method": None}
-                yield {**first, "to": target, "setting": setting(first), "next": other["method"]}
+        side = quantity_of(self._error).symbol
+        points = (self.points[i] for i in self.front)
+        if rows := [_shown(p, error=error_of_point(p, self._error)) for p in points]:
+            yield Table(rows, FRONT, f"Pareto front, {side}")
+            leaders = [
+                _shown(each, to=target, next=(each.get("against") or {}).get("method"))
+                for target, each in self._leaders().items()
+                if each
+            ]
+            yield Table(leaders, LEADERS, f"cheapest, {side}")
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
         names = [n for n, x in ERRORS.items() if any(error_of_point(p, x) for p in self.points)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
         return {
-            name + end: draw("studies", "work_precision", self.document(), name, column)
+            name + end: draw("studies", "work_precision", self, name, column)
             for end, column in work.items()
             for name in names
         }
@@ -173,45 +163,36 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
-    @property
-    def _sides(self) -> dict[str, str]:
-        axis = {"axis_error": "axis", "theta_error": "θ alone"}
-        return axis if self._error == "axis_error" else {"theta_error": "θ"}
+    def _within(self, error: str, bound: float) -> list[int]:
+        """Return the indices of the points within a bound, the fastest first."""
+        within = (i for i, off in _errors(self.points, error).items() if off <= bound)
+        return sorted(within, key=lambda i: _rank(self.points[i]))
 
-    def _cheapest(self, error: str, bound: float, rival: bool | None = None) -> int | None:
-        """Return the index of the fastest point within a bound; of rivals, or of ours, alone."""
-        within = [
-            i
-            for i, off in _errors(self.points, error).items()
-            if off <= bound and rival in (None, self.points[i]["rival"])
-        ]
-        return min(within, key=lambda i: _rank(self.points[i]), default=None)
-
-    def _leaders(self, error: str) -> dict[str, Any]:
+    def _leaders(self) -> dict[str, Any]:
         """Return who is cheapest within each target, with the best of the other side; the best."""
-        found: dict[str, Any] = {}
+        error, found = self._error, dict[str, Any]()
         for name, bound in TARGETS.items():
-            found[name] = first = self._leading(self._cheapest(error, bound), error)
+            within = self._within(error, bound)
+            found[name] = first = self._leading(within[:1], error)
             if first is not None:
-                other = self._leading(self._cheapest(error, bound, not first["rival"]), error)
+                others = [i for i in within if self.points[i]["rival"] != first["rival"]]
+                other = self._leading(others[:1], error)
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
         off = _errors(self.points, error)
+        order = sorted(off, key=lambda i: (off[i], _rank(self.points[i])))
         for name, bits in (("best", math.inf), ("best_in_doubles", DOUBLE)):
-            among = [i for i in off if self.points[i]["bits"] <= bits]
-            best = min(among, key=lambda i: (off[i], _rank(self.points[i])), default=None)
-            found[name] = self._leading(best, error)
+            among = [i for i in order if self.points[i]["bits"] <= bits]
+            found[name] = self._leading(among[:1], error)
         return found
 
-    def _leading(self, index: int | None, error: str) -> dict[str, Any] | None:
-        if index is None:
-            return None
-        point = self.points[index]
+    def _leading(self, indices: Sequence[int], error: str) -> dict[str, Any] | None:
         names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        return {n: point[n] for n in names} | {
-            "error": error_of_point(point, error),
-            "point": index,
-        }
+        for index in indices:
+            point = self.points[index]
+            off = error_of_point(point, error)
+            return {n: point[n] for n in names} | {"error": off, "point": index}
+        return None
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
@@ -247,6 +228,11 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
         steps = {p["steps"] / p["periods"]: p["error"] for p in same if p["has_order"]}
         known = {"of": quantity_of(of).symbol, "order": order_of(steps), "setup_s": setup}
         yield {**best, "method": name, **known, **within}
+
+
+def _shown(point: Mapping[str, Any], **more: Any) -> dict[str, Any]:
+    """A point as a row of a table, with its setting in words."""
+    return {**point, "setting": setting(point), **more}
 
 
 def setting(point: Mapping[str, Any]) -> str:

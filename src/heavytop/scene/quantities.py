@@ -109,11 +109,6 @@ class Quantity(NamedTuple):
         return f"{self.symbol} [{unit}]" if unit not in ("1", "") else self.symbol
 
     @property
-    def label(self) -> str:
-        """The label of an axis of a chart that has room: the name with its unit."""
-        return self._replace(symbol=self.name or self.symbol).heading
-
-    @property
     def latex(self) -> str:
         r"""The symbol in LaTeX.
 

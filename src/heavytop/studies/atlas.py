@@ -8,18 +8,15 @@ from __future__ import annotations
 
 import os
 import time
-import zlib
 from base64 import b64decode, b64encode
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop import __version__
 from heavytop.analytic.many import PROMISED, Motions, motions_many
@@ -27,37 +24,15 @@ from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
 from heavytop.classification.many import classify_many
 from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import BadScene, Fault, ForeignFile
-from heavytop.files import write_sealed
-from heavytop.results.atlas import AtlasResult
-from heavytop.results.base import Table, draw, plots
+from heavytop.results.atlas import Atlas
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies.atlas_plane import (
-    ROLES,
-    Axis,
-    Columns,
-    Plane,
-    Tile,
-    curves,
-    mirrored,
-    restored,
-)
-from heavytop.studies.study import (
-    STUDY,
-    Chunk,
-    Journal,
-    Parameters,
-    Progress,
-    canonical_json,
-    open_journal,
-    reading,
-    run,
-)
+from heavytop.studies import study
+from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, curves, mirrored, restored
 
 if TYPE_CHECKING:
-    import pandas
     import xarray
 
 ACCURACY: Final = f"{PROMISED:g}: of period relative, of angles relative to max(1, |x|)"
@@ -65,49 +40,35 @@ ACCURACY: Final = f"{PROMISED:g}: of period relative, of angles relative to max(
 KIND: Final = "atlas"
 TILE: Final = {"kind": 2**20, "rows": 2**16}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
-
-
-class PixelColumn(NamedTuple):
-    """What is known of every pixel: its type on the disk, and what codes or bits mean."""
-
-    dtype: str
-    meanings: tuple[str, ...] = ()
-
-
-COLUMNS: Final = {
-    "kind": PixelColumn("u1", NAMES),
-    "detail": PixelColumn("u1", ("none", *DETAILS[1:])),
-    "certified": PixelColumn("u1"),
-    "tags": PixelColumn("u1", TAG_NAMES),
-    "open_tags": PixelColumn("u1", TAG_NAMES),
-    **dict.fromkeys(("theta_min", "theta_max", "period", "precession", "spin"), PixelColumn("<f8")),
-}
-SETS: Final = {
-    "kind": tuple(COLUMNS)[:3],
-    "rows": tuple(COLUMNS),
-}
+CODES: Final = ("kind", "detail", "certified", "tags", "open_tags")
+NUMBERS: Final = ("theta_min", "theta_max", "period", "precession", "spin")
+SETS: Final = {"kind": CODES[:3], "rows": (*CODES, *NUMBERS)}
 """The columns with ``only="kind"``, and by default."""
+TYPES: Final = dict.fromkeys(CODES, "u1") | dict.fromkeys(NUMBERS, "<f8")
+VALUES: Final = {"kind": NAMES, "detail": ("none", *DETAILS[1:])}
+BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
+"""What the codes and the bits of a column mean."""
 
 
 # --- the study: parameters and tiles --------------------------------------------------------------
 
 
-def _plane(parameters: Parameters) -> Plane:
+def _plane(parameters: study.Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
-    with reading(STUDY):
+    with study.reading(study.STUDY):
         x, y = (Axis.of(parameters[side]) for side in "xy")
         if parameters["what"] not in SETS or not isinstance(parameters["tile"], int):
             raise ValueError("its columns or the size of its tiles are unknown")
         return Plane(scene_of(parameters["scene"]), x, y)
 
 
-def tasks(parameters: Parameters) -> tuple[str, ...]:
+def tasks(parameters: study.Parameters) -> tuple[str, ...]:
     """Return the names of the tiles of a study."""
     return tuple(_plane(parameters).tiles(parameters["tile"]))
 
 
-def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[Chunk]:
+def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iterator[study.Chunk]:
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
@@ -119,9 +80,9 @@ def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[C
         "counts": {_words(code): int(pairs[code]) for code in np.flatnonzero(pairs).tolist()},
         "sent": escalated,
         "uncertified": int(np.count_nonzero(columns["certified"] == 0)),
-        "columns": {name: _packed(array) for name, array in columns.items()},
+        "tile": _packed(columns),
     }
-    yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
+    yield study.Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
 def _computed(tops: dict[str, Any], shape: tuple[int, int], what: str) -> tuple[Columns, int]:
@@ -136,7 +97,7 @@ def _computed(tops: dict[str, Any], shape: tuple[int, int], what: str) -> tuple[
     }
     if bottom.any():
         columns = restored(columns, tops, bottom)
-    return {name: each.astype(COLUMNS[name].dtype) for name, each in columns.items()}, verdicts.sent
+    return {name: each.astype(TYPES[name]) for name, each in columns.items()}, verdicts.sent
 
 
 def _words(code: int) -> str:
@@ -145,138 +106,17 @@ def _words(code: int) -> str:
     return NAMES[kind] + (f", {DETAILS[detail]}" if detail else "")
 
 
-def _packed(array: NDArray[Any]) -> str:
-    """A column as text: its bytes, compressed where that is worth its time."""
-    return b64encode(zlib.compress(array.tobytes(), int(array.dtype.itemsize == 1))).decode()
-
-
-def _unpacked(row: Mapping[str, Any], tile: Tile, names: Sequence[str]) -> Columns:
-    """Some columns of the row of a tile."""
-    return {
-        name: np.frombuffer(
-            zlib.decompress(b64decode(row["columns"][name])), COLUMNS[name].dtype
-        ).reshape(tile.shape)
-        for name in names
-    }
+def _packed(columns: Columns) -> str:
+    """The columns of a tile as the text of an npz file, compressed where that is worth its time."""
+    file = BytesIO()
+    (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
+    return b64encode(file.getvalue()).decode()
 
 
 # --- the result -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Atlas(AtlasResult):
-    """A plane of tops and what kind of motion each of its pixels is.
-
-    ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
-    [rad], ``period`` [s], ``precession`` and ``spin`` in a period [rad], ``kind`` as an index of
-    `names`. `to_xarray()` is all of it. Other attributes are those of
-    `heavytop.results.atlas.AtlasResult`.
-
-    Attributes
-    ----------
-    plane : Plane
-    journal : Journal
-        Where the tiles are kept: a folder, or memory.
-    """
-
-    left_out: ClassVar = ("plane", "journal")
-
-    plane: Plane
-    journal: Journal
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """What the codes of ``kind`` mean."""
-        return NAMES
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """The names of the columns."""
-        return SETS[self.what]
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column, shape (y, x): with several, `read_tiles` needs less memory.
-
-        Raises
-        ------
-        KeyError
-            It has no such column.
-        """
-        if name not in self.columns:
-            raise KeyError(f"{name!r}: this atlas has {', '.join(self.columns)}")
-        whole = np.empty(self.shape, COLUMNS[name].dtype)
-        for tile, columns in self.read_tiles():
-            whole[tile.rows, tile.columns] = columns[name]
-        return whole
-
-    def read_tiles(self) -> Iterator[tuple[Tile, Columns]]:
-        """The tiles and their columns, one at a time in memory."""
-        for task, tile in self.plane.tiles(self.journal.parameters["tile"]).items():
-            with reading(f"tile {task}"):
-                columns = _unpacked(self.journal.load(task).rows[0], tile, self.columns)
-            yield tile, columns
-
-    def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """The map."""
-        return {"map": draw("atlas", "kinds_map", self)}
-
-    def figure(self) -> Any:
-        """The map, with paths of the axis beside it."""
-        return plots("atlas").atlas_figure(self)
-
-    def save_data(self, folder: Path) -> dict[str, str]:
-        """Write ``atlas.nc``.
-
-        Parameters
-        ----------
-        folder : Path
-        """
-        self.save_map(folder / "atlas.nc")
-        return {"map": "atlas.nc"}
-
-    def to_xarray(self) -> xarray.Dataset:
-        """Return the columns as an xarray Dataset, dimensions named as the axes, y first."""
-        import xarray
-
-        scene, axes = self.plane.scene, (self.plane.y, self.plane.x)
-        names = tuple(axis.name for axis in axes)
-        places = {x.name: (x.name, x.values, quantity_of(x.name).attributes) for x in axes}
-        columns = {name: (names, self[name], _attributes(name)) for name in self.columns}
-        about = {"Conventions": "CF-1.11", "title": scene.title or scene.name}
-        about |= {"source": f"heavytop {__version__}", "accuracy": ACCURACY}
-        about["parameters"] = canonical_json(self.journal.parameters)
-        return xarray.Dataset(columns, places, about)
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """Return a pandas DataFrame with a row for each pixel, units in its attributes.
-
-        Its index are the values of both axes, y first.
-        """
-        over = (self.plane.y.name, self.plane.x.name)
-        found = self.to_xarray().to_dataframe(dim_order=over)
-        found.attrs = Table((), (*over, *self.columns)).to_pandas().attrs
-        return found
-
-    def save_map(self, path: Path) -> None:
-        """Write the Dataset as netCDF, whole or not at all.
-
-        Parameters
-        ----------
-        path : Path
-            The file, usually ``atlas.nc``.
-
-        Raises
-        ------
-        OSError
-        """
-        chunk = next(iter(self.plane.tiles(self.journal.parameters["tile"]).values())).shape
-        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-        each = packed | {"_FillValue": None, "chunksizes": chunk}
-        how: dict[str, Any] = {"engine": "h5netcdf", "encoding": dict.fromkeys(self.columns, each)}
-        write_sealed(path, lambda part: self.to_xarray().to_netcdf(part, **how))
-
-
-def collect(journal: Journal, jobs: int = 1) -> Atlas:
+def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     """Return the atlas of all its tiles.
 
     Raises
@@ -286,16 +126,20 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
     """
     parameters, plane = journal.parameters, _plane(journal.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
+    columns = {name: np.empty(plane.shape, TYPES[name]) for name in SETS[what]}
     pairs, others = Counter[str](), Counter[str]()
-    for task in tiles:
+    for task, tile in tiles.items():
         record = journal.load(task)
         if not record.done:
             why = record.failed or f"not computed yet; heavytop resume {journal.path} goes on"
             raise ForeignFile(f"tile {task}: {why}")
-        with reading(f"tile {task}"):
+        with study.reading(f"tile {task}"):
             [row] = record.rows
             pairs.update(row["counts"])
             others.update({name: row[name] for name in ("sent", "uncertified")})
+            found = np.load(BytesIO(b64decode(row["tile"], validate=True)))
+            for name, column in columns.items():
+                column[tile] = found[name]
     kinds = Counter[str]()
     for pair, count in pairs.items():
         kinds[pair.partition(",")[0]] += count
@@ -313,24 +157,41 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         curves=tuple(
             {"name": name, "x": x.tolist(), "y": y.tolist()} for name, x, y in curves(plane)
         ),
-        kinds_per_s=rate,
-        rows_per_s=rate if what == "rows" else None,
+        pixels_per_s=rate,
         jobs=jobs,
         versions=parameters["versions"],
-        plane=plane,
-        journal=journal,
+        map=_dataset(plane, columns, parameters),
     )  # fmt: skip
 
 
+def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xarray.Dataset:
+    """The map, which says of its columns what they are, by the CF conventions."""
+    import xarray
+
+    places = {
+        axis.name: (axis.name, axis.values, quantity_of(axis.name).attributes)
+        for axis in (plane.y, plane.x)
+    }
+    about = {
+        "Conventions": "CF-1.11",
+        "title": plane.scene.title or plane.scene.name,
+        "source": f"heavytop {__version__}",
+        "accuracy": ACCURACY,
+        "parameters": study.canonical_json(parameters),
+    }
+    found = {name: (tuple(places), each, _attributes(name)) for name, each in columns.items()}
+    return xarray.Dataset(found, places, about)
+
+
 def _attributes(name: str) -> dict[str, Any]:
-    """What a map says of a column, by the CF conventions."""
-    column = COLUMNS[name]
+    """What a map says of a column."""
+    words = VALUES.get(name) or BITS.get(name, ())
     found: dict[str, Any] = dict(quantity_of(name).attributes)
-    if not column.meanings:
+    if not words:
         return found
-    codes = np.arange(len(column.meanings), dtype=np.uint8)
-    flags = {"flag_masks": 1 << codes} if column.meanings == TAG_NAMES else {"flag_values": codes}
-    return found | flags | {"flag_meanings": " ".join(column.meanings)}
+    codes = np.arange(len(words), dtype=np.uint8)
+    flags = {"flag_values": codes} if name in VALUES else {"flag_masks": 1 << codes}
+    return found | flags | {"flag_meanings": " ".join(words)}
 
 
 # --- making an atlas ------------------------------------------------------------------------------
@@ -345,7 +206,7 @@ def atlas(
     jobs: int | None = None,
     executor: Executor | None = None,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[study.Progress], object] | None = None,
 ) -> Atlas:
     """The kind of motion of every pixel of a plane of tops, each proved, and how each moves.
 
@@ -408,11 +269,11 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     how = {"executor": executor, "on_progress": progress}
-    with open_journal(folder, _parameters(plane, what)) as journal:
-        return _run(journal, values.get("jobs", usable_cpus()), **how)
+    with study.open_journal(folder, _parameters(plane, what)) as journal:
+        return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
 
 
-def _parameters(plane: Plane, what: str) -> Parameters:
+def _parameters(plane: Plane, what: str) -> study.Parameters:
     """Return what is asked of an atlas, as JSON."""
     return {
         "kind": KIND,
@@ -426,9 +287,10 @@ def _parameters(plane: Plane, what: str) -> Parameters:
     }
 
 
-def complete(journal: Journal, *, jobs: int, **how: Any) -> Atlas:
-    """Compute what is left of an atlas."""
-    return _run(journal, jobs, **how)
+def complete(journal: study.Journal, *, jobs: int, **how: Any) -> Atlas:
+    """Compute the tiles of an atlas that are not there yet, and return it."""
+    study.run(journal, jobs=jobs, **how)
+    return collect(journal, jobs)
 
 
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
@@ -465,13 +327,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(Journal.read(arguments.path_of("folder", folder)))
-
-
-def _run(journal: Journal, jobs: int, **how: Any) -> Atlas:
-    """Compute the tiles of an atlas that are not there yet."""
-    run(journal, jobs=jobs, **how)
-    return collect(journal, jobs)
+    return collect(study.Journal.read(arguments.path_of("folder", folder)))
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
@@ -489,8 +345,8 @@ def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
         yield Fault(file, None, "y", y.name, rule)
     with suppress(AttributeError, ValueError, OSError):  # a system may not say
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        pixel = sum(np.dtype(COLUMNS[name].dtype).itemsize for name in SETS[what])
-        needed = x.count * y.count * pixel * 4 / 3  # in base 64
+        pixel = sum(np.dtype(TYPES[name]).itemsize for name in SETS[what])
+        needed = x.count * y.count * pixel * (4 / 3 + 1)  # in base 64, and as arrays
         if in_memory and needed > free:
             rule = f"{needed / 1e9:.3g} GB are needed in memory, and {free / 1e9:.3g} GB are free"
             yield Fault(file, None, "x, y", f"{x.count * y.count} pixels", rule)

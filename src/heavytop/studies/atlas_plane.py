@@ -101,6 +101,11 @@ class Axis:
             raise Refused("a logarithmic axis does not reach 0")
         return cls(name, low, high, int(count), scale == "log")
 
+    @classmethod
+    def of_range(cls, known: Mapping[str, Any]) -> Axis:
+        """The axis that a result names."""
+        return cls(**{**known, "low": Exact.of(known["low"]), "high": Exact.of(known["high"])})
+
     @property
     def text(self) -> str:
         """The axis as it can be read again."""

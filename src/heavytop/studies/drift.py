@@ -31,14 +31,7 @@ from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
 from heavytop.studies.steppers import MethodRun, measured_order, no_nutation, set_up
-from heavytop.studies.study import (
-    Chunk,
-    Journal,
-    Parameters,
-    Progress,
-    open_journal,
-    run,
-)
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
@@ -209,18 +202,17 @@ def _chunks(
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
     periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
     times = [found.stepper.output_time(n * found.period) for n in periods]
-    state, sampled, ended = found.stepper.begin(), 0, ""
     here: Mapping[str, int] = getattr(found.stepper, "warned", {})
-    order: float | None = chosen.published_order
-    warned = Counter[str]()
-    if checkpoint is None and chosen.fixed and order is None and int(number) == 0:
-        order = measured_order(scene, chosen)
-    if checkpoint is not None:
-        order, warned = checkpoint["order"], Counter(checkpoint["warned"])
-        words: dict[str, Any] = {
-            name: tuple(x) if isinstance(x, list) else x for name, x in checkpoint["state"].items()
-        }
-        state, sampled = StepperState(**words), checkpoint["sampled"]
+    if checkpoint is None:
+        order: float | None = chosen.published_order
+        if chosen.fixed and order is None and int(number) == 0:
+            order = measured_order(scene, chosen)
+        state, checkpoint = found.stepper.begin(), {"sampled": 0, "order": order, "warned": {}}
+    else:
+        stored = checkpoint["state"].items()
+        words: Any = {name: tuple(x) if isinstance(x, list) else x for name, x in stored}
+        state = StepperState(**words)
+    sampled, warned, ended = checkpoint["sampled"], Counter(checkpoint["warned"]), ""
     yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
         rows: list[dict[str, Any]] = []
@@ -236,13 +228,11 @@ def _chunks(
                 ended = str(failure)
                 break
             state, sampled = after, sampled + len(reached)
-        done = bool(ended) or sampled == len(times)
-        gone = state.time[0]
-        checkpoint = {
-            "state": asdict(state), "sampled": sampled, "ended": ended,
-            "periods": gone / found.period, "order": order, "warned": warned + Counter(here),
-        }  # fmt: skip
-        yield Chunk(checkpoint, rows, done, gone / times[-1][0], seconds)
+        done, gone = bool(ended) or sampled == len(times), state.time[0]
+        checkpoint |= {"state": asdict(state), "periods": gone / found.period,
+                       "sampled": sampled, "ended": ended,
+                       "warned": warned + Counter(here)}  # fmt: skip
+        yield Chunk(dict(checkpoint), rows, done, gone / times[-1][0], seconds)
 
 
 def complete(journal: Journal, **how: Any) -> Drift:
@@ -387,8 +377,7 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
             _series(x) | {"steps": at["state"]["steps"]}
             for x, at in zip(columns, known, strict=True)
         ],
-        "spread": _series(_over(columns, lambda x: _rms(x - np.mean(x)))) if known else None,
-        **_series(_over(columns, _rms) if known else {"periods": ()}),
+        **_series(_over(columns) if known else {"periods": ()}),
     }
     signs = row["members"][0] if known else row
     found = {n: growth(row["periods"], row[c], signs[c]) for n, c in GROWING.items()}
@@ -415,13 +404,13 @@ def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
     return columns | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
 
 
-def _over(members: Sequence[Columns], mean: Callable[[Any], Any]) -> Columns:
-    """Errors over all runs, at the times that all of them reached."""
+def _over(members: Sequence[Columns]) -> Columns:
+    """Root mean squares over all runs, at the times that all of them reached."""
     shortest = min(members, key=lambda columns: len(columns["periods"]))
     found = {}
     for name in shortest:
         every = zip(*(each[name] for each in members), strict=False)
-        found[name] = tuple(None if None in x else float(mean(np.array(x))) for x in every)
+        found[name] = tuple(None if None in x else _rms(np.array(x)) for x in every)
     return found | {"periods": shortest["periods"]}
 
 

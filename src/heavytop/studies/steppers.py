@@ -23,12 +23,7 @@ import numpy as np
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import ReducedMotion
 from heavytop.comparison.own_steps import OBSERVED, BodyForm
-from heavytop.comparison.steppers import (
-    IntegrationFailed,
-    Stepper,
-    StepperState,
-    TopConstants,
-)
+from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState, TopConstants
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault, HeavyTopError

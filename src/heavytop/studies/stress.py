@@ -29,7 +29,6 @@ from heavytop.comparison.steppers import (
     IntegrationFailed,
     MethodError,
     NotFinite,
-    Stepper,
 )
 from heavytop.doctor import versions
 from heavytop.exact.pairs import two_product
@@ -41,26 +40,11 @@ from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
-from heavytop.studies.methods import (
-    ANGLES,
-    MethodSetting,
-    admitted,
-    stress_method,
-    stress_methods,
-)
+from heavytop.studies import study
+from heavytop.studies.methods import ANGLES, MethodSetting, admitted, stress_method, stress_methods
 from heavytop.studies.steppers import measured_order, top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
-from heavytop.studies.study import (
-    Chunk,
-    Journal,
-    Parameters,
-    Progress,
-    keep_budget,
-    open_journal,
-    reading,
-    run,
-)
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut
 
 KIND: Final = "stress"
@@ -101,7 +85,7 @@ def stress(
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[study.Progress], object] | None = None,
 ) -> Stress:
     """Put methods under stress: at every motion at which some are known to fail.
 
@@ -167,24 +151,24 @@ def stress(
         "versions": versions(),
     }
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with open_journal(folder, parameters) as journal:
+    with study.open_journal(folder, parameters) as journal:
         return complete(journal, on_progress=progress, **how)
 
 
-def tasks(parameters: Parameters) -> list[str]:
+def tasks(parameters: study.Parameters) -> list[str]:
     """Return the names of the runs: a case and a method."""
     there = [name for name in parameters["methods"] if not stress_method(name).absent]
     return [f"{case}/{method}" for method in there for case in parameters["cases"]]
 
 
-def complete(journal: Journal, *, budget: float | None = None, **how: Any) -> Stress:
+def complete(journal: study.Journal, *, budget: float | None = None, **how: Any) -> Stress:
     """Do the runs that are left and for which there is time, and return the result."""
-    budget = keep_budget(journal, budget, BUDGET_S)
-    run(journal, budget=budget, **how)
+    budget = study.keep_budget(journal, budget, BUDGET_S)
+    study.run(journal, budget=budget, **how)
     return collect(journal, budget)
 
 
-def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
+def collect(journal: study.Journal, budget: float = BUDGET_S) -> Stress:
     """Return what is stored of a stress test.
 
     Parameters
@@ -199,7 +183,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
         for case in parameters["cases"]:
             record = journal.load(f"{case}/{method.name}")
             if record.done:
-                with reading(f"run {record.task}"):
+                with study.reading(f"run {record.task}"):
                     [row] = record.rows
                     runs.append(run_row(**row))
                 continue
@@ -218,7 +202,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
     )
 
 
-def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
+def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Iterator[study.Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
     asked, limit = (
@@ -232,7 +216,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
         form = stress_method(method).states
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
         found = run_row(case=case, method=method, formulation=form, named=True, **what)
-    yield Chunk(rows=[found], done=True)
+    yield study.Chunk(rows=[found], done=True)
 
 
 def put_to_test(
@@ -376,6 +360,7 @@ def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
 class Prepared(NamedTuple):
     """A method set up for a case; of a fixed step how many it takes, and what they allow."""
 
+    problem: InitialValueProblem
     stepper: Any
     steps: int = 0
     step_error: float = 0.0
@@ -388,13 +373,12 @@ def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared
     """
     chosen = Plan(method.formulation)
     parameters, start = binary_start(case.scene, chosen)
-    stepper: Stepper
+    numbers = chosen.equations, parameters, tuple(start.state.tolist())
+    problem, setting = InitialValueProblem(method.name, *numbers), method.setting
     if method.solver:
-        numbers = chosen.equations, parameters, tuple(start.state.tolist())
-        problem, how = InitialValueProblem(method.name, *numbers), {"atol": method.atol}
-        stepper = scipy_stepper(method.solver, problem, method.setting, CALL, guarded=False, **how)
-        return Prepared(stepper)
-    setting, span, steps, block, allowed = method.setting, abs(truth.end), 0, CALL, 0.0
+        how: dict[str, Any] = {"atol": method.atol, "guarded": False}
+        return Prepared(problem, scipy_stepper(method.solver, problem, setting, CALL, **how))
+    span, steps, block, allowed = abs(truth.end), 0, CALL, 0.0
     if method.fixed:
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
         steps = math.ceil(span / period * setting)
@@ -404,9 +388,9 @@ def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared
     name, ahead = method.name.partition("=")[0], 1 if truth.end >= 0 else -1
     top = top_constants(case.scene.top)
     stepper = make_stepper(
-        name, start.state, parameters, setting, span, ahead, steps=block, top=top
+        name, problem.start, parameters, setting, span, ahead, steps=block, top=top
     )
-    return Prepared(stepper, steps, allowed)
+    return Prepared(problem, stepper, steps, allowed)
 
 
 def _stepped(
@@ -419,8 +403,7 @@ def _stepped(
     try:
         times, states, taken = (_called if method.solver else _in_blocks)(ready, truth, step_limit)
     except IntegrationFailed as failure:
-        outcome = FAILED.get(type(failure), StressOutcome.STALLED)
-        return Attempt(outcome, str(failure))
+        return Attempt(FAILED.get(type(failure), StressOutcome.STALLED), str(failure))
     warned = getattr(ready.stepper, "warned", {})
     result = Attempt(
         said="; ".join(f"{count}× {text}" for text, count in warned.items()),
@@ -429,21 +412,20 @@ def _stepped(
     )
     if times[-1] != truth.end:
         return replace(result, stopped=StressOutcome.STEP_LIMIT)
-    chosen = Plan(method.formulation)
-    form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
+    form, known = ready.problem.equations, ready.problem.parameters
     if method.solver and case.counted:
-        signs = {n: np.sign(event_function(form, n, states, parameters, times)[0]) for n in WATCHED}
+        signs = {n: np.sign(event_function(form, n, states, known, times)[0]) for n in WATCHED}
         counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
         result = replace(result, counted=counted)
-    rows = np.array([start.state, states[-1]])
+    rows = np.array([ready.problem.start, states[-1]])
     if not np.isfinite(rows).all():
         return result
     ends = np.array([0.0, truth.end])
     with np.errstate(all="ignore"):
-        seen = sample(form, rows, parameters, ends)
-        energy = invariants(form, rows, parameters, ends)["energy"]
-    weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
-    off = abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight))
+        seen = sample(form, rows, known, ends)
+        first, last = invariants(form, rows, known, ends)["energy"].tolist()
+    weight = known["g"] if "g" in known else known["gMR"] / known["A"]
+    off = abs(last - first) / max(abs(first), abs(weight))
     return _with_motion(replace(result, energy_error=off), seen)
 
 
@@ -453,7 +435,7 @@ Walk = tuple[Any, Any, int]
 
 def _called(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
     """Call a solver once, as its user does."""
-    taken = ready.stepper.solver(np.array(ready.stepper.start), truth.end, step_limit)
+    taken = ready.stepper.solver(np.array(ready.problem.start), truth.end, step_limit)
     return taken.times, taken.states, taken.times.size - 1
 
 
@@ -496,13 +478,10 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     case : str
     method : MethodSetting
     """
-    about: dict[str, Any] = {"case": case, "method": method.name, "formulation": method.formulation}
-    known: dict[str, Any] = {
-        "energy_error": found.energy_error,
-        "steps": found.steps,
-        "plan": found.plan,
-    }
-    told = partial(run_row, **about, **known, condition=min(truth.condition, 1e300))
+    told = partial(
+        run_row, case=case, method=method.name, formulation=method.formulation, plan=found.plan,
+        steps=found.steps, energy_error=found.energy_error, condition=min(truth.condition, 1e300),
+    )  # fmt: skip
     if found.stopped:
         return told(outcome=found.stopped, note=found.said, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
@@ -518,16 +497,13 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     outcome, why = _outcome(found, truth, error)
     untold = truth.hopeless and not found.more_bits
     turns = [round(angle / math.tau) for angle in off]
-    notes = [
-        "undetermined: no digits are left" if untold else "",
-        why,
-        ", ".join(
-            f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"  # which the axis does not see
-            for angle, n in zip("φψ", turns, strict=False)
-            if n
-        ),
-        found.said,
+    wrong = [  # which the axis does not see
+        f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"
+        for angle, n in zip("φψ", turns, strict=False)
+        if n
     ]
+    untellable = "undetermined: no digits are left" if untold else ""
+    notes = [untellable, why, ", ".join(wrong), found.said]
     return told(
         outcome=outcome,
         error=error,

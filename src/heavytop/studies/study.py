@@ -12,7 +12,6 @@ import os
 import platform
 import signal
 import time
-import zlib
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent import futures
@@ -26,6 +25,7 @@ from pathlib import Path
 from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Protocol, Self, cast
+from zipfile import BadZipFile
 
 from heavytop import errors
 from heavytop.comparison import own
@@ -37,10 +37,10 @@ from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies.workers import TIMED_WORKER, Cluster, Processes
 
 if TYPE_CHECKING:
+    from heavytop.results.atlas import Atlas
     from heavytop.results.drift import Drift
     from heavytop.results.stress import Stress
     from heavytop.results.work_precision import WorkPrecision
-    from heavytop.studies.atlas import Atlas
 
 Parameters = dict[str, Any]
 STUDY, LOCK = "study.jsonl", "lock"
@@ -305,7 +305,7 @@ def reading(what: object) -> Iterator[None]:
     """
     try:
         yield
-    except (LookupError, TypeError, ValueError, AttributeError, zlib.error) as fault:
+    except (LookupError, TypeError, ValueError, AttributeError, BadZipFile) as fault:
         if isinstance(fault, ForeignFile):
             raise
         raise ForeignFile(f"{what}: damaged ({fault})") from None

@@ -8,76 +8,70 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
-from heavytop.analytic.find import FACTS, facts_of, motion_of, read_range, unit_of
+from heavytop.analytic.find import FACTS, facts_of, motion_of, read_range
 from heavytop.errors import BadScene, Fault, NotANumber
-from heavytop.files import write_document, write_text
+from heavytop.files import write_text
+from heavytop.results.ask import fact_quantity
+from heavytop.results.base import Chart, Result, Table
 from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown, text_of
-from heavytop.scene.quantities import SI, Units, scaled
 from heavytop.scene.scene import Scene
-from heavytop.text import Shown
 
-SCHEMA: Final = "heavytop/sweep/1"
 _FEW: Final = 37  # rows, where no number is given
 
 
-@dataclass(frozen=True)
-class Sweep(Shown):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Sweep(Result):
     """Facts of the motions of a scene over a range.
 
     Attributes
     ----------
-    scene : Scene
+    scene : mapping
+        Its top and its start.
     over : str
         The key that is varied.
-    rows : tuple of dict
+    rows : tuple of mapping
         By name the value of the key, the kind of motion and the facts [SI]; None where there is no
         such scene, or its motion has no such fact.
     """
 
-    scene: Scene
+    schema: ClassVar = "heavytop/sweep/1"
+    heading: ClassVar = "Sweep"
+    chart: ClassVar = Chart("studies.sweep_figure", "facts over the range", "rows")
+
+    scene: Mapping[str, Any]
     over: str
-    rows: tuple[Mapping[str, Any], ...]
+    rows: tuple[Any, ...]
 
-    def document(self) -> dict[str, Any]:
-        """The document of the schema ``heavytop/sweep/1``."""
-        rows = [dict(row) for row in self.rows]
-        return {"schema": SCHEMA, "scene": self.scene.problem(), "over": self.over, "rows": rows}
+    def tables(self) -> Iterator[Table]:
+        """A row for each value."""
+        about = {name: fact_quantity(name, ".8g") for name in self.rows[0]}
+        yield Table(self.rows, [*about], meanings=about, left=0)
 
-    def to_csv(self, units: Units = SI) -> str:
-        """The rows as comma-separated values, with a header that has the units.
-
-        Parameters
-        ----------
-        units : mapping
-            What `heavytop.scene.quantities.read_units` gives; by default SI.
-        """
+    def to_csv(self) -> str:
+        """The rows as comma-separated values, with a header that has the units."""
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
-        columns = {name: scaled(unit_of(name), units) for name in self.rows[0]}
+        columns = {name: fact_quantity(name).shown for name in self.rows[0]}
         table.writerow(f"{name} [{unit}]" if unit else name for name, (unit, _) in columns.items())
         for row in self.rows:
-            values = (x * columns[n][1] if isinstance(x, float) else x for n, x in row.items())
-            table.writerow("" if x is None else x for x in values)
+            table.writerow(x * columns[n][1] if isinstance(x, float) else x for n, x in row.items())
         return text.getvalue()
 
-    def save(self, path: str | os.PathLike[str], units: Units = SI) -> None:
-        """Write the rows to a file whose name ends in ``.csv``, or to one of JSON.
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the rows to a file whose name ends in ``.csv``, or to one of JSON in SI.
 
         Parameters
         ----------
         path : path
-        units : mapping
-            As of `to_csv`; JSON stays in SI.
         """
-        place = path_of("path", path)
-        if place.suffix.lower() == ".csv":
-            write_text(place, self.to_csv(units))
+        if path_of("path", path).suffix.lower() == ".csv":
+            write_text(path_of("path", path), self.to_csv())
         else:
-            write_document(place, self.document())
+            super().save(path)
 
 
 def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
@@ -119,7 +113,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     rows = tuple(_row(scene, key, x, names) for x in points)
     if all(row["kind"] is None for row in rows):
         scene.changed(key, points[0])  # which says why not
-    return Sweep(scene, key, rows)
+    return Sweep(scene=scene.problem(), over=key, rows=rows)
 
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERRORS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
+from heavytop.studies import study
 from heavytop.studies.drift import LOST, neighbour
 from heavytop.studies.methods import (
     AUTO,
@@ -32,15 +33,6 @@ from heavytop.studies.methods import (
     planned,
 )
 from heavytop.studies.steppers import MethodRun, TooSlow, no_nutation, set_up, walk
-from heavytop.studies.study import (
-    Chunk,
-    Journal,
-    Parameters,
-    Progress,
-    keep_budget,
-    open_journal,
-    stop_signal,
-)
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 KIND: Final = "work_precision"
@@ -138,7 +130,7 @@ def work_precision(
     periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[study.Progress], object] | None = None,
 ) -> WorkPrecision:
     """Measure what methods cost and what they attain, over a grid of settings.
 
@@ -198,11 +190,11 @@ def work_precision(
     methods = admitted(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
-    with open_journal(folder, parameters) as journal:
+    with study.open_journal(folder, parameters) as journal:
         return complete(journal, budget=float(budget), on_progress=progress)
 
 
-def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
+def diagram_parameters(scene: Scene, methods: Any, **options: float) -> study.Parameters:
     """Return what is asked of a diagram, as JSON.
 
     Raises
@@ -231,13 +223,13 @@ def _checked(text: str) -> str:
     return text
 
 
-def tasks(parameters: Parameters) -> list[str]:
+def tasks(parameters: study.Parameters) -> list[str]:
     """Return the names of the runs, each a setting from a start, and that of the rounds."""
     texts = dict.fromkeys(each.text for each in _asked(parameters))
     return [*(f"{text}/{start}" for text in texts for start in range(STARTS)), ROUNDS]
 
 
-def _asked(parameters: Parameters) -> list[MethodSetting]:
+def _asked(parameters: study.Parameters) -> list[MethodSetting]:
     """Return all that the names of a diagram ask for, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
@@ -245,15 +237,15 @@ def _asked(parameters: Parameters) -> list[MethodSetting]:
 
 
 def complete(
-    journal: Journal,
+    journal: study.Journal,
     *,
     budget: float | None = None,
-    on_progress: Callable[[Progress], object] | None = None,
+    on_progress: Callable[[study.Progress], object] | None = None,
     **_: Any,
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), journal.parameters
-    budget = keep_budget(journal, budget, BUDGET_S)
+    budget = study.keep_budget(journal, budget, BUDGET_S)
     asked = _asked(parameters)
 
     def show(fraction: float) -> None:
@@ -261,10 +253,10 @@ def complete(
             raise KeyboardInterrupt
         if on_progress is not None:
             done, count = (1.0 if journal.state(ROUNDS).done else fraction), len(asked)
-            on_progress(Progress(done, int(done * count), count, clock() - began, done))
+            on_progress(study.Progress(done, int(done * count), count, clock() - began, done))
 
     try:
-        with stop_signal(at_once=True) as stop, TIMED_WORKER:
+        with study.stop_signal(at_once=True) as stop, TIMED_WORKER:
             show(0.0)
             derived = {each.formulation: _derived(each.formulation) for each in asked}
             rows, refused = _measured(journal, asked, budget, began, show)
@@ -293,7 +285,7 @@ Rows = dict[MethodSetting, dict[int, dict[str, Any]]]
 
 
 def _measured(
-    journal: Journal,
+    journal: study.Journal,
     asked: Sequence[MethodSetting],
     budget: float,
     began: float,
@@ -345,7 +337,7 @@ def _measured(
             for _ in range((1 if seconds[0] > SHORT_S else 2) - (turn == 0)):
                 seconds.append(walk(run.stepper, _end(run, periods), clock=clock)[2])
             if turn == 0:
-                journal.append(task, Chunk(rows=[known[start]], done=True))
+                journal.append(task, study.Chunk(rows=[known[start]], done=True))
         except StoppedEarly:
             raise
         except (IntegrationFailed, HeavyTopError) as refusal:
@@ -358,11 +350,11 @@ def _measured(
     return rows, refused
 
 
-def _keep_times(journal: Journal, rows: Rows, *, whole: bool) -> None:
+def _keep_times(journal: study.Journal, rows: Rows, *, whole: bool) -> None:
     """Store the times of all rounds, or take those that are stored."""
     if whole and not journal.state(ROUNDS).done:
         times = {x.text: {k: row["seconds"] for k, row in some.items()} for x, some in rows.items()}
-        journal.append(ROUNDS, Chunk(rows=[times], done=True))
+        journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
     for known in journal.load(ROUNDS).rows:
         for each, some in rows.items():
             for k, row in some.items():

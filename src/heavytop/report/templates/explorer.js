@@ -213,6 +213,7 @@
       ? happenings(top, found, times, verdict.kind) : [];
     const run = { title: "the explorer", end, spin, notes, theta: ends, events,
       shape: [own.C / own.A, Math.sign(own.gMR)],
+      precession: found.phi[found.phi.length - 1] - found.phi[0],
       quaternion: Float32Array.from(found.quaternion),
       momentum: Float32Array.from(found.momentum, (x) => x / (most || 1)) };
     return { own, top, verdict, still, ends, period, rate, end, times, found, run };

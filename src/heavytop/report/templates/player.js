@@ -58,7 +58,7 @@
     const [canvas, slider, choice, told, legend] =
       ["canvas", "input", "select", "output", "ul"].map((name) => root.querySelector(name));
     const pen = canvas.getContext("2d");
-    let run, at = 0, playing = false, last = 0, waiting = !calm.matches, due = false, own = false;
+    let run, at = 0, playing = false, last = 0, waiting = !calm.matches, due = false, own = false, following = false;
     let body, grip = null; // the body on the screen, and the finger that holds it
     const frame = () => Math.round(at);
     let camera;
@@ -69,14 +69,15 @@
         values.subarray(size * k, size * (k + 1)));
       const turned = taken(floats(given.quaternion), 4).map(rotation), count = turned.length;
       const momentum = taken(floats(given.momentum), 3);
-      const seconds = clamp(Math.abs(given.spin) / SPIN, SHORTEST, LONGEST);
+      const seconds = given.seconds ?? clamp(Math.abs(given.spin) / SPIN, SHORTEST, LONGEST);
       const span = Math.abs(given.end) || 1;
       return { ...given, turned, count, momentum, seconds, slow: seconds / span,
         axes: turned.map((rows) => rows.map((row) => row[2])),
         profile: profile(given.shape), digits: clamp(4 - Math.floor(Math.log10(span)), 0, 12) };
     };
     const view = () => { // right, up and towards the eye
-      const [s, c] = [Math.sin(camera.turn), Math.cos(camera.turn)];
+      const turn = camera.turn + (following ? (run.precession * at) / (run.count - 1) : 0);
+      const [s, c] = [Math.sin(turn), Math.cos(turn)];
       const [up, level] = [Math.sin(camera.lift), Math.cos(camera.lift)];
       return [[-s, c, 0], [-up * c, -up * s, level], [level * c, level * s, up]];
     };
@@ -282,6 +283,11 @@
     const DO = {
       play: () => { waiting = false; set(!playing); },
       above, side,
+      follow: () => { // the eye goes round with the mean precession
+        following = !following;
+        button("follow").setAttribute("aria-pressed", String(following));
+        changed();
+      },
       event: () => {
         const later = run.events.map((each) => (each.t / run.end) * (run.count - 1))
           .filter((frame) => frame > at + 1e-6);
@@ -289,7 +295,7 @@
       },
     };
     const KEYS = {
-      " ": DO.play, a: above, s: side, r: side, e: DO.event,
+      " ": DO.play, a: above, s: side, r: side, f: DO.follow, e: DO.event,
       "+": () => zoom(1.15), "=": () => zoom(1.15), "-": () => zoom(1 / 1.15),
       ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0),
       ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
