@@ -73,7 +73,7 @@ def _files(place: Path) -> dict[Path, Callable[[Path], object]]:
 
 
 def _opened(path: Path) -> None:
-    with open_sealed(path):
+    with opened(path):
         pass
 
 

@@ -315,7 +315,7 @@ def _trajectory(file: Any) -> Trajectory:
     run = not_integrated(scene, motion, chosen, orbit)
     columns = {name: array(file, f"event_{name}") for name in STORED}
     kinds = tuple(map(str, array(file, "event_kind")))
-    events = Events(kinds, **columns, asked=scene.events)  # type: ignore[arg-type]
+    events = Events(kinds, **columns, asked=scene.events)
     cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
     run = replace(run, outcome=outcome, events=events, statistics=cost)
     return run if run.in_doubles else replace(run, events=events_of(run))
