@@ -139,16 +139,16 @@ def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, 
 
 
 @pytest.fixture
-def fuzz_turns(monkeypatch):
+def fuzz(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
-    return import_module("fuzz_turns")
+    return import_module("43_fuzz")
 
 
-def test_no_turn_is_lost_and_no_digit_in_silence(fuzz_turns, monkeypatch):
-    """A fast slice of ``validation/fuzz_turns.py``, and an error planted: a pole's sense."""
-    assert fuzz_turns.misses(2, 10) == []
+def test_no_turn_is_lost_and_no_digit_in_silence(fuzz, monkeypatch):
+    """A fast slice of ``validation/43_fuzz.py``, and an error planted: a pole's sense."""
+    assert fuzz.turn_misses(2, 10) == []
     monkeypatch.setattr("heavytop.integration.turns.in_sense", lambda _sense, change: change)
-    found = " ".join(fuzz_turns.misses(2, 10))
+    found = " ".join(fuzz.turn_misses(2, 10))
     assert "attitude: phi off by" in found
     assert "axis: phi off by" in found
 

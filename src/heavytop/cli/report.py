@@ -12,7 +12,7 @@ import typer
 from typer import Argument, BadParameter, Option
 
 from heavytop.cli import options
-from heavytop.cli.command import FULL, Exit, answer, leave, manner, note, progress_bar, verb
+from heavytop.cli.command import FULL, Exit, answer, leave, manner, note, progress_bar, say, verb
 from heavytop.cli.command import results_folder as proved
 from heavytop.cli.options import option
 from heavytop.cli.studies import finish
@@ -32,15 +32,17 @@ PROOFS: Final = "Run every script; takes hours and needs a quiet machine."
 def validate(
     claims: Annotated[list[str] | None, Argument(metavar="CLAIM", help=CLAIMS)] = None,
     proofs: Annotated[bool, Option("--proofs", help=PROOFS)] = False,
+    jobs: options.Jobs = 2,
     output: options.Folder = None,
 ) -> None:
     """Measure the package's claims against outside authorities."""
-    from heavytop.claims import validate as claimed
+    from heavytop import claims as register
 
+    told: dict[str, Any] = {"note": say if proofs and not manner().quiet else note}
     try:
-        with progress_bar() as bar:
-            found = claimed.validate(tuple(claims or ()), proofs=proofs, progress=bar, note=note)
-    except claimed.UnknownClaim as unknown:
+        with progress_bar() as told["progress"]:
+            found = register.validate(claims or (), proofs=proofs, jobs=jobs, folder=output, **told)
+    except register.UnknownClaim as unknown:
         raise BadParameter(str(unknown), param_hint="CLAIM") from None
     finish(found, output)
 
@@ -236,7 +238,7 @@ def _folders(places: list[str], changes: list[str]) -> list[Path]:
 
 def _study(scene: Scene, place: Path) -> Iterator[tuple[str, str]]:
     """Run a scene and its studies, each with its defaults; say what cannot be done."""
-    from heavytop.claims.validate import validate
+    from heavytop.claims import validate
     from heavytop.report.files import write_results, write_study
     from heavytop.run.propagation import propagate
     from heavytop.studies import atlas, drift, stress, work_precision

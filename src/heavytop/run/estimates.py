@@ -3,8 +3,8 @@
 Steps, time and error grow with the nutation periods. An integration in doubles whose state holds
 no growing angle loses phase as the 3/2 power of the periods, a projected one as the square root;
 what is wanted is off by its rate times the phase that is lost. The numbers here and in the
-table of formulations are from ``validation/05_formulations.py`` and ``09_projection.py``;
-``validation/17_auto.py`` holds the plans that follow from them against every other.
+table of formulations are from ``validation/03_benchmarks.py`` and ``18_long_runs.py``;
+``validation/11_random_tops.py`` holds the plans that follow from them against every other.
 """
 
 from __future__ import annotations
