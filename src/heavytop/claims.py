@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
@@ -36,9 +36,6 @@ SCRIPTS: Final = next(
     filter(Path.is_dir, (PACKAGE / "_validation", PACKAGE.parents[1] / "validation")), PACKAGE
 )
 """Where the scripts are: a wheel has them inside the package, a checkout beside ``src``."""
-LIMIT_S: Final = 120.0  # for a claim
-PROOF_LIMIT_S: Final = 7200.0
-SOON_S: Final = 0.5  # what a claim takes, if nothing else is said
 
 Measure = TypeVar("Measure", bound=Callable[..., Any])
 
@@ -63,6 +60,9 @@ class Authority(NamedTuple):
     numbers: str
 
 
+OURSELVES: Final = Authority(OURS, "ours")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Claim:
     """One thing that is claimed: that what `measure` returns is at most `bound`.
@@ -73,6 +73,8 @@ class Claim:
         Its name, and that of its script without the ending.
     statement : str
         What is measured, with its unit.
+    measure : callable
+        It is called with `of`, and returns a distance or a count.
     authority : Authority
     bound : float
     reason : str
@@ -81,8 +83,6 @@ class Claim:
         What of the package is held against the authority.
     needs : str or None
         A package that not everybody has.
-    measure : callable
-        It is called with `of`, and returns a distance or a count.
     of : tuple
     seconds, limit_s : float
         About how long it takes, and how long it may take [s].
@@ -91,15 +91,15 @@ class Claim:
     id: str
     script: str
     statement: str
-    authority: Authority
-    bound: float
-    reason: str
-    holds: tuple[str, ...]
-    needs: str | None
     measure: Callable[..., Any]
+    authority: Authority = OURSELVES
+    bound: float = 0.0
+    reason: str = "as the script says"
+    holds: tuple[str, ...] = ()
+    needs: str | None = None
     of: tuple[Any, ...] = ()
-    seconds: float = SOON_S
-    limit_s: float = LIMIT_S
+    seconds: float = 0.5
+    limit_s: float = 120.0
 
     def rows(self, **given: Any) -> Iterator[Row]:
         """Measure it."""
@@ -118,12 +118,12 @@ class Claim:
 
     def row(self, **more: Any) -> Row:
         """Return what is said of it, with nothing where nothing is known."""
-        nothing = dict.fromkeys(("measured", "passed", "skipped", "failure"))
-        return Row(
-            id=self.id, statement=self.statement, authority=self.authority.name,
-            numbers=self.authority.numbers, bound=self.bound, reason=self.reason,
-            script=f"{self.script}.py", holds=self.holds, needs=self.needs, **nothing | more,
-        )  # fmt: skip
+        row = Row({name: getattr(self, name) for name in SHOWN}, script=f"{self.script}.py")
+        row |= {"authority": self.authority.name, "numbers": self.authority.numbers}
+        return Row(row | dict.fromkeys(("measured", "passed", "skipped", "failure")) | more)
+
+
+SHOWN: Final = ("id", "statement", "bound", "reason", "holds", "needs")
 
 
 class Proof(Claim):
@@ -132,8 +132,8 @@ class Proof(Claim):
     def rows(self, **given: Any) -> Iterator[Row]:
         """Measure them, one after the other."""
         for number, (statement, measured, bound) in enumerate(self.measure(**given), 1):
-            about = vars(self) | {"id": f"{self.id}/{number}", "statement": statement}
-            yield Claim(**about | {"bound": float(bound)}).judge(measured)
+            about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
+            yield replace(self, **about).judge(measured)
 
 
 CLAIMS: Final[dict[str, Claim]] = {}
@@ -148,7 +148,6 @@ def claim(
     *holds: str,
     needs: str | None = None,
     of: tuple[Any, ...] = (),
-    seconds: float = SOON_S,
 ) -> Callable[[Measure], Measure]:
     """Claim that what a function returns is at most a bound.
 
@@ -157,17 +156,15 @@ def claim(
 
     Parameters
     ----------
-    name, authority, bound, reason, holds, needs, of, seconds
+    name, authority, bound, reason, holds, needs, of
         As for `Claim`.
     """
 
     def add(measure: Measure) -> Measure:
         paragraph = (measure.__doc__ or "").partition("\n\n")[0]
         statement = " ".join(paragraph.split()).removesuffix(".").format(*of)
-        _register(Claim(id=name, script=_script_of(measure), statement=statement, reason=reason,
-                        authority=authority, bound=float(bound), holds=holds, needs=needs,
-                        measure=measure, of=of, seconds=seconds))  # fmt: skip
-        return measure
+        about = {"authority": authority, "bound": float(bound), "reason": reason, "holds": holds}
+        return _add(Claim, name, measure, statement=statement, needs=needs, of=of, **about)
 
     return add
 
@@ -178,29 +175,23 @@ def proof(*, minutes: float) -> Callable[[Measure], Measure]:
     Parameters
     ----------
     minutes : float
-        How long it took when it was measured.
+        About how long it takes.
     """
 
     def add(measure: Measure) -> Measure:
-        script = _script_of(measure)
-        name = f"{script}/{measure.__name__}"
-        _register(Proof(id=name, script=script, statement=name, authority=Authority(OURS, "ours"),
-                        bound=0.0, reason="as the script says", holds=(), needs=None,
-                        measure=measure, seconds=60 * minutes, limit_s=PROOF_LIMIT_S))  # fmt: skip
-        return measure
+        times = {"seconds": 60 * minutes, "limit_s": max(7200.0, 600 * minutes)}
+        return _add(Proof, measure.__name__, measure, statement=measure.__name__, **times)
 
     return add
 
 
-def _script_of(measure: Callable[..., Any]) -> str:
-    return Path(measure.__code__.co_filename).stem
-
-
-def _register(claimed: Claim) -> None:
-    name = f"{claimed.script}/{claimed.id.rpartition('/')[2]}"
-    if name in CLAIMS:
-        raise ValueError(f"{name}: the name of two claims")
-    CLAIMS[name] = claimed
+def _add(kind: type[Claim], name: str, measure: Measure, **about: Any) -> Measure:
+    script = Path(measure.__code__.co_filename).stem
+    task = f"{script}/{name}"
+    if task in CLAIMS:
+        raise ValueError(f"{task}: the name of two claims")
+    CLAIMS[task] = kind(id=name if kind is Claim else task, script=script, measure=measure, **about)
+    return measure
 
 
 def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, Claim]:
@@ -322,8 +313,8 @@ def validate(
     with open_journal(folder, parameters) as journal:
         left = [known[name] for name in tasks(parameters) if not journal.state(name).ended]
         if note is not None:
-            seconds = sum(each.seconds for each in left) / _workers(parameters, jobs)
-            note(f"about {duration(seconds)} to go, as it was measured once")
+            workers = 1 if proofs else jobs
+            note(f"about {duration(sum(each.seconds for each in left) / workers)} to go")
         return complete(journal, jobs=jobs, on_progress=progress)
 
 
@@ -344,10 +335,6 @@ def _code(scripts: str | None) -> str:
     """A digest of what is measured, and of what measures: both may have changed since a kill."""
     files = sorted([*PACKAGE.rglob("*.py"), *_folder(scripts).glob("*.py")])
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
-
-
-def _workers(parameters: Parameters, jobs: int) -> int:
-    return 1 if parameters["proofs"] else jobs
 
 
 def _claims(parameters: Parameters) -> dict[str, Claim]:
@@ -401,7 +388,7 @@ def complete(
     parameters = journal.parameters
     journal.expect({**parameters, "code": _code(parameters["scripts"])})
     # In other processes even if it is one: Ctrl-C is answered at once, whatever a claim is at.
-    run(journal, executor=executor or Processes(_workers(parameters, jobs)), **how)
+    run(journal, executor=executor or Processes(1 if parameters["proofs"] else jobs), **how)
     found: list[Any] = []
     for name, each in _claims(parameters).items():
         record = journal.load(name)
