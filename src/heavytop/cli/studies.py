@@ -269,7 +269,7 @@ def certify(
 
 
 OWN: Final = "Your own methods that the study uses, named again: mine.py:rk4."
-BEGUN: Final = "The folder of a study (drift, atlas, stress, workprec, certify) or of a run."
+BEGUN: Final = "The folder of a study, such as drift or validate, or of a run."
 WAS: Final = Argument(metavar="DIR", help=BEGUN, parser=options.named_folder)
 
 
