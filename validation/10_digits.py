@@ -53,7 +53,7 @@ def runs():
     print(markdown(COSTS, rows))
 
 
-@proof(minutes=1)
+@proof(minutes=2)
 def a_thousand():
     run, spent = propagated(1000, "span.periods=1", "want.samples=3")
     ctx, worst = off(run, 1000)

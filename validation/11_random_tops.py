@@ -55,7 +55,7 @@ def seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3):
     return "loops" if at_turning[0] * at_turning[1] < 0 else "waves"
 
 
-@proof(minutes=10)
+@proof(minutes=2)
 def verdicts(tops=100_000):
     """The certified verdict against the events of the integrated axis over a period.
 
@@ -138,7 +138,7 @@ def timed(scene, forms):
     return best, runs
 
 
-@proof(minutes=10)
+@proof(minutes=3)
 def auto(scenes=200):
     """Varied scenes, run by every formulation and by auto: is auto right, and is it cheap?
 

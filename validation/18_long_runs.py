@@ -49,7 +49,7 @@ IN_TABLE = (
 )  # fmt: skip
 
 
-@proof(minutes=30)
+@proof(minutes=6)
 def methods(periods=1e6, write=False):
     from heavytop.plots.studies import drift_figure
     from heavytop.plots.style import save
@@ -82,7 +82,7 @@ def methods(periods=1e6, write=False):
 # --- growth of rounding ----------------------------------------------------------------------
 
 
-@proof(minutes=5)
+@proof(minutes=3)
 def brouwer(periods=1e6):
     """Sixteen neighbours: rounding is a random walk of the energy, and phase its integral."""
     asked = {"periods": periods, "ensemble": 16, "samples": 31}
@@ -100,7 +100,7 @@ def brouwer(periods=1e6):
 LOST = ("", "phase [s]", "energy", "phase grows as t^", "µs a period")
 
 
-@proof(minutes=2)
+@proof(minutes=1)
 def cyclic_angles(periods=1e5, write=False):
     """Phase lost by angles that grow in the state, by the largest of which steps are chosen."""
     forms = ("taylor-lagrange", "taylor-subsystem", "taylor-axis")
@@ -152,7 +152,7 @@ def off_energy(trajectory):
     return (energy / energy[0] - 1).astype(float)  # E' of the kicked top is about gMR
 
 
-@proof(minutes=5)
+@proof(minutes=3)
 def projection(periods=MARKS[-1]):
     """Projected and plain runs: phase at two thirds of a period past the marks, energy, time."""
     from heavytop.run.own_motion import own_motion
@@ -197,7 +197,7 @@ LONGEST = {"periods": 1e8, "samples": 33}
 HEAD = ("", "periods", "steps", "phase [s]", "axis", "energy", "phase grows as t^")
 
 
-@proof(minutes=1)
+@proof(minutes=0.1)
 def hundred_million(again=False, write=False):
     from heavytop.studies.drift import advance, drift_parameters
 

@@ -99,7 +99,7 @@ def shown(point):
     return f"`{point['method']}` ({setting(point)}), {time(point)} µs"
 
 
-@proof(minutes=5)
+@proof(minutes=4.2)
 def work_precision(budget=240.0, write=False):
     cache = tempfile.TemporaryDirectory()
     os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once

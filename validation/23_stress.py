@@ -57,7 +57,7 @@ def measured(found):
     )
 
 
-@proof(minutes=5)
+@proof(minutes=4.2)
 def stress(budget=240.0, write=False):
     from heavytop.report.files import write_study
 

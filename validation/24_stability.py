@@ -69,7 +69,7 @@ def growth_of(omega3):
 BESIDE = {1: 1e-9, 2: 1e-9, 4: 1e-9, 6: 1e-7, 8: 1e-7, 10: 1e-5, 12: 1e-3}
 
 
-@proof(minutes=1)
+@proof(minutes=0.1)
 def sleeping():
     """Growth of a tilt by theory, by multipliers and by runs; beside the threshold too."""
     floquet_off, runs_off = [], []
@@ -104,7 +104,7 @@ def sleeping():
     yield "marginal: tilt after a push, off theory", abs(tip / turn - 1), 1e-5
 
 
-@proof(minutes=1)
+@proof(minutes=0.1)
 def steady():
     """Multipliers in the frame that turns with the precession, and perturbed runs."""
     circle_off, frequency_off, strayed = [], [], []
@@ -137,7 +137,7 @@ def steady():
     yield "pushed by 1e-6, swing in 50 nutations, off the small one, relative", most(strayed), 1e-3
 
 
-@proof(minutes=1)
+@proof(minutes=0.1)
 def separatrix():
     """Beside it a start off by eps comes back after ln(1/eps)/lambda."""
     leaving = growth_of("2*sqrt(3)")
@@ -183,7 +183,7 @@ def body_frame(top, start, end):
     return told.t.size - 1, abs(energy - first)
 
 
-@proof(minutes=1)
+@proof(minutes=0.3)
 def spins():
     """Steps in a period against the spin rate, at the same p_psi."""
     steps = {form: [] for form in FORMS} | {"body frame, DOP853": []}

@@ -165,7 +165,7 @@ def hold_opened(place):
     yield "files of the repository opened", len(used), 0
 
 
-@proof(minutes=1)
+@proof(minutes=0.5)
 def clean_wheel():
     """Build, install, run, and look at what was opened."""
     if not (ROOT / "pyproject.toml").exists():

@@ -543,17 +543,17 @@ def held(what, misses, seed, count):
     return f"{what}: {count} random cases, silently wrong", len(wrong), 0
 
 
-@proof(minutes=10)
+@proof(minutes=6)
 def runs(seed=0, count=504):
     yield held("runs by name, in more digits and continued", run_misses, seed, count)
 
 
-@proof(minutes=5)
+@proof(minutes=3)
 def turns(seed=0, count=504):
     yield held("turns near the poles", turn_misses, seed, count)
 
 
-@proof(minutes=2)
+@proof(minutes=1)
 def many(seed=0, count=4032):
     yield held("many tops at once", many_misses, seed, count)
 

@@ -260,7 +260,7 @@ def exudyn_trapezoidal_check():
     return order("exudyn", "TrapezoidalIndex2", 2e-4, 2)
 
 
-@proof(minutes=2)
+@proof(minutes=0.5)
 def errors_and_times(write=False):
     head = ["engine and method", "step", *(x for name in SHOWN for x in (f"`{name}`", "µs"))]
     lines = [

@@ -115,7 +115,7 @@ class Ratios:
                   f"nine of ten below {np.quantile(each, 0.9):.2f}")  # fmt: skip
 
 
-@proof(minutes=5)
+@proof(minutes=4)
 def random_runs(runs=40, times=100_000, taken=200):
     """Certify runs drawn at random."""
     warnings.simplefilter("ignore")
@@ -163,7 +163,7 @@ def scenes(times=100_000, taken=200):
     yield "an error of a shipped scene, relative to its proved bound", ratios.worst, 1.0
 
 
-@proof(minutes=1)
+@proof(minutes=0.3)
 def long_runs(periods=1e4):
     """Certify a long run of the kicked top with its events, and a projected one without."""
     warnings.simplefilter("ignore")
@@ -244,7 +244,7 @@ def at_most(bound: float) -> str:
 HEAD = ("", "proved bound", "part from adding turns", "largest error without it")
 
 
-@proof(minutes=1)
+@proof(minutes=0.3)
 def hundred_million(again=False, write=False):
     if again:
         certify_again()

@@ -449,7 +449,7 @@ def counted(found: Iterator[tuple[str, str, str, str, str]]) -> tuple[Counter[An
 # --- what is claimed -------------------------------------------------------------------------
 
 
-@proof(minutes=10)
+@proof(minutes=5)
 def conventions(seed=0, part=1):
     """No wrong name is sure, of one in `part` of all cases."""
     # Another start, such as one whose φ̇ has the other sign, may be the same as several conventions.

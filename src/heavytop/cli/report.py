@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
 
 CLAIMS: Final = "Claims or scripts, such as betsch-cone 39_flint; default: all claims."
-PROOFS: Final = "Run every script; takes hours and needs a quiet machine."
+PROOFS: Final = "Measure all that scripts claim; takes an hour or two on a quiet machine."
 
 
 @verb
