@@ -1,29 +1,27 @@
 """The book's kicked top: what every method costs for what it attains, timed in turn.
 
 Times are worth something on a quiet machine alone. What heyoka compiled before is not taken from
-its cache, so that setting up costs what it costs. The document and the chart are kept in out/
-beside this file; with the word `write`, table and chart go to the documentation. A number is
-another budget [s].
+its cache, so that setting up costs what it costs. The document and the chart are kept in out/; with
+the word `write`, table and chart go to the documentation.
 """
 
 import os
 import shutil
-import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
 from time import perf_counter
 
-from claim import claim, finish
 from page import DOCS, markdown, rewrite
+from tools import main
 
 import heavytop as ht
+from heavytop.claims import proof
 from heavytop.results.base import grouped
 from heavytop.results.work_precision import TARGETS, front, setting
 from heavytop.scene.quantities import QUANTITIES
 
-BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
-FOLDER = Path(__file__).parent / "out" / "work-precision"
+FOLDER = Path("out") / "work-precision"
 LEAST = 1e-6  # errors from there down
 HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
 FASTEST = ("axis to", "fastest", "the best of Taylor", "times as long")
@@ -101,34 +99,40 @@ def shown(point):
     return f"`{point['method']}` ({setting(point)}), {time(point)} µs"
 
 
-cache = tempfile.TemporaryDirectory()
-os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once
-from heavytop.report.files import write_study  # noqa: E402
+@proof(minutes=4.2)
+def work_precision(budget=240.0, write=False):
+    cache = tempfile.TemporaryDirectory()
+    os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once
+    from heavytop.report.files import write_study
 
-began = perf_counter()
-found = ht.work_precision(ht.load_scene("sicm-kicked"), budget=BUDGET)
-took = perf_counter() - began
-write_study(found, FOLDER)
-document = found.document()
-print(table(document))
-reasons = Counter((each["method"], each["reason"]) for each in document["skipped"])
-for (name, reason), count in reasons.items():
-    print(f"left out: {name}, {count} settings: {reason}")
-if "write" in sys.argv:
-    rewrite("work-precision.md", "work-precision", table(document))
-    shutil.copyfile(FOLDER / "workprec.svg", DOCS / "images" / "workprec.svg")
+    began = perf_counter()
+    found = ht.work_precision(ht.load_scene("sicm-kicked"), budget=budget)
+    took = perf_counter() - began
+    write_study(found, FOLDER)
+    document = found.document()
+    print(table(document))
+    reasons = Counter((each["method"], each["reason"]) for each in document["skipped"])
+    for (name, reason), count in reasons.items():
+        print(f"left out: {name}, {count} settings: {reason}")
+    if write:
+        rewrite("work-precision.md", "work-precision", table(document))
+        shutil.copyfile(FOLDER / "workprec.svg", DOCS / "images" / "workprec.svg")
+    yield "time of the whole diagram [s]", took, budget + 2
+    of_axis = [p for p in found.points if p["measures"] == "axis"]
+    leading = []
+    for words, points, name in (("axis", of_axis, "error"), ("theta", found.points, "theta_error")):
+        for bound, most in TARGETS.items():
+            within_it = [p for p in points if p[name] <= most]
+            sides = [
+                [p["us_per_period"] for p in within_it if p["rival"] is s] for s in (False, True)
+            ]
+            if all(sides):
+                ours = min(sides[0]) / min(sides[1])
+                yield f"{words} to {bound}: our time over that of the best rival", ours, 1.0
+        leading += [points[i] for i in front(points, name) if points[i][name] <= LEAST]
+    theirs = [f"{p.method} {setting(p)}" for p in leading if p.rival]
+    yield f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0
 
-claim("time of the whole diagram [s]", took, BUDGET + 2)
-of_axis = [p for p in found.points if p["measures"] == "axis"]
-leading = []
-for words, points, name in (("axis", of_axis, "error"), ("theta", found.points, "theta_error")):
-    for bound, most in TARGETS.items():
-        within_it = [p for p in points if p[name] <= most]
-        sides = [[p["us_per_period"] for p in within_it if p["rival"] is s] for s in (False, True)]
-        if all(sides):
-            ours = min(sides[0]) / min(sides[1])
-            claim(f"{words} to {bound}: our time over that of the best rival", ours, 1.0)
-    leading += [points[i] for i in front(points, name) if points[i][name] <= LEAST]
-theirs = [f"{p.method} {setting(p)}" for p in leading if p.rival]
-claim(f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0)
-finish()
+
+if __name__ == "__main__":
+    main()

@@ -1,23 +1,22 @@
 """Where methods fail: every method at every case, and whether auto is ever silently wrong.
 
 The document and the chart are kept in out/; with the word `write`, table and chart go to
-docs/where-methods-fail.md. A number is another budget [s].
+docs/where-methods-fail.md.
 """
 
 import math
 import shutil
-import sys
+from pathlib import Path
 from time import perf_counter
 
-from claim import claim, finish, most
 from page import DOCS, markdown, rewrite
+from tools import main, most
 
 import heavytop as ht
-from heavytop.report.files import write_study
+from heavytop.claims import proof
 from heavytop.results.stress import UNTOLD, UNTOLD_RULE, StressOutcome, cell
 
-BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
-FOLDER = "out/stress"
+FOLDER = Path("out") / "stress"
 OURS = ("auto", "taylor-axis", "taylor-attitude")
 EULER = ("taylor-subsystem", "taylor-lagrange")
 IN_TABLE = ("auto", "taylor-cubic", "taylor-routh", "taylor-lagrange", "dop853-scipy-lagrange",
@@ -58,52 +57,59 @@ def measured(found):
     )
 
 
-began = perf_counter()
-found = ht.stress(budget=BUDGET)
-took = perf_counter() - began
-folder = DOCS.parent / "validation" / FOLDER
-folder.mkdir(parents=True, exist_ok=True)
-write_study(found, folder)
-print(table(found))
-for run in found.cases:
-    if run.outcome != "ok":
-        print(f"{run.case}, {run.method}: {run.outcome}: {run.note}")
-for each in found.skipped:
-    print(f"skipped: {each.case}, {each.method}: {each.reason}")
-if "write" in sys.argv and not found.skipped:
-    rewrite("where-methods-fail.md", "stress", table(found))
-    shutil.copyfile(folder / "stress.svg", DOCS / "images" / "stress.svg")
+@proof(minutes=4.2)
+def stress(budget=240.0, write=False):
+    from heavytop.report.files import write_study
 
-claim("time of the whole test [s]", took, BUDGET + 5)
-claim("runs whose process was lost", sum(each.lost for each in found.skipped), 0)
-claim("runs that the budget or a package did not allow",
-      sum(not each.lost for each in found.skipped), 0)  # fmt: skip
-if found.skipped:
-    finish()
-wrong = [run.case for run in found.silently_wrong]
-claim(f"cases at which auto is silently wrong {wrong or ''}", len(wrong), 0)
-unnamed = [run for run in found.cases if run.formulation == "auto" and not run.named]
-claim("digits auto loses beyond what conditioning allows, unless it says so",
-      most(run.digits_lost for run in unnamed), 2.0)  # fmt: skip
-steady = [r for r in found.cases if r.method in OURS and r.case.startswith(("near-", "through-"))]
-turned = [run for run in unnamed if any(run.turns or ())]
-claim("cases at which auto is wrong by whole turns of phi or psi, unless it says so",
-      len(turned), 0)  # fmt: skip
-claim("near passes and exact ones: digits that auto, axis and attitude lose",
-      most(run.digits_lost for run in steady), 1.0)  # fmt: skip
-proud = [r for r in found.cases if r.method not in OURS and r.outcome in SUCCESS and not r.named]
-far = [r for r in proud if r.error > 0.1 and not r.untold]
-print(f"     {len(far)} runs say that they have arrived, more than 0.1 off: "
-      f"{', '.join(sorted({r.method for r in far}))}")  # fmt: skip
+    began = perf_counter()
+    found = ht.stress(budget=budget)
+    took = perf_counter() - began
+    write_study(found, FOLDER)
+    print(table(found))
+    for run in found.cases:
+        if run.outcome != "ok":
+            print(f"{run.case}, {run.method}: {run.outcome}: {run.note}")
+    for each in found.skipped:
+        print(f"skipped: {each.case}, {each.method}: {each.reason}")
+    if write and not found.skipped:
+        rewrite("where-methods-fail.md", "stress", table(found))
+        shutil.copyfile(FOLDER / "stress.svg", DOCS / "images" / "stress.svg")
+    yield "time of the whole test [s]", took, budget + 5
+    yield "runs whose process was lost", sum(each.lost for each in found.skipped), 0
+    left = sum(not each.lost for each in found.skipped)
+    yield "runs that the budget or a package did not allow", left, 0
+    if not found.skipped:
+        yield from what_fails(found)
 
-top = [r.energy_error for r in found.cases if r.method in EULER and r.case.startswith("near-top-")]
-claim("near the top the energy of forms that lose the axis is off by", most(top), 1e-14)
 
-# What was known before
-known = found["through-top", "taylor-lagrange"].outcome
-claim("Taylor on the textbook form stops at an exact pass, not", int(known != "singular"), 0)
-hung = found["start-at-top", "lsoda-scipy-lagrange"].outcome
-claim("LSODA does not return from theta = 0, not", int(hung != "time-limit"), 0)
-loose = found["ten-periods", "solve-ivp-defaults"].error
-claim("solve_ivp's defaults lose 5e-2 in ten periods, off by a factor", abs(loose / 5e-2 - 1), 0.2)
-finish()
+def what_fails(found):
+    wrong = [run.case for run in found.silently_wrong]
+    yield f"cases at which auto is silently wrong {wrong or ''}", len(wrong), 0
+    unnamed = [run for run in found.cases if run.formulation == "auto" and not run.named]
+    lost = most(run.digits_lost for run in unnamed)
+    yield "digits auto loses beyond what conditioning allows, unless it says so", lost, 2.0
+    turned = sum(any(run.turns or ()) for run in unnamed)
+    yield "cases at which auto is wrong by whole turns, unless it says so", turned, 0
+    near = [r for r in found.cases if r.method in OURS and r.case.startswith(("near-", "through-"))]
+    lost = most(run.digits_lost for run in near)
+    yield "near passes and exact ones: digits that auto, axis and attitude lose", lost, 1.0
+    proud = [
+        r for r in found.cases if r.method not in OURS and r.outcome in SUCCESS and not r.named
+    ]
+    far = [r for r in proud if r.error > 0.1 and not r.untold]
+    print(f"     {len(far)} runs say that they have arrived, more than 0.1 off: "
+          f"{', '.join(sorted({r.method for r in far}))}")  # fmt: skip
+    tops = [r for r in found.cases if r.method in EULER and r.case.startswith("near-top-")]
+    energy = most(run.energy_error for run in tops)
+    yield "near the top the energy of forms that lose the axis is off by", energy, 1e-14
+    # What was known before
+    known = found["through-top", "taylor-lagrange"].outcome
+    yield "Taylor on the textbook form stops at an exact pass, not", known != "singular", 0
+    hung = found["start-at-top", "lsoda-scipy-lagrange"].outcome
+    yield "LSODA does not return from theta = 0, not", hung != "time-limit", 0
+    loose = abs(found["ten-periods", "solve-ivp-defaults"].error / 5e-2 - 1)
+    yield "solve_ivp's defaults lose 5e-2 in ten periods, off by a factor", loose, 0.2
+
+
+if __name__ == "__main__":
+    main()

@@ -7,13 +7,13 @@ same p_psi: of every form, and of Euler's equations in the body, which see the s
 """
 
 import math
+from functools import cache
 
-import heyoka as hy
 import numpy as np
-from claim import claim, finish, most
-from scipy.integrate import solve_ivp
+from tools import main, most
 
 import heavytop as ht
+from heavytop.claims import proof
 
 TOP = ht.Top(1, "0.5", 1)  # p_psi^2/4A gMR = omega3^2/16
 TILT, GROWN = 1e-8, 8.0  # of a perturbed run: the start, and growth rate times time at its end
@@ -27,18 +27,24 @@ def scene(start, time):
     return ht.Scene(TOP, start, time=time, quantities=("axis",), events=(), samples=2)
 
 
-x, y, z, lx, ly, lz = STATES = hy.make_vars("x", "y", "z", "lx", "ly", "lz")  # axis, L/A; g = 1
-TURNED = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
-EQUATIONS = list(zip(STATES, (*TURNED, -y, x, 0.0 * z), strict=True))
-VARIED = hy.taylor_adaptive(hy.var_ode_sys(EQUATIONS, STATES), [0.0] * 6, compact_mode=True)
+@cache
+def varied():
+    """heyoka's integrator of the axis form with its variational equations; g = 1."""
+    import heyoka as hy
+
+    x, y, z, lx, ly, lz = states = hy.make_vars("x", "y", "z", "lx", "ly", "lz")  # axis, L/A
+    turned = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
+    equations = list(zip(states, (*turned, -y, x, 0.0 * z), strict=True))
+    return hy.taylor_adaptive(hy.var_ode_sys(equations, states), [0.0] * 6, compact_mode=True)
 
 
 def state_transition(start, time):
     now = ht.Motion(TOP, start).at(0.0)
     momentum = now.omega + (float(TOP.C / TOP.A) - 1) * now.omega3 * now.axis
-    VARIED.time, VARIED.state[:] = 0.0, [*now.axis, *momentum, *np.eye(6).ravel()]
-    VARIED.propagate_until(time)
-    return VARIED.state[6:].reshape(6, 6).copy()
+    moving = varied()
+    moving.time, moving.state[:] = 0.0, [*now.axis, *momentum, *np.eye(6).ravel()]
+    moving.propagate_until(time)
+    return moving.state[6:].reshape(6, 6).copy()
 
 
 def growth_by_multipliers(ratio, time=5.0):
@@ -60,80 +66,99 @@ def growth_of(omega3):
     return ht.facts(TOP, ht.State(0, omega3=omega3)).growth_rate
 
 
-floquet_off, runs_off = [], []
-for ratio in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99):
-    growth = growth_of(spin_at(ratio))
-    floquet_off.append(abs(growth_by_multipliers(ratio) / growth - 1))
-    runs_off.append(abs(growth_by_a_run(ratio, growth) / growth - 1))
-claim("growth of the sleeping top, multipliers off theory, relative", most(floquet_off), 1e-9)
-claim("growth of the sleeping top, perturbed runs off theory, relative", most(runs_off), 1e-9)
-stable = most(abs(growth_by_multipliers(ratio)) for ratio in (1.05, 1.2, 1.5, 1.9))
-claim("stable sleeping: growth by multipliers", stable, 1e-12)
 BESIDE = {1: 1e-9, 2: 1e-9, 4: 1e-9, 6: 1e-7, 8: 1e-7, 10: 1e-5, 12: 1e-3}
-near = {}
-for power in BESIDE:
-    spins = [4 * (1 + sign * 10.0**-power) for sign in (-1, 1)]
-    below, above = (growth_by_multipliers((spin / 4) ** 2) for spin in spins)
-    exact = growth_of(spins[0])
-    print(f"     spin 1 -+ 1e-{power}: growth {below:.9e} (theory {exact:.9e}), {above:.1e} (0)")
-    near[power] = abs(below / exact - 1), most(abs(below - exact), abs(above))
-for power, (relative, absolute) in near.items():  # a growth of 1e-6 is known as a rounding lets it
-    claim(f"spin 1 - 1e-{power}: growth off theory, relative", relative, BESIDE[power])
-    claim(f"spin 1 -+ 1e-{power}: growth off theory [1/s]", absolute, 1e-9)
-push = 1e-6
-tip = ht.propagate(
-    ht.Scene(TOP, ht.State(0, thetadot=push, omega3=4), time=4000, quantities=("axis",),
-             events=(), samples=4001), formulation="axis",
-).theta.max()  # fmt: skip
-turn = 2 * math.asin(math.sqrt(2 * push / (push + math.hypot(4, push))))  # where V is back at E'
-claim("marginal: tilt after a push, off theory", abs(tip / turn - 1), 1e-5)
 
-circle_off, frequency_off, strayed = [], [], []
-for tilt in (0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.2, 2.8):
-    for ratio in (0.05, 0.35, 0.75, 1.05, 1.4, 1.9):
-        if ratio <= 1.02 * math.cos(tilt):
-            continue
-        omega3 = spin_at(ratio)
-        for branch in ("slow", "fast"):
-            known = ht.facts(TOP, ht.State.steady(TOP, tilt, omega3, branch))
-            rate, nod = known.mean_precession_rate, known.small_nutation_frequency
-            time = 0.382 * math.tau / nod
-            start = ht.State(tilt, phidot=rate, omega3=omega3)
-            matrix = state_transition(start, time)
-            c, s = math.cos(rate * time), math.sin(rate * time)
-            back = np.eye(6)
-            back[:2, :2] = back[3:5, 3:5] = [[c, s], [-s, c]]
-            found = np.linalg.eigvals(back @ matrix)
-            nodding = found[np.argmax(found.imag)]  # the others are 1: phase and constants
-            frequency_off.append(abs(np.angle(nodding) / time / nod - 1))
-            pushed = ht.State(tilt + 1e-6, phidot=rate, omega3=omega3)
-            long = ht.Scene(TOP, pushed, time=50 * math.tau / nod, quantities=("theta",),
-                            events=(), samples=1001)  # fmt: skip
-            tilts = ht.propagate(long, formulation="axis").theta
-            swing = 2e-6 * (rate * math.sin(tilt) / nod) ** 2  # it is never more than 2e-6
-            strayed.append(abs(np.ptp(tilts) / swing - 1))
-            circle_off.append(abs(abs(nodding) - 1))
-claim(f"{len(strayed)} steady precessions: multipliers off the circle", most(circle_off), 1e-12)
-claim("their angle against the nutation frequency, relative", most(frequency_off), 1e-11)
-claim("pushed by 1e-6, swing in 50 nutations, off the small one, relative", most(strayed), 1e-3)
 
-# Beside the separatrix: a start off by eps comes back after ln(1/eps)/lambda
-LEAVING = growth_of("2*sqrt(3)")
-back_after = {}
-for power in (3, 5, 7, 9):
-    start = ht.State("pi/3", phidot=f"2/sqrt(3) + 1e-{power}", omega3="2*sqrt(3)")
-    once = ht.Scene(TOP, start, time=60, events=("turning",), samples=2)
-    events = ht.propagate(once, formulation="axis").events
-    back_after[power] = events.t[2] - events.t[0]
-for power in (5, 7, 9):
-    longer = back_after[power] - back_after[power - 2]
-    print(f"     separatrix off by 1e-{power}: back after {back_after[power]:.4f} s")
-    claim(f"1e-{power}: exit time, a hundredth of eps later by ln(100)/lambda, relative",
-          abs(longer * LEAVING / math.log(100) - 1), 3e-3)  # fmt: skip
+@proof(minutes=0.1)
+def sleeping():
+    """Growth of a tilt by theory, by multipliers and by runs; beside the threshold too."""
+    floquet_off, runs_off = [], []
+    for ratio in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99):
+        growth = growth_of(spin_at(ratio))
+        floquet_off.append(abs(growth_by_multipliers(ratio) / growth - 1))
+        runs_off.append(abs(growth_by_a_run(ratio, growth) / growth - 1))
+    yield "growth of the sleeping top, multipliers off theory, relative", most(floquet_off), 1e-9
+    yield "growth of the sleeping top, perturbed runs off theory, relative", most(runs_off), 1e-9
+    stable = most(abs(growth_by_multipliers(ratio)) for ratio in (1.05, 1.2, 1.5, 1.9))
+    yield "stable sleeping: growth by multipliers", stable, 1e-12
+    near = {}
+    for power in BESIDE:
+        spins = [4 * (1 + sign * 10.0**-power) for sign in (-1, 1)]
+        below, above = (growth_by_multipliers((spin / 4) ** 2) for spin in spins)
+        exact = growth_of(spins[0])
+        print(
+            f"     spin 1 -+ 1e-{power}: growth {below:.9e} (theory {exact:.9e}), {above:.1e} (0)"
+        )
+        near[power] = abs(below / exact - 1), most(abs(below - exact), abs(above))
+    # a growth of 1e-6 is known as a rounding lets it
+    for power, (relative, absolute) in near.items():
+        yield f"spin 1 - 1e-{power}: growth off theory, relative", relative, BESIDE[power]
+        yield f"spin 1 -+ 1e-{power}: growth off theory [1/s]", absolute, 1e-9
+    push = 1e-6
+    tip = ht.propagate(
+        ht.Scene(TOP, ht.State(0, thetadot=push, omega3=4), time=4000, quantities=("axis",),
+                 events=(), samples=4001), formulation="axis",
+    ).theta.max()  # fmt: skip
+    # where V is back at E'
+    turn = 2 * math.asin(math.sqrt(2 * push / (push + math.hypot(4, push))))
+    yield "marginal: tilt after a push, off theory", abs(tip / turn - 1), 1e-5
+
+
+@proof(minutes=0.1)
+def steady():
+    """Multipliers in the frame that turns with the precession, and perturbed runs."""
+    circle_off, frequency_off, strayed = [], [], []
+    for tilt in (0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.2, 2.8):
+        for ratio in (0.05, 0.35, 0.75, 1.05, 1.4, 1.9):
+            if ratio <= 1.02 * math.cos(tilt):
+                continue
+            omega3 = spin_at(ratio)
+            for branch in ("slow", "fast"):
+                known = ht.facts(TOP, ht.State.steady(TOP, tilt, omega3, branch))
+                rate, nod = known.mean_precession_rate, known.small_nutation_frequency
+                time = 0.382 * math.tau / nod
+                start = ht.State(tilt, phidot=rate, omega3=omega3)
+                matrix = state_transition(start, time)
+                c, s = math.cos(rate * time), math.sin(rate * time)
+                back = np.eye(6)
+                back[:2, :2] = back[3:5, 3:5] = [[c, s], [-s, c]]
+                found = np.linalg.eigvals(back @ matrix)
+                nodding = found[np.argmax(found.imag)]  # the others are 1: phase and constants
+                frequency_off.append(abs(np.angle(nodding) / time / nod - 1))
+                pushed = ht.State(tilt + 1e-6, phidot=rate, omega3=omega3)
+                long = ht.Scene(TOP, pushed, time=50 * math.tau / nod, quantities=("theta",),
+                                events=(), samples=1001)  # fmt: skip
+                tilts = ht.propagate(long, formulation="axis").theta
+                swing = 2e-6 * (rate * math.sin(tilt) / nod) ** 2  # it is never more than 2e-6
+                strayed.append(abs(np.ptp(tilts) / swing - 1))
+                circle_off.append(abs(abs(nodding) - 1))
+    yield f"{len(strayed)} steady precessions: multipliers off the circle", most(circle_off), 1e-12
+    yield "their angle against the nutation frequency, relative", most(frequency_off), 1e-11
+    yield "pushed by 1e-6, swing in 50 nutations, off the small one, relative", most(strayed), 1e-3
+
+
+@proof(minutes=0.1)
+def separatrix():
+    """Beside it a start off by eps comes back after ln(1/eps)/lambda."""
+    leaving = growth_of("2*sqrt(3)")
+    back_after = {}
+    for power in (3, 5, 7, 9):
+        start = ht.State("pi/3", phidot=f"2/sqrt(3) + 1e-{power}", omega3="2*sqrt(3)")
+        once = ht.Scene(TOP, start, time=60, events=("turning",), samples=2)
+        events = ht.propagate(once, formulation="axis").events
+        back_after[power] = events.t[2] - events.t[0]
+    for power in (5, 7, 9):
+        longer = back_after[power] - back_after[power - 2]
+        print(f"     separatrix off by 1e-{power}: back after {back_after[power]:.4f} s")
+        yield (
+            f"1e-{power}: exit time, a hundredth of eps later by ln(100)/lambda, relative",
+            abs(longer * leaving / math.log(100) - 1),
+            3e-3,
+        )
+
 
 FORMS = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
 SPINS = [10.0**power for power in range(2, 8)]
-steps = {form: [] for form in FORMS} | {"body frame, DOP853": []}
 
 
 def body_frame(top, start, end):
@@ -147,6 +172,8 @@ def body_frame(top, start, end):
         return [turn * w2 + gMR / A * z, -turn * w1 - gMR / A * x,
                 omega3 * z - w2 * v, w1 * v - omega3 * x, w2 * x - w1 * z]  # fmt: skip
 
+    from scipy.integrate import solve_ivp
+
     sine, up = math.sin(theta), math.cos(theta)
     begin = np.array([0.0, phidot * sine, 0.0, sine, up])
     told = solve_ivp(rates, (0, end), begin, method="DOP853", rtol=1e-12, atol=1e-12)
@@ -156,25 +183,32 @@ def body_frame(top, start, end):
     return told.t.size - 1, abs(energy - first)
 
 
-for spin in SPINS:
-    top = ht.Top(1, f"4/{spin:.0f}", 1)
-    start = ht.State("0.5", phidot=1, omega3=spin)
-    count = 20.618
-    for form in FORMS:
-        wanted = "theta" if form == "cubic" else "axis"
-        one = ht.Scene(top, start, periods=count, quantities=(wanted,), events=(), samples=2)
-        run = ht.propagate(one, formulation=form)
-        steps[form].append((spin, run.statistics.steps / count))
-    if spin <= 1e4:
-        period = ht.Motion(top, start).period
-        taken, drifted = body_frame(top, start, period)
-        assert drifted < 1e-8, drifted
-        steps["body frame, DOP853"].append((spin, taken))
-for name, points in steps.items():
-    print(f"     {name:20}", " ".join(f"{n:8.1f}" for _, n in points))
-for form in ("axis", "attitude", "cubic", "routh"):
-    counts = [n for _, n in steps[form]]
-    claim(f"{form}: steps in a period, greatest over least", max(counts) / min(counts), 1.02)
-body = [n for _, n in steps["body frame, DOP853"]]
-claim("body frame: steps at 1e2 rad/s over those at 1e4", body[0] / body[-1], 0.05)
-finish()
+@proof(minutes=0.3)
+def spins():
+    """Steps in a period against the spin rate, at the same p_psi."""
+    steps = {form: [] for form in FORMS} | {"body frame, DOP853": []}
+    for spin in SPINS:
+        top = ht.Top(1, f"4/{spin:.0f}", 1)
+        start = ht.State("0.5", phidot=1, omega3=spin)
+        count = 20.618
+        for form in FORMS:
+            wanted = "theta" if form == "cubic" else "axis"
+            one = ht.Scene(top, start, periods=count, quantities=(wanted,), events=(), samples=2)
+            run = ht.propagate(one, formulation=form)
+            steps[form].append((spin, run.statistics.steps / count))
+        if spin <= 1e4:
+            period = ht.Motion(top, start).period
+            taken, drifted = body_frame(top, start, period)
+            assert drifted < 1e-8, drifted
+            steps["body frame, DOP853"].append((spin, taken))
+    for name, points in steps.items():
+        print(f"     {name:20}", " ".join(f"{n:8.1f}" for _, n in points))
+    for form in ("axis", "attitude", "cubic", "routh"):
+        counts = [n for _, n in steps[form]]
+        yield f"{form}: steps in a period, greatest over least", max(counts) / min(counts), 1.02
+    body = [n for _, n in steps["body frame, DOP853"]]
+    yield "body frame: steps at 1e2 rad/s over those at 1e4", body[0] / body[-1], 0.05
+
+
+if __name__ == "__main__":
+    main()

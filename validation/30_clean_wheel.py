@@ -15,22 +15,15 @@ import zipfile
 from importlib import metadata
 from pathlib import Path
 
-from claim import claim, finish
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from tools import main
+
+from heavytop.claims import proof
 
 ROOT = Path(__file__).resolve().parents[1]
-NOT_REQUIRED = (
-    "CyRK",
-    "numba",
-    "distributed",
-    "mujoco",
-    "exudyn",
-    "sphinx",
-    "pytest",
-    "hypothesis",
-    "ruff",
-)
+NOT_REQUIRED = ("CyRK", "numba", "distributed", "mujoco", "exudyn", "sphinx", "pytest",
+                "hypothesis", "ruff")  # fmt: skip
 
 VERBS = (
     "doctor --json",
@@ -141,10 +134,10 @@ def hold_contents(wheel):
     with zipfile.ZipFile(wheel) as archive:
         inside = archive.namelist()
     foreign = [n for n in inside if n.split("/")[0] != "heavytop" and ".dist-info/" not in n]
-    claim("files of the wheel outside the package", len(foreign), 0)
+    yield "files of the wheel outside the package", len(foreign), 0
     shipped = {path.name for path in (ROOT / "src" / "heavytop" / "scenes").glob("*.toml")}
     packed = {Path(n).name for n in inside if n.startswith("heavytop/scenes/")}
-    claim("scenes missing from the wheel", len(shipped - packed), 0)
+    yield "scenes missing from the wheel", len(shipped - packed), 0
 
 
 def hold_verbs(place, extras):
@@ -152,13 +145,13 @@ def hold_verbs(place, extras):
     found = {}
     for line in VERBS:
         code, found[line] = place.heavytop(*line.split())
-        claim(f"exit code of heavytop {line}", code, 0)
+        yield f"exit code of heavytop {line}", code, 0
     tops = [each for line, each in found.items() if line.startswith(("classify", "run"))]
     others = [each for each in tops if each.get("motion", {}).get("kind") != "loops"]
-    claim("verdicts and runs that do not find loops", len(others), 0)
+    yield "verdicts and runs that do not find loops", len(others), 0
     optional = found["doctor --json"].get("optional", {})
     lacking = {name for name, each in optional.items() if each["missing"]}
-    claim("extras that doctor does not call missing", len(extras - lacking), 0)
+    yield "extras that doctor does not call missing", len(extras - lacking), 0
 
 
 def hold_opened(place):
@@ -166,28 +159,30 @@ def hold_opened(place):
     opened = place.opened()
     inside = f"{place.python.parents[1]}/"
     seen = [name for name in opened if name.startswith(inside) and "/heavytop/" in name]
-    claim("watched in vain: no module of the wheel was seen", float(not seen), 0)
+    yield "watched in vain: no module of the wheel was seen", float(not seen), 0
     used = {n for n in opened if n.startswith(f"{ROOT}/") and not n.startswith(f"{ROOT}/.venv/")}
     print("".join(f"     {name}\n" for name in sorted(used)), end="")
-    claim("files of the repository opened", len(used), 0)
+    yield "files of the repository opened", len(used), 0
 
 
-def main(folder):
+@proof(minutes=0.5)
+def clean_wheel():
     """Build, install, run, and look at what was opened."""
-    wheel = built(folder)
-    hold_contents(wheel)
-    python, info, brought = environment(folder / "clean", wheel)
-    print(f"     {wheel.name}, {wheel.stat().st_size / 1e6:.2f} MB, brings {brought} packages")
-    place = Place(folder, python)
-    there = json.loads(place.run("-c", FIND, *NOT_REQUIRED).stdout)
-    claim("packages of extras and tests that are there", len(there), 0)
-    hold_verbs(place, set(info.metadata.get_all("Provides-Extra")))
-    hold_opened(place)
-
-
-if not (ROOT / "pyproject.toml").exists():
-    print("skip the clean wheel: there is no repository to build it from")
-else:
+    if not (ROOT / "pyproject.toml").exists():
+        yield "no wheel: there is no repository to build it from", 0, 0
+        return
     with tempfile.TemporaryDirectory() as temporary:
-        main(Path(temporary).resolve())
-finish()
+        folder = Path(temporary).resolve()
+        wheel = built(folder)
+        yield from hold_contents(wheel)
+        python, info, brought = environment(folder / "clean", wheel)
+        print(f"     {wheel.name}, {wheel.stat().st_size / 1e6:.2f} MB, brings {brought} packages")
+        place = Place(folder, python)
+        there = json.loads(place.run("-c", FIND, *NOT_REQUIRED).stdout)
+        yield "packages of extras and tests that are there", len(there), 0
+        yield from hold_verbs(place, set(info.metadata.get_all("Provides-Extra")))
+        yield from hold_opened(place)
+
+
+if __name__ == "__main__":
+    main()

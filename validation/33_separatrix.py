@@ -2,9 +2,15 @@
 
 import mpmath
 import numpy as np
-from claim import claimed, finish, most
+from tools import most
 
 import heavytop as ht
+from heavytop.claims import Authority, claim
+
+WHITTAKER = Authority(
+    "Whittaker, Analytical Dynamics, sections 71-73; Woodhouse, problem 5.3", "formula"
+)
+
 
 mp = mpmath.MPContext()
 mp.dps = 60
@@ -29,8 +35,15 @@ def one_minus_u(gt):
     return s / (1 + s)
 
 
-@claimed("whittaker-closed-form")
-def _():
+@claim(
+    "whittaker-closed-form",
+    WHITTAKER,
+    1e-59,
+    "58 digits are requested; the elementary solution has 60",
+    "closed form",
+)
+def whittaker_closed_form():
+    """1 − cos θ of three tops up to γt = 30 vs 1/cos θ = 1 + sech γt, relative."""
     worst = 0.0
     for values in TOPS:
         top, start, gamma = released(*values)
@@ -41,29 +54,42 @@ def _():
     return worst
 
 
-@claimed("whittaker-doubles")
-def _():
+@claim("whittaker-doubles", WHITTAKER, 1e-14, "some twenty roundings", "closed form")
+def whittaker_doubles():
+    """1 − cos θ in doubles up to γt = 30 vs 1/cos θ = 1 + sech γt, relative."""
     top, start, gamma = released(*TOPS[0])
     gt = np.linspace(0, 30, 301)
     found = ht.Motion(top, start).at(gt / gamma).one_minus_u
     return most(abs(mp.mpf(float(x)) / one_minus_u(t) - 1) for x, t in zip(found, gt, strict=True))
 
 
-@claimed("whittaker-kind")
-def _():
+@claim("whittaker-kind", WHITTAKER, 0, "the start and the verdict are exact", "verdicts")
+def whittaker_kind():
+    """number of three such tops not proved to lie on the separatrix."""
     verdicts = [ht.classify(*released(*values)[:2]) for values in TOPS]
     return sum(str(v.kind) != "separatrix" or not v.certified for v in verdicts)
 
 
-def of_the_run(gt):
-    """The largest error of theta up to so many 1/gamma."""
+@claim(
+    "whittaker-run-20",
+    WHITTAKER,
+    6e-12,
+    "rounding of θ grown by exp(γt/2) = 22 000",
+    "integrator",
+    of=(20,),
+)
+@claim(
+    "whittaker-run-10",
+    WHITTAKER,
+    4e-14,
+    "rounding of θ grown by exp(γt/2) = 150",
+    "integrator",
+    of=(10,),
+)
+def tilt_of_the_run(gt):
+    """θ of the run up to γt = {0} vs 1/cos θ = 1 + sech γt [rad]."""
     top, start, gamma = released(*TOPS[0])
     run = ht.propagate(ht.Scene(top, start, time=gt / gamma, quantities=("theta",), digits=8))
     t = np.linspace(0, gt / gamma, 101)
     truth = [mp.acos(1 - one_minus_u(gamma * x)) for x in t]
     return most(abs(mp.mpf(float(x)) - y) for x, y in zip(run(t).theta, truth, strict=True))
-
-
-for gt in (10, 20):
-    claimed(f"whittaker-run-{gt}")(lambda gt=gt: of_the_run(gt))
-finish()

@@ -1,31 +1,32 @@
 """Certificates: how sharp the proved bounds are, on random runs, all scenes, and a long run.
 
-    python validation/45_certificates.py [runs] [periods] [times] [taken]
-
 Random runs: tops, starts, forms and lengths drawn at random. The error is looked for at many random
 times with the closed form in doubles, and taken in 128 bits where it is largest, and at some random
 times: it never exceeds the bound. The same for every shipped scene in the three forms. A long run
-of the kicked top: the bound, the largest error, and the time that it takes; then one projected.
+of the kicked top: the bound, the largest error, and the time that it takes; then one projected; and
+a hundred million periods, whose certificate is kept.
 """
 
-import sys
+from __future__ import annotations
+
+import json
+import resource
 import time
 import warnings
 from dataclasses import replace
+from datetime import date
+from pathlib import Path
 
 import numpy as np
-from claim import claim, finish, most
-from digits import Digits
+from page import markdown, rewrite
+from tools import Digits, main, most
 
 import heavytop as ht
+from heavytop.claims import proof
 from heavytop.errors import NotCertified
-from heavytop.run.own_motion import own_motion
+from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import shipped_names
 
-RUNS = int(sys.argv[1]) if len(sys.argv) > 1 else 40
-PERIODS = float(sys.argv[2]) if len(sys.argv) > 2 else 1e4
-TIMES = int(float(sys.argv[3])) if len(sys.argv) > 3 else 100_000
-TAKEN = int(float(sys.argv[4])) if len(sys.argv) > 4 else 200
 PART = 20_000
 WORST = 8  # times of each quantity at which its error is taken in 128 bits
 DIGITS = 38
@@ -45,25 +46,34 @@ def drawn(seed: int) -> ht.Trajectory:
     return ht.propagate(scene, formulation=form, projected=bool(seed % 2))
 
 
-def times_to_look_at(run: ht.Trajectory, rng: np.random.Generator) -> set[float]:
+def run_motion(run: ht.Trajectory) -> ht.Motion:
+    """Return the exact motion of a run's own binary start."""
+    from heavytop.run.own_motion import own_motion
+
+    return own_motion(run)
+
+
+def times_to_look_at(
+    run: ht.Trajectory, rng: np.random.Generator, times: int, taken: int
+) -> set[float]:
     """Return the times, of many, at which errors in doubles are largest, and some random ones."""
-    known, form = {name: [] for name in NAMES}, own_motion(run).at
-    for _ in range(0, TIMES, PART):
-        times = np.sort(run.orbit.end * rng.uniform(0, 1, min(PART, TIMES)))
-        seen, true = run(times), form(times)
+    known, form = {name: [] for name in NAMES}, run_motion(run).at
+    for _ in range(0, times, PART):
+        some = np.sort(run.orbit.end * rng.uniform(0, 1, min(PART, times)))
+        seen, true = run(some), form(some)
         for name in NAMES:
             apart = np.abs(getattr(seen, name) - getattr(true, name))
             apart = np.sqrt((apart**2).sum(axis=-1)) if name == "axis" else apart
             order = np.argsort(-np.nan_to_num(apart, nan=-1.0))[:WORST]
-            known[name] += [(float(apart[k]), float(times[k])) for k in order]
+            known[name] += [(float(apart[k]), float(some[k])) for k in order]
     worst = {t for each in known.values() for _, t in sorted(each, reverse=True)[:WORST]}
-    return worst | set((run.orbit.end * rng.uniform(0, 1, TAKEN)).tolist())
+    return worst | set((run.orbit.end * rng.uniform(0, 1, taken)).tolist())
 
 
-def largest_errors(run: ht.Trajectory, rng: np.random.Generator) -> dict[str, float]:
+def largest_errors(run: ht.Trajectory, seed: int, **look: int) -> dict[str, float]:
     """Return the largest errors found, in 128 bits."""
-    exact, found = Digits(own_motion(run), DIGITS), dict.fromkeys(NAMES, 0.0)
-    times = sorted(times_to_look_at(run, rng))
+    exact, found = Digits(run_motion(run), DIGITS), dict.fromkeys(NAMES, 0.0)
+    times = sorted(times_to_look_at(run, np.random.default_rng(seed), **look))
     seen = run(np.array(times))
     for k, t in enumerate(times):
         true = exact(t)
@@ -80,8 +90,9 @@ def largest_errors(run: ht.Trajectory, rng: np.random.Generator) -> dict[str, fl
 class Ratios:
     """Bounds over the largest errors found, of each quantity in short and in long runs."""
 
-    def __init__(self) -> None:
-        """Begin without any."""
+    def __init__(self, times: int, taken: int) -> None:
+        """Begin without any; errors are looked for at so many times, of which some are taken."""
+        self.look = {"times": times, "taken": taken}
         self.known: dict[tuple[str, bool], list[float]] = {}
         self.worst = 0.0  # an error over its bound
 
@@ -89,7 +100,7 @@ class Ratios:
         """Look for the errors of a run, and keep how they compare with its bounds."""
         period = run.motion.period
         short = period is None or abs(run.orbit.end) < 10 * float(period)
-        for name, error in largest_errors(run, np.random.default_rng(seed)).items():
+        for name, error in largest_errors(run, seed, **self.look).items():
             bound = found.bound[name]
             if bound is not None and bound > 0:
                 self.worst = most(self.worst, error / bound)
@@ -104,10 +115,12 @@ class Ratios:
                   f"nine of ten below {np.quantile(each, 0.9):.2f}")  # fmt: skip
 
 
-def random_runs() -> None:
+@proof(minutes=4)
+def random_runs(runs=40, times=100_000, taken=200):
     """Certify runs drawn at random."""
-    ratios, proved = Ratios(), 0
-    for seed in range(RUNS):
+    warnings.simplefilter("ignore")
+    ratios, proved = Ratios(times, taken), 0
+    for seed in range(runs):
         run = drawn(seed)
         try:
             found = ht.certify(run)
@@ -116,14 +129,16 @@ def random_runs() -> None:
             continue
         proved += found.proved
         ratios.add(run, found, seed)
-    print(f"{proved} of {RUNS} random runs proved; bounds over the largest errors found:")
+    print(f"{proved} of {runs} random runs proved; bounds over the largest errors found:")
     ratios.tell()
-    claim("an error at random times, relative to its proved bound", ratios.worst, 1.0)
+    yield "an error at random times, relative to its proved bound", ratios.worst, 1.0
 
 
-def scenes() -> None:
+@proof(minutes=5)
+def scenes(times=100_000, taken=200):
     """Certify every shipped scene in each form that gives what it wants, or theta alone."""
-    ratios, refused = Ratios(), []
+    warnings.simplefilter("ignore")
+    ratios, refused = Ratios(times, taken), []
     names = shipped_names()
     for name in names:
         for form in ("axis", "attitude", "cubic"):
@@ -144,13 +159,20 @@ def scenes() -> None:
     ratios.tell()
     for each in refused:
         print(f"  not proved: {each}")
-    claim("scenes and forms that are not proved, of 78", len(refused), 3)
-    claim("an error of a shipped scene, relative to its proved bound", ratios.worst, 1.0)
+    yield f"scenes and forms that are not proved, of {3 * len(names)}", len(refused), 3
+    yield "an error of a shipped scene, relative to its proved bound", ratios.worst, 1.0
 
 
-def long_run(*, projected: bool) -> None:
-    """Certify a long run of the kicked top."""
-    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(PERIODS))
+@proof(minutes=0.3)
+def long_runs(periods=1e4):
+    """Certify a long run of the kicked top with its events, and a projected one without."""
+    warnings.simplefilter("ignore")
+    for projected in (False, True):
+        yield from long_run(periods, projected)
+
+
+def long_run(periods, projected):
+    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(periods))
     if projected:
         scene = replace(scene, events=())
     began = time.process_time()
@@ -159,29 +181,92 @@ def long_run(*, projected: bool) -> None:
     found = ht.certify(run)
     spent = time.process_time() - began
     how = "projected, without events" if projected else "with its events"
-    print(f"{PERIODS:g} periods of sicm-kicked, {how}, {found.steps} steps: {spent:.1f} s of CPU, "
+    print(f"{periods:g} periods of sicm-kicked, {how}, {found.steps} steps: {spent:.1f} s of CPU, "
           f"{integrated:.1f} of them integration")  # fmt: skip
     for name, bound in found.bound.items():
         print(f"  {name:6} bound {bound:.3e}, found {found.observed[name]:.3e}, "
               f"ratio {bound / found.observed[name]:.3f}")  # fmt: skip
-    if PERIODS >= 1e5:
-        claim("CPU time of a million periods, integration included [min]",
-              spent / 60 * 1e6 / PERIODS, 5)  # fmt: skip
-    if PERIODS >= 1e6 or not projected:
-        claim("bound of the axis over the largest error found, long run",
-              found.bound["axis"] / found.observed["axis"], 1.5)  # fmt: skip
+    if periods >= 1e5:
+        yield (
+            "CPU time of a million periods, integration included [min]",
+            spent / 60 * 1e6 / periods,
+            5,
+        )
+    if periods >= 1e6 or not projected:
+        yield (
+            "bound of the axis over the largest error found, long run",
+            found.bound["axis"] / found.observed["axis"],
+            1.5,
+        )
 
 
-def main() -> None:
-    """Print what was measured."""
-    warnings.simplefilter("ignore")
-    if RUNS:
-        random_runs()
-        scenes()
-    for projected in (False, True):
-        long_run(projected=projected)
+# --- a hundred million periods ---------------------------------------------------------------
+# It took hours; the result is kept. Here its claims are read from that file, and the first periods
+# are integrated and certified again. With the word `again` everything is: the run is kept in out/,
+# and so is the certificate, so that what was stopped goes on.
+
+KEPT = Path(__file__).with_name("data") / "certified-hundred-million.json"
+FOLDER = Path("out/certified-hundred-million")
+FIRST = 10_000  # periods that are done again
+HEADS = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]", "psi": "ψ [rad]"}
+
+
+def run_of(periods: int) -> ht.Trajectory:
+    """Integrate so many periods, without events: those of a hundred million fill the memory."""
+    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(periods))
+    wanted = replace(scene, samples=2, quantities=("theta", "phi", "psi"), events=())
+    return ht.propagate(wanted, formulation="axis", projected=True)
+
+
+def cpu_s() -> float:
+    """CPU time of this process and of those that have ended, which it began [s]."""
+    own, others = (resource.getrusage(x) for x in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(x.ru_utime + x.ru_stime for x in (own, others))
+
+
+def certify_again() -> None:
+    """Integrate and certify a hundred million periods."""
+    stored = FOLDER.with_suffix(".nc")
+    if not stored.exists():
+        run_of(10**8).save(stored)
+    integrated = cpu_s()
+    found = ht.certify(ht.load_trajectory(stored), jobs=2, folder=FOLDER)
+    cost = {"integration_h": integrated / 3600, "certificate_h": (cpu_s() - integrated) / 3600}
+    made = {"cpu": cost, "date": str(date.today())}
+    KEPT.write_text(json.dumps(found.document() | made, indent=1) + "\n", "utf-8")
+
+
+def at_most(bound: float) -> str:
+    """A proved bound, rounded up."""
+    return QUANTITIES["bound"].text(bound)
+
+
+HEAD = ("", "proved bound", "part from adding turns", "largest error without it")
+
+
+@proof(minutes=0.3)
+def hundred_million(again=False, write=False):
+    if again:
+        certify_again()
+    kept = json.loads(KEPT.read_text("utf-8"))
+    bound, rounding, seen = (kept[name] for name in ("bound", "rounding", "observed"))
+    rows = [
+        (head, at_most(bound[name]), at_most(rounding[name]) if rounding[name] else "–",
+         f"{seen[name]:.1e}")
+        for name, head in HEADS.items()
+    ]  # fmt: skip
+    print(markdown(HEAD, rows))
+    if write:
+        rewrite("certificates.md", "certified hundred million", markdown(HEAD, rows))
+    ratio = bound["axis"] / seen["axis"]
+    yield "1e8 periods, axis: proved bound", bound["axis"], 1.1e-10
+    yield "1e8 periods, axis: bound over the largest error found", ratio, 1.5
+    yield "1e8 periods: what is not proved", len(kept["why"]) + (not kept["turns"]), 0
+    found = ht.certify(run_of(FIRST))
+    yield f"{FIRST} periods, axis: proved bound", found.bound["axis"], 1e-12
+    for name, x in found.bound.items():
+        yield f"{FIRST} periods, {name}: bound over that of 1e8", x / bound[name], 1.0
 
 
 if __name__ == "__main__":
     main()
-    finish()

@@ -22,6 +22,8 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from importlib import import_module
+from importlib.util import find_spec
 from itertools import cycle, product
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -228,18 +230,22 @@ def study(case: dict[str, str]) -> dict[str, Any]:
     return {"exit": code, "document": out.getvalue()}
 
 
+def draw(case: dict[str, int]) -> dict[str, str]:
+    """Random scenes, by the script that draws them in the version that is asked."""
+    script = import_module("fuzz" if find_spec("fuzz") else "43_fuzz")
+    return {f"{x.name}.toml": x.to_toml() for x in script.scenes(SEED, case["n"])}
+
+
 def work(tree: Path) -> None:
     """Answer cases, JSON lines in and out, with the version in a tree."""
     sys.path[0] = str(tree / "validation")
-    import fuzz
-
     import heavytop
 
     assert Path(heavytop.__file__).is_relative_to(tree), heavytop.__file__
     asked = {
         **{"run": run, "motion": motion, "study": study},
         "exit": lambda case: {"exit": study(case)["exit"]},
-        "draw": lambda case: {f"{x.name}.toml": x.to_toml() for x in fuzz.scenes(SEED, case["n"])},
+        "draw": draw,
     }
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:

@@ -15,6 +15,7 @@ from unittest.mock import patch
 import h5py
 
 import heavytop as ht
+from heavytop.files import open_sealed
 
 SHAPE = (12, 12)
 
@@ -73,7 +74,7 @@ def _files(place: Path) -> dict[Path, Callable[[Path], object]]:
 
 
 def _opened(path: Path) -> None:
-    with opened(path):
+    with open_sealed(path):
         pass
 
 

@@ -1,14 +1,21 @@
-"""Tables of the documentation that a validation script writes, with machine and versions."""
+"""Tables of the documentation that scripts write, with machine and versions; that of the claims.
+
+The page of the claims has a row for each authority, with the claim that comes nearest to its bound;
+measured.csv has all: heavytop validate --json | python validation/page.py
+"""
 
 from __future__ import annotations
 
+import csv
+import json
 import platform
 import re
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from heavytop.doctor import cpu_model, version
-from heavytop.results.base import Table
+from heavytop.results.base import Table, grouped
 from heavytop.scene.quantities import Quantity
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -41,3 +48,48 @@ def foot() -> str:
     packages = ("heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
     versions = ", ".join(f"{name} {version(name)}" for name in packages if version(name))
     return f"*{cpu_model() or platform.machine()}, Python {platform.python_version()}; {versions}.*"
+
+
+# --- the page of the claims ------------------------------------------------------------------
+
+MEASURED = Path(__file__).with_name("measured.csv")
+
+HEAD = ("authority", "the claim nearest to its bound", "measured", "bound")
+
+
+def word(claim):
+    """What a claim measured, as it is shown."""
+    return "skipped" if claim["measured"] is None else f"{claim['measured']:.1e}"
+
+
+def share(claim):
+    """How much of its bound a claim takes, as it is shown."""
+    skipped = claim["measured"] is None or not claim["bound"]
+    return 0 if skipped else float(word(claim)) / claim["bound"]
+
+
+def row(authority, claims):
+    """One authority: whose numbers it gives, and the claim nearest to its bound."""
+    origins = ", ".join(sorted({claim["numbers"] for claim in claims}))
+    nearest = max(claims, key=share)
+    told = f"`{nearest['id']}`: {nearest['statement']}"
+    return (
+        f"{authority} ({origins})",
+        told,
+        word(nearest),
+        f"{nearest['bound']:g}",
+    )
+
+
+def claims_table(document):
+    """A row for each authority."""
+    rows = (row(*each, claims) for each, claims in grouped(document["claims"], "authority").items())
+    return markdown(HEAD, rows, left=2)
+
+
+if __name__ == "__main__":
+    document = json.load(sys.stdin)
+    with MEASURED.open("w", encoding="utf-8", newline="") as file:
+        rows = ((claim["id"], word(claim)) for claim in document["claims"])
+        csv.writer(file, lineterminator="\n").writerows([("claim", "measured"), *rows])
+    rewrite("validation.md", "claims", claims_table(document))

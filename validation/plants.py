@@ -78,9 +78,9 @@ PLANTS = (
         ("mpmath-first", "mpmath-third", "mpmath-period", "gauss-pendulum"),
     ),
     Plant(
-        "turns lost, in the integrator",
-        "integration/turns.py",
-        (("nearest(told, phi))", "told)"),),
+        "turns lost, in what is read off the states",
+        "integration/outputs.py",
+        (("<= np.pi / 2, turned, angle)", "< 0, turned, angle)"),),
         ("simo-wong-phi-run", "simo-wong-psi-run", "dop853-run-kicked"),
     ),
     Plant(

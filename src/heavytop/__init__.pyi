@@ -16,7 +16,7 @@ from .analytic.reference import (
     reference as reference,
 )
 from .analytic.sensitivities import sensitivities as sensitivities
-from .claims.validate import validate as validate
+from .claims import validate as validate
 from .checking.judge import check as check
 from .checking.result import Check as Check
 from .classification import (

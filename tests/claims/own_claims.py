@@ -1,81 +1,88 @@
-"""Registers of claims made for a test: scripts of its own, and what they should tell."""
+"""Scripts of claims made for a test."""
 
 from __future__ import annotations
 
-import shutil
+HEAD = """
+import os, time
 from pathlib import Path
-
-from heavytop.claims.register import load_register
-
-VALIDATION = Path(__file__).parents[2] / "validation"
-HEAD = 'format = 1\n[authorities]\nbook = "a book"\n'
-CLAIM = """
-[[claim]]
-id = "{id}"
-script = "{script}"
-authority = "book"
-numbers = "formula"
-holds = ["closed form"]
-statement = "{id} of the top"
-bound = 1.0
-reason = "so it is"
+from heavytop.claims import Authority, claim, proof
+BOOK = Authority("a book", "formula")
+def of_a_book(name, **more):
+    return claim(name, BOOK, 1, "so it is", "closed form", **more)
 """
-NEEDS = {"absent": "no_such_package", "present": "json"}
-TELL = """
-import json, os
-def tell(*lines):
-    with open(os.environ["HEAVYTOP_CLAIMS_TOLD"], "ab") as file:
-        for line in lines:
-            file.write((line if isinstance(line, bytes) else json.dumps(line).encode()) + b"\\n")
-"""
-GOOD = 'tell({"id": "x", "measured": 0.5})\n'
-FAKE = """
-import os
-from claim import claimed, finish, tell
-
-@claimed("holds")
+FAKE = (
+    HEAD
+    + '''
+@of_a_book("holds")
 def _():
+    """a distance."""
+    print("not on stdout")
     return 0.5
 
-@claimed("fails")
+@of_a_book("fails")
 def _():
-    return 2.0
+    return 2
 
-@claimed("raises")
+@of_a_book("raises")
 def _():
     raise ValueError("no such top")
 
-@claimed("nan")
+@of_a_book("nan")
 def _():
     return float("nan")
 
-@claimed("absent")
+@of_a_book("negative")
+def _():
+    return -0.5
+
+@of_a_book("dies")
+def _():
+    os.kill(os.getpid(), 11)
+
+@of_a_book("absent", needs="no_such_package")
 def _():
     return 0.0
 
-if "lies" in os.environ["HEAVYTOP_CLAIMS_ASKED"]:
-    tell(id="lies", measured=2.0, passed=True)
-finish()
-"""
-IDS = ("holds", "fails", "raises", "nan", "absent", "lies", "unsaid")
+@of_a_book("last", of=("axis", 2))
+@of_a_book("first", of=("tilt", 1))
+def _(name, number):
+    """{0} of the top,
+    {1}.
+
+    And how.
+    """
+    return number - 1
+
+@proof(minutes=2)
+def own():
+    yield "one", 1, 2
+    yield "two", -3, 2
+    yield "three", 3, 2
+    raise OSError("no disk")
+
+@proof(minutes=1)
+def empty():
+    yield from ()
+'''
+)
+SLOW = (
+    HEAD
+    + '''
+for name in "abcd":
+    @of_a_book(name, of=(name,))
+    def _(name):
+        """{0}."""
+        time.sleep(0.5)
+        return ord(name) / 1000
+'''
+)
 
 
-def made(folder, scripts, ids):
-    """A register of our own: scripts by name, and the claims of each."""
-    shutil.copy(VALIDATION / "claim.py", folder)
-    text = HEAD
-    for script, body in scripts.items():
-        (folder / script).write_text(body, "utf-8")
-        for name in ids.get(script, ()):
-            text += CLAIM.format(id=name, script=script)
-            text += f'needs = "{NEEDS[name]}"\n' if name in NEEDS else ""
-    (folder / "claims.toml").write_text(text, "utf-8")
-    return load_register(folder)
-
-
-def one(folder, body, ids=("x",)):
-    """A register of one script that tells by hand."""
-    return made(folder, {"50_one.py": TELL + body}, {"50_one.py": ids})
+def script(folder, body):
+    """Write a script whose name no other test has; return the folder, and the name."""
+    name = f"50_{folder.name}"
+    (folder / f"{name}.py").write_text(body, "utf-8")
+    return folder, name
 
 
 def by_id(found):

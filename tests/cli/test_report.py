@@ -12,15 +12,14 @@ import numpy as np
 import pytest
 
 from heavytop.analytic.motion import Motion
-from heavytop.claims import validate as validating
-from heavytop.claims.register import load_register
+from heavytop.claims import validate
 from heavytop.cli import verbs
 from heavytop.plots.studies import check_figure
 from heavytop.results.base import as_rows
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
-from ..claims.own_claims import FAKE, GOOD, IDS, made, one
+from ..claims.own_claims import FAKE, script
 from ..commands import heavytop_
 
 PAGE = (Path(__file__).parents[2] / "docs" / "check-a-trajectory.md").read_text("utf-8")
@@ -161,57 +160,29 @@ def test_the_judgement_is_printed_without_its_chart(mine, monkeypatch, number, c
 # --- validate ------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def ours(tmp_path, monkeypatch):
-    fake = made(tmp_path, {"50_fake.py": FAKE}, {"50_fake.py": IDS})
-    monkeypatch.setattr(validating, "load_register", lambda: fake)
-
-
-@pytest.mark.usefixtures("ours")
-def test_the_document_the_table_and_the_exit_code(tmp_path):
-    shown = heavytop_("validate", "--json", "-o", tmp_path / "made" / "here")
+@pytest.mark.processes
+def test_claims_are_measured_stored_and_found_again(tmp_path):
+    words = ("validate", "betsch-cone", "betsch-cone", "--json", "-o", tmp_path / "made" / "here")
+    shown = heavytop_(*words, "--jobs", "1")
     document = json.loads(shown.stdout)
-    assert shown.exit_code == 5
+    assert shown.exit_code == 0
     assert document["schema"] == "heavytop/validate/1"
-    assert document["counts"] == {"passed": 1, "failed": 5, "skipped": 1}
+    assert document["counts"] == {"passed": 1, "failed": 0, "skipped": 0}
+    assert (document["asked"], document["proofs"]) == (["betsch-cone"], False)
     assert json.loads((tmp_path / "made/here/validate.json").read_text("utf-8")) == document
-    assert "raises does not hold: ValueError: no such top" in shown.stderr
-    table = heavytop_("validate").stdout
-    for line in ("ok    holds of the top", "FAIL  fails of the top", "skip  absent of the top"):
-        assert line in table
-    assert "absent  skipped: needs no_such_package: pip install no_such_package" in table
-    assert "1 holds, 5 fail, 1 skipped" in table
-    assert "ok    holds of the top   formula       0.5      1" in table
+    again = json.loads(heavytop_(*words).stdout)
+    assert again["claims"] == document["claims"]
 
 
-@pytest.mark.usefixtures("ours")
-@pytest.mark.parametrize(
-    ("words", "asked", "proofs"),
-    [((), [], False), (("holds", "holds", "--proofs"), ["holds"], True)],
-)
-def test_the_document_keeps_what_was_asked(words, asked, proofs):
-    shown = heavytop_("validate", "--json", *words)
-    document = json.loads(shown.stdout)
-    assert (document["asked"], document["proofs"]) == (asked, proofs)
-    assert shown.exit_code == (0 if asked else 5)
-
-
-def test_a_script_that_ends_badly_is_out_of_bound_and_no_bug(tmp_path, monkeypatch):
-    known = one(tmp_path, GOOD + "raise SystemExit(3)")
-    monkeypatch.setattr(validating, "load_register", lambda: known)
-    shown = heavytop_("validate", "-v")
+@pytest.mark.processes
+def test_a_claim_that_does_not_hold_is_out_of_bound_and_no_bug(tmp_path):
+    scripts, _ = script(tmp_path, FAKE)
+    validate(["raises", "holds", "absent"], scripts=scripts, folder=tmp_path / "out")
+    shown = heavytop_("resume", tmp_path / "out")
     assert shown.exit_code == 5
-    assert "x does not hold: ended with code 3: it said nothing" in shown.stderr
-    assert "FAIL  x of the top" in shown.stdout
-    assert "heavytop: 50_one.py: 1 failed in " in shown.stderr
-
-
-def test_a_damaged_register_is_a_foreign_file(tmp_path, monkeypatch):
-    (tmp_path / "claims.toml").write_text("[", "utf-8")
-    monkeypatch.setattr(validating, "load_register", lambda: load_register(tmp_path))
-    shown = heavytop_("validate")
-    assert shown.exit_code == 3
-    assert "claims.toml" in shown.stderr
+    assert "raises does not hold: ValueError: no such top" in shown.stderr
+    assert "ok    a distance  formula       0.5      1" in shown.stdout
+    assert "1 holds, 1 fails, 1 skipped" in shown.stdout
 
 
 # --- report --------------------------------------------------------------------------------------
@@ -220,7 +191,7 @@ LESS = {  # what is put in place of the defaults, so that it takes seconds
     "studies.drift.drift": {"periods": 2, "samples": 2, "methods": ["taylor-axis"]},
     "studies.work_precision.work_precision": {"periods": 2, "methods": ["strang=50"]},
     "studies.stress.stress": {"cases": ["cusp"], "methods": ["auto"]},
-    "claims.validate.validate": {"names": ["betsch-cone"]},
+    "claims.validate": {"names": ["betsch-cone"]},
 }
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
-from heavytop.claims.validate import validate
+from heavytop.claims import validate
 from heavytop.results.base import FILES, load_result
 from heavytop.results.check import CheckResult
 from heavytop.results.run import run_result

@@ -146,14 +146,14 @@ def test_what_never_ends_has_a_limit(monkeypatch):
 
 @pytest.fixture
 def fuzz(monkeypatch):
-    """``validation/fuzz_many.py``: every top is as right as its run says."""
+    """``validation/43_fuzz.py``: every top is as right as its run says."""
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
-    return import_module("fuzz_many")
+    return import_module("43_fuzz")
 
 
 @pytest.mark.parametrize(("seed", "stretch"), [(5, 1.0), (6, 40.0)])
 def test_no_top_is_wrong_beyond_what_its_run_says(fuzz, seed, stretch):
-    assert fuzz.misses(seed, 48, "axis", stretch) == []
+    assert fuzz.many_misses(seed, 48, "axis", stretch) == []
 
 
 def test_an_estimate_that_is_too_small_is_found(fuzz, monkeypatch):
@@ -161,4 +161,4 @@ def test_an_estimate_that_is_too_small_is_found(fuzz, monkeypatch):
     honest = Ensemble.error.func
     monkeypatch.setattr(Ensemble, "error", property(lambda run: honest(run) / 1e5))
     monkeypatch.setattr(Ensemble, "missed", property(lambda run: np.zeros(run.end.size, bool)))
-    assert len(fuzz.misses(5, 48)) > 5
+    assert len(fuzz.many_misses(5, 48)) > 5

@@ -157,10 +157,10 @@ def test_at_a_pole_phidot_is_its_limit(name, side):
 def test_no_run_is_wrong_in_silence_and_runs_that_nobody_checks_are_found(monkeypatch):
     """Planted: nothing is held against the closed form; and the last event is never looked for."""
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
-    fuzz = import_module("fuzz_events")
-    assert fuzz.misses(3, 8, ("doubles", "more", "extended")) == []
+    fuzz = import_module("43_fuzz")
+    assert fuzz.run_misses(3, 8, ("doubles", "more", "extended")) == []
     monkeypatch.setattr("heavytop.run.propagation.checked", lambda run: run)
     for way in ("doubles", "extended"):
-        assert fuzz.misses(3, 16, (way,))
+        assert fuzz.run_misses(3, 16, (way,))
     monkeypatch.setattr("heavytop.run.propagation.schedule", lambda *given: schedule(*given)[:-1])
-    assert len(fuzz.misses(3, 16, ("more",))) > 4
+    assert len(fuzz.run_misses(3, 16, ("more",))) > 4

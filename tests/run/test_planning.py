@@ -1,4 +1,4 @@
-"""Auto: the least that does, on a small slice of what validation/17_auto.py runs in full."""
+"""Auto: the least that does, on a small slice of what validation/11_random_tops.py runs in full."""
 
 import json
 import math

@@ -127,7 +127,7 @@ def motions_many(
 
     Accuracy: 1e-12 of `heavytop.Motion`'s, relative, and of angles relative to max(1, |x|); as near
     as 1e-15 to every special motion, by ``tests/analytic/test_many.py``.
-    ``validation/25_rows_per_second.py`` measures how fast this is.
+    ``validation/03_benchmarks.py`` measures how fast this is.
 
     References
     ----------

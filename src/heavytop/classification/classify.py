@@ -44,7 +44,7 @@ def classify(top: Top, start: State) -> Verdict:
     no threshold enters.
 
     Accuracy: ``tests/classification/test_classify.py`` holds verdicts over the whole space to the
-    definitions at 300 digits, ``validation/11_certified_verdicts.py`` 1e5 of them to integrated
+    definitions at 300 digits, ``validation/11_random_tops.py`` 1e5 of them to integrated
     motions.
 
     References

@@ -118,7 +118,7 @@ def classify_many(
     Notes
     -----
     A sign is told by doubles where the sum is larger than its roundings can be; what they cannot
-    tell is left to `heavytop.classify`. ``validation/07_kinds_per_second.py`` measures how fast
+    tell is left to `heavytop.classify`. ``validation/03_benchmarks.py`` measures how fast
     this is.
 
     Accuracy: ``tests/classification/test_many.py`` holds kinds and tags to those of

@@ -25,7 +25,7 @@ VERBS: Final = {
     "stress": "cli.verbs:stress studies.stress:stress",
     "workprec": "studies.work_precision:work_precision",
     "certify": "cli.verbs:certify studies.certificate:certify",
-    "validate": "cli.verbs:validate claims.validate:validate",
+    "validate": "cli.verbs:validate claims:validate",
     "reference": "cli.verbs:reference analytic.reference:reference",
     "find": "cli.verbs:find analytic.find:find",
     "sweep": "cli.verbs:sweep studies.sweep:sweep",

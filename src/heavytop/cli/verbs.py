@@ -110,9 +110,10 @@ def validate(names: Sequence[str] = (), *, folder: str | None = None, **study: A
     folder : path, optional
         Write results to this folder.
     """
-    from heavytop.claims import validate
+    from heavytop import claims
 
-    return validate.validate(names, **study)
+    told = say if study.get("proofs") and not asked("quiet") else note
+    return claims.validate(names, folder=folder, note=told, **study)
 
 
 # --- what a motion has -----------------------------------------------------------------------
@@ -285,7 +286,7 @@ def report(
 
 def run_all(scene: Scene, place: Path) -> Iterator[tuple[str, str]]:
     """Run a scene and its studies, each with its defaults; yield what cannot be done, and why."""
-    from heavytop.claims.validate import validate
+    from heavytop.claims import validate
     from heavytop.report.files import write_results, write_study
     from heavytop.run.propagation import propagate
     from heavytop.studies import atlas, drift, stress, work_precision

@@ -62,7 +62,7 @@ _ANGLES = (None, "angles")
 _by_angles = partial(FormulationEntry, starts_at_pole=False, written_in="angles")
 _cubic = partial(FormulationEntry, gives=Need.TILT, written_in="height")
 
-# us and phase are from ``validation/05_formulations.py``
+# us and phase are from ``validation/03_benchmarks.py``
 FORMULATIONS: Mapping[str, FormulationEntry] = {
     "cubic": _cubic("reduced_cubic.cubic_form", ("top", "bottom"), states=2, us=2.5),
     "routh": _by_angles("euler_angles.routh_form", _ANGLES, states=2, us=21.0),

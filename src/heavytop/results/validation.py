@@ -27,9 +27,9 @@ class Validation(Result):
     asked : tuple of str
         The names that were asked for; none where all registered claims were.
     proofs : bool
-        Whether every script was asked for.
+        Whether all was asked for that scripts claim on their own authority.
     claims : tuple of mapping
-        In the order of the register, of which they have ``id``, ``statement``, ``authority``,
+        In the order of their scripts, of which they have ``id``, ``statement``, ``authority``,
         ``numbers``, ``bound``, ``reason``, ``script``, ``holds`` and ``needs``. ``measured`` is
         None where nothing came out; ``passed`` is None where it was skipped, and ``skipped`` says
         why. ``failure`` says what went wrong, where that is not a number beyond its bound.
@@ -39,6 +39,7 @@ class Validation(Result):
     heading: ClassVar = "Claims"
     table: ClassVar = "claims"
     index: ClassVar = ("id",)
+    goes_on: ClassVar = True
 
     asked: tuple[str, ...] = ()
     proofs: bool = False

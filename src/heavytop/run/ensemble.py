@@ -7,7 +7,7 @@ beside the vertical, by 1/mc at most in each nutation: there
 
     f(1 − x) = −P₋² + S x + F x² − 2g x³,    mc ≈ 2g √(S² + 4F P₋²)/F²,    λ² = g − b²/4.
 
-The error at the end is about δ (1 + N) G. ``validation/fuzz_many.py`` holds it against the truth.
+The error at the end is about δ (1 + N) G. ``validation/43_fuzz.py`` holds it against the truth.
 """
 
 from __future__ import annotations
@@ -238,11 +238,11 @@ def propagate_many(
     Notes
     -----
     Starts are formed in doubles, where a scene's are rounded once from exact numbers; apart from
-    that a top moves as in `propagate`, to rounding. ``validation/12_many_tops.py`` measures both.
+    that a top moves as in `propagate`, to rounding. ``validation/03_benchmarks.py`` measures both.
 
     Accuracy: ``tests/run/test_ensemble.py`` holds θ to 3e-12 and times of events to 1e-11 s
     of those of `propagate`. It holds the axis to `Ensemble.error`
-    of the closed form, and every number of events that is not marked; ``validation/fuzz_many.py``
+    of the closed form, and every number of events that is not marked; ``validation/43_fuzz.py``
     does it for thousands of tops.
 
     Examples

@@ -3,8 +3,8 @@
 Rounding takes phase away as the 3/2 power of the nutation periods, projected as their root and
 slowly in proportion; what is wanted is off by its rate times the phase that is lost. The rule is
 where a run begins: it is compared with the closed form, and taken again where that was too little.
-The numbers here and in the table of formulations are from ``validation/05_formulations.py`` and
-``09_projection.py``; ``validation/17_auto.py`` holds the plans that follow against every other.
+The numbers here and in the table of formulations are from ``validation/03_benchmarks.py`` and
+``18_long_runs.py``; ``validation/11_random_tops.py`` holds the plans that follow against the others.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ def plan(
     Notes
     -----
     Accuracy: ``tests/run/test_planning.py`` runs what auto plans for tops drawn at random, and
-    none misses its digits; ``validation/17_auto.py`` does more of them.
+    none misses its digits; ``validation/11_random_tops.py`` does more of them.
     """
     return planned(scene, closed_form_of(scene), formulation, projected, tolerance)
 

@@ -34,7 +34,7 @@ from heavytop.errors import ForeignFile
 from heavytop.files import locked, make_folder
 from heavytop.results.base import typed
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.workers import TIMED_WORKER, Cluster, Processes
+from heavytop.studies.workers import GRACE_S, TIMED_WORKER, Cluster, Processes
 
 if TYPE_CHECKING:
     from heavytop.results.atlas import Atlas
@@ -53,6 +53,7 @@ KINDS: Final = {
     "stress": "heavytop.studies.stress",
     "work_precision": "heavytop.studies.work_precision",
     "certificate": "heavytop.studies.certificate",
+    "validate": "heavytop.claims",
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 
@@ -489,7 +490,7 @@ def run(
                             raise errors.StoppedEarly(stopped, why, journal.path) from fault
                         waiting.appendleft(task)
                         if isinstance(pool, Processes):
-                            pool.kill()
+                            pool.kill(GRACE_S)
                             pool = Processes(jobs)
                         continue
                     del lost[task]
@@ -501,7 +502,7 @@ def run(
             for future in running:
                 future.cancel()
             if isinstance(pool, Processes):
-                pool.kill()
+                pool.kill(GRACE_S)
     if stop.is_set() and not all(record.ended for record in records):
         raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", journal.path)
 

@@ -7,6 +7,7 @@ started with one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -24,6 +25,7 @@ from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
+GRACE_S: Final = 2.0  # for workers to end processes of their own
 TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
 
 T = TypeVar("T")
@@ -87,9 +89,17 @@ class Processes(ProcessPoolExecutor):
         with starting():
             return super().submit(fn, *args, **kwargs)
 
-    def kill(self) -> list[int | None]:
-        """End all workers at once, whatever they are at; return how each of them left."""
+    def kill(self, grace_s: float = 0.0) -> list[int | None]:
+        """End all workers, whatever they are at; return how each of them left.
+
+        In a time of grace those that have a process of their own end it, and leave nothing behind.
+        """
         there = list((self._processes or {}).values())
+        if grace_s:
+            for process in there:
+                process.terminate()
+            for process in there:
+                process.join(grace_s)
         for process in there:
             process.kill()
         self.shutdown(cancel_futures=True)
@@ -99,8 +109,15 @@ class Processes(ProcessPoolExecutor):
 def follow_parent() -> None:
     """In a worker: end with the parent, and print where it does not disturb results."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    signal.signal(signal.SIGTERM, _end)
     with suppress(OSError):  # stderr may be closed
         os.dup2(2, 1)
+
+
+def _end(*_: object) -> None:
+    TIMED_WORKER.close()
+    gc.collect()  # what is left of its pools gives their semaphores back
+    os._exit(1)
 
 
 def _end_with_parent() -> None:

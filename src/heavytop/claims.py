@@ -1,0 +1,399 @@
+"""Claims: what is measured of the package, on whose authority, and the study that measures it.
+
+A claim is a function under `claim` in a numbered script of ``validation/``; nothing else has to
+know of it. A `proof` measures several numbers in one go, and states their bounds itself.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import redirect_stdout
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final, NamedTuple, TypeVar
+
+from heavytop.doctor import versions
+from heavytop.errors import Exit, HeavyTopError
+from heavytop.results.base import Row
+from heavytop.results.validation import OURS, Validation
+from heavytop.scene.arguments import heard, path_of, whole, wrong_type
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
+from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
+from heavytop.text import LONGEST, duration, nearest
+
+KIND: Final = "validate"
+PACKAGE: Final = Path(__file__).parent
+SCRIPTS: Final = next(
+    filter(Path.is_dir, (PACKAGE / "_validation", PACKAGE.parents[1] / "validation")), PACKAGE
+)
+"""Where the scripts are: a wheel has them inside the package, a checkout beside ``src``."""
+
+Measure = TypeVar("Measure", bound=Callable[..., Any])
+
+
+class UnknownClaim(HeavyTopError, ValueError):
+    """A name that is neither a claim nor a script; the message gives the nearest."""
+
+    exit = Exit.USAGE
+
+
+class Authority(NamedTuple):
+    """Who says so, outside this project.
+
+    Attributes
+    ----------
+    name : str
+    numbers : str
+        Whose numbers stand on the other side: ``printed`` by the authority; of its ``program``, run
+        here; of its ``formula``, evaluated here; or ``ours``: its equations, integrated by code of
+        this project that shares nothing with the package.
+    """
+
+    name: str
+    numbers: str
+
+
+OURSELVES: Final = Authority(OURS, "ours")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """One thing that is claimed: that what `measure` returns is at most `bound`.
+
+    Attributes
+    ----------
+    id, script : str
+        Its name, and that of its script without the ending.
+    statement : str
+        What is measured, with its unit.
+    measure : callable
+        It is called with `of`, and returns a distance or a count.
+    authority : Authority
+    bound : float
+    reason : str
+        Why this bound.
+    holds : tuple of str
+        What of the package is held against the authority.
+    needs : str or None
+        A package that not everybody has.
+    of : tuple
+    seconds, limit_s : float
+        About how long it takes, and how long it may take [s].
+    """
+
+    id: str
+    script: str
+    statement: str
+    measure: Callable[..., Any]
+    authority: Authority = OURSELVES
+    bound: float = 0.0
+    reason: str = "as the script says"
+    holds: tuple[str, ...] = ()
+    needs: str | None = None
+    of: tuple[Any, ...] = ()
+    seconds: float = 0.5
+    limit_s: float = 120.0
+
+    def rows(self, **given: Any) -> Iterator[Row]:
+        """Measure it."""
+        yield self.judge(self.measure(*self.of, **given))
+
+    def judge(self, measured: Any = None, failure: str | None = None) -> Row:
+        """Hold what was measured to the bound; no script judges itself."""
+        if failure is None:
+            measured = float(measured)
+            if not math.isfinite(measured):
+                measured, failure = None, "no finite number"
+            elif measured < 0 and self.authority.name != OURS:
+                failure = "negative, although it is a distance"
+        passed = failure is None and measured <= self.bound
+        return self.row(measured=measured, passed=passed, failure=failure)
+
+    def row(self, **more: Any) -> Row:
+        """Return what is said of it, with nothing where nothing is known."""
+        row = Row({name: getattr(self, name) for name in SHOWN}, script=f"{self.script}.py")
+        row |= {"authority": self.authority.name, "numbers": self.authority.numbers}
+        return Row(row | dict.fromkeys(("measured", "passed", "skipped", "failure")) | more)
+
+
+SHOWN: Final = ("id", "statement", "bound", "reason", "holds", "needs")
+
+
+class Proof(Claim):
+    """A generator that states claims of its own: what each measures, the number, its bound."""
+
+    def rows(self, **given: Any) -> Iterator[Row]:
+        """Measure them, one after the other."""
+        for number, (statement, measured, bound) in enumerate(self.measure(**given), 1):
+            about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
+            yield replace(self, **about).judge(measured)
+
+
+CLAIMS: Final[dict[str, Claim]] = {}
+"""All that were loaded, by script and name."""
+
+
+def claim(
+    name: str,
+    authority: Authority,
+    bound: float,
+    reason: str,
+    *holds: str,
+    needs: str | None = None,
+    of: tuple[Any, ...] = (),
+) -> Callable[[Measure], Measure]:
+    """Claim that what a function returns is at most a bound.
+
+    The first paragraph of its docstring is the statement: what is measured, with its unit, where
+    ``{0}`` stands for the first of `of`. A function may be under several of these.
+
+    Parameters
+    ----------
+    name, authority, bound, reason, holds, needs, of
+        As for `Claim`.
+    """
+
+    def add(measure: Measure) -> Measure:
+        paragraph = (measure.__doc__ or "").partition("\n\n")[0]
+        statement = " ".join(paragraph.split()).removesuffix(".").format(*of)
+        about = {"authority": authority, "bound": float(bound), "reason": reason, "holds": holds}
+        return _add(Claim, name, measure, statement=statement, needs=needs, of=of, **about)
+
+    return add
+
+
+def proof(*, minutes: float) -> Callable[[Measure], Measure]:
+    """Let a generator state claims of its own: it yields a statement, a number and its bound.
+
+    Parameters
+    ----------
+    minutes : float
+        About how long it takes.
+    """
+
+    def add(measure: Measure) -> Measure:
+        times = {"seconds": 60 * minutes, "limit_s": max(7200.0, 600 * minutes)}
+        return _add(Proof, measure.__name__, measure, statement=measure.__name__, **times)
+
+    return add
+
+
+def _add(kind: type[Claim], name: str, measure: Measure, **about: Any) -> Measure:
+    script = Path(measure.__code__.co_filename).stem
+    task = f"{script}/{name}"
+    if task in CLAIMS:
+        raise ValueError(f"{task}: the name of two claims")
+    CLAIMS[task] = kind(id=name if kind is Claim else task, script=script, measure=measure, **about)
+    return measure
+
+
+def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, Claim]:
+    """Return what the scripts of a folder claim, by script and name; nothing is measured.
+
+    Parameters
+    ----------
+    folder : str, optional
+        By default that of the package.
+    script : str
+        The name of one, without its ending.
+
+    Raises
+    ------
+    HeavyTopError
+        There are none: the package was installed without its scripts.
+
+    Examples
+    --------
+    >>> load_claims()["35_steady/betsch-cone"].reason
+    'both are exact; the claim tests how the scene is read'
+    """
+    place = _folder(folder)
+    scripts = sorted(each.stem for each in place.glob(f"{script}.py"))
+    if not scripts:
+        raise HeavyTopError(f"{place}: no claims: installed without their scripts")
+    sys.path.insert(0, str(place))  # for what the scripts share
+    try:
+        for name in scripts:
+            import_module(name)
+    finally:
+        sys.path.remove(str(place))
+    return {name: each for name, each in CLAIMS.items() if each.script in scripts}
+
+
+def _folder(scripts: str | None) -> Path:
+    return SCRIPTS if scripts is None else Path(scripts)
+
+
+# --- the study -------------------------------------------------------------------------------
+
+
+def validate(
+    names: Sequence[str] = (),
+    *,
+    proofs: bool = False,
+    jobs: int = 2,
+    folder: str | os.PathLike[str] | None = None,
+    scripts: str | os.PathLike[str] | None = None,
+    progress: Callable[[Progress], object] | None = None,
+    note: Callable[[str], object] | None = None,
+) -> Validation:
+    """What is claimed of the package, measured and held to its bounds.
+
+    Claims are measured in processes that end with this one. A claim does not hold where that takes
+    more than two minutes (two hours for those of `proofs`), fails, or gives no finite number.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Claims, or scripts without their ending; all registered claims when empty.
+    proofs : bool
+        Whether all that scripts claim on their own authority is measured as well. Some of it is
+        timed, and so all is done by one process.
+    jobs : int
+        Processes; results do not depend on it.
+    folder : path, optional
+        Where everything is stored, so that what was killed goes on from there. It is new, or empty,
+        or holds this study.
+    scripts : path, optional
+        A folder with other scripts than those of the package.
+    progress : callable, optional
+        It is given a `heavytop.studies.study.Progress` again and again.
+    note : callable, optional
+        It is told at the start, in a line, how long it will take.
+
+    Returns
+    -------
+    Validation
+        In the order of the scripts, whatever the order of `names`.
+
+    Raises
+    ------
+    UnknownClaim
+        A name that is neither a claim nor a script.
+    WrongType
+        `names` is a single text, or no sequence.
+    ForeignFile
+        The folder holds something else, another study, or what was measured of other code.
+    InUse
+        Another process is writing the folder.
+    StoppedEarly
+        Ctrl-C; a full disk. What was measured is in the folder.
+    HeavyTopError
+        The package was installed without its claims.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> found = ht.validate(["betsch-cone"])
+    >>> found.counts, found.failed
+    ({'passed': 1, 'failed': 0, 'skipped': 0}, ())
+    """
+    heard("progress", progress)
+    heard("note", note)
+    jobs = whole("jobs", jobs, 1)
+    place = None if scripts is None else str(path_of("scripts", scripts).resolve())
+    known = load_claims(place)
+    asked = _known_names(names, known.values())
+    chosen = [
+        name for name, each in known.items()
+        if each.id in asked or each.script in asked
+        or (proofs if isinstance(each, Proof) else not asked)
+    ]  # fmt: skip
+    parameters = {
+        "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
+        "code": _code(place), "versions": versions(),
+    }  # fmt: skip
+    with open_journal(folder, parameters) as journal:
+        left = [known[name] for name in tasks(parameters) if not journal.state(name).ended]
+        if note is not None:
+            workers = 1 if proofs else jobs
+            note(f"about {duration(sum(each.seconds for each in left) / workers)} to go")
+        return complete(journal, jobs=jobs, on_progress=progress)
+
+
+def _known_names(names: Sequence[str], known: Iterable[Claim]) -> list[str]:
+    """The names, if all are known; none of them twice."""
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise wrong_type("names", "a list of names", names)
+    there = dict.fromkeys(name for each in known for name in (each.id, each.script))
+    for name in names:
+        if name not in there:
+            hint = nearest(name, there)
+            shown = f"{name!r:.{LONGEST + 2}}"
+            raise UnknownClaim(f"{shown} is neither a claim nor a script{hint and f'; {hint}'}")
+    return list(dict.fromkeys(names))
+
+
+def _code(scripts: str | None) -> str:
+    """A digest of what is measured, and of what measures: both may have changed since a kill."""
+    files = sorted([*PACKAGE.rglob("*.py"), *_folder(scripts).glob("*.py")])
+    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
+
+
+def _claims(parameters: Parameters) -> dict[str, Claim]:
+    known = load_claims(parameters["scripts"])
+    return {name: known[name] for name in parameters["claims"]}
+
+
+def tasks(parameters: Parameters) -> list[str]:
+    """Return the names of the claims that can be measured here."""
+    known = _claims(parameters).items()
+    return [name for name, each in known if not each.needs or find_spec(each.needs)]
+
+
+def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
+    """Measure one claim, in a process that can be killed; a proof has one of its own."""
+    asked = parameters["scripts"], task
+    known = load_claims(parameters["scripts"], task.partition("/")[0])[task]
+    if isinstance(known, Proof):
+        TIMED_WORKER.close()
+    began = time.monotonic()
+    try:
+        rows = TIMED_WORKER.call(measure_task, *asked, timeout=known.limit_s)
+    except (TimedOut, Lost) as fault:
+        rows = [known.judge(failure=str(fault))]
+    yield Chunk(rows=rows, done=True, seconds=time.monotonic() - began)
+
+
+def measure_task(scripts: str | None, task: str) -> list[Row]:
+    """Measure a claim; an exception is why it does not hold."""
+    known = load_claims(scripts, task.partition("/")[0])[task]
+    rows: list[Row] = []
+    with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
+        try:
+            rows.extend(known.rows())  # those before an exception stay
+        except Exception as fault:  # whatever it is
+            why = " ".join(f"{type(fault).__name__}: {fault}".split())
+            rows.append(known.judge(failure=why))
+    return rows or [known.judge(failure="it claims nothing")]
+
+
+def complete(
+    journal: Journal, *, jobs: int = 1, executor: Executor | None = None, **how: Any
+) -> Validation:
+    """Measure what is left, and return the result.
+
+    Raises
+    ------
+    ForeignFile
+        The code is another than that of which the folder has what was measured.
+    """
+    parameters = journal.parameters
+    journal.expect({**parameters, "code": _code(parameters["scripts"])})
+    # In other processes even if it is one: Ctrl-C is answered at once, whatever a claim is at.
+    run(journal, executor=executor or Processes(1 if parameters["proofs"] else jobs), **how)
+    found: list[Any] = []
+    for name, each in _claims(parameters).items():
+        record = journal.load(name)
+        skipped = f"needs {each.needs}: pip install {each.needs}"
+        found += record.rows if record.done else [each.row(skipped=skipped)]
+    asked = {name: parameters[name] for name in ("asked", "proofs")}
+    return Validation(**asked, claims=tuple(found), versions=versions())

@@ -1,0 +1,223 @@
+"""What `validate` promises: every claim is found, measured and judged, whatever it does."""
+
+from __future__ import annotations
+
+import ast
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import heavytop as ht
+from heavytop.claims import CLAIMS, Proof, UnknownClaim, advance, load_claims, tasks, validate
+from heavytop.errors import HeavyTopError
+
+from ..processes import gone, soon
+from .own_claims import FAKE, HEAD, SLOW, by_id, script
+
+VALIDATION = Path(__file__).parents[2] / "validation"
+
+
+def test_every_claim_has_a_statement_an_authority_a_bound_and_its_reason():
+    found = load_claims().values()
+    claims = [each for each in found if not isinstance(each, Proof)]
+    assert claims
+    assert len({each.id for each in found}) == len(found)
+    for each in claims:
+        assert 0 <= each.bound < math.inf
+        assert all((each.statement, each.authority.name, each.reason, each.holds))
+        assert each.authority.numbers in ("printed", "program", "formula", "ours")
+    assert all(each.seconds > 0 for each in found)
+
+
+OPTIONAL = ("heyoka", "CyRK", "numba", "mujoco", "exudyn", "distributed", "matplotlib")
+
+
+def test_listing_the_claims_imports_no_engine():
+    there = f"{{*sys.modules}} & {{*{OPTIONAL}}}"
+    code = f"import sys, heavytop.claims as c; c.load_claims(); print({there})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+def test_the_independent_rigid_body_sees_nothing_of_the_package():
+    tree = ast.parse((VALIDATION / "rigid.py").read_text("utf-8"))
+    named = {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+    named |= {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
+    assert not any(name.startswith(("heavytop", "tools")) for name in named)
+
+
+def test_without_scripts_and_with_two_claims_of_a_name_there_is_nothing_to_measure(tmp_path):
+    with pytest.raises(HeavyTopError, match="installed without"):
+        load_claims(str(tmp_path))
+    twice = '@of_a_book("x")\ndef _():\n    return 0\n'
+    script(tmp_path, HEAD + 2 * twice)
+    with pytest.raises(ValueError, match="two claims"):
+        load_claims(str(tmp_path))
+
+
+# --- measuring -------------------------------------------------------------------------------
+
+
+@pytest.mark.processes
+def test_each_claim_is_judged_by_its_bound_in_the_order_of_its_script(tmp_path):
+    folder, name = script(tmp_path, FAKE)
+    found = validate(proofs=True, scripts=folder)
+    rows = by_id(found)
+    assert {each.id: (each.passed, each.measured) for each in found.claims} == {
+        "holds": (True, 0.5), "fails": (False, 2.0), "raises": (False, None), "nan": (False, None),
+        "negative": (False, -0.5), "dies": (False, None), "absent": (None, None),
+        "first": (True, 0.0), "last": (True, 1.0), f"{name}/own/1": (True, 1.0),
+        f"{name}/own/2": (True, -3.0), f"{name}/own/3": (False, 3.0), f"{name}/own": (False, None),
+        f"{name}/empty": (False, None),
+    }  # fmt: skip
+    order = list(rows)
+    assert order.index("first") + 1 == order.index("last")
+    assert (rows["first"].statement, rows["last"].statement) == (
+        "tilt of the top, 1", "axis of the top, 2",
+    )  # fmt: skip
+    assert rows["raises"].failure == "ValueError: no such top"
+    assert "SIGSEGV" in rows["dies"].failure
+    assert "no_such_package" in rows["absent"].skipped
+    assert rows[f"{name}/own"].failure == "OSError: no disk"
+    assert rows["holds"].script == f"{name}.py"
+    assert found.document()["authorities"] == 1  # a book; we are none
+    json.dumps(found.document(), allow_nan=False)
+
+
+@pytest.mark.processes
+def test_only_what_is_asked_is_measured_and_how_long_it_takes_is_said_before(tmp_path):
+    folder, name = script(tmp_path, FAKE)
+    said, seen = [], []
+    asked = {"scripts": folder, "note": said.append, "progress": seen.append}
+    assert list(by_id(validate(["last", "holds", "last"], **asked))) == ["holds", "last"]
+    assert (seen[0].tasks, seen[-1].ended) == (2, 2)
+    parameters = {"scripts": str(folder), "claims": [f"{name}/absent", f"{name}/own"]}
+    assert tasks(parameters) == [f"{name}/own"]
+    assert len(said) == 1
+    for wrong in ("hold", name[:-1], "", "a\n" * 100, "\udcff", 3):
+        with pytest.raises(UnknownClaim) as error:
+            validate([wrong], scripts=folder)
+        assert len(str(error.value)) < 200
+        assert ('"holds"' in str(error.value)) == (wrong == "hold")
+    with pytest.raises(ht.WrongType):
+        validate("holds", scripts=folder)
+    with pytest.raises(ValueError, match="jobs"):
+        validate(jobs=0, scripts=folder)
+
+
+@pytest.mark.processes
+def test_what_takes_too_long_is_killed_and_does_not_hold(tmp_path, monkeypatch):
+    folder, name = script(tmp_path, SLOW)
+    task, asked = f"{name}/a", {"scripts": str(folder), "claims": [f"{name}/a"]}
+    known = load_claims(str(folder))[task]
+    [chunk] = advance(asked, task, None)
+    assert chunk.rows[0].passed
+    monkeypatch.setitem(CLAIMS, task, replace(known, limit_s=0.1))
+    [chunk] = advance(asked, task, None)
+    assert (chunk.done, chunk.rows[0].passed) == (True, False)
+    assert "0.1 s" in chunk.rows[0].failure
+
+
+# --- killed and resumed ----------------------------------------------------------------------
+
+ALONE = "import sys, heavytop as ht; ht.validate(scripts=sys.argv[1], folder=sys.argv[2], jobs=2)"
+
+
+def begin(folder, place, body=SLOW):
+    """A process that measures the claims of a folder, stopped when it has written of the first."""
+    scripts, _ = script(folder, body)
+    process = subprocess.Popen([sys.executable, "-c", ALONE, str(scripts), str(place)])
+    end = time.monotonic() + 60
+    while not (place / "study.jsonl").exists() or len(journal_lines(place)) < 2:
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return process
+
+
+def journal_lines(place):
+    return (place / "study.jsonl").read_bytes().splitlines()
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("torn", [0, 7])
+def test_a_validation_that_was_killed_goes_on_and_ends_the_same(tmp_path, torn):
+    place = tmp_path / "out"
+    with begin(tmp_path, place) as process:
+        process.kill()
+    journal = place / "study.jsonl"
+    before = journal.read_bytes()
+    assert len(journal_lines(place)) < 5
+    before = before[: len(before) - torn]
+    os.truncate(journal, len(before))
+    found = ht.resume(place)
+    whole = validate(scripts=tmp_path, jobs=1)
+    assert found.document(costs=False) == whole.document(costs=False)
+    assert whole.counts["passed"] == 4
+    assert journal.read_bytes().startswith(before[: before.rfind(b"\n") + 1])
+
+
+@pytest.mark.processes
+def test_what_was_measured_of_other_code_is_refused(tmp_path):
+    place = tmp_path / "out"
+    folder, _ = script(tmp_path, SLOW)
+    validate(["a"], scripts=folder, folder=place)
+    validate(["a"], scripts=folder, folder=place)  # it is finished
+    script(tmp_path, SLOW + "# changed\n")
+    for again in (lambda: validate(["a"], scripts=folder, folder=place), lambda: ht.resume(place)):
+        with pytest.raises(ht.ForeignFile, match="code"):
+            again()
+
+
+@pytest.mark.processes
+def test_an_interrupt_is_answered_at_once_and_leaves_nothing_running(tmp_path):
+    pids = tmp_path / "pids"
+    waits = f"    Path({str(pids)!r}).write_text(str(os.getpid()))\n    time.sleep(60)\n"
+    body = f'{SLOW}\n@of_a_book("waits")\ndef _():\n{waits}'
+    with begin(tmp_path, tmp_path / "out", body) as process:
+        soon(pids)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) != 0
+    assert gone(int(pids.read_text()))
+
+
+# --- a script alone --------------------------------------------------------------------------
+
+
+def test_a_script_that_is_run_measures_what_is_named_with_what_is_given(tmp_path):
+    body = (
+        HEAD
+        + """
+@of_a_book("x")
+def _():
+    return 0.5
+
+@proof(minutes=1)
+def own(much=1, write=False):
+    yield f"much, {write}", much, 2
+
+if __name__ == "__main__":
+    from tools import main
+    main()
+"""
+    )
+    folder, name = script(tmp_path, body)
+    env = os.environ | {"PYTHONPATH": f"{VALIDATION}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+
+    def run(*words):
+        command = [sys.executable, folder / f"{name}.py", *words]
+        return subprocess.run(command, env=env, capture_output=True, text=True)
+
+    done = run("own", "write", "much=2.5")
+    assert (done.returncode, done.stdout.split()) == (
+        5, ["FAIL", "much,", "True:", "2.5", "(bound", "2)"],
+    )  # fmt: skip
+    done = run()
+    assert (done.returncode, len(done.stdout.splitlines())) == (0, 2)

@@ -1,0 +1,65 @@
+"""What scripts share: largest errors, interleaved times, digits by name, and running one alone."""
+
+from __future__ import annotations
+
+import sys
+from ast import literal_eval
+from collections.abc import Callable, Mapping
+from inspect import signature
+from time import perf_counter
+from typing import Any
+
+from heavytop.claims import CLAIMS
+from heavytop.results.validation import VERDICTS
+
+
+def most(*found: Any) -> Any:
+    """Return the largest of some numbers, as max does, but no number where one of them is none."""
+    values = list(found[0]) if len(found) == 1 else list(found)
+    return next((value for value in values if value != value), None) or max(values)
+
+
+def interleaved(
+    programs: Mapping[str, Callable[[], object]], repeats: int = 15
+) -> dict[str, float]:
+    """Return the best time of each program [s], all run in turn so that ratios hold."""
+    best = dict.fromkeys(programs, float("inf"))
+    for _ in range(repeats):
+        for name, program in programs.items():
+            began = perf_counter()
+            program()
+            best[name] = min(best[name], perf_counter() - began)
+    return best
+
+
+class Digits:
+    """The numbers of a motion as mpmath numbers of so many digits; call it with a time."""
+
+    def __init__(self, motion: Any, digits: int) -> None:
+        from heavytop.exact.decimals import context
+
+        self.motion, self.digits, self.ctx = motion, digits, context(digits + 10)
+
+    def __getattr__(self, name: str) -> Any:
+        return self.motion.mpf(name, self.digits)
+
+    def __call__(self, t: Any) -> Any:
+        return self.motion.at(t, self.digits)
+
+
+def main() -> None:
+    """Measure here what the script that is run claims, and print it; exit code 5: not all holds.
+
+    Words name what is measured, or are arguments of it: ``write`` for write=True, ``periods=1e4``.
+    """
+    words, every = sys.argv[1:], {each.id.rpartition("/")[2]: each for each in CLAIMS.values()}
+    pairs = (word.partition("=") for word in words if word not in every)
+    given = {name: literal_eval(value) if value else True for name, _, value in pairs}
+    failed = False
+    for claimed in [every[word] for word in words if word in every] or every.values():
+        some = given.keys() & signature(claimed.measure).parameters.keys()
+        for row in claimed.rows(**{name: given[name] for name in some}):
+            failed |= not row.passed
+            told = row.failure or f"{row.measured:.3g} (bound {row.bound:.3g})"
+            print(f"{VERDICTS[row.passed]:4} {row.statement}: {told}", flush=True)
+    sys.exit(5 * failed)
