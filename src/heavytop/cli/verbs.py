@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from click import BadParameter
 
 from heavytop import errors
-from heavytop.cli.command import Ended, answer, asked, leave, note, read_scene, results_folder
+from heavytop.cli.command import Ended, answer, asked, leave, note, read_scene, results_folder, say
 from heavytop.errors import Exit
 from heavytop.text import harmless
 

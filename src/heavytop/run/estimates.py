@@ -4,7 +4,7 @@ Rounding takes phase away as the 3/2 power of the nutation periods, projected as
 slowly in proportion; what is wanted is off by its rate times the phase that is lost. The rule is
 where a run begins: it is compared with the closed form, and taken again where that was too little.
 The numbers here and in the table of formulations are from ``validation/03_benchmarks.py`` and
-``18_long_runs.py``; ``validation/11_random_tops.py`` holds the plans that follow against the others.
+``18_long_runs.py``; ``validation/11_random_tops.py`` holds plans that follow against the others.
 """
 
 from __future__ import annotations
