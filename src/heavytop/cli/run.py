@@ -76,7 +76,7 @@ def resume(
     Parameters
     ----------
     folder : path
-        The folder of a study (drift, atlas, stress, workprec, certify) or of a run.
+        The folder of a study, such as drift or validate, or of a run.
     methods : sequence of str
         Your own methods that the study uses, named again: mine.py:rk4.
     """
