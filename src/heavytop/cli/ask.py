@@ -8,6 +8,7 @@ from typing import Annotated
 from heavytop.cli import options
 from heavytop.cli.command import manner, note, show, verb
 from heavytop.cli.options import file, option, read
+from heavytop.scene.quantities import showing
 
 PICTURES = (".png", ".svg", ".pdf")
 VARY = "Which number, and its range: start.psidot=10:400, with units if you like."
@@ -46,12 +47,13 @@ def sweep(
 
     found = module.sweep(read(scene, changes), over, options.names("--facts", facts) or ())
     if file is not None:
-        if file.suffix.lower() in PICTURES:
-            from heavytop.plots.style import save
+        with showing(manner().units):
+            if file.suffix.lower() in PICTURES:
+                from heavytop.plots.style import save
 
-            save(found.figure(), file)
-        else:
-            found.save(file)
+                save(found.figure(), file)
+            else:
+                found.save(file)
         note(f"wrote {file}")
     if file is None or manner().json:
         show(found)
