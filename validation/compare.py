@@ -44,6 +44,7 @@ EXPLAINED: dict[str, str] = {  # pattern of a line of the list -> why it may sta
     r"^study check .*: gone ->": "conventions and the method of a trajectory are keys that are new",
     r"^study drift .*\.energy(_exponent)?: .* -> null": "an exponent is that of a power, or none",
     r"^study stress .*rules\.": "nobody reports success",
+    r"^study drift .*\.spread\b.* -> gone": "members have the errors of every run",
     r"^study atlas .*\.(tiles|untold|unexplained|pixels): .* -> gone": "shards are gone",
     r"^study workprec .*\.rivals: .* -> gone": "auto is no comparison of its own",
     r"plan\.folded": "nothing is folded",

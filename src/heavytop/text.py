@@ -260,7 +260,7 @@ class Played(Plotted):
         Parameters
         ----------
         rounds : float, optional
-            How often the axis goes round the vertical while it is shown.
+            How often the axis goes round the vertical while it is shown [1].
         time : float, optional
             How much of the motion is shown instead [s].
         speed : float, optional

@@ -235,7 +235,7 @@ def test_everything_can_be_done_with_keys_and_views_are_where_they_say(resting):
 def test_the_eye_follows_the_top_round_when_it_is_asked(resting):
     resting.value(f"{PLAYER}.to({STATE}.count / 3)")
     click(resting, "side")
-    time.sleep(2 * SECOND)
+    time.sleep(10 * SECOND)  # it is drawn, also where the machine is busy
     x = resting.value(STATE)["body"]["head"][0]
     click(resting, "follow")
     resting.until(f"Math.abs({STATE}.body.head[0] - {x}) > 10")

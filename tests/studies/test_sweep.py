@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene
-from heavytop.scene.quantities import SHOWN, SI, read_units
+from heavytop.scene.quantities import read_units, showing
 from heavytop.scene.scene import read_scene
 from heavytop.studies.sweep import sweep
 
@@ -69,19 +69,20 @@ def test_csv_and_charts_are_in_the_units_asked_for(tmp_path):
     found = sweep(DROPPED, "start.psidot=100:400:3", FACTS)
     units = read_units("deg, rpm,ms")
     assert found.to_csv().startswith("start.psidot [rad/s],kind,round [s]")
-    SHOWN.set(units)
-    header, *rows = csv.reader(io.StringIO(found.to_csv()))
-    assert header == ["start.psidot [rpm]", "kind", "round [ms]", "theta_max [deg]",
-                      "round_estimate [ms]", "ratio"]  # fmt: skip
-    assert float(rows[0][0]) == pytest.approx(100 * 30 / math.pi, rel=1e-15)
-    assert float(rows[0][3]) == pytest.approx(math.degrees(found.rows[0]["theta_max"]), rel=1e-15)
-    assert float(rows[0][2]) == pytest.approx(1000 * found.rows[0]["round"], rel=1e-15)
-    axes = found.figure().axes
-    assert [ax.get_ylabel() for ax in axes] == ["[ms]", "[deg]", "[1]"]
-    assert axes[0].lines[0].get_xdata()[0] == pytest.approx(100 * 30 / math.pi, rel=1e-15)
-    found.save(tmp_path / "x.csv")
-    assert (tmp_path / "x.csv").read_text("utf-8") == found.to_csv()
-    SHOWN.set(SI)
+    with showing(units):
+        header, *rows = csv.reader(io.StringIO(found.to_csv()))
+        assert header == ["start.psidot [rpm]", "kind", "round [ms]", "theta_max [deg]",
+                          "round_estimate [ms]", "ratio"]  # fmt: skip
+        assert float(rows[0][0]) == pytest.approx(100 * 30 / math.pi, rel=1e-15)
+        assert float(rows[0][3]) == pytest.approx(
+            math.degrees(found.rows[0]["theta_max"]), rel=1e-15
+        )
+        assert float(rows[0][2]) == pytest.approx(1000 * found.rows[0]["round"], rel=1e-15)
+        axes = found.figure().axes
+        assert [ax.get_ylabel() for ax in axes] == ["[ms]", "[deg]", "[1]"]
+        assert axes[0].lines[0].get_xdata()[0] == pytest.approx(100 * 30 / math.pi, rel=1e-15)
+        found.save(tmp_path / "x.csv")
+        assert (tmp_path / "x.csv").read_text("utf-8") == found.to_csv()
 
 
 def test_a_cell_shows_the_table_and_the_chart():

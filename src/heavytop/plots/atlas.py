@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.sphere import View, axis_path, kind_panel, touched
+from heavytop.plots.sphere import draw_motion
 from heavytop.plots.style import KINDS, STYLE, Known, legend, literal, title_of
 from heavytop.results.atlas import Atlas
 from heavytop.scene.quantities import quantity_of
@@ -27,8 +27,6 @@ Numbers = NDArray[np.float64]
 
 FINEST: Final = 1000  # pixels of the picture along an axis: of more, every so many is drawn
 ABREAST: Final = 4  # of these paths
-PERIODS: Final = 3
-SECONDS: Final = 2.0  # of a path, where nothing nutates
 BOUNDS: Final = {"cusp": "cusps", "steady": "uniform-precession"}  # the others are named as kinds
 
 
@@ -66,11 +64,8 @@ def atlas_figure(atlas: Atlas) -> Figure:
     for number, (panel, (name, row, column)) in enumerate(zip(panels, examples, strict=False), 1):
         x, y = float(width[column]), float(height[row])
         ax.text(x, y, str(number), ha="center", va="center", fontsize=8, zorder=6, bbox=box)
-        own = _motion(plane, x, y)
-        motion = touched(own) or own
-        path = axis_path(motion, PERIODS * motion.period if motion.period else SECONDS)
-        kind_panel(panel, path, View.of(path), name, pushed=motion is not own)
-        words = f"{number}: {KINDS[name].label}{', touched' * (motion is not own)}"
+        pushed = draw_motion(panel, _motion(plane, x, y))
+        words = f"{number}: {KINDS[name].label}{', touched' * pushed}"
         panel.set_title(words, fontsize=7.5)
     return figure
 

@@ -14,7 +14,7 @@ from heavytop.plots import figures
 from heavytop.plots.style import legend
 from heavytop.results.check import CheckResult
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
-from heavytop.scene.quantities import SHOWN, read_units
+from heavytop.scene.quantities import SHOWN, read_units, showing
 
 Draw = Callable[..., Axes]
 
@@ -27,11 +27,8 @@ def plotted(
         units = SHOWN.get() if unit is None else read_units(text_of("unit", unit))
     except Refused as wrong:
         raise Impossible([("unit", str(wrong))]) from None
-    token = SHOWN.set(units)
-    try:
+    with showing(units):
         return _drawn(thing, what, ax, looks)
-    finally:
-        SHOWN.reset(token)
 
 
 def _drawn(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, Any]) -> Axes:

@@ -110,7 +110,7 @@ def film(
     size : tuple of int, or str
         Width and height [pixels], 64 to 4096 each, or ``"800x600"``; an MP4 has even ones.
     rounds : float, optional
-        How often the axis goes round the vertical while it is shown.
+        How often the axis goes round the vertical while it is shown [1].
     time : float, optional
         How much of the motion is shown instead [s].
     speed : float, optional

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, UNKNOWN, Array, over
+from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, Array, over
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -158,18 +158,24 @@ def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = F
     pushed : bool
         The path is what the top does when it is touched; by itself it stays at the dot.
     """
-    colour = np.array(to_rgb(KINDS.get(kind, UNKNOWN).colour))
+    colour = np.array(to_rgb(KINDS[kind].colour))
     view.draw_graticule(ax, tuple(1 - TINT * (1 - colour)), size=5)
     view.draw_path(ax, path, "#222222", TOUCHED if pushed else 1.0)
     view.frame(ax)
 
 
-@mpl.rc_context(STYLE | {"path.simplify_threshold": 0.5})
-def motion_figure(motion: Motion) -> Figure:
-    """A small picture of a motion: the path of the axis on the ground of its kind."""
+def draw_motion(ax: Axes, motion: Motion) -> bool:
+    """Draw some nutations on the ground of their kind; whether it is what the top does touched."""
     pushed = touched(motion)
     moving = pushed or motion
     path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_S)
+    kind_panel(ax, path, View.of(path), str(motion.kind), pushed=pushed is not None)
+    return pushed is not None
+
+
+@mpl.rc_context(STYLE | {"path.simplify_threshold": 0.5})
+def motion_figure(motion: Motion) -> Figure:
+    """A small picture of a motion: the path of the axis on the ground of its kind."""
     figure = Figure(figsize=(2.4, 2.4), layout="constrained")
-    kind_panel(figure.subplots(), path, View.of(path), str(motion.kind), pushed=pushed is not None)
+    draw_motion(figure.subplots(), motion)
     return figure

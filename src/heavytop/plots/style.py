@@ -70,7 +70,6 @@ KINDS: Final = {
     "undecided": Look("undecided", "#FF00FF"),
     "impossible": Look("impossible", "#B9B9B9"),
 }
-UNKNOWN: Final = Look("", "#FFFFFF")  # of files that others wrote
 
 
 # Every kind of event has its own marker, so that nothing rests on telling colours apart.

@@ -69,7 +69,7 @@ class Atlas(Result):
         Pieces of the boundaries between kinds, by ``name`` and their points ``x`` and ``y``; a
         single one where it is a point of the plane.
     pixels_per_s : float or None
-        Pixels computed here in a second, of all processes together.
+        Pixels computed here in a second, of all processes together [1/s].
     jobs : int or None
         Processes that computed them.
     """

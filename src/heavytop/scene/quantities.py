@@ -8,7 +8,8 @@ them. A new quantity is a row of `QUANTITIES`.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from contextvars import ContextVar
 from decimal import ROUND_CEILING, Context
 from enum import IntEnum
@@ -56,6 +57,16 @@ def read_units(names: str) -> Units:
             raise Refused(f"units out of {', '.join(parse.UNITS)}", nearest(name, parse.UNITS))
         found[si] = name, float(1 / parse.UNITS[name])
     return found
+
+
+@contextmanager
+def showing(units: Units) -> Iterator[None]:
+    """Let people see these units in place of those of SI."""
+    token = SHOWN.set(units)
+    try:
+        yield
+    finally:
+        SHOWN.reset(token)
 
 
 def scaled(unit: str, units: Units) -> tuple[str, float]:
