@@ -25,13 +25,13 @@ from heavytop.scene.quantities import QUANTITIES
 KEPT = Path(__file__).with_name("data") / "certified-hundred-million.json"
 FOLDER = Path("out/certified-hundred-million")
 FIRST = 10_000  # periods that are done again
-HEADS = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]", "psi": "ψ [rad]"}
+HEADS = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]"}
 
 
 def run_of(periods: int) -> ht.Trajectory:
     """Integrate so many periods, without events: those of a hundred million fill the memory."""
     scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(periods))
-    wanted = replace(scene, samples=2, quantities=("theta", "phi", "psi"), events=())
+    wanted = replace(scene, samples=2, quantities=("theta", "phi"), events=())
     return ht.propagate(wanted, formulation="axis", projected=True)
 
 
@@ -84,8 +84,9 @@ def main() -> None:
     claim("1e8 periods: what is not proved", len(kept["why"]) + (not kept["turns"]), 0)
     found = ht.certify(run_of(FIRST))
     claim(f"{FIRST} periods, axis: proved bound", found.bound["axis"], 1e-12)
-    for name, x in found.bound.items():
-        claim(f"{FIRST} periods, {name}: bound over that of 1e8", x / bound[name], 1.0)
+    for name in HEADS:
+        claim(f"{FIRST} periods, {name}: bound over that of 1e8",
+              found.bound[name] / bound[name], 1.0)  # fmt: skip
 
 
 if __name__ == "__main__":

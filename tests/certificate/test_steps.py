@@ -15,7 +15,7 @@ from heavytop.exact.balls import working
 from ..certificates import flow_of, run_of
 
 RNG = np.random.default_rng(7)
-EXACT = dict.fromkeys(("axis", "theta", "phi", "psi"), 0.0)  # outputs without rounding
+EXACT = dict.fromkeys(("axis", "theta", "phi"), 0.0)  # outputs without rounding
 
 
 def steps_of(trajectory):
@@ -39,7 +39,7 @@ def exact_defect(system, steps, k, s):
     return float(total) ** 0.5
 
 
-@pytest.mark.parametrize("form", ["axis", "attitude", "cubic"])
+@pytest.mark.parametrize("form", ["axis", "attitude"])
 def test_no_defect_is_larger_than_its_bound(form):
     trajectory = run_of("sicm-kicked", form)
     _, flow, steps = steps_of(trajectory)
@@ -80,7 +80,7 @@ def test_the_polynomials_are_evaluated_beyond_the_digits_of_a_double():
             assert abs(Fraction(float(plainly)) - exact) <= plain[n, i]
 
 
-@pytest.mark.parametrize(("form", "read"), [("axis", 3), ("attitude", 4), ("cubic", 1)])
+@pytest.mark.parametrize(("form", "read"), [("axis", 3), ("attitude", 4)])
 def test_no_step_is_faster_or_bends_more_than_its_bound(form, read):
     _, _, steps = steps_of(run_of("sicm-kicked", form))
     order = len(steps.coefficients)

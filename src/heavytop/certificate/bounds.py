@@ -31,23 +31,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import MARGIN, READ, Flow, Quadrature
-from heavytop.certificate.steps import UP, Steps, defects, residuals
+from heavytop.certificate.flow import MARGIN, READ, Flow
+from heavytop.certificate.steps import UP, Steps, defects
 from heavytop.exact.pairs import add
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
+Known = tuple[Words, Array]  # the solution, and how far it is off
 
-# A bound so near the largest error found is not made better; psi is rounded the most later on.
-NEAR: Final = {"axis": 1.45, "theta": 1.45, "phi": 1.45, "psi": 1.3}
+NEAR: Final = 1.3  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step: less than 28, or `EDGE` is too little
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
 NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller,
-SHARE: Final = 0.25  # and beside this share of what the outputs are rounded by
+SHARE: Final = 0.15  # and beside this share of what the outputs are rounded by
 SAME: Final = 2.0**-100  # of a time: what `Flow.at` takes it to be off is more
 EDGE: Final = 1 + 2.0**-20  # of an interval, more than twice what `BEYOND` adds to a part of a step
-ROOT: Final = 1.4143  # |arccos a - arccos b| is less than this times the root of |a - b| < 1e-4
 ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
 PRODUCTS: Final = 5 * UNIT  # of a squared length: the axis from a quaternion, by sums of products
 ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
@@ -66,8 +65,8 @@ class Anchors:
         What the states are off.
     off : ndarray, shape (m,)
         How well this is known, in the norm.
-    plain, aside : ndarray, shape (m,)
-        What is lost, in the norm, when a state is evaluated in doubles, and what in the quadrature.
+    plain : ndarray, shape (m,)
+        What is lost, in the norm, when a state is evaluated in doubles.
     size : ndarray, shape (m,)
         Of `apart` in the norm, `off` included.
     states : ndarray, shape (n, m)
@@ -78,7 +77,6 @@ class Anchors:
     apart: Array
     off: Array
     plain: Array
-    aside: Array
     size: Array
     states: Array
 
@@ -89,29 +87,25 @@ class Anchors:
         steps: Steps,
         step: NDArray[np.intp],
         since: Array,
-        known: tuple[Words, Array, Array] | None = None,
+        known: Known | None = None,
     ) -> Anchors:
         """Return those at times since the beginning of steps; `known` is the solution there."""
         weights = np.array(flow.system.weights)[:, None]
-        n = len(weights)
         p, arithmetic, plain = steps.at(step, since)
         if known is None:
             label = steps.label[0][step], steps.label[1][step]
             known = flow.at(add(label, (since, np.zeros_like(since))))
-        x, lost, lost_aside = known
+        x, lost = known
         high, low = add(p, (-x[0], -x[1]))
         apart = high + low
 
         def norm(y: Array) -> Array:
-            found: Array = UP * np.sqrt(((weights * y[:n]) ** 2).sum(axis=0))
+            found: Array = UP * np.sqrt(((weights * y) ** 2).sum(axis=0))
             return found
 
         # errors to first order are made of it by fewer than thirty roundings
         off = UP * (lost + norm(arithmetic) + 32 * UNIT * norm(apart))
-        aside = arithmetic[n:].sum(axis=0) + plain[n:].sum(axis=0) + lost_aside
-        aside = aside + 4 * UNIT * np.abs(apart[n:]).sum(axis=0)
-        size = norm(apart) + off
-        return cls(step, since, apart, off, norm(plain), aside, size, p[0])
+        return cls(step, since, apart, off, norm(plain), norm(apart) + off, p[0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,17 +119,12 @@ class QuantityBound:
         Bounds of its derivatives in the norm, `room` around the anchor; inf at a pole.
     rounding : ndarray, shape (m,) or 0
         Of its value, when it is computed from a state.
-    aside, factor : ndarray, shape (m,) or 0
-        How fast the part of it that is a quadrature can come off, by an error of the states, and
-        by its own defect.
     """
 
     error: Array
     gradient: Array
     hessian: Array
     rounding: Array | float = 0.0
-    aside: Array | float = 0.0
-    factor: Array | float = 0.0
 
 
 def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
@@ -166,12 +155,9 @@ def quantities(
 
     `room` is how far, in the norm, states may be from those given. At a pole some are not finite.
     """
-    of = {"axis": _of_axis, "attitude": _of_attitude, "cubic": _of_cubic}[flow.form.name]
+    of = {"axis": _of_axis, "attitude": _of_attitude}[flow.form.name]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        found = of(states, change, room)
-        if flow.quadrature:
-            found["psi"] = _beside(flow.quadrature, states, change, room, found["phi"])
-        return found
+        return of(states, change, room)
 
 
 def _of_axis(states: Array, change: Array, room: Array) -> dict[str, QuantityBound]:
@@ -216,26 +202,6 @@ def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, QuantityBound]:
     }
 
 
-def _of_cubic(states: Array, change: Array, room: Array) -> dict[str, QuantityBound]:
-    w, d = states[0], change[0]
-    low, high = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (w, 2 - w))
-    theta = np.abs(d) / np.sqrt(w * (2 - w))
-    squared = low * high
-    root = np.sqrt(squared)
-    return {"theta": QuantityBound(theta, 1 / root, 1 / (squared * root), ROUNDED * np.pi)}
-
-
-def _beside(
-    quadrature: Quadrature, states: Array, change: Array, room: Array, phi: QuantityBound
-) -> QuantityBound:
-    """Return psi of the axis form: the quadrature less phi, or its negative."""
-    side, momentum, _ = quadrature
-    least = np.maximum(1 + side * states[2] - room, 0.0) * (1 - 1e-14)
-    aside = abs(momentum) / (least * least)
-    psi = change[-1] - phi.error
-    return QuantityBound(psi, phi.gradient, phi.hessian, 0.0, aside, (1 + 1e-14) / least)
-
-
 @dataclass
 class Bound:
     """The largest error found of each quantity, and the proved bound of it."""
@@ -260,12 +226,11 @@ def bound(
     floor : mapping from str to float
         An error that is known to occur, of each quantity: what is smaller need not be sharp.
     rounding : mapping from str to float
-        What each quantity is rounded by later on; that is not in the bound.
+        What each quantity is rounded by later on; that is not in the bound. Others are left out.
     deepest : int
         How often a step is halved at most.
     """
     D, k = defects(flow.system, steps), np.arange(steps.length.size)
-    R = residuals(flow.quadrature, steps) if flow.quadrature else np.zeros_like(D)
     begun, ended = _at_both_ends(flow, steps)
     left = Anchors.at(flow, steps, k, np.zeros(k.size), begun)
     right = Anchors.at(flow, steps, k, steps.length, ended)
@@ -274,14 +239,15 @@ def bound(
     for depth in range(deepest + 1):
         last, cut = depth == deepest, np.zeros(left.step.size, dtype=bool)
         last = last or 2 * cut.size > MOST
-        for name, (error, all_of_it, least) in _bounded(flow, steps, (D, R), left, right).items():
+        here = _bounded(flow, steps, D, left, right)
+        for name, (error, all_of_it, least) in ((name, here[name]) for name in rounding):
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
             endless = ~np.isfinite(all_of_it)
             if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
                 proved[name] = np.inf
                 continue
             least = least + SHARE * rounding[name]
-            enough = np.maximum(NEAR[name] * found[name], NEARER * found[name] + least)
+            enough = np.maximum(NEAR * found[name], NEARER * found[name] + least)
             wide = ~(all_of_it <= enough) | endless
             cut |= wide
             counts = all_of_it if last else all_of_it[~wide]
@@ -296,41 +262,31 @@ def bound(
     return Bound(found, proved)
 
 
-def _at_both_ends(
-    flow: Flow, steps: Steps
-) -> tuple[tuple[Words, Array, Array], tuple[Words, Array, Array]]:
+def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Known, Known]:
     """Return the solution where steps begin, and where they end: there the next one begins."""
-    begun, k = steps.label, np.arange(steps.length.size)
-    ended = add(begun, (steps.length, np.zeros_like(steps.length)))
+    begun, nothing = steps.label, np.zeros_like(steps.length)
+    ended = add(begun, (steps.length, nothing))
     gap = np.abs(ended[0][:-1] - begun[0][1:] + (ended[1][:-1] - begun[1][1:]))
-    apart = np.ones(k.size, dtype=bool)
-    apart[:-1] = ~(gap <= SAME * np.abs(begun[0][1:]))
-    high, low = (np.concatenate((a, b[apart])) for a, b in zip(begun, ended, strict=True))
-    (x_high, x_low), *off = flow.at((high, low))
-    place = k + 1
-    place[apart] = k.size + np.arange(apart.sum())
-
-    def taken(places: NDArray[np.intp]) -> tuple[Words, Array, Array]:
-        return (x_high[:, places], x_low[:, places]), off[0][places], off[1][places]
-
-    return taken(k), taken(place)
+    if not np.all(gap <= SAME * np.abs(begun[0][1:])):
+        raise ArithmeticError("steps that do not follow one another")
+    high, low = (np.append(a, b[-1:]) for a, b in zip(begun, ended, strict=True))
+    (high, low), off = flow.at((high, low))
+    left, right = slice(None, -1), slice(1, None)
+    return ((high[:, left], low[:, left]), off[left]), ((high[:, right], low[:, right]), off[right])
 
 
 def _bounded(
-    flow: Flow, steps: Steps, defect: tuple[Array, Array], left: Anchors, right: Anchors
+    flow: Flow, steps: Steps, defect: Array, left: Anchors, right: Anchors
 ) -> dict[str, tuple[Array, Array, Array]]:
     """Return what each quantity is off at the anchors, its bound between, and a part of that.
 
     The part is what the run itself rounds: no cut makes it smaller.
     """
-    D, R, clock, V, A = (
-        each[left.step] for each in (*defect, steps.clock, steps.speed, steps.bend)
-    )
+    D, clock, V, A = (x[left.step] for x in (defect, steps.clock, steps.speed, steps.bend))
     width, b = EDGE * np.abs(right.since - left.since), flow.bounds
     m = max(b.growth, 1e-3 * b.jacobian, 1e-9)
     N = between(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
-    aside = np.maximum(left.aside, right.aside)
     if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
         return _nothing(flow, left)
     spare = 2 * N + plain + V * clock
@@ -344,29 +300,19 @@ def _bounded(
         for name, q in first.items():
             other = second[name]
             G, H = np.maximum(q.gradient, other.gradient), np.maximum(q.hessian, other.hessian)
-            aside_rate = np.maximum(q.aside, other.aside)
             own = np.maximum(np.abs(q.error), np.abs(other.error))
             step = G * (b.jacobian * N + D) + H * V * N
-            crude, extra, wrong = G * N, np.zeros_like(N), G * D
-            if name == "psi" and flow.quadrature:
-                beside = R * np.maximum(q.factor, other.factor)
-                step, wrong = step + aside_rate * N + beside, wrong + beside
-                crude, extra = np.full_like(N, np.inf), aside
             half = (np.abs(q.error) + np.abs(other.error) + width * step) / 2
             sharp = UP * np.maximum(own, half) + G * off + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
-            # p moves as the field there does, but for `wrong`, and x as p, but for `step`
-            late = (speed + wrong + step + width * (G * A + H * V**2 + aside_rate * V)) * clock
-            fastest = G * (V + b.jacobian * N + D) * clock
-            late = late if name == "psi" else np.fmin(late, fastest)
+            # p moves as the field there does, but for G D, and x as p, but for `step`
+            late = (speed + G * D + step + width * (G * A + H * V**2)) * clock
+            late = np.fmin(late, G * (V + b.jacobian * N + D) * clock)
             rounding = np.maximum(q.rounding, other.rounding)
-            if name == "theta" and flow.form.name != "cubic":  # it may be larger in between
+            if name == "theta":  # it may be larger in between
                 rounding = rounding + ROUNDED * G * V * width / 2
-            rounded = UP * (G * plain + extra + rounding)
-            total = UP * (np.fmin(sharp, crude) + rounded + late)
-            if flow.form.name == "cubic":  # at a pole the tilt is the root of a height
-                off_by = N + plain + (V + b.jacobian * N + D) * clock
-                total = np.fmin(total, ROOT * np.sqrt(off_by) + rounding)
+            rounded = UP * (G * plain + rounding)
+            total = UP * (np.fmin(sharp, G * N) + rounded + late)
             there = np.isfinite(own) & np.isfinite(G)
             stays = np.where(there, UP * (rounded + speed * clock), 0.0)
             found[name] = np.where(there, own, 0.0), total, stays
@@ -383,13 +329,10 @@ def _room(
     differs by D at most, and D width/2 < N.)
     """
     fastest, bend = derivatives
-    rates = flow.system.field(anchors.states[: len(flow.system.weights)])
+    rates = flow.system.field(anchors.states)
     own = rates[: READ[flow.form.name]]
     half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
     gone = np.minimum(fastest * half, speed * half + bend * half**2 / 2)
-    if flow.quadrature:
-        side, momentum, frame = flow.quadrature
-        rates = np.concatenate((rates, [momentum / (1 + side * anchors.states[2]) - frame]))
     return UP * (gone + spare), rates
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import READ, Flow, Quadrature
+from heavytop.certificate.flow import READ, Flow
 from heavytop.certificate.steps import Steps
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
@@ -31,18 +31,20 @@ class BinaryRun:
     ----------
     formulation : str
     variant : str or None
-        How it has phi and psi.
+        Of the formulation; what it adds to the quadratic equations is not certified.
     watched : tuple of str
         Event functions in the loop.
     tolerance : float
     projected : bool
     constants : mapping from str to float
     start : tuple of float
-        The state at time 0, with the angles that are counted.
+        The state at time 0.
     end : float
         The last time [s].
     block : float
         How long the longest block of steps is [s].
+    period : float or None
+        What the period of its exact motion is about [s]; it is proved, not taken.
     """
 
     formulation: str
@@ -54,95 +56,59 @@ class BinaryRun:
     start: Sequence[float]
     end: float
     block: float
-
-    @property
-    def form(self) -> Formulation:
-        """The formulation with its angles."""
-        return FORMULATIONS[self.formulation].build(self.variant)
+    period: float | None
 
     @property
     def core(self) -> Formulation:
         """The formulation whose right-hand sides are quadratic: without angles and quadratures."""
-        if self.formulation == "cubic":
-            return self.form
         return FORMULATIONS[self.formulation].build(None)
 
     @cached_property
     def integrator(self) -> Integrator:
         """What takes its steps."""
-        form = self.form
-        equations = compiled(form.integrated or form, tuple(self.watched), self.tolerance)
+        form = FORMULATIONS[self.formulation].build(self.variant)
+        form = getattr(form, "integrated", None) or form  # without angles that are no states
+        equations = compiled(form, tuple(self.watched), self.tolerance)
         start = np.array(self.start)
         return Integrator(form, equations, dict(self.constants), start, projected=self.projected)
 
-    @property
-    def quadrature(self) -> Quadrature | None:
-        """The quadrature for psi, in the run's own unit of time."""
-        if self.formulation != "axis" or self.variant not in ("sigma", "delta"):
-            return None
-        known = self.integrator.own_constants
-        side, name = (1, "P_plus") if self.variant == "sigma" else (-1, "P_minus")
-        return Quadrature(side, known[name], known["frame_rate"])
-
-    def flow(self, last: Steps) -> Flow:
-        """Return the exact motion of the same numbers; `last` are the last steps of the run."""
-        ends = np.abs(last.label[0] + last.length)
+    def flow(self) -> Flow:
+        """Return the exact motion of the same numbers."""
         own, core = self.integrator, self.core
-        n = len(core.states)
-        start = np.array(self.start[:n]) / np.where(core.is_rate, own.pace, 1.0)
-        end = math.copysign(1.001 * float(ends.max(initial=0.0)), self.end)
-        return Flow(core, own.own_constants, start.tolist(), end, self.quadrature)
+        start = np.array(self.start[: len(core.states)]) / np.where(core.is_rate, own.pace, 1.0)
+        period = None if self.period is None else self.period * own.pace
+        end = self.end * own.pace
+        if period is not None and 0 <= end <= period:  # less than one is tabulated
+            period = None
+        return Flow(core, own.own_constants, start.tolist(), end, period)
 
     def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
         """Take some steps of the run again, and return them with the checkpoint after them.
 
-        The last of them is cut at the end of the run. Angles are counted from step to step.
+        The last of them is cut at the end of the run; what would begin later is left out.
         """
         own = self.integrator
         kept, end = own.polynomials(start, count, 4.0 * self.end)
         high, low = (np.full(kept.length.size, word * own.pace) for word in start.time)
         label = add((high, low), (kept.begun[:, 0], kept.begun[:, 1]))
-        end = replace(end, state=np.append(end.state, self._angles(start, kept, end)))
         forward, last = math.copysign(1.0, self.end), abs(self.end * own.pace)
         # a little more, for this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
         length = forward * np.minimum(np.abs(kept.length), left)
-        return Steps.of(
-            np.ascontiguousarray(kept.coefficients.transpose(2, 1, 0)),
+        steps = Steps.of(
+            np.ascontiguousarray(kept.coefficients[:, : len(self.core.states)].transpose(2, 1, 0)),
             label,
             length,
             _clock(start, kept, own.pace, self.block * own.pace),
             READ[self.formulation],
-        ), end
-
-    def _angles(self, start: Checkpoint, kept: Polynomials, end: Checkpoint) -> Array:
-        """Return the angles after some steps that are counted, from what they were before."""
-        own = self.integrator
-        if own.turns is None or not kept.length.size:
-            return start.state[len(own.compiled.formulation.states) :]
-        pace, rates = own.pace, own.compiled.formulation.is_rate
-        parts = math.ceil(float(np.abs(kept.length).max()) / pace / own.turns.apart)
-        since = kept.length[:, None] * np.arange(parts) / parts
-        rows = np.zeros((kept.length.size, parts, len(rates)))
-        for c in kept.coefficients.transpose(2, 0, 1)[::-1]:
-            rows = rows * since[..., None] + c[:, None]
-        states = np.where(rates, pace, 1.0) * rows.reshape(-1, len(rates))
-        times = (kept.begun[:, :1] + since).ravel() / pace
-        last = (end.time[0] - start.time[0]) + (end.time[1] - start.time[1])
-        first = start.state[len(rates) :].tolist()
-        told = own.turns.followed(np.append(times, last), np.vstack((states, end.state)), first)
-        counted: Array = told[-1]
-        return counted
+        )
+        return steps.where(slice(np.count_nonzero(length))), end
 
     def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
         """Tell whether the last steps do not lead to a state at the end of the run."""
         own, forward = self.integrator, math.copysign(1.0, self.end)
-        last = abs(self.end * own.pace)
-        before = np.nonzero(steps.length)[0]  # what begins later has no length
-        if not before.size:
-            return True
-        i = int(before[-1])
-        if not forward * (steps.label[0][i] + steps.length[i]) >= last:
+        last, i = abs(self.end * own.pace), steps.length.size - 1
+        if i < 0 or not forward * (steps.label[0][i] + steps.length[i]) >= last:
             return True
         place, since = np.array([i]), steps.length[[i]]
         (high, low), more, plain = steps.at(place, since)
@@ -151,7 +117,7 @@ class BinaryRun:
         bend = (k[1:] * k[:-1] * np.abs(since) ** (k[1:] - 2)) @ np.abs(c[2:])
         late = 2 * steps.clock[i] + 16 * UNIT * last
         off = (more + plain)[:, 0] + late * (rate + late * bend)
-        mine = state / np.where(own.compiled.formulation.is_rate, own.pace, 1.0)
+        mine = state / np.where(self.core.is_rate, own.pace, 1.0)
         return not bool(np.all(np.abs(high[:, 0] + low[:, 0] - mine) <= 2 * off))
 
 
@@ -177,9 +143,10 @@ def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> A
     return clock
 
 
-def binary_run(trajectory: Any) -> BinaryRun:
-    """Return the numbers of a trajectory in doubles."""
+def binary_run(trajectory: Any, period: float | None) -> BinaryRun:
+    """Return the numbers of a trajectory in doubles, and what the period of its motion is about."""
     chosen, orbit = trajectory.plan, trajectory.orbit
+    width = len(orbit.integrator.compiled.formulation.states)
     return BinaryRun(
         formulation=chosen.formulation,
         variant=chosen.variant,
@@ -187,7 +154,8 @@ def binary_run(trajectory: Any) -> BinaryRun:
         tolerance=orbit.integrator.compiled.tolerance,
         projected=orbit.integrator.projection is not None,
         constants=dict(orbit.parameters),
-        start=tuple(orbit.checkpoints[0].state.tolist()),
+        start=tuple(orbit.checkpoints[0].state[:width].tolist()),
         end=float(orbit.end),
         block=float(np.max(np.abs(np.diff([*(c.time[0] for c in orbit.checkpoints), orbit.end])))),
+        period=period,
     )

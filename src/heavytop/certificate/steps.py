@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import Quadrature
 from heavytop.certificate.system import ONE, QuadraticSystem
 from heavytop.exact.pairs import add, two_product
 
@@ -39,8 +38,7 @@ class Steps:
     Attributes
     ----------
     coefficients : ndarray, shape (order + 1, n, k)
-        Of the polynomials of n states over k steps, in the time since the beginning of each; the
-        quadrature last, if there is one.
+        Of the polynomials of n states over k steps, in the time since the beginning of each.
     label : pair of ndarrays, shape (k,)
         When each begins, as double-doubles.
     length : ndarray, shape (k,)
@@ -135,31 +133,6 @@ def defects(system: QuadraticSystem, steps: Steps) -> Array:
         return np.empty(0)
     parts = (slice(i, min(i + FEW, count)) for i in range(0, count, FEW))
     return np.concatenate([_defects(system, steps.where(part)) for part in parts])
-
-
-def residuals(quadrature: Quadrature, steps: Steps) -> Array:
-    """Return bounds of |q' (1 + side e_z) - ...| of the quadrature, shape (k,), as `defects` does.
-
-    That is how far the rate of its polynomial q is off, times 1 + side e_z.
-    """
-    side, momentum, frame = quadrature
-    c = steps.coefficients
-    order, reach = len(c) - 1, np.abs(steps.length) * BEYOND
-    powers = _powers(reach, 2 * order + 1)
-    index = np.arange(order + 1)[:, None]
-    rate, height = index[1:] * c[1:, -1], side * c[:, 2]
-    rate[0] += frame
-    sizes = (np.abs(rate) * powers[:order]).sum(axis=0) + abs(frame) * UNIT
-    scaled = np.abs(height) * powers[: order + 1]
-    S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)
-    d = np.zeros((2 * order + 1, reach.size))
-    for m in range(order):
-        d[m : m + order + 1] += rate[m] * height
-    d[:order] += rate
-    d[0] -= momentum
-    rounding = sizes * (6 * S + weighted + 5) + abs(frame) + abs(momentum)
-    found: Array = UP * ((np.abs(d) * powers).sum(axis=0) + UNIT * rounding)
-    return found
 
 
 def _defects(system: QuadraticSystem, steps: Steps) -> Array:
