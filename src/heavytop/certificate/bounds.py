@@ -1,20 +1,20 @@
 """How far a run may be from the exact motion, over all times of its steps.
 
-At some times, the anchors, both the polynomial of a step and the exact solution are known to more
-digits than doubles have, and so is their difference d. Between two anchors, w apart, it obeys
+At some points in time both the polynomial of a step and the exact solution are known to more digits
+than doubles have, and so is their difference d. Between two points, w apart, it obeys
 d' = J d + defect, where J is the Jacobian half way between the two, exactly, for the equations are
 quadratic. With m >= mu(J), its logarithmic norm, and D >= |defect|, |d| is at most
 
     min(a exp(m s) + D (exp(m s) - 1)/m,  b exp(m (w - s)) + D (exp(m (w - s)) - 1)/m)
 
-s after the first anchor, where |d| = a, and w - s before the second, where |d| = b. The largest of
+s after the first point, where |d| = a, and w - s before the second, where |d| = b. The largest of
 these minima is at most
 
     N = sqrt((a + D/m)(b + D/m)) exp(m w/2) - D/m.
 
 A quantity q(y) with |grad q| <= G and |Hess q| <= H is then off by at most
 
-    (|q(p) - q(x)| at the one anchor + that at the other + w (G (M N + D) + H V N))/2 + H N^2,
+    (|q(p) - q(x)| at the one point + that at the other + w (G (M N + D) + H V N))/2 + H N^2,
 
 or what it is at the worse one, where M bounds |J| and V the speed of the motion. So an interval
 that is cut in two has a smaller bound; intervals whose bound is more than the largest error found
@@ -23,7 +23,7 @@ are cut until it is near it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -36,8 +36,9 @@ from heavytop.certificate.steps import UP, Steps, defects
 from heavytop.exact.pairs import add
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 Words = tuple[Array, Array]
-Known = tuple[Words, Array]  # the solution, and how far it is off
+Known = tuple[Array, Array]  # the solution, and how far it is off
 
 NEAR: Final = 1.3  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step: less than 28, or `EDGE` is too little
@@ -53,7 +54,7 @@ ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
 
 
 @dataclass
-class Anchors:
+class Points:
     """Polynomials and the exact solution at some times.
 
     Attributes
@@ -72,7 +73,7 @@ class Anchors:
     states : ndarray, shape (n, m)
     """
 
-    step: NDArray[np.intp]
+    step: Places
     since: Array
     apart: Array
     off: Array
@@ -81,20 +82,10 @@ class Anchors:
     states: Array
 
     @classmethod
-    def at(
-        cls,
-        flow: Flow,
-        steps: Steps,
-        step: NDArray[np.intp],
-        since: Array,
-        known: Known | None = None,
-    ) -> Anchors:
+    def at(cls, flow: Flow, steps: Steps, step: Places, since: Array, known: Known) -> Points:
         """Return those at times since the beginning of steps; `known` is the solution there."""
         weights = np.array(flow.system.weights)[:, None]
         p, arithmetic, plain = steps.at(step, since)
-        if known is None:
-            label = steps.label[0][step], steps.label[1][step]
-            known = flow.at(add(label, (since, np.zeros_like(since))))
         x, lost = known
         high, low = add(p, (-x[0], -x[1]))
         apart = high + low
@@ -109,14 +100,14 @@ class Anchors:
 
 
 @dataclass(frozen=True, slots=True)
-class QuantityBound:
-    """A quantity at anchors: its change to first order, and what bounds it beside them.
+class ErrorModel:
+    """A quantity at some points: its change to first order, and what bounds it beside them.
 
     Attributes
     ----------
     error : ndarray, shape (m,)
     gradient, hessian : ndarray, shape (m,)
-        Bounds of its derivatives in the norm, `room` around the anchor; inf at a pole.
+        Bounds of its derivatives in the norm, `room` around the point; inf at a pole.
     rounding : ndarray, shape (m,) or 0
         Of its value, when it is computed from a state.
     """
@@ -128,7 +119,7 @@ class QuantityBound:
 
 
 def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
-    """Return the bound N of the difference between two anchors."""
+    """Return the bound N of the difference between two points."""
     rest = D / m
     grown = np.sqrt((a + rest) * (b + rest)) * _exp(m * width / 2)
     found: Array = UP * (grown - rest * (1 - 1e-14))
@@ -148,9 +139,7 @@ def _exp(x: Array) -> Array:
     return bound
 
 
-def quantities(
-    flow: Flow, states: Array, change: Array, room: Array
-) -> Mapping[str, QuantityBound]:
+def quantities(flow: Flow, states: Array, change: Array, room: Array) -> Mapping[str, ErrorModel]:
     """Return the quantities that states give, to first order in a change of them.
 
     `room` is how far, in the norm, states may be from those given. At a pole some are not finite.
@@ -160,7 +149,7 @@ def quantities(
         return of(states, change, room)
 
 
-def _of_axis(states: Array, change: Array, room: Array) -> dict[str, QuantityBound]:
+def _of_axis(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]:
     (x, y, z), (dx, dy, dz) = states[:3], change[:3]
     r, length = np.sqrt(x * x + y * y), np.sqrt(x * x + y * y + z * z)
     near, least = np.maximum(r - room, 0.0) * (1 - 1e-14), (length - room) * (1 - 1e-14)
@@ -169,13 +158,13 @@ def _of_axis(states: Array, change: Array, room: Array) -> dict[str, QuantityBou
     theta = np.abs(z * along - r * dz) / (length * length)
     phi = (x * dy - y * dx) / (r * r)
     return {
-        "axis": QuantityBound(own, np.ones_like(r), np.zeros_like(r)),
-        "theta": QuantityBound(theta, ARC / least, 1 / (least * near), ROUNDED * np.arctan2(r, z)),
-        "phi": QuantityBound(phi, 1 / near, 1 / (near * near)),
+        "axis": ErrorModel(own, np.ones_like(r), np.zeros_like(r)),
+        "theta": ErrorModel(theta, ARC / least, 1 / (least * near), ROUNDED * np.arctan2(r, z)),
+        "phi": ErrorModel(phi, 1 / near, 1 / (near * near)),
     }
 
 
-def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, QuantityBound]:
+def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
     a, b = np.sqrt(q[0] ** 2 + q[3] ** 2), np.sqrt(q[1] ** 2 + q[2] ** 2)
     length = np.sqrt(a * a + b * b)
     near_a, near_b = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (a, b))
@@ -191,23 +180,15 @@ def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, QuantityBound]:
     slope, bend = np.sqrt(1 / near_a**2 + 1 / near_b**2), 1 / nearest**2
     axis = 2 * np.sqrt(x * x + y * y + z * z)
     return {
-        "axis": QuantityBound(
+        "axis": ErrorModel(
             axis, 2 * (length + room), np.full_like(a, 2.0), PRODUCTS * (length + room) ** 2
         ),
-        "theta": QuantityBound(
+        "theta": ErrorModel(
             theta, 2 * ARC / least, 2 / (least * nearest), 2 * ROUNDED * np.arctan2(b, a)
         ),
-        "phi": QuantityBound(plus + minus, slope, bend),
-        "psi": QuantityBound(plus - minus, slope, bend),
+        "phi": ErrorModel(plus + minus, slope, bend),
+        "psi": ErrorModel(plus - minus, slope, bend),
     }
-
-
-@dataclass
-class Bound:
-    """The largest error found of each quantity, and the proved bound of it."""
-
-    found: dict[str, float]
-    proved: dict[str, float]
 
 
 def bound(
@@ -216,8 +197,10 @@ def bound(
     floor: Mapping[str, float],
     rounding: Mapping[str, float],
     deepest: int = DEEPEST,
-) -> Bound:
-    """Return what is found and proved over some steps, cutting them where it is worth it.
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the largest errors found, and their proved bounds, over some steps.
+
+    They are cut where it is worth it.
 
     Parameters
     ----------
@@ -232,15 +215,14 @@ def bound(
     """
     D, k = defects(flow.system, steps), np.arange(steps.length.size)
     begun, ended = _at_both_ends(flow, steps)
-    left = Anchors.at(flow, steps, k, np.zeros(k.size), begun)
-    right = Anchors.at(flow, steps, k, steps.length, ended)
-    found: dict[str, float] = dict(floor)
-    proved: dict[str, float] = {}
+    left = Points.at(flow, steps, k, np.zeros(k.size), begun)
+    right = Points.at(flow, steps, k, steps.length, ended)
+    found, proved = dict(floor), dict[str, float]()
     for depth in range(deepest + 1):
         last, cut = depth == deepest, np.zeros(left.step.size, dtype=bool)
         last = last or 2 * cut.size > MOST
-        here = _bounded(flow, steps, D, left, right)
-        for name, (error, all_of_it, least) in ((name, here[name]) for name in rounding):
+        here = _bounded(flow, steps, D, left, right, rounding)
+        for name, (error, all_of_it, least) in here.items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
             endless = ~np.isfinite(all_of_it)
             if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
@@ -257,28 +239,33 @@ def bound(
         if last or not cut.any():
             break
         left, right = _taken(left, cut), _taken(right, cut)
-        middle = Anchors.at(flow, steps, left.step, (left.since + right.since) / 2)
+        since = (left.since + right.since) / 2
+        middle = Points.at(flow, steps, left.step, since, flow.at(steps.times(left.step, since)))
         left, right = _joined(left, middle), _joined(middle, right)
-    return Bound(found, proved)
+    return found, proved
 
 
 def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Known, Known]:
     """Return the solution where steps begin, and where they end: there the next one begins."""
-    begun, nothing = steps.label, np.zeros_like(steps.length)
-    ended = add(begun, (steps.length, nothing))
+    k, length = np.arange(steps.length.size), steps.length
+    begun, ended = steps.times(k, np.zeros_like(length)), steps.times(k, length)
     gap = np.abs(ended[0][:-1] - begun[0][1:] + (ended[1][:-1] - begun[1][1:]))
     if not np.all(gap <= SAME * np.abs(begun[0][1:])):
         raise ArithmeticError("steps that do not follow one another")
     high, low = (np.append(a, b[-1:]) for a, b in zip(begun, ended, strict=True))
-    (high, low), off = flow.at((high, low))
-    left, right = slice(None, -1), slice(1, None)
-    return ((high[:, left], low[:, left]), off[left]), ((high[:, right], low[:, right]), off[right])
+    x, off = flow.at((high, low))
+    return (x[..., :-1], off[:-1]), (x[..., 1:], off[1:])
 
 
 def _bounded(
-    flow: Flow, steps: Steps, defect: Array, left: Anchors, right: Anchors
+    flow: Flow,
+    steps: Steps,
+    defect: Array,
+    left: Points,
+    right: Points,
+    names: Iterable[str],
 ) -> dict[str, tuple[Array, Array, Array]]:
-    """Return what each quantity is off at the anchors, its bound between, and a part of that.
+    """Return what quantities are off at some points, its bound between, and a part of that.
 
     The part is what the run itself rounds: no cut makes it smaller.
     """
@@ -288,7 +275,8 @@ def _bounded(
     N = between(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
     if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
-        return _nothing(flow, left)
+        nothing = np.zeros_like(N)  # is bounded: the run is too far from the exact motion
+        return dict.fromkeys(names, (nothing, np.full_like(N, np.inf), nothing))
     spare = 2 * N + plain + V * clock
     room, rates = _room(flow, left, width, (V, A), spare)
     first = quantities(flow, left.states, left.apart, room)
@@ -297,8 +285,8 @@ def _bounded(
     second = quantities(flow, right.states, right.apart, room)
     found = {}
     with np.errstate(invalid="ignore", over="ignore"):
-        for name, q in first.items():
-            other = second[name]
+        for name in names:
+            q, other = first[name], second[name]
             G, H = np.maximum(q.gradient, other.gradient), np.maximum(q.hessian, other.hessian)
             own = np.maximum(np.abs(q.error), np.abs(other.error))
             step = G * (b.jacobian * N + D) + H * V * N
@@ -320,33 +308,26 @@ def _bounded(
 
 
 def _room(
-    flow: Flow, anchors: Anchors, width: Array, derivatives: tuple[Array, Array], spare: Array
+    flow: Flow, points: Points, width: Array, derivatives: tuple[Array, Array], spare: Array
 ) -> tuple[Array, Array]:
-    """Return how far states come from those at anchors over half of an interval, and their rates.
+    """Return how far states come from those at points over half of an interval, and their rates.
 
     Half of one takes the states that outputs read as far as their speed there and its greatest
     change can, and all errors that much farther. (The speed is that of the field: the polynomial's
     differs by D at most, and D width/2 < N.)
     """
     fastest, bend = derivatives
-    rates = flow.system.field(anchors.states)
+    rates = flow.system.field(points.states)
     own = rates[: READ[flow.form.name]]
     half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
     gone = np.minimum(fastest * half, speed * half + bend * half**2 / 2)
     return UP * (gone + spare), rates
 
 
-def _nothing(flow: Flow, left: Anchors) -> dict[str, tuple[Array, Array, Array]]:
-    """Return that nothing is bounded: the run is too far from the exact motion."""
-    zero = np.zeros_like(left.size)
-    names = quantities(flow, left.states, left.apart, zero)
-    return dict.fromkeys(names, (zero, np.full_like(zero, np.inf), zero))
+def _taken(points: Points, keep: NDArray[np.bool_]) -> Points:
+    return Points(*(each[..., keep] for each in vars(points).values()))
 
 
-def _taken(anchors: Anchors, keep: NDArray[np.bool_]) -> Anchors:
-    return Anchors(*(each[..., keep] for each in vars(anchors).values()))
-
-
-def _joined(a: Anchors, b: Anchors) -> Anchors:
+def _joined(a: Points, b: Points) -> Points:
     pairs = zip(vars(a).values(), vars(b).values(), strict=True)
-    return Anchors(*(np.concatenate(pair, axis=-1) for pair in pairs))
+    return Points(*(np.concatenate(pair, axis=-1) for pair in pairs))

@@ -42,7 +42,7 @@ class Proof(NamedTuple):
     why: str = ""
 
 
-def held(flow: Flow, event: str, t: Words, end: float) -> Proof:
+def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
     """Hold the zeros that a run found of an event function against those of the exact motion.
 
     Parameters

@@ -6,7 +6,7 @@ norm m of the Jacobian, a distance a at the start of a piece becomes at most
 
     a exp(m s) + D (exp(m s) - 1)/m        (Dahlquist 1958, Lozinskii 1958).
 
-How long a period is about is told by the caller; the period itself is twice the time between two
+The caller says how long a period is about; the period itself is twice the time between two
 turning points, which are zeros of the event function on these polynomials. A motion that nutates
 repeats itself then but for rotations: phi and psi advance, and with them the pairs of states that
 turn. These rotations are read off the solution after one period. Nothing here uses the elliptic
@@ -18,12 +18,11 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from flint import acb, acb_poly, arb, arb_mat, arb_poly
+from flint import acb, acb_poly, arb, arb_poly
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import (
@@ -71,8 +70,7 @@ PAIRS: Final = {  # states that turn together: how often by the angles of alpha 
 READ: Final = {"axis": 3, "attitude": 4}  # states from which outputs are computed
 
 
-@dataclass(frozen=True, slots=True)
-class Bounds:
+class Bounds(NamedTuple):
     """What holds along the solution, and within `MARGIN` of it, in the norm of the system.
 
     Attributes
@@ -155,22 +153,18 @@ class Flow:
         period: float | None = None,
     ) -> None:
         self.form, self.constants, self.start, self.end = form, dict(constants), start, end
-        for setting in SETTINGS:
-            self.bits, self.order, self.fine = setting
-            with working(self.bits):
-                try:
-                    self.system = QuadraticSystem.of(form, constants, _rate(form, constants, start))
-                    if period is None:
-                        self._solve(end)
-                    else:
-                        self._solve(period)
+        self.system = QuadraticSystem.of(form, constants, _rate(form, constants, start))
+        for self.bits, self.order, self.fine in SETTINGS:
+            try:
+                with working(self.bits):
+                    self._solve(end if period is None else period)
+                    if period is not None:
                         self._close()
-                    self._keep()
-                except TooCoarse:
-                    if setting == SETTINGS[-1]:
-                        raise
-                    continue
-            return
+            except TooCoarse:
+                if self.bits == SETTINGS[-1][0]:
+                    raise
+            else:
+                return
 
     def _solve(self, span: float) -> None:
         """Solve the equations piece by piece, over a time and a little more."""
@@ -198,6 +192,7 @@ class Flow:
         worst = max(float(each.error.upper()) for each in self.pieces)
         if not (worst <= SMALL * self.bounds.size and self.lost <= LOST * self.bounds.size):
             raise TooCoarse("the table")
+        self._keep()
 
     def _solved(self, x: list[arb], error: arb) -> tuple[Piece, tuple[arb, ...]]:
         """Solve the equations in one piece; also return what is largest in it, as `Bounds` does."""
@@ -210,7 +205,8 @@ class Flow:
         growth = operator_norm(symmetric(matrix))
         field = [q[0] for q in system.polynomials([arb_poly([v]) for v in here])]
         defect = system.norm([sup(q.derivative() - g, reach) for q, g in zip(p, f, strict=True)])
-        error = upper(_grown(error, defect, growth, reach))
+        grow = (growth * reach).exp()
+        error = upper(error * grow + defect * ((grow - 1) / growth if growth > 0 else reach))
         if not error < MARGIN:
             raise TooCoarse("the error of the table grows too fast")
         largest = growth, operator_norm(matrix), system.norm(field), system.norm(here)
@@ -309,11 +305,13 @@ class Flow:
             They are not known well enough; after a period the solution is not where it was.
         """
         turning = self.zeros("turning")
-        if len(turning) < 2:
-            raise TooCoarse("the period is another one")
-        self.exact_period = T = 2 * (turning[1] - turning[0])
+        T = 2 * (turning[1] - turning[0]) if len(turning) > 1 else arb("inf")
+        if not len(self.pieces) * self.piece > T:  # beyond, nothing is known
+            raise TooCoarse("the period is longer than was said")
+        self.exact_period = T
         last, start = self.ball(T), [arb(v) for v in self.start]
-        self.period, self.off_a_period = pair(T), _off(T)
+        # so far a ball may be from the double-double that is made of it
+        self.period, self.off_a_period = pair(T), up(arb(T.rad()) + abs(T) * arb(2) ** -104)
         self.angles = self._angles(last)
         turns = math.ceil(abs(self.end) / self.period[0]) + 2
         self._few = min(FEW_TURNS, turns)
@@ -434,10 +432,10 @@ class Flow:
         off = (arb(0, upper(error / w)) for w in self.system.weights)
         return [q(since) + each for q, each in zip(p, off, strict=True)]
 
-    def at(self, t: Words) -> tuple[Words, Array]:
-        """Return the solution at times, as double-doubles of shape (n, k), and how far it is off.
+    def at(self, t: Words) -> tuple[Array, Array]:
+        """Return the solution at times, two words of shape (n, k) each, and how far it is off.
 
-        That is told in the norm.
+        That is in the norm.
 
         Parameters
         ----------
@@ -450,9 +448,8 @@ class Flow:
         begun = np.asarray(-self.piece * j, dtype=np.float64)
         s = add(since, (begun, np.zeros_like(begun)))
         # at rest the first polynomials are the solution, exactly, at all times
-        if not self.rests and not np.all(
-            (s[0] > -1e-7 * self.piece) & (s[0] < self.piece * (1 + 1e-7))
-        ):
+        inside = (s[0] > -1e-7 * self.piece) & (s[0] < self.piece * (1 + 1e-7))
+        if not (self.rests or inside.all()):
             raise ArithmeticError("a time outside of the table")
         q = self._rest[-1][:, j]
         for c in self._rest[-2::-1]:
@@ -461,34 +458,28 @@ class Flow:
         for c_high, c_low in self._lead[::-1]:
             x = add((c_high[:, j], c_low[:, j]), multiply(x, s))
         late = 256 * UNIT**2 * (np.abs(t[0]) + self.piece)
-        if self.period is not None:
+        if n.any():
             x, late = self._advanced(x, n), late + np.abs(n) * self.off_a_period
-        return x, self.lost + self.bounds.size * ROTATED + self.bounds.speed * late
+        return np.array(x), self.lost + self.bounds.size * ROTATED + self.bounds.speed * late
 
     def _places(self, t: Words) -> tuple[Array, Words]:
         """Return how many whole periods before times there are, and the times since then."""
-        n: Array = np.zeros_like(t[0])
-        if self.period is None:
-            return n, t
-        n = np.floor(t[0] / self.period[0])
-        wrong = np.floor(self._since(t, n)[0] / self.period[0])  # the quotient was rounded
-        return n + wrong, self._since(t, n + wrong)
+        n, since = np.zeros_like(t[0]), t
+        if self.period is not None:
+            high, low = self.period
+            for _ in range(2):  # the quotient may be rounded over a whole number
+                n = n + np.floor(since[0] / high)
+                whole = two_product(n, high)
+                since = add(t, (-whole[0], -(whole[1] + n * low)))
+        return n, since
 
-    def _since(self, t: Words, n: Array) -> Words:
-        """Return times less n periods."""
-        high, low = self.period or (0.0, 0.0)
-        whole = two_product(n, high)
-        return add(t, (-whole[0], -(whole[1] + n * low)))
-
-    def _advanced(self, x: Words, n: Array) -> Words:
+    def _advanced(self, x: Words, n: Array) -> Any:
         """Return what a state has become n periods later."""
-        if not n.any():
-            return x
         turned, states = {turn: self._turned(turn, n) for turn in self.angles}, np.array(x)
         for places, turn in PAIRS[self.form.name].items():
             z = _times(turned[turn], states[:, places].swapaxes(0, 1))
             states[:, places] = z.swapaxes(0, 1)
-        return states[0], states[1]
+        return states
 
     def _turned(self, turn: tuple[int, int], n: Array) -> Array:
         """Return the rotations by n times an angle: by the first few of it, and by the rest."""
@@ -503,11 +494,6 @@ class Flow:
         with working(self.bits):
             found = [(int(k) * self.angles[turn]).sin_cos() for k in n]
             return np.array([[pair(c), pair(s)] for s, c in found]).transpose(1, 2, 0)
-
-
-def _off(x: arb) -> float:
-    """Return how far a ball may be from the double-double that `pair` makes of it."""
-    return up(arb(x.rad()) + abs(x) * arb(2) ** -104)
 
 
 def _nearest(angle: float, near: float) -> float:
@@ -528,19 +514,11 @@ def _rate(form: Formulation, constants: Mapping[str, float], start: Sequence[flo
     The smaller the symmetric part of the Jacobian, the slower errors grow; but a rate far below
     those of the motion would make much of the rounding of rates.
     """
-
-    def size(matrix: arb_mat) -> float:
-        return sum(float(x) ** 2 for row in matrix.tolist() for x in row)
-
-    def jacobian(rate: float) -> arb_mat:
-        return QuadraticSystem.of(form, constants, rate).jacobian([arb(v) for v in start])
-
-    rates = [2.0**k for k in range(-40, 41)]
-    fastest = math.sqrt(min(size(jacobian(rate)) for rate in rates))
-    sane = [rate for rate in rates if rate >= fastest / 8]
-    return min(sane, key=lambda rate: size(symmetric(jacobian(rate))))
-
-
-def _grown(error: arb, defect: arb, m: arb, time: arb) -> arb:
-    grow = (m * time).exp()
-    return error * grow + (defect * (grow - 1) / m if m > 0 else defect * time)
+    jacobian = QuadraticSystem.of(form, constants, 1.0).jacobian([arb(v) for v in start])
+    rates = 2.0 ** np.arange(-40, 41)
+    weights = np.where(form.is_rate, 1 / rates[:, None], 1.0)
+    entries = np.array([[float(x) for x in row] for row in jacobian.tolist()])
+    scaled = entries * weights[:, :, None] / weights[:, None, :]
+    fastest = np.sqrt((scaled**2).sum(axis=(1, 2)).min())
+    growth = ((scaled + scaled.transpose(0, 2, 1)) ** 2).sum(axis=(1, 2))
+    return float(rates[np.argmin(np.where(rates >= fastest / 8, growth, np.inf))])

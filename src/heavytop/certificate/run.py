@@ -106,19 +106,13 @@ class BinaryRun:
 
     def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
         """Tell whether the last steps do not lead to a state at the end of the run."""
-        own, forward = self.integrator, math.copysign(1.0, self.end)
-        last, i = abs(self.end * own.pace), steps.length.size - 1
-        if i < 0 or not forward * (steps.label[0][i] + steps.length[i]) >= last:
+        last, i = abs(self.end * self.integrator.pace), steps.length.size - 1
+        if i < 0 or not abs(steps.begun[i] + steps.length[i]) >= last:
             return True
-        place, since = np.array([i]), steps.length[[i]]
-        (high, low), more, plain = steps.at(place, since)
-        c, k = steps.coefficients[:, :, i], np.arange(1, len(steps.coefficients))
-        rate = np.abs((k * since ** (k - 1)) @ c[1:])
-        bend = (k[1:] * k[:-1] * np.abs(since) ** (k[1:] - 2)) @ np.abs(c[2:])
-        late = 2 * steps.clock[i] + 16 * UNIT * last
-        off = (more + plain)[:, 0] + late * (rate + late * bend)
-        mine = state / np.where(self.core.is_rate, own.pace, 1.0)
-        return not bool(np.all(np.abs(high[:, 0] + low[:, 0] - mine) <= 2 * off))
+        (high, low), more, plain = steps.at(np.array([i]), steps.length[[i]])
+        read = READ[self.formulation]  # of these the speed is bounded, and they have no unit
+        off = (more + plain)[:read, 0] + (2 * steps.clock[i] + 16 * UNIT * last) * steps.speed[i]
+        return not bool(np.all(np.abs((high + low)[:read, 0] - state[:read]) <= 2 * off))
 
 
 def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:

@@ -27,7 +27,6 @@ MORE = 3  # degrees of a defect beyond the order of a step that are computed
 # a step is 8 at least (`heavytop.run.planning`).
 LEAD = 6
 BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
-MANY = 2048  # times at a time, for the same reason
 FEW = 1000  # steps at a time, whose coefficients stay in the cache
 
 
@@ -39,8 +38,8 @@ class Steps:
     ----------
     coefficients : ndarray, shape (order + 1, n, k)
         Of the polynomials of n states over k steps, in the time since the beginning of each.
-    label : pair of ndarrays, shape (k,)
-        When each begins, as double-doubles.
+    begun, begun_low : ndarray, shape (k,)
+        When each begins: high and low words.
     length : ndarray, shape (k,)
         Of each; negative back in time.
     clock : ndarray, shape (k,)
@@ -54,7 +53,8 @@ class Steps:
     """
 
     coefficients: Array
-    label: Words
+    begun: Array
+    begun_low: Array
     length: Array
     clock: Array
     tail: Array
@@ -75,19 +75,16 @@ class Steps:
         for k in range(len(sizes) - 1, 1, -1):
             bend = bend * reach + k * (k - 1) * sizes[k]
         speed, bend = (UP * np.sqrt((each**2).sum(axis=0)) for each in (speed, bend))
-        return cls(coefficients, label, length, clock, tail, speed, bend)
+        return cls(coefficients, *label, length, clock, tail, speed, bend)
+
+    def times(self, step: NDArray[np.intp], since: Array) -> Words:
+        """Return times since the beginning of steps as double-doubles."""
+        begun = self.begun[step], self.begun_low[step]
+        return add(begun, (since, np.zeros_like(since)))
 
     def where(self, index: slice) -> Steps:
         """Return some of them."""
-        return Steps(
-            self.coefficients[:, :, index],
-            (self.label[0][index], self.label[1][index]),
-            self.length[index],
-            self.clock[index],
-            self.tail[:, index],
-            self.speed[index],
-            self.bend[index],
-        )
+        return Steps(*(getattr(self, name)[..., index] for name in self.__slots__))
 
     def at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
         """Return states (n, m) on polynomials, as sums of two doubles, with two bounds of each.
@@ -98,13 +95,6 @@ class Steps:
         if not since.any():  # the states from which steps begin are doubles
             x = self.coefficients[0][:, step]
             return (x, np.zeros_like(x)), np.zeros_like(x), np.zeros_like(x)
-        parts = (slice(i, i + MANY) for i in range(0, step.size, MANY))
-        found = [self._at(step[part], since[part]) for part in parts] or [self._at(step, since)]
-        words, twice, plain = zip(*found, strict=True)
-        high, low = (np.concatenate(each, axis=1) for each in zip(*words, strict=True))
-        return (high, low), np.concatenate(twice, axis=1), np.concatenate(plain, axis=1)
-
-    def _at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
         c = self.coefficients
         place: NDArray[np.intp] | slice = step
         if step.size and step[-1] - step[0] == step.size - 1 and (np.diff(step) == 1).all():

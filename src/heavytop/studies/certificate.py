@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from fractions import Fraction
 from functools import lru_cache
@@ -21,8 +22,8 @@ from typing import Any, Final
 import numpy as np
 
 from heavytop.certificate.balls import UNIT, TooCoarse
-from heavytop.certificate.bounds import Bound, bound
-from heavytop.certificate.events import Proof, held
+from heavytop.certificate.bounds import bound
+from heavytop.certificate.events import Proof, match_events
 from heavytop.certificate.flow import READ, Flow
 from heavytop.certificate.run import BinaryRun, binary_run
 from heavytop.certificate.steps import LEAD
@@ -138,8 +139,6 @@ def run_in_doubles(scene: Scene) -> Trajectory:
     spins = need_of(scene.quantities) >= Need.PSI
     form = "attitude" if spins or chosen.formulation == "attitude" else "axis"
     short = chosen.formulation != "none" and chosen.precision == "double"
-    if short and form == chosen.formulation:
-        return propagate(scene)
     return propagate(scene, formulation=form, projected=chosen.projected or not short)
 
 
@@ -177,11 +176,11 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         "final": orbit.samples.states[-1, : len(own.core.states)].tolist(),
         "rounding": rounding,
         "floor": _floor(trajectory, own, flow, rounding) if len(legs) > 1 else {},
-        "begun": _begun(trajectory, own),
+        "start": _start_errors(trajectory, own),
         "turns": _turns(trajectory, own, flow),
         "spins": trajectory.psi is not None,
         "counts": {event: events.count(event) for event in KINDS_OF if event in events.asked},
-        "events": _held(trajectory, own, flow),
+        "events": _match_events(trajectory, own, flow),
         "versions": versions(),
     }
 
@@ -238,7 +237,7 @@ def _followed(trajectory: Trajectory) -> list[str]:
     return [name for name in names if getattr(trajectory, name) is not None]
 
 
-def _begun(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
+def _start_errors(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
     """Return how far the tilt at time 0, which is the scene's, is from that of the state.
 
     Beside it stands how far the axis is from length one, which it has in the exact motion.
@@ -253,18 +252,15 @@ def _begun(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
 
 def _turns(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, bool]:
     """Return which angles have the turns of the exact motion, at all samples of a run."""
-    seen = trajectory.samples
-    try:
+    seen, turns = trajectory.samples, dict.fromkeys(_followed(trajectory), False)
+    with suppress(TooCoarse):
         near = flow.angles_near(seen.t * own.integrator.pace)
-    except TooCoarse:
-        return dict.fromkeys(_followed(trajectory), False)
-    return {
-        name: bool(np.all(np.abs(getattr(seen, name) - near[name]) < math.pi))
-        for name in _followed(trajectory)
-    }
+        for name in turns:
+            turns[name] = bool(np.all(np.abs(getattr(seen, name) - near[name]) < math.pi))
+    return turns
 
 
-def _held(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, Any]:
+def _match_events(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, Any]:
     """Hold turning points and reversals of a run against those of the exact motion."""
     pace, events, motion = own.integrator.pace, trajectory.events, trajectory.motion
     found: dict[str, Any] = {}
@@ -273,7 +269,8 @@ def _held(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, Any]:
             here = events.of(event)
             proof = Proof(None, 0.0, f"{event}: the nutation is below what doubles can tell")
             if motion.nutates and float(motion.theta_max) - float(motion.theta_min) > SMALLEST:
-                proof = held(flow, event, (here.t * pace, here.t_low * pace), own.end * pace)
+                times = here.t * pace, here.t_low * pace
+                proof = match_events(flow, event, times, own.end * pace)
             found[event] = {"proved": proof.proved, "off": proof.off / pace, "why": proof.why}
     return found
 
@@ -291,7 +288,8 @@ def _floor(
     found: dict[str, float] = {}
     for point in (points[-1], *some):
         steps, _ = own.steps(point, min(point.block_steps, orbit.steps - point.steps))
-        here = _bound(flow, steps, {}, exact, deepest=0).found
+        with _known_well():
+            here, _ = bound(flow, steps, {}, exact, deepest=0)
         found |= {name: max(x, found.get(name, 0.0)) for name, x in here.items()}
     return found
 
@@ -319,8 +317,9 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
             count, before = min(point.block_steps, last - point.steps), point.steps
             if count > 0:
                 steps, point = own.steps(point, count)
-                here = _bound(flow, steps, parameters["floor"], parameters["rounding"])
-                for name, values in (("found", here.found), ("proved", here.proved)):
+                with _known_well():
+                    here = bound(flow, steps, parameters["floor"], parameters["rounding"])
+                for name, values in zip(("found", "proved"), here, strict=True):
                     left[name] = _larger(left[name], values)
             done, same = point.steps >= last, True
             if not (done and whole):  # where a run ends is no checkpoint
@@ -382,22 +381,17 @@ def _key(run: Mapping[str, Any]) -> str:
 def _prepared(key: str) -> tuple[BinaryRun, Flow]:
     """Return a run, and the exact motion of its numbers."""
     own = BinaryRun(**json.loads(key))
-    try:
+    with _known_well():
         return own, own.flow()
-    except (TooCoarse, ValueError) as error:
-        raise _unknown(error) from None
 
 
-def _bound(*asked: Any, **how: Any) -> Bound:
-    """Return what is found and proved over some steps, as `bound` does."""
+@contextmanager
+def _known_well() -> Iterator[None]:
+    """Refuse a run whose exact motion turns out to be not known well enough."""
     try:
-        return bound(*asked, **how)
-    except ArithmeticError as error:
-        raise _unknown(error) from None
-
-
-def _unknown(error: Exception) -> NotCertified:
-    return NotCertified(f"the exact motion is not known well enough: {error}")
+        yield
+    except (ArithmeticError, ValueError) as error:
+        raise NotCertified(f"the exact motion is not known well enough: {error}") from None
 
 
 # --- the result ------------------------------------------------------------------------------
@@ -413,14 +407,11 @@ def collect(journal: Journal) -> Certificate:
     rounding, formulation = asked["rounding"], asked["run"]["formulation"]
     rows = [row for record in records for row in record.rows]
     observed = {n: _most([row["found"].get(n, 0.0) for row in rows]) for n in rounding}
-    bounds = dict.fromkeys(QUANTITIES) | {
-        n: _most([row["proved"].get(n, 0.0) for row in rows]) for n in rounding
+    proved = {n: _most([row["proved"].get(n, 0.0) for row in rows]) for n in rounding}
+    bounds = {
+        n: None if (x := proved.get(n)) is None else x + rounding[n] + asked["start"].get(n, 0.0)
+        for n in QUANTITIES
     }
-    for name, known in bounds.items():
-        if known is not None:
-            total = known + rounding[name] + asked["begun"].get(name, 0.0)
-            bounds[name] = total if math.isfinite(total) else None
-
     followed = asked["turns"]
     why = [
         f"{n} is not bounded: the axis comes too near to a pole"
