@@ -15,7 +15,7 @@ from heavytop.exact.balls import working
 from ..certificates import flow_of, run_of
 
 RNG = np.random.default_rng(7)
-EXACT = dict.fromkeys(("axis", "theta", "phi", "psi"), 0.0)  # outputs without rounding
+EXACT = dict.fromkeys(("axis", "theta", "phi"), 0.0)  # outputs without rounding
 
 
 def steps_of(trajectory):
@@ -39,7 +39,7 @@ def exact_defect(system, steps, k, s):
     return float(total) ** 0.5
 
 
-@pytest.mark.parametrize("form", ["axis", "attitude", "cubic"])
+@pytest.mark.parametrize("form", ["axis", "attitude"])
 def test_no_defect_is_larger_than_its_bound(form):
     trajectory = run_of("sicm-kicked", form)
     _, flow, steps = steps_of(trajectory)
@@ -54,14 +54,14 @@ def test_no_defect_is_larger_than_its_bound(form):
 def test_a_wrong_coefficient_widens_the_bound():
     trajectory = run_of("sicm-kicked")
     _, flow, steps = steps_of(trajectory)
-    before = bound(flow, steps, {}, EXACT)
+    _, before = bound(flow, steps, {}, EXACT)
     c = steps.coefficients.copy()
     c[3, 0, 11] += 1e-7  # of the third order, in the twelfth step
     wrong = replace(steps, coefficients=c)
-    after = bound(flow, wrong, {}, EXACT)
+    _, after = bound(flow, wrong, {}, EXACT)
     off = 1e-7 * abs(steps.length[11]) ** 3
-    assert before.proved["axis"] < 3e-15
-    assert after.proved["axis"] >= 0.99 * off > 1e3 * before.proved["axis"]
+    assert before["axis"] < 3e-15
+    assert after["axis"] >= 0.99 * off > 1e3 * before["axis"]
     assert defects(flow.system, wrong)[11] > 1e4 * defects(flow.system, steps)[11]
 
 
@@ -80,7 +80,7 @@ def test_the_polynomials_are_evaluated_beyond_the_digits_of_a_double():
             assert abs(Fraction(float(plainly)) - exact) <= plain[n, i]
 
 
-@pytest.mark.parametrize(("form", "read"), [("axis", 3), ("attitude", 4), ("cubic", 1)])
+@pytest.mark.parametrize(("form", "read"), [("axis", 3), ("attitude", 4)])
 def test_no_step_is_faster_or_bends_more_than_its_bound(form, read):
     _, _, steps = steps_of(run_of("sicm-kicked", form))
     order = len(steps.coefficients)
@@ -130,7 +130,7 @@ def test_the_steps_reach_from_the_start_to_the_end_without_a_gap(periods):
     trajectory = run_of("sicm-kicked", periods=periods)
     own, _ = flow_of(trajectory)
     steps, _ = own.steps(trajectory.orbit.checkpoints[0], trajectory.orbit.steps)
-    begun = [Fraction(a) + Fraction(b) for a, b in zip(*steps.label, strict=True)]
+    begun = [Fraction(a) + Fraction(b) for a, b in zip(steps.begun, steps.begun_low, strict=True)]
     ends = [t + Fraction(x * BEYOND) for t, x in zip(begun, steps.length, strict=True)]
     forward = 1 if periods > 0 else -1
     assert begun[0] == 0

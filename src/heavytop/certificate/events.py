@@ -1,25 +1,25 @@
 """Events of a run held against all that the exact motion has: none missed, none doubled.
 
-Turning points are half a period apart. Reversals of the precession come back after every period. So
-the zeros within one period, as balls, are all that is needed.
+Zeros of event functions come back after every period. So those within one, as balls, are all that
+is needed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from flint import arb
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import UNIT, TooCoarse, pair
+from heavytop.certificate.balls import UNIT, TooCoarse, pair, up
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import UP
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import add, two_product
 
 Array = NDArray[np.float64]
+Words = tuple[Array, Array]
 
 CLOSE = 1e-6  # of the distance between two events: an event is told from its neighbours
 
@@ -42,7 +42,7 @@ class Proof(NamedTuple):
     why: str = ""
 
 
-def held(flow: Flow, event: str, t: tuple[Array, Array], end: float) -> Proof:
+def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
     """Hold the zeros that a run found of an event function against those of the exact motion.
 
     Parameters
@@ -55,77 +55,42 @@ def held(flow: Flow, event: str, t: tuple[Array, Array], end: float) -> Proof:
         Where the run ends.
     """
     try:
-        found = flow.zeros(event)
-        with working(flow.bits):
-            apart = flow.exact_period if flow.period else None
-            bases = [pair(zero) for zero in found]
-            spacing = None if apart is None else pair(apart)
-            width = max((float(zero.rad()) for zero in found), default=0.0)
-            wider = 0.0 if apart is None else float(apart.rad())
+        exact, width = _exact_times(flow, event, end)
     except TooCoarse:
         return Proof(None, 0.0, f"{event}: its zeros cannot be told apart")
-    if not bases:
+    if not exact[0].size:
         none = t[0].size == 0
         return Proof(none, 0.0, "" if none else f"{event}: the exact motion has none")
-    return _matched(event, bases, spacing, t, end, (width, wider))
-
-
-def _matched(
-    event: str,
-    bases: Sequence[tuple[float, float]],
-    spacing: tuple[float, float] | None,
-    t: tuple[Array, Array],
-    end: float,
-    widths: tuple[float, float],
-) -> Proof:
-    """Find the exact event of each that was found: their numbers must follow one another.
-
-    `widths` are the radii of the zeros within one period, and that of the period.
-    """
+    middles = (exact[0][1:] + exact[0][:-1]) / 2
     forward = 1.0 if end >= 0 else -1.0
-    size = len(bases)
-    gaps = [b[0] - a[0] for a, b in pairwise(bases)]
-    gaps += [spacing[0] + bases[0][0] - bases[-1][0]] if spacing else []
-    close = CLOSE * min(map(abs, gaps), default=abs(end))
-    errors, numbers = [], []
-    for which, base in enumerate(bases):
-        k = np.zeros_like(t[0])
-        shifted = add(t, (np.full_like(k, -base[0]), np.full_like(k, -base[1])))
-        if spacing:
-            k = np.rint(shifted[0] / spacing[0])
-            whole = two_product(k, spacing[0])
-            shifted = add(shifted, (-whole[0], -(whole[1] + k * spacing[1])))
-        errors.append(np.abs(shifted[0] + shifted[1]))
-        numbers.append(size * k + which)
-    nearest = np.argmin(errors, axis=0) if t[0].size else np.zeros(0, np.intp)
-    off = np.array(errors)[nearest, np.arange(t[0].size)]
-    number = np.array(numbers)[nearest, np.arange(t[0].size)]
-    largest = float(off.max(initial=0.0))
-    bound = (
-        UP * largest
-        + widths[0]
-        + widths[1] * (1 + float(np.abs(number).max(initial=0.0)))
-        + 32 * UNIT**2 * abs(end)
-        + 4 * UNIT * largest
-    )
+    number = np.searchsorted(middles, forward * t[0])
+    apart = add((forward * t[0], forward * t[1]), (-exact[0][number], -exact[1][number]))
+    largest = float(np.max(np.abs(apart[0] + apart[1]), initial=0.0))
+    bound = UP * largest * (1 + 4 * UNIT) + width + 32 * UNIT**2 * abs(end)
+    close = CLOSE * float(np.diff(exact[0]).min() if middles.size else abs(end))
     if not largest < close:
         return Proof(False, bound, f"{event}: an event is {largest:.1e} off")
-    if not np.all(np.diff(number) == forward):
+    inside = np.nonzero((exact[0] > close) & (exact[0] < abs(end) - close))[0]
+    if not np.all(np.diff(number) == 1):
         return Proof(False, bound, f"{event}: one is missed, or found twice")
+    if not set(inside[[0, -1]] if inside.size else ()) <= set(number):
+        return Proof(False, bound, f"{event}: one at an end is missed")
+    return Proof(True, bound)
 
-    def time(n: float) -> float:
-        turns, which = divmod(n, size)
-        if spacing is None:
-            return bases[int(which)][0] if turns == 0 else forward * np.inf
-        return bases[int(which)][0] + turns * spacing[0]
 
-    def outside(n: float) -> bool:
-        """Whether an event is before the start, or after the end, but for what is told apart."""
-        at = forward * time(n)
-        return not close < at < forward * end - close
+def _exact_times(flow: Flow, event: str, end: float) -> tuple[Words, float]:
+    """Return when the exact motion has zeros, in the order of a run, and how far these are off.
 
-    if number.size:
-        complete = outside(number[0] - forward) and outside(number[-1] + forward)
-    else:
-        complete = all(outside(n) for n in range(-size, 2 * size + 1))
-    return Proof(complete, bound, "" if complete else f"{event}: one at an end is missed")
+    A few more are among them, before the start and after the end.
+    """
+    zeros = flow.zeros(event)
+    with working(flow.bits):
+        high, low = np.array([pair(zero) for zero in zeros]).reshape(-1, 2).T
+    width = max((up(arb(zero.rad())) for zero in zeros), default=0.0)
+    if flow.period:
+        last = np.floor(end / flow.period[0])
+        n = np.arange(min(last, 0.0) - 1, max(last, 0.0) + 2)[:, None]
+        whole = two_product(n, flow.period[0])
+        high, low = map(np.ravel, add((high, low), (whole[0], whole[1] + n * flow.period[1])))
+        width += float(np.abs(n).max()) * flow.off_a_period
+    return ((high, low) if end >= 0 else (-high[::-1], -low[::-1])), width

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import READ, Flow, Quadrature
+from heavytop.certificate.flow import READ, Flow
 from heavytop.certificate.steps import Steps
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
@@ -31,18 +31,20 @@ class BinaryRun:
     ----------
     formulation : str
     variant : str or None
-        How it has phi and psi.
+        Of the formulation; what it adds to the quadratic equations is not certified.
     watched : tuple of str
         Event functions in the loop.
     tolerance : float
     projected : bool
     constants : mapping from str to float
     start : tuple of float
-        The state at time 0, with the angles that are counted.
+        The state at time 0.
     end : float
         The last time [s].
     block : float
         How long the longest block of steps is [s].
+    period : float or None
+        What the period of its exact motion is about [s]; it is proved, not taken.
     """
 
     formulation: str
@@ -54,48 +56,34 @@ class BinaryRun:
     start: Sequence[float]
     end: float
     block: float
-
-    @property
-    def form(self) -> Formulation:
-        """The formulation with its angles."""
-        return FORMULATIONS[self.formulation].build(self.variant)
+    period: float | None
 
     @property
     def core(self) -> Formulation:
         """The formulation whose right-hand sides are quadratic: without angles and quadratures."""
-        if self.formulation == "cubic":
-            return self.form
         return FORMULATIONS[self.formulation].build(None)
 
     @cached_property
     def integrator(self) -> Integrator:
         """What takes its steps."""
-        form = self.form
+        form = FORMULATIONS[self.formulation].build(self.variant)
         equations, start = engine(form, tuple(self.watched), self.tolerance), np.array(self.start)
         return Integrator(equations, self.constants, start, projected=self.projected)
 
-    @property
-    def quadrature(self) -> Quadrature | None:
-        """The quadrature for psi, in the run's own unit of time."""
-        if self.formulation != "axis" or self.variant not in ("sigma", "delta"):
-            return None
-        known = self.integrator.own_constants
-        side, name = (1, "P_plus") if self.variant == "sigma" else (-1, "P_minus")
-        return Quadrature(side, known[name], known["frame_rate"])
-
-    def flow(self, last: Steps) -> Flow:
-        """Return the exact motion of the same numbers; `last` are the last steps of the run."""
-        ends = np.abs(last.label[0] + last.length)
+    def flow(self) -> Flow:
+        """Return the exact motion of the same numbers."""
         own, core = self.integrator, self.core
-        n = len(core.states)
-        start = np.array(self.start[:n]) / np.where(core.is_rate, own.pace, 1.0)
-        end = math.copysign(1.001 * float(ends.max(initial=0.0)), self.end)
-        return Flow(core, own.own_constants, start.tolist(), end, self.quadrature)
+        start = np.array(self.start[: len(core.states)]) / np.where(core.is_rate, own.pace, 1.0)
+        period = None if self.period is None else self.period * own.pace
+        end = self.end * own.pace
+        if period is not None and 0 <= end <= period:  # less than one is tabulated
+            period = None
+        return Flow(core, own.own_constants, start.tolist(), end, period)
 
     def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
         """Take some steps of the run again, and return them with the checkpoint after them.
 
-        The last of them is cut at the end of the run. Angles are counted from step to step.
+        The last of them is cut at the end of the run; what would begin later is left out.
         """
         own = self.integrator
         kept, end = own.polynomials(start, count, 4.0 * self.end)
@@ -105,33 +93,24 @@ class BinaryRun:
         # a little more, for this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
         length = forward * np.minimum(np.abs(kept.length), left)
-        return Steps.of(
-            np.ascontiguousarray(kept.coefficients.transpose(2, 1, 0)),
+        steps = Steps.of(
+            np.ascontiguousarray(kept.coefficients[:, : len(self.core.states)].transpose(2, 1, 0)),
             label,
             length,
             _clock(start, kept, own.pace, self.block * own.pace),
             READ[self.formulation],
-        ), end
+        )
+        return steps.where(slice(np.count_nonzero(length))), end
 
     def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
         """Tell whether the last steps do not lead to a state at the end of the run."""
-        own, forward = self.integrator, math.copysign(1.0, self.end)
-        last = abs(self.end * own.pace)
-        before = np.nonzero(steps.length)[0]  # what begins later has no length
-        if not before.size:
+        last, i = abs(self.end * self.integrator.pace), steps.length.size - 1
+        if i < 0 or not abs(steps.begun[i] + steps.length[i]) >= last:
             return True
-        i = int(before[-1])
-        if not forward * (steps.label[0][i] + steps.length[i]) >= last:
-            return True
-        place, since = np.array([i]), steps.length[[i]]
-        (high, low), more, plain = steps.at(place, since)
-        c, k = steps.coefficients[:, :, i], np.arange(1, len(steps.coefficients))
-        rate = np.abs((k * since ** (k - 1)) @ c[1:])
-        bend = (k[1:] * k[:-1] * np.abs(since) ** (k[1:] - 2)) @ np.abs(c[2:])
-        late = 2 * steps.clock[i] + 16 * UNIT * last
-        off = (more + plain)[:, 0] + late * (rate + late * bend)
-        mine = state / np.where(own.formulation.is_rate, own.pace, 1.0)
-        return not bool(np.all(np.abs(high[:, 0] + low[:, 0] - mine) <= 2 * off))
+        (high, low), more, plain = steps.at(np.array([i]), steps.length[[i]])
+        read = READ[self.formulation]  # of these the speed is bounded, and they have no unit
+        off = (more + plain)[:read, 0] + (2 * steps.clock[i] + 16 * UNIT * last) * steps.speed[i]
+        return not bool(np.all(np.abs((high + low)[:read, 0] - state[:read]) <= 2 * off))
 
 
 def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:
@@ -156,9 +135,10 @@ def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> A
     return clock
 
 
-def binary_run(trajectory: Any) -> BinaryRun:
-    """Return the numbers of a trajectory in doubles."""
+def binary_run(trajectory: Any, period: float | None) -> BinaryRun:
+    """Return the numbers of a trajectory in doubles, and what the period of its motion is about."""
     chosen, orbit = trajectory.plan, trajectory.orbit
+    width = len(orbit.integrator.formulation.states)
     return BinaryRun(
         formulation=chosen.formulation,
         variant=chosen.variant,
@@ -166,7 +146,8 @@ def binary_run(trajectory: Any) -> BinaryRun:
         tolerance=orbit.integrator.engine.tolerance,
         projected=orbit.integrator.projection is not None,
         constants=dict(orbit.parameters),
-        start=tuple(orbit.checkpoints[0].state.tolist()),
+        start=tuple(orbit.checkpoints[0].state[:width].tolist()),
         end=float(orbit.end),
         block=float(np.max(np.abs(np.diff([*(c.time[0] for c in orbit.checkpoints), orbit.end])))),
+        period=period,
     )

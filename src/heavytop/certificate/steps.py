@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import Quadrature
 from heavytop.certificate.system import ONE, QuadraticSystem
 from heavytop.exact.pairs import add, two_product
 
@@ -28,7 +27,6 @@ MORE = 3  # degrees of a defect beyond the order of a step that are computed
 # a step is 8 at least (`heavytop.run.planning`).
 LEAD = 6
 BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
-MANY = 2048  # times at a time, for the same reason
 FEW = 1000  # steps at a time, whose coefficients stay in the cache
 
 
@@ -39,10 +37,9 @@ class Steps:
     Attributes
     ----------
     coefficients : ndarray, shape (order + 1, n, k)
-        Of the polynomials of n states over k steps, in the time since the beginning of each; the
-        quadrature last, if there is one.
-    label : pair of ndarrays, shape (k,)
-        When each begins, as double-doubles.
+        Of the polynomials of n states over k steps, in the time since the beginning of each.
+    begun, begun_low : ndarray, shape (k,)
+        When each begins: high and low words.
     length : ndarray, shape (k,)
         Of each; negative back in time.
     clock : ndarray, shape (k,)
@@ -56,7 +53,8 @@ class Steps:
     """
 
     coefficients: Array
-    label: Words
+    begun: Array
+    begun_low: Array
     length: Array
     clock: Array
     tail: Array
@@ -77,19 +75,16 @@ class Steps:
         for k in range(len(sizes) - 1, 1, -1):
             bend = bend * reach + k * (k - 1) * sizes[k]
         speed, bend = (UP * np.sqrt((each**2).sum(axis=0)) for each in (speed, bend))
-        return cls(coefficients, label, length, clock, tail, speed, bend)
+        return cls(coefficients, *label, length, clock, tail, speed, bend)
+
+    def times(self, step: NDArray[np.intp], since: Array) -> Words:
+        """Return times since the beginning of steps as double-doubles."""
+        begun = self.begun[step], self.begun_low[step]
+        return add(begun, (since, np.zeros_like(since)))
 
     def where(self, index: slice) -> Steps:
         """Return some of them."""
-        return Steps(
-            self.coefficients[:, :, index],
-            (self.label[0][index], self.label[1][index]),
-            self.length[index],
-            self.clock[index],
-            self.tail[:, index],
-            self.speed[index],
-            self.bend[index],
-        )
+        return Steps(*(getattr(self, name)[..., index] for name in self.__slots__))
 
     def at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
         """Return states (n, m) on polynomials, as sums of two doubles, with two bounds of each.
@@ -100,13 +95,6 @@ class Steps:
         if not since.any():  # the states from which steps begin are doubles
             x = self.coefficients[0][:, step]
             return (x, np.zeros_like(x)), np.zeros_like(x), np.zeros_like(x)
-        parts = (slice(i, i + MANY) for i in range(0, step.size, MANY))
-        found = [self._at(step[part], since[part]) for part in parts] or [self._at(step, since)]
-        words, twice, plain = zip(*found, strict=True)
-        high, low = (np.concatenate(each, axis=1) for each in zip(*words, strict=True))
-        return (high, low), np.concatenate(twice, axis=1), np.concatenate(plain, axis=1)
-
-    def _at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
         c = self.coefficients
         place: NDArray[np.intp] | slice = step
         if step.size and step[-1] - step[0] == step.size - 1 and (np.diff(step) == 1).all():
@@ -135,31 +123,6 @@ def defects(system: QuadraticSystem, steps: Steps) -> Array:
         return np.empty(0)
     parts = (slice(i, min(i + FEW, count)) for i in range(0, count, FEW))
     return np.concatenate([_defects(system, steps.where(part)) for part in parts])
-
-
-def residuals(quadrature: Quadrature, steps: Steps) -> Array:
-    """Return bounds of |q' (1 + side e_z) - ...| of the quadrature, shape (k,), as `defects` does.
-
-    That is how far the rate of its polynomial q is off, times 1 + side e_z.
-    """
-    side, momentum, frame = quadrature
-    c = steps.coefficients
-    order, reach = len(c) - 1, np.abs(steps.length) * BEYOND
-    powers = _powers(reach, 2 * order + 1)
-    index = np.arange(order + 1)[:, None]
-    rate, height = index[1:] * c[1:, -1], side * c[:, 2]
-    rate[0] += frame
-    sizes = (np.abs(rate) * powers[:order]).sum(axis=0) + abs(frame) * UNIT
-    scaled = np.abs(height) * powers[: order + 1]
-    S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)
-    d = np.zeros((2 * order + 1, reach.size))
-    for m in range(order):
-        d[m : m + order + 1] += rate[m] * height
-    d[:order] += rate
-    d[0] -= momentum
-    rounding = sizes * (6 * S + weighted + 5) + abs(frame) + abs(momentum)
-    found: Array = UP * ((np.abs(d) * powers).sum(axis=0) + UNIT * rounding)
-    return found
 
 
 def _defects(system: QuadraticSystem, steps: Steps) -> Array:

@@ -2,9 +2,9 @@
 
     y_i' = sum over terms of  coefficient * y_j * y_k,
 
-where a factor may be 1: the axis, the attitude and the cubic form are of this shape. The mean of
-the Jacobian between two states is its value half way between them, exactly: this is what makes
-the bounds of this package sharp.
+where a factor may be 1: the axis and the attitude form are of this shape. The mean of the Jacobian
+between two states is its value half way between them, exactly: this is what makes the bounds of
+this package sharp.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat, arb_poly
@@ -24,7 +24,7 @@ from heavytop.equations.gradients import quadratic_terms
 
 Array = NDArray[np.float64]
 
-ONE: Final = -1  # the place of a factor that is 1
+ONE: Final = -1  # the place of a factor that is 1, behind all states
 
 
 class Term(NamedTuple):
@@ -75,40 +75,30 @@ class QuadraticSystem:
         return cls(terms, tuple(1 / rate if each else 1.0 for each in form.is_rate))
 
     def polynomials(self, y: Sequence[arb_poly]) -> list[arb_poly]:
-        """Return the right-hand sides at polynomials of time, or at balls."""
-
-        def factor(place: int) -> Any:
-            return arb(1) if place == ONE else y[place]
-
-        return [
-            sum((arb(c) * (factor(j) * factor(k)) for c, j, k in row), arb_poly([0]))
-            for row in self.terms
-        ]
+        """Return the right-hand sides at polynomials of time."""
+        y = [*y, arb_poly([1])]  # the last is `ONE`
+        return [sum((c * y[j] * y[k] for c, j, k in row), arb_poly([0])) for row in self.terms]
 
     def field(self, y: Array) -> Array:
         """Return the right-hand sides at states of shape (n, k), in doubles."""
-        found = np.zeros_like(y)
-        for i, row in enumerate(self.terms):
-            for c, j, k in row:
-                found[i] += c * (1.0 if j == ONE else y[j]) * (1.0 if k == ONE else y[k])
-        return found
+        y = np.vstack((y, np.ones_like(y[0])))
+        nothing = np.zeros_like(y[0])
+        return np.array([sum((c * y[j] * y[k] for c, j, k in row), nothing) for row in self.terms])
 
     def taylor(self, start: Sequence[arb], order: int) -> list[list[arb]]:
         """Return the Taylor coefficients of the solution through a state, as balls."""
         rows = [[x] for x in start]
+        known = [*rows, [arb(1)] + [arb(0)] * order]
         for n in range(order):
-            unit = arb(n == 0)
             found = []
             for row in self.terms:
                 total = arb(0)
                 for c, j, k in row:
-                    if j == ONE and k == ONE:
-                        part = unit
-                    elif j == ONE or k == ONE:
-                        part = rows[max(j, k)][n]
+                    if j == ONE:
+                        part = known[k][n]
                     else:
                         part = sum(map(arb.__mul__, rows[j], reversed(rows[k])), arb(0))
-                    total += arb(c) * part
+                    total += c * part
                 found.append(total / (n + 1))
             for each, x in zip(rows, found, strict=True):
                 each.append(x)
@@ -116,16 +106,13 @@ class QuadraticSystem:
 
     def jacobian(self, y: Sequence[arb]) -> arb_mat:
         """Return the Jacobian at a state, in the weighted norm."""
-        n = len(self.terms)
-        entries = [[arb(0)] * n for _ in range(n)]
+        n, y, weights = len(self.terms), [*y, arb(1)], [*self.weights, 1.0]
+        entries = [[arb(0)] * (n + 1) for _ in range(n)]
         for i, row in enumerate(self.terms):
             for c, j, k in row:
                 for own, other in ((j, k), (k, j)):
-                    if own != ONE:
-                        factor = arb(1) if other == ONE else y[other]
-                        scale = self.weights[i] / self.weights[own]
-                        entries[i][own] += arb(c) * scale * factor
-        return arb_mat(entries)
+                    entries[i][own] += c * y[other] * (weights[i] / weights[own])
+        return arb_mat([row[:n] for row in entries])
 
     def norm(self, y: Sequence[arb]) -> arb:
         """Return an upper bound of the norm of a vector of balls."""

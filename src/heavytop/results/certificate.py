@@ -30,17 +30,17 @@ class Certificate(Result):
         The end of the run [s]: the bounds hold for all times from the start to it.
     bound : mapping from str to (float or None)
         Proved: at no time is the error larger. Of the axis, a unit vector [1], and of theta, phi,
-        psi [rad]. None where there is no bound, or where the run does not follow the angle.
+        psi [rad]. None where there is no bound, as of psi in the axis form, or where the run does
+        not follow the angle.
     rounding : mapping from str to (float or None)
         The part of `bound` by which phi and psi are rounded when whole turns and the uniform part
-        of a spin are added, and by which psi drifts as its momentum is rounded, in the same units
-        [rad]; 0 of axis and theta.
+        of a spin are added, in the same units [rad]; 0 of axis and theta.
     observed : mapping from str to (float or None)
         The largest error at the times that were looked at, before outputs are rounded, in the
         units of `bound` [rad].
     turns : bool or None
-        Whether the whole turns of phi and psi are proved too; else the bounds are of the angles
-        but for whole turns.
+        Whether phi and psi are proved to have the right whole turns at all samples; the bounds are
+        of the angles but for whole turns. None where no angle is followed that has a bound.
     events : mapping
         Of ``turning``, ``reversal`` and ``cusp`` the ``count``, and whether it is ``proved`` that
         none is missed and none doubled; None where the scene does not ask for them. Proved: no
