@@ -43,7 +43,7 @@ def test_what_is_stored_is_read_by_everybody(path):
     with xarray.open_dataset(path) as data:
         assert np.array_equal(data.theta, run.theta)
         assert tuple(data.event_kind.values) == run.events.kind
-        assert float(data.decimal_t_time[-1]) == 2.0
+        assert float(data.own_t[-1]) == 2.0
 
 
 FUZZ = Path(__file__).parents[1] / "validation" / "fuzz_damage.py"

@@ -112,8 +112,9 @@ def validate(names: Sequence[str] = (), *, folder: str | None = None, **study: A
     """
     from heavytop import claims
 
-    told = say if study.get("proofs") and not asked("quiet") else note
-    return claims.validate(names, folder=folder, note=told, **study)
+    if study.get("proofs") and not asked("quiet"):
+        study["note"] = say
+    return claims.validate(names, folder=folder, **study)
 
 
 # --- what a motion has -----------------------------------------------------------------------
