@@ -153,8 +153,6 @@ def test_more_bits_are_written_down_without_loss():
 
 def test_heyokas_recipe_for_brouwers_law_is_what_is_run():
     """A tolerance of 1e-18 takes a higher order, and so other steps, than that of doubles."""
-    plain, tight = (
-        own(f"taylor-axis{end}").stepper.engine.engine for end in ("", "-compensated")
-    )
+    plain, tight = (own(f"taylor-axis{end}").stepper.engine.engine for end in ("", "-compensated"))
     assert (tight.tolerance, tight.order) == (1e-18, 22)
     assert plain.order == 20

@@ -152,7 +152,7 @@ class Ensemble:
 
     @cached_property
     def final(self) -> Sample:
-        """The motion at the ends, with theta, axis, rates …; φ and ψ are not followed, and nan."""
+        """The motion at the ends; φ and ψ are modulo 2π, or nan where the equations have none."""
         parameters: Any = self.parameters
         return sample(self.formulation, self.states, parameters, self.end)
 

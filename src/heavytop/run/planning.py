@@ -33,6 +33,7 @@ LONG_FOR_LAGRANGE: Final = 100  # nutation periods
 BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in the axis form
 PATIENCE_S: Final = 20.0  # for more than doubles
 ONTO: Final = "projected onto"
+HOPE: Final = 30.0  # times too far off by the rule: tried all the same, for bits take far longer
 FEW: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
@@ -346,8 +347,8 @@ def choose_precision(expected: Forecast, found: Plan) -> Plan:
     digits, allowed = expected.scene.digits, 10.0**-expected.scene.digits
     if digits > MOST_DIGITS:
         return _at(expected, found, expected.bits(found.formulation))
-    for projected in (False, True):
-        if expected.error(projected) <= allowed:
+    for projected, most in ((False, allowed), (True, HOPE * allowed)):
+        if expected.error(projected) <= most:
             return _at(expected, found, DOUBLE, projected)
     return _in_more_bits(expected, found, DOUBLE)
 

@@ -166,7 +166,7 @@ class Trajectory(Played):
         >>> import heavytop as ht
         >>> run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=30"]))
         >>> run.ctx.nstr(run.in_mpmath(["1/3"]).theta[0], 30)
-        '0.0'
+        '0.481108315235354695680080734662'
         """
         if t is None:
             return self._in_mpmath(self.own_samples)
