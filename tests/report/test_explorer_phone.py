@@ -380,5 +380,5 @@ def test_the_body_has_the_shape_of_the_top(phone):
 
 def test_its_symbols_are_explained(phone):
     words = phone.value("document.querySelector('.symbols').innerText")
-    for sign in ("θ", "φ", "ψ", "A, C", "gMR", "E′", "ω₃", "V"):
+    for sign in ("θ", "φ", "ψ", "A", "C", "gMR", "E′", "ω₃", "V"):
         assert f"{sign}\n" in words

@@ -9,6 +9,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.run.events import schedule, tally
+from heavytop.run.verify import Misses
 
 from ..motions import BOOK, KICKED
 from ..views import Digits
@@ -159,8 +160,9 @@ def test_no_run_is_wrong_in_silence_and_runs_that_nobody_checks_are_found(monkey
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
     fuzz = import_module("43_fuzz")
     assert fuzz.run_misses(3, 8, ("doubles", "more", "extended")) == []
-    monkeypatch.setattr("heavytop.run.propagation.checked", lambda run: run)
+    nothing = Misses({}, "", 0.0)
+    monkeypatch.setattr("heavytop.run.propagation.misses", lambda _: nothing)
     for way in ("doubles", "extended"):
         assert fuzz.run_misses(3, 16, (way,))
-    monkeypatch.setattr("heavytop.run.propagation.schedule", lambda *given: schedule(*given)[:-1])
+    monkeypatch.setattr("heavytop.run.events.schedule", lambda *given: schedule(*given)[:-1])
     assert len(fuzz.run_misses(3, 16, ("more",))) > 4

@@ -36,11 +36,11 @@ main()
 """
 BLOCK = "heavytop.integration.blocks:_Journey advance"
 EVENTS = "heavytop.run.propagation no_events"
-AT_LAST = "heavytop.run.propagation orbit_events"
+AT_LAST = "heavytop.run.propagation events_of"
 SAVED = "heavytop.run.trajectory:Trajectory save"
 DRAWN = "heavytop.plots.style save"
 TOLD = "heavytop.results.base write_document"
-PRECISE = "heavytop.run.propagation precise_events"
+PRECISE = "heavytop.run.propagation events_of"
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 
 LONG = "--set span.periods=4000 --set want.samples=9 --set want.digits=6 --no-figures"

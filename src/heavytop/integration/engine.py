@@ -274,6 +274,9 @@ class Engine:
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Engine, (self.formulation, self.events, self.tolerance, self.bits)  # compiled anew
+
     def number(self, x: Any) -> Any:
         """Return the number of its kind that is nearest to another one, or to a decimal text."""
         return float(x) if self.bits == DOUBLE else hy.real(x, self.bits)

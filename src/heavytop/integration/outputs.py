@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Parameters = Mapping[str, Any]
 CLOSE = 1e-9  # of an axis to a pole: beyond any drift of the state,
-CLOSE_BITS = 0.56  # and of those of more digits, as a part of their bits
+CLOSE_BITS = 0.5  # and of those of more digits, as a part of their bits: its square is rounding
 VECTORS = {"axis": "xyz", "omega": "xyz", "quaternion": "0123"}
 
 
