@@ -89,7 +89,7 @@ class Certificate(Result):
         """The bounds beside the largest errors found."""
         rows = [
             {
-                "quantity": quantity_of(name).heading,
+                "quantity": _heading(name),
                 "bound": self.bound[name],
                 "rounding": self.rounding[name] or None,
                 "observed": self.observed[name],
@@ -104,3 +104,9 @@ class Certificate(Result):
         """What is not proved."""
         if not self.proved:
             yield Exit.OUT_OF_BOUND, "; ".join(self.why)
+
+
+def _heading(name: str) -> str:
+    """What stands before the bounds of a quantity, which are in SI whatever units are shown."""
+    quantity = quantity_of(name)
+    return quantity.symbol if quantity.unit == "1" else f"{quantity.symbol} [{quantity.unit}]"

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -153,25 +152,28 @@ class Trajectory(Played):
             return self(self.orbit.end)
         return self._in_mpmath(self.own_samples.at(-1))
 
-    def in_mpmath(self, t: Sequence[Any] | None = None) -> Sample:
+    def in_mpmath(self, t: Any = None) -> Sample:
         """Return the motion in mpmath's numbers, with all the digits of the run.
 
         Parameters
         ----------
-        t : sequence of numbers of any kind, optional
+        t : number or sequence of numbers, of any kind, optional
             Times between start and end [s]; by default those of the samples.
 
         Examples
         --------
         >>> import heavytop as ht
         >>> run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=30"]))
-        >>> run.ctx.nstr(run.in_mpmath(["1/3"]).theta[0], 30)
+        >>> run.ctx.nstr(run.in_mpmath("1/3").theta, 30)
         '0.481108315235354695680080734662'
         """
         if t is None:
             return self._in_mpmath(self.own_samples)
-        times = np.array([self.nearest(x) for x in t], self.orbit.samples.t.dtype)
-        return self._in_mpmath(self.read(self.orbit.at(times)))
+        one = isinstance(t, str) or not hasattr(t, "__len__")
+        each: Any = [t] if one else t
+        times = np.array([self.nearest(x) for x in each], self.orbit.samples.t.dtype)
+        found = self._in_mpmath(self.read(self.orbit.at(times)))
+        return found.at(0) if one else found
 
     def _in_mpmath(self, found: Sample) -> Sample:
         return Sample(*(self.numbers(getattr(found, name)) for name in Sample.__slots__))
