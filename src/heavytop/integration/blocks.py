@@ -42,7 +42,7 @@ from heavytop.integration.projection import Projected, Projection
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
-PRECISE_BLOCK = 64  # of reals, until each step takes long
+PRECISE_BLOCKS = ((256, 64), (HEAVY, 8))  # of reals: below so many bits; beyond them a step
 LONGEST = float(np.finfo(float).max)  # a time [s]
 EPSILON = float(np.finfo(float).eps)
 NEVER = np.empty(0)
@@ -71,7 +71,7 @@ class Checkpoint:
         """How many steps the block has that starts here: a short run needs no long block."""
         bits = precision(self.state[0])
         if bits > DOUBLE:
-            return PRECISE_BLOCK if bits < HEAVY else 1
+            return next((steps for most, steps in PRECISE_BLOCKS if bits < most), 1)
         return min(3 * self.steps + FIRST_BLOCK, LONGEST_BLOCK)
 
     def local(self, t: Array) -> Array:

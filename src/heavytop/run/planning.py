@@ -266,7 +266,8 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
             return "cubic", f"cubic: {only}, and it has two states and a quadratic right side"
         lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
         return "axis", f"axis: {only}, but {lost}"
-    if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE:
+    regular = scene.top.C != 0  # of a point mass there is no attitude
+    if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE and regular:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular there"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))

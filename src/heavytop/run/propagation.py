@@ -181,6 +181,7 @@ def _settled(
     progress: Progress | None,
     step_limit: int | None,
     checkpoint: str | os.PathLike[str] | None,
+    stacklevel: int = 5,
 ) -> Trajectory:
     """Return a run that has its digits and events, taken again by better plans if auto chose it.
 
@@ -194,7 +195,7 @@ def _settled(
             expected = Forecast(scene, motion, span(scene, motion))
             further = next_plan(expected, chosen, found.factor, str(found))
         if further is None:
-            warn_of(found, scene.digits, stacklevel=5)
+            warn_of(found, scene.digits, stacklevel)
             return run
         run = _integrated(scene, motion, further, progress, step_limit, checkpoint)
 
@@ -308,7 +309,7 @@ def completed(
     forewarned(trajectory.plan)
     times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
     run = _gone_on(trajectory, times, progress, checkpoint)
-    return _settled(run, progress, None, checkpoint)
+    return _settled(run, progress, None, checkpoint, stacklevel=4)
 
 
 def _gone_on(

@@ -128,12 +128,15 @@ class Trajectory(Played):
             A time that is not between start and end.
         """
         times = times_of(t)
+        self._expect_covered(times)
+        found = rounded(self.read(self.orbit.at(times.reshape(-1))))
+        return found if times.ndim else found.at(0)
+
+    def _expect_covered(self, times: Array) -> None:
         low, high = sorted((0.0, self._end))
         if times.size and (times.min() < low or times.max() > high):
             rule = f"between {low} and {high}, where the trajectory was integrated"
             raise Impossible([("t", rule)])
-        found = rounded(self.read(self.orbit.at(times.reshape(-1))))
-        return found if times.ndim else found.at(0)
 
     @property
     def bits(self) -> int:
@@ -160,6 +163,11 @@ class Trajectory(Played):
         t : number or sequence of numbers, of any kind, optional
             Times between start and end [s]; by default those of the samples.
 
+        Raises
+        ------
+        NotANumber, Impossible
+            As for a call with these times.
+
         Examples
         --------
         >>> import heavytop as ht
@@ -172,6 +180,7 @@ class Trajectory(Played):
         one = isinstance(t, str) or not hasattr(t, "__len__")
         each: Any = [t] if one else t
         times = np.array([self.nearest(x) for x in each], self.orbit.samples.t.dtype)
+        self._expect_covered(times.astype(np.float64))
         found = self._in_mpmath(self.read(self.orbit.at(times)))
         return found.at(0) if one else found
 
