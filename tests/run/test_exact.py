@@ -73,7 +73,7 @@ def test_who_asks_for_steps_gets_them(monkeypatch):
     asked = []
     monkeypatch.setattr(certificate, "propagate", lambda scene, **how: asked.append(how))
     certificate.run_in_doubles(scene)
-    assert asked == [{"projected": True}]
+    assert asked == [{"formulation": "attitude", "projected": True}]
 
 
 def test_propagate_says_what_has_the_motion():

@@ -83,7 +83,7 @@ def test_a_projected_run_is_certified_step_by_step():
 
 
 def test_a_scene_whose_digits_take_more_than_doubles_is_run_in_doubles():
-    scene = ht.load_scene("spin-reversal", ["span.periods=300", "want.digits=13"])
+    scene = ht.load_scene("through-top", ['want.quantities=["axis", "rates"]'])
     assert ht.plan(scene).precision != "double"
     found = certify(scene)
     assert found.proved
