@@ -82,6 +82,7 @@ def test_a_projected_run_is_certified_step_by_step():
     assert found.bound["axis"] < 3e-13
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_a_scene_whose_digits_take_more_than_doubles_is_run_in_doubles():
     scene = ht.load_scene("through-top", ['want.quantities=["axis", "rates"]'])
     assert ht.plan(scene).precision != "double"
