@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.integration.engine import Seen, reals
+from heavytop.integration.outputs import newton_step
 from heavytop.run.events import schedule, tally
 from heavytop.run.verify import Misses
 
@@ -101,6 +104,29 @@ def test_what_doubles_take_for_a_cusp_is_told_apart(phidot, reversals, cusps):
     assert bool(few.plan.tried) == bool(float(phidot))
     for kind, rate in zip(run.events.kind, run.numbers(run.events.own["phidot"]), strict=True):
         assert kind != "reversal" or abs(rate) < run.ctx.mpf(10) ** -30
+
+
+BESIDE = ht.Scene(
+    BOOK, ht.State("1.0", phidot="1e-6"), time=2, samples=3, digits=25, events=ALL
+)  # the axis passes the bottom so closely that theta turns there within 1e-9 s
+
+
+@pytest.mark.parametrize("form", ["routh", "subsystem", "lagrange", "attitude"])
+def test_no_form_loses_an_event_beside_a_pole_that_it_resolves(form):
+    run = ht.propagate(BESIDE, formulation=form)
+    assert counts(run.events) == (11, 0, 0)
+    assert ht.run_errors(run).event_time < 1e-29
+
+
+def test_an_event_that_is_none_is_not_found():
+    """Theta is constant, with l along the vertical; without gravity phidot never vanishes."""
+    form = FORMULATIONS["axis"].build()
+    known = {p.name: reals("1", 128)[()] for p in form.parameters} | {"g": reals("0", 128)[()]}
+    rows = reals(np.array([["0", "-0.6", "0.8", "0", "0"]]), 128)
+    t = reals(np.array(["0.5"]), 128)
+    small = reals("1e-30", 128)[()]
+    _, found = newton_step(form, "reversal", Seen(t, 0 * t, rows), known, small)
+    assert found.tolist() == [False]
 
 
 # --- by the closed form --------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import MissedDigitsWarning
+from heavytop.run.propagation import completed
 from heavytop.run.trajectory import times_between
 from heavytop.run.verify import missed_digits
 
@@ -102,3 +103,20 @@ def test_one_late_event_among_many_is_said():
     assert missed_digits(replace(run, events=events)) == {
         "event_time": pytest.approx(1e-6, rel=1e-2)
     }
+
+
+def test_a_run_that_is_extended_keeps_its_plan_and_says_a_miss():
+    short = ht.propagate(replace(KICKED, digits=13, time=ht.Exact.of("0.2")))
+    assert short.plan.precision == "double"
+    with pytest.warns(MissedDigitsWarning):
+        long = ht.extend(short, 2000, samples=4)
+    assert (long.plan.precision, long.plan.tried) == ("double", ())
+    with pytest.raises(ht.EndedEarly) as early:
+        ht.extend(short, 2000, samples=4, progress=interrupting)
+    with pytest.warns(MissedDigitsWarning):
+        assert completed(early.value.trajectory).plan == long.plan
+
+
+def interrupting(done):
+    if done > 0.3:
+        raise KeyboardInterrupt

@@ -17,6 +17,7 @@ from ..motions import LIE, LIE_START, SCENES
 pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 
 ANGLES = ("theta", "phi", "psi")
+NUMBERS = ("plan", "motion", "constants", "start")
 UNIT = ht.Top(A=1, C="0.5", gMR=1)
 both_forms = pytest.mark.parametrize("form", ["axis", "attitude"])
 
@@ -170,6 +171,23 @@ def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, 
     start = ht.State.kicked(theta=1, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
     trajectory = assert_wound_right(UNIT, start, form, 1e-9, aside=1e-3, time=30)
     assert trajectory.events.count("turning") >= 10
+
+
+class Interrupted(dict):
+    """What is remembered, while another thread asks for other times as soon as it is."""
+
+    def __setitem__(self, name, value):
+        super().__setitem__(name, value)
+        if value[0] is not self.others:
+            self.own.at(self.others)
+
+
+def test_turns_are_those_of_the_times_asked_for_whoever_else_asks():
+    trajectory, remembered = run(shipped("sicm-kicked"), "axis"), Interrupted()
+    numbers = (getattr(trajectory.own, name) for name in NUMBERS)
+    remembered.own, remembered.others = OwnMotion(*numbers, remembered), trajectory.t[-3:]
+    found = remembered.own.at(early := trajectory.t[:3])
+    assert found.phi.tolist() == trajectory.own.at(early).phi.tolist()
 
 
 # --- the attitude form ---------------------------------------------------------------------------

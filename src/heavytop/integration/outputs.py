@@ -271,12 +271,13 @@ def event_function(
 
 
 def newton_step(
-    form: Formulation, event: str, seen: Seen, parameters: Parameters
+    form: Formulation, event: str, seen: Seen, parameters: Parameters, small: Any
 ) -> tuple[Seen, NDArray[np.bool_]]:
     """Return the zeros of an event function beside states in reals, and which of these have one.
 
-    One step of Newton's method takes a state to it, whose square is below the last bit; what is
-    farther off is not found. A time of zero is the start itself.
+    One step of Newton's method takes a state to it, along the tangent. That it was enough is told
+    by what is left of the function: by as much of the step the state is off, and that must be
+    below `small`, relative to 1 or to the state. Else there is none. A time of zero is the start.
     """
     zero, slope = event_function(form, event, seen.states, parameters, seen.t)
     rates = np.stack(_values(form, "derivatives", seen.states, parameters, seen.t), axis=-1)
@@ -284,6 +285,10 @@ def newton_step(
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(here, 0 * zero, -zero / slope)
         moved = change[:, None] * rates
-        found = (abs(moved) <= _close(parameters) * (1 + abs(seen.states))).all(axis=1)
-    there = seen._replace(t=seen.t + change, states=seen.states + moved)
+        there = seen._replace(t=seen.t + change, states=seen.states + moved)
+        left = abs(event_function(form, event, there.states, parameters, there.t)[0])
+        part = np.where(here, 0 * zero, left / abs(zero))
+        size, allowed = abs(moved), small * (1 + abs(seen.states))
+        found = (size <= allowed) | ((size * part[:, None] <= allowed) & (part < 1)[:, None])
+    found = found.all(axis=1)
     return there.where(found), found

@@ -233,7 +233,7 @@ def _zeros_expected(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
     def zeros(event: str, kinds: Sequence[str]) -> Zeros:
         here = [(kind, t) for kind, t in expected if kind in kinds]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
-        seen, found = newton_step(form, event, run.seen_at(t), known)
+        seen, found = newton_step(form, event, run.seen_at(t), known, small)
         at = run.read(seen)
         sharp = np.array([kind == "cusp" for kind, _ in here], dtype=bool)[found]
         momentum = abs(spin_momentum(form, at.states, known, at.t))

@@ -75,10 +75,11 @@ class OwnMotion:
 
     def at(self, t: Any, t_low: Any = 0.0) -> Any:
         """Return it in doubles, at times in any numbers; those last asked for are at hand."""
-        if self._last.get("t") is not t:
+        times, exact = self._last.get("both", (None, None))
+        if times is not t:
             exact = self.closed_form.at(t.astype(float), t_lo=np.asarray(t_low, dtype=float))
-            self._last.update(t=t, exact=exact)
-        return self._last["exact"]
+            self._last["both"] = t, exact  # at once: another thread may ask for other times
+        return exact
 
     def angles(self, t: Any, t_low: Any) -> tuple[Any, Any] | None:
         """Return phi and psi in doubles, at times in any numbers; None where there are none."""

@@ -209,8 +209,8 @@ def extend(
 ) -> Trajectory:
     """Continue a trajectory to a later end, as if it had been asked for in one piece.
 
-    It goes on by the plan it has, with its tolerance and its bits. Of a long span in one piece
-    auto may make another plan; of fewer than 12 digits some may be missed, which a warning says.
+    It goes on by the plan it has, with its tolerance and its bits, and keeps it. Of a long span in
+    one piece auto may make another plan; what this one misses a warning says.
 
     Parameters
     ----------
@@ -233,8 +233,7 @@ def extend(
     ValueError
         The new end is not beyond the old one; samples are no whole number, or too many.
     BadScene
-        The new end is so far off that turns are not counted, or more bits would be needed than
-        there are.
+        The new end is so far off that turns are not told apart.
     EndedEarly
         As for `propagate`.
     WrongType, NotANumber
@@ -393,7 +392,7 @@ def _why(trajectory: Trajectory) -> str:
 
 
 def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
-    """Return the plan for a longer span: its warnings are new.
+    """Return the plan for a longer span: its warnings are new, and it is not changed for another.
 
     Raises
     ------
@@ -401,7 +400,7 @@ def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
         As for `plan`.
     """
     again = planned(scene, trajectory.motion, trajectory.plan.formulation)
-    return replace(trajectory.plan, warnings=again.warnings)
+    return replace(trajectory.plan, warnings=again.warnings, auto=False)
 
 
 def _as_before(trajectory: Trajectory, end: float) -> int:
