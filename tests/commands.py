@@ -15,7 +15,7 @@ def heavytop_(*words):
 def fail_with(monkeypatch, error):
     """Let a run raise an error."""
 
-    def carried_out(*_, **__):
+    def integrate_plan(*_, **__):
         raise error
 
-    monkeypatch.setattr(heavytop.run.propagation, "carried_out", carried_out)
+    monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)

@@ -127,7 +127,7 @@ class Claim:
 SHOWN: Final = ("id", "statement", "bound", "reason", "holds", "needs")
 
 
-class Proof(Claim):
+class ClaimGroup(Claim):
     """A generator that states claims of its own: what each measures, the number, its bound."""
 
     def rows(self, **given: Any) -> Iterator[Row]:
@@ -181,7 +181,7 @@ def proof(*, minutes: float) -> Callable[[Measure], Measure]:
 
     def add(measure: Measure) -> Measure:
         times = {"seconds": 60 * minutes, "limit_s": max(7200.0, 600 * minutes)}
-        return _add(Proof, measure.__name__, measure, statement=measure.__name__, **times)
+        return _add(ClaimGroup, measure.__name__, measure, statement=measure.__name__, **times)
 
     return add
 
@@ -305,7 +305,7 @@ def validate(
     chosen = [
         name for name, each in known.items()
         if each.id in asked or each.script in asked
-        or (proofs if isinstance(each, Proof) else not asked)
+        or (proofs if isinstance(each, ClaimGroup) else not asked)
     ]  # fmt: skip
     parameters = {
         "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
@@ -353,7 +353,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     """Measure one claim, in a process that can be killed; a proof has one of its own."""
     asked = parameters["scripts"], task
     known = load_claims(parameters["scripts"], task.partition("/")[0])[task]
-    if isinstance(known, Proof):
+    if isinstance(known, ClaimGroup):
         TIMED_WORKER.close()
     began = time.monotonic()
     try:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -15,6 +16,7 @@ import heavytop
 import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app, entry, exit_code
+from heavytop.cli.command import lines_of_progress
 
 from ..commands import fail_with, heavytop_
 
@@ -169,13 +171,13 @@ def test_a_disk_that_is_full_from_the_start_is_no_bug(tmp_path, monkeypatch):
 
 
 def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
-    whole = heavytop.run.propagation.carried_out
+    whole = heavytop.run.propagation.integrate_plan
 
-    def carried_out(*arguments, **options):
+    def integrate_plan(*arguments, **options):
         warnings.warn("the angle grows", errors.DoubtfulWarning, stacklevel=2)
         return whole(*arguments, **options)
 
-    monkeypatch.setattr(heavytop.run.propagation, "carried_out", carried_out)
+    monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)
     result = heavytop_(*QUICK, "--json")
     assert result.stderr == "heavytop: warning: the angle grows\n"
     json.loads(result.stdout)
@@ -261,3 +263,14 @@ def test_an_interrupt_outside_of_a_verb_is_no_traceback(monkeypatch):
     with pytest.raises(SystemExit) as left:
         entry.main()
     assert left.value.code == 130
+
+
+def test_a_line_every_half_minute_says_how_much_is_done(capsys):
+    now = iter((0.0, 29.0, 31.0, 31.0, 40.0, 62.0, 62.0))
+    update = lines_of_progress(lambda: next(now))
+    for done in (0.1, 0.25, 0.3, SimpleNamespace(fraction=0.5, ended=3, tasks=6)):
+        update(done)
+    assert capsys.readouterr().err.splitlines() == [
+        "heavytop: 25 % done",
+        "heavytop: 50 % done, 3 of 6 runs",
+    ]

@@ -62,6 +62,8 @@ def test_the_document_and_its_chart(mine):
     found = heavytop_(*mine, "--json", "--digits", 13)
     document = json.loads(found.stdout)
     assert (found.exit_code, document["schema"]) == (0, "heavytop/check/1")
+    assert document["command"].startswith("heavytop check ")
+    assert document["versions"]["numpy"]
     assert (document["digits"] > 14, document["slip"]) == (True, None)
     document = json.loads(heavytop_(*mine[:3], "sicm-dropped", *mine[4:], "--json").stdout)
     above, below = check_figure(as_rows(document)).axes

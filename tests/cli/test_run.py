@@ -89,12 +89,12 @@ def test_every_fault_of_a_scene_is_listed_with_its_line_and_no_folder_is_made(tm
 def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(
     tmp_path, monkeypatch, outcome, code
 ):
-    whole = heavytop.run.propagation.carried_out
+    whole = heavytop.run.propagation.integrate_plan
 
-    def carried_out(*arguments, **options):
+    def integrate_plan(*arguments, **options):
         raise errors.EndedEarly(outcome, whole(*arguments, **options))
 
-    monkeypatch.setattr(heavytop.run.propagation, "carried_out", carried_out)
+    monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)
     folder = tmp_path / "out"
     result = heavytop_(*KICKED, "--json", "-o", folder, "--no-figures")
     assert result.exit_code == code

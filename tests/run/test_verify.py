@@ -12,10 +12,10 @@ from heavytop.run.planning import Plan
 from heavytop.run.propagation import completed
 from heavytop.run.verify import (
     ahead,
-    forewarned,
     missed_digits,
     phase_error,
     run_errors,
+    warn_of_plan,
 )
 
 from ..motions import BOOK, KICKED
@@ -112,4 +112,4 @@ def test_a_cubic_run_from_the_pole_that_is_farther_is_held_against_its_numbers()
 
 def test_what_a_plan_says_may_disappoint_is_doubtful():
     with pytest.warns(ht.DoubtfulWarning, match="it may disappoint"):
-        forewarned(Plan("lagrange", warnings=("it may disappoint",)))
+        warn_of_plan(Plan("lagrange", warnings=("it may disappoint",)))

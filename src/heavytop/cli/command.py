@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
+import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -31,6 +32,7 @@ EXIT_CODES: Final = (
     "or result file, or the folder of another study; 4 ended early, the partial result is kept; "
     "5 a check is out of its bound; 130 interrupted."
 )
+EVERY_S: Final = 30.0  # between two lines of progress
 DEFAULT_SCENE: Final = "sicm-kicked"
 OUTPUT: Final = ("folder", "path")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -112,6 +114,7 @@ class Verbs(click.Group):
 def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
     """Call the function of a verb with what was typed; print and write what it returns."""
     from heavytop.results.base import command_line, typing
+    from heavytop.scene.quantities import SI, showing
 
     module, _, name = place.partition(":")
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
@@ -120,15 +123,15 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
     folder, path = (output.get(name) for name in OUTPUT)
     with typing(command_line(words)), explained(path), results_folder(folder):
         function = getattr(import_module(f"heavytop.{module}"), name)
-        with ExitStack() as stack:
-            stack.enter_context(shown_units())
-            prepare(given, takes, typed, stack)
-            found = function(**given)
-        if isinstance(found, Path):
-            show_file(found, given["scene"].name)
-        elif found is not None:
-            ended = Ended(found, (), folder, typed.get("figures", True))
-            finish(found if isinstance(found, Ended) else ended)
+        with showing(asked("unit") or SI):
+            with ExitStack() as stack:
+                prepare(given, takes, typed, stack)
+                found = function(**given)
+            if isinstance(found, Path):
+                show_file(found, given["scene"].name)
+            elif found is not None:
+                ended = Ended(found, (), folder, typed.get("figures", True))
+                finish(found if isinstance(found, Ended) else ended)
 
 
 def prepare(
@@ -189,9 +192,12 @@ def note(text: str) -> None:
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[Any], None] | None]:
-    """A progress bar on stderr, only where somebody can see it move."""
-    if asked("quiet") or not sys.stderr.isatty():
+    """A progress bar on stderr; where nobody can see it move, a line now and then."""
+    if asked("quiet"):
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield lines_of_progress()
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -207,6 +213,22 @@ def progress_bar() -> Iterator[Callable[[Any], None] | None]:
                 bar.update(task, completed=now.fraction, description=runs)
 
         yield update
+
+
+def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[Any], None]:
+    """Return what says how much is done, in a line every `EVERY_S` seconds."""
+    due = clock() + EVERY_S
+
+    def update(now: Any) -> None:
+        nonlocal due
+        if clock() < due:
+            return
+        due = clock() + EVERY_S
+        done = now if isinstance(now, int | float) else now.fraction
+        runs = "" if done is now else f", {now.ended} of {now.tasks} runs"
+        say(f"{100 * done:.0f} % done{runs}")
+
+    return update
 
 
 def answer(document: Mapping[str, Any], shown: Any) -> None:
@@ -231,24 +253,6 @@ def answer(document: Mapping[str, Any], shown: Any) -> None:
         sys.stdout.flush()  # it is there, whatever comes after it
 
 
-@contextmanager
-def shown_units() -> Iterator[None]:
-    """Let what is shown be in the units that were asked for."""
-    from heavytop.scene.quantities import SHOWN, SI
-
-    token = SHOWN.set(asked("unit") or SI)
-    try:
-        yield
-    finally:
-        SHOWN.reset(token)
-
-
-def show(found: Result) -> None:
-    """Print the document of a result, or its facts and tables."""
-    with shown_units():
-        answer(found.document(), found)
-
-
 def show_file(path: Path, scene: str) -> None:
     """Print the name of a file that was written, and its size."""
     verb = click.get_current_context().info_name
@@ -260,7 +264,7 @@ def finish(ended: Ended) -> None:
     """Write a result, print it, then draw it; leave with what is wrong with it."""
     found, ends = ended.result, [*ended.problems]
     if ended.folder is None:
-        show(found)
+        answer(found.document(), found)
     else:
         found = write_files(found, ended.folder, ends, figures=ended.figures)
     if ended.chart is not None:
@@ -281,13 +285,13 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
         found = replace(found, files=write_study(found, folder, figures=False))
     written = found.files
     if not asked("json"):
-        show(found)
+        answer(found.document(), found)
     with kept(refused, folder):
         if figures and not refused:
             found = replace(found, files=draw_study(found, folder, written))
     charts = ", ".join([*found.files.values()][len(written) :])
     if asked("json"):
-        show(found)
+        answer(found.document(), found)
     elif charts:
         print(f"charts  {charts}", flush=True)
     for name in found.files.values():

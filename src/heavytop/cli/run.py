@@ -187,7 +187,7 @@ def integrate(
     """Integrate a scene from where its folder has it; and why the trajectory is a part if it is."""
     from heavytop.report.files import TRAJECTORY, part_of
     from heavytop.run.exact import SceneMotion
-    from heavytop.run.propagation import carried_out, completed
+    from heavytop.run.propagation import completed, integrate_plan
 
     if plan.formulation == "none":
         return SceneMotion(request.scene, motion, plan), None
@@ -200,7 +200,9 @@ def integrate(
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
             if part is not None:
                 return completed(part, progress=progress, checkpoint=checkpoint), None
-            return carried_out(request.scene, motion, plan, progress, checkpoint=checkpoint), None
+            return integrate_plan(
+                request.scene, motion, plan, progress, checkpoint=checkpoint
+            ), None
     except errors.EndedEarly as early:
         return early.trajectory, early
 

@@ -140,7 +140,9 @@ def reference(
     if events and not (asked("json") or (path is not None and path.suffix.lower() == ".json")):
         raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
     if asked("unit"):
-        raise BadParameter("none: every digit is proved in SI", param_hint="--unit")
+        raise BadParameter(
+            "reference has SI alone, in which every digit is proved", param_hint="--unit"
+        )
     found = reference.reference(scene, reference.read_times(times), events=events, **given)
     if path is not None:
         found.save(path)
@@ -218,6 +220,8 @@ def check(
         Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder.
     """
     from heavytop.checking import judge
+    from heavytop.doctor import versions
+    from heavytop.results.base import typed
     from heavytop.results.check import CheckResult
 
     if digits is not None and not 0 <= digits < math.inf:
@@ -230,7 +234,8 @@ def check(
     if chart:
         expect_ending(path, *CHARTS)
     subject = None if scene is None else judge.subject(scene, changes)
-    found = CheckResult.from_document(judge.check(data, subject, **given).document())
+    document = judge.check(data, subject, **given).document()
+    found = CheckResult.from_document(document | {"command": typed(), "versions": versions()})
     problems = []
     if digits is not None and found.digits_as_given < digits:
         said = f"{digits:g} digits were requested; the data have {found.digits_as_given:.1f}"

@@ -88,11 +88,12 @@ def course_rows(motion: Mapping[str, Any], values: Mapping[str, Any]) -> Iterato
     low, high = (measured("", values[name]) for name in COURSE[:2])
     if MISSING not in (low, high):
         least, greatest = (f"{math.degrees(float(end)):.2f}°" for end in (low, high))
+        aside = "deg" not in quantity_of("theta").shown  # else it would be said twice
         if low == high:
-            yield "θ", f"{measured('rad', low)} ({least}), constant"
+            yield "θ", f"{measured('rad', low)}{aside * f' ({least})'}, constant"
         else:
             both = measured("rad", low, high, between=" and ")
-            yield "θ between", f"{both} ({least} to {greatest})"
+            yield "θ between", f"{both}{aside * f' ({least} to {greatest})'}"
     yield from quantities(values, "period")
     if motion["kind"] == "planar-pendulum" and "swinging" in motion["tags"]:
         twice = measured("s", 2 * float(motion["period"]))

@@ -41,7 +41,7 @@ from heavytop.run.planning import (
     start_values,
 )
 from heavytop.run.trajectory import Statistics, Trajectory, times_between
-from heavytop.run.verify import forewarned, misses, warn_of
+from heavytop.run.verify import misses, warn_of, warn_of_plan
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
@@ -133,10 +133,10 @@ def propagate(
     if chosen.formulation == "none":
         known = "heavytop.Motion has the motion at any time, a formulation by name integrates it"
         raise refusal(scene, "formulation", formulation, f"{chosen.reasons[0]}; {known}")
-    return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
+    return integrate_plan(scene, motion, chosen, progress, step_limit, checkpoint)
 
 
-def carried_out(
+def integrate_plan(
     scene: Scene,
     motion: Motion,
     chosen: Plan,
@@ -146,7 +146,7 @@ def carried_out(
 ) -> Trajectory:
     """Carry out the plan of a scene, which integrates it; else as `propagate`."""
     run = _integrated(scene, motion, chosen, progress, step_limit, checkpoint)
-    return _settled(run, progress, step_limit, checkpoint)
+    return _meet_digits(run, progress, step_limit, checkpoint)
 
 
 def _integrated(
@@ -158,7 +158,7 @@ def _integrated(
     checkpoint: str | os.PathLike[str] | None,
 ) -> Trajectory:
     """Return the trajectory of a plan, whatever it misses."""
-    forewarned(chosen, stacklevel=5)
+    warn_of_plan(chosen, stacklevel=5)
     end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
     cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
@@ -166,7 +166,7 @@ def _integrated(
     orbit = not_begun(integrator_of(chosen, constants, start), start)
     part = replace(not_integrated(scene, motion, chosen, orbit), statistics=cost)
     times = _even_times(part, 0, scene.samples - 1)
-    return _gone_on(part, times, progress, checkpoint, step_limit or most_steps(motion, end))
+    return _continue(part, times, progress, checkpoint, step_limit or most_steps(motion, end))
 
 
 def not_integrated(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Trajectory:
@@ -176,7 +176,7 @@ def not_integrated(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> 
     return Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost, own)
 
 
-def _settled(
+def _meet_digits(
     run: Trajectory,
     progress: Progress | None,
     step_limit: int | None,
@@ -268,10 +268,10 @@ def extend(
     in_all = trajectory.t.size + count
     scene = replace(trajectory.scene, time=span_wanted, periods=None, samples=in_all)
     chosen = _longer(trajectory, scene)
-    forewarned(chosen)
+    warn_of_plan(chosen)
     longer = replace(trajectory, scene=scene, plan=chosen)
     times = _even_times(longer, old.samples.t[-1], count)[1:]
-    run = _gone_on(longer, times, progress)
+    run = _continue(longer, times, progress)
     warn_of(misses(run), scene.digits)
     return run
 
@@ -305,13 +305,13 @@ def completed(
     if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
         return trajectory
     done = trajectory.orbit.samples.t.size
-    forewarned(trajectory.plan)
+    warn_of_plan(trajectory.plan)
     times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
-    run = _gone_on(trajectory, times, progress, checkpoint)
-    return _settled(run, progress, None, checkpoint, stacklevel=4)
+    run = _continue(trajectory, times, progress, checkpoint)
+    return _meet_digits(run, progress, None, checkpoint, stacklevel=4)
 
 
-def _gone_on(
+def _continue(
     part: Trajectory,
     times: NDArray[np.float64],
     progress: Progress | None,

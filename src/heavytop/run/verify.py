@@ -244,7 +244,7 @@ def ahead(du: Any, dudot: Any, exact: Columns, frequency: Any) -> Any:
 # --- warnings ------------------------------------------------------------------------------------
 
 
-def forewarned(chosen: Plan, stacklevel: int = 3) -> None:
+def warn_of_plan(chosen: Plan, stacklevel: int = 3) -> None:
     """Warn of what a plan says may disappoint."""
     for warning in chosen.warnings:
         warnings.warn(warning, DoubtfulWarning, stacklevel=stacklevel)
