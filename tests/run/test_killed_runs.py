@@ -35,12 +35,12 @@ from heavytop.cli import main
 main()
 """
 BLOCK = "heavytop.integration.blocks:_Journey advance"
-EVENTS = "heavytop.run.propagation no_events"
-AT_LAST = "heavytop.run.propagation events_of"
+EVENTS = "heavytop.run.trajectory no_events"
+AT_LAST = "heavytop.run.trajectory events_of"
 SAVED = "heavytop.run.trajectory:Trajectory save"
 DRAWN = "heavytop.plots.style save"
 TOLD = "heavytop.results.base write_document"
-PRECISE = "heavytop.run.propagation events_of"
+PRECISE = "heavytop.run.trajectory events_of"
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 
 LONG = "--set span.periods=4000 --set want.samples=9 --set want.digits=6 --no-figures"

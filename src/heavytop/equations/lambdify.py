@@ -255,7 +255,8 @@ class Rounded:
         """Return the values at exact numbers, given by the names of the symbols."""
         with working(_BITS):
             values = self._function(*(named[name].ball(_BITS) for name in self.names))
-            balls = [x + _ball(0) for x in values]  # a plain 0 may be among them
+            zero = _ball(0)
+            balls = [x + zero for x in values]  # a plain 0 may be among them
             ends = [(float(x.lower()), float(x.upper())) for x in balls]
         told = [low == high and isfinite(low) for low, high in ends]
         rest = [e for e, known in zip(self.expressions, told, strict=True) if not known]

@@ -499,6 +499,8 @@ def _operand(x: Any) -> Exact:
 
 def rational_value(x: Any) -> Fraction:
     """The exact value of a number of Python, numpy or mpmath, finite and of any size."""
+    if type(x) is Fraction:
+        return x
     if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
         kind = type(x).__name__
         what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, article(kind))

@@ -22,12 +22,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
 from heavytop.exact.pairs import add
 from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.engine import (
+    ABOVE,
     HEAVY,
     Array,
     Block,
@@ -43,6 +45,7 @@ from heavytop.integration.projection import Projected, Projection
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY, 8))  # of reals: below so many bits; beyond them a step
+BEYOND = 1e-9  # the end, as a part of it: zeros may be there by rounding
 LONGEST = float(np.finfo(float).max)  # a time [s]
 EPSILON = float(np.finfo(float).eps)
 NEVER = np.empty(0)
@@ -164,10 +167,6 @@ class Integrator:
         bound = own.cautious_step(state, self._own_time(far))
         return None if bound is None else bound / float(self.pace)
 
-    def first_step(self, start: Checkpoint, far: float, longest: float | None) -> float:
-        """Return the length of the first natural step [s]."""
-        return abs(float(self._taken(start.state, 1, far, NEVER, longest).elapsed[0])) or abs(far)
-
     def block(
         self,
         start: Checkpoint,
@@ -269,12 +268,23 @@ class Orbit:
     end: float
     steps: int
     outcome: Outcome
-    between: Seen | None = None
+    between: Seen
 
     @property
     def parameters(self) -> dict[str, Any]:
         """Constants of the run, by symbol name."""
         return self.integrator.parameters
+
+    def places_of(self, t: Array) -> NDArray[np.intp] | None:
+        """Return which of `between` are at times, shape (k,); None where it was not seen at all."""
+        there = self.between.t
+        place = np.minimum(np.searchsorted(abs(there), abs(t)), there.size - 1)
+        return place if there.size and (there[place] == t).all() else None
+
+    def seen_at(self, t: Array) -> Seen:
+        """Return the states at times, of those seen on the way if all of them were."""
+        place = self.places_of(t)
+        return self.at(t) if place is None else self.between.where(place)
 
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
@@ -306,7 +316,8 @@ def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
     never = start.state[:0]
     nothing = Seen(never, never, integrator.engine.nothing)
     hits, outcome = (nothing,) * len(integrator.engine.events), Outcome.INTERRUPTED
-    return Orbit(integrator, (start,), nothing, hits, float(start.time[0]), start.steps, outcome)
+    end, steps = float(start.time[0]), start.steps
+    return Orbit(integrator, (start,), nothing, hits, end, steps, outcome, between=nothing)
 
 
 def integrate(
@@ -409,8 +420,8 @@ class _Journey:
         longest = self.integrator.cautious_step(start, far)
         remaining = abs(start.local(waiting)).astype(np.float64)
         end, full = float(remaining[-1]), start.block_steps
-        length = self._step_before(far, longest) if full > 1 else end
-        steps = min(full, math.ceil(1.02 * end / length) + 2)
+        length = self._step_before(longest) if full > 1 else end
+        steps = min(full, math.ceil(1.1 * end / length) + 2)
         while True:
             reach = min(1.1 * steps * length, end)
             asked = waiting[remaining <= reach]
@@ -423,11 +434,11 @@ class _Journey:
                 return seen
             steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
 
-    def _step_before(self, far: float, longest: float | None) -> float:
-        """Return the length of the mean step of the block before, or of the first [s]."""
+    def _step_before(self, longest: float | None) -> float:
+        """Return the mean step of the block before, or about the first of all [s]."""
         start = self.place
         if len(self.checkpoints) == 1:
-            return self.integrator.first_step(start, far, longest)
+            return (longest or abs(self.far)) / ABOVE
         before = self.checkpoints[-2]
         elapsed = abs(float(start.time[0] - before.time[0]))
         return elapsed / (start.steps - before.steps)
@@ -448,13 +459,17 @@ class _Journey:
         forward = np.copysign(1.0, self.far)
         seen = Seen.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
         is_sample = self.is_sample[: seen.t.size]
+
+        def up_to_end(hit: Seen) -> Seen:
+            return hit.where(abs(hit.t) <= (1 + BEYOND) * abs(end))
+
         return Orbit(
             integrator=self.integrator,
             checkpoints=tuple(self.checkpoints),
             samples=Seen.join([known.samples, seen.where(is_sample)]),
             between=seen.where(~is_sample),
             hits=tuple(
-                Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
+                up_to_end(Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later]))
                 for hit, *later in zip(known.hits, *(each.hits for each in blocks), strict=True)
             ),
             end=end,

@@ -40,6 +40,7 @@ Array = NDArray[np.float64]  # or of numbers of other bits
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
+ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
 HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
@@ -378,7 +379,7 @@ class Engine:
         _, length = taylor.step(far)
         if not (math.isfinite(length) and length):
             return None
-        return self._without_echo(state, math.copysign(1.25 * length, far))
+        return self._without_echo(state, math.copysign(ABOVE * length, far))
 
     def _begin(self, state: Array) -> None:
         """Stand at a state, at time 0, with no zeros found."""

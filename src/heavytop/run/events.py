@@ -32,7 +32,6 @@ from heavytop.exact import Exact
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Number
 from heavytop.integration.blocks import Orbit
-from heavytop.integration.engine import Seen
 from heavytop.integration.outputs import (
     Parameters,
     Sample,
@@ -233,7 +232,7 @@ def _zeros_expected(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
     def zeros(event: str, kinds: Sequence[str]) -> Zeros:
         here = [(kind, t) for kind, t in expected if kind in kinds]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
-        seen, found = newton_step(form, event, run.seen_at(t), known, small)
+        seen, found = newton_step(form, event, run.orbit.seen_at(t), known, small)
         at = run.read(seen)
         sharp = np.array([kind == "cusp" for kind, _ in here], dtype=bool)[found]
         momentum = abs(spin_momentum(form, at.states, known, at.t))
@@ -258,11 +257,12 @@ def rates_at_poles(motion: Motion) -> dict[str, Exact]:
     >>> [(kind, round(float(rate), 6)) for kind, rate in limits.items()]
     [('theta_max', -4.02439)]
     """
-    if not motion.nutates:
+    passed = {"theta_min": not motion.from_top, "theta_max": not motion.from_bottom}
+    if not (motion.nutates and any(passed.values())):
         return {}
     limit = motion.top.C * motion.start.omega3 / (2 * motion.top.A)
-    found = {"theta_min": limit} if not motion.from_top else {}
-    return found | ({} if motion.from_bottom else {"theta_max": -limit})
+    limits = {"theta_min": limit, "theta_max": -limit}
+    return {kind: limits[kind] for kind, passes in passed.items() if passes}
 
 
 def _zeros(
@@ -281,30 +281,26 @@ def _zeros_seen(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
     it decides nothing: nan.
     """
     orbit, scene = trajectory.orbit, trajectory.scene
-    form, known, first = orbit.integrator.formulation, orbit.parameters, orbit.checkpoints[0]
-    begun = Seen(np.zeros(1), np.zeros(1), first.state[None])
-    hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
-    begins = {name: name in hits and _begins(scene, name) for name in ("turning", "reversal")}
-    none = begun.where(slice(0))
-    seen = [
-        Seen.join([begun.where(slice(starts)), hits.get(name, none)])
-        for name, starts in begins.items()
-    ]
-    at, count = trajectory.read(Seen.join(seen)), seen[0].t.size
-    b = abs(float(spin_momentum(form, begun.states, known, begun.t)[0]))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
-    level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
+    form, known, readings = orbit.integrator.formulation, orbit.parameters, trajectory.readings
+    first = slice(1)  # the first of the samples is the start
+    b = abs(float(spin_momentum(form, readings.states[first], known, readings.t[first])[0]))
     step = abs(orbit.end) / max(orbit.steps, 1)
-    found = [
-        _within(
-            _zeros(form, name, at.at(here), known, one.t_low, level[here]), starts, orbit.end, step
-        )
-        for (name, starts), one, here in zip(
-            begins.items(), seen, (slice(count), slice(count, None)), strict=True
-        )
-    ]
-    return found[0], found[1]
+    place, hits = orbit.samples.t.size + orbit.between.t.size, {}
+    for event, hit in zip(trajectory.plan.watched, orbit.hits, strict=True):
+        hits[event] = hit.t_low, np.arange(place, place := place + hit.t.size)
+
+    def zeros(event: str) -> Zeros:
+        if event not in hits:
+            return _zeros(form, event, readings.at(slice(0)), known, np.empty(0), np.empty(0))
+        (low, places), begins = hits[event], int(_begins(scene, event))
+        at = readings.at(np.append(np.arange(begins), places))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
+        level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
+        low = np.append(np.zeros(begins), low)
+        return _within(_zeros(form, event, at, known, low, level), begins, orbit.end, step)
+
+    return zeros("turning"), zeros("reversal")
 
 
 def _begins(scene: Scene, event: str) -> bool:

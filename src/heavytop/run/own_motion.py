@@ -8,12 +8,10 @@ be.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
-
-import numpy as np
 
 from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.classification.reduced import (
@@ -29,7 +27,7 @@ from heavytop.errors import NoClosedForm
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
 from heavytop.integration.bits import DOUBLE, digits_of, precision
-from heavytop.integration.engine import text
+from heavytop.integration.engine import Seen, text
 from heavytop.run.planning import Plan
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -55,7 +53,6 @@ class OwnMotion:
     motion: Motion
     constants: Mapping[str, Any]
     start: Any
-    _last: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @cached_property
     def closed_form(self) -> ClosedForm:
@@ -73,21 +70,12 @@ class OwnMotion:
         top, bottom = passed[::-1] if regime.mirrored else passed
         return ClosedForm(through_poles(source, top, bottom) if top or bottom else source)
 
-    def at(self, t: Any, t_low: Any = 0.0) -> Any:
-        """Return it in doubles, at times in any numbers; those last asked for are at hand."""
-        times, exact = self._last.get("both", (None, None))
-        if times is not t:
-            exact = self.closed_form.at(t.astype(float), t_lo=np.asarray(t_low, dtype=float))
-            self._last["both"] = t, exact  # at once: another thread may ask for other times
-        return exact
-
-    def angles(self, t: Any, t_low: Any) -> tuple[Any, Any] | None:
-        """Return phi and psi in doubles, at times in any numbers; None where there are none."""
+    def at(self, seen: Seen) -> Any:
+        """Return it in doubles at the times of some states, or None where there is none."""
         try:
-            exact = self.at(t, t_low)
+            return self.closed_form.at(seen.t.astype(float), t_lo=seen.t_low.astype(float))
         except NoClosedForm:
             return None
-        return exact.phi, exact.psi
 
 
 def own_motion(trajectory: Trajectory) -> ClosedForm:
@@ -104,7 +92,7 @@ def motion_of(
     """
     names = (symbol.name for symbol in plan.equations.states)
     given = (*parameters.items(), *zip(names, state, strict=True))
-    known = {name: rational(value) for name, value in given}
+    known = {name: Fraction(x) if type(x) is float else rational(x) for name, x in given}
     entry = FORMULATIONS[plan.formulation]
     return READERS[entry.written_in](known, context(digits), plan.variant)
 

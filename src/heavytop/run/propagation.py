@@ -27,7 +27,7 @@ from heavytop.integration.blocks import Checkpoint, Integrator, Orbit, integrate
 from heavytop.integration.engine import engine
 from heavytop.integration.library import hy
 from heavytop.run.estimates import Forecast, most_steps
-from heavytop.run.events import events_expected, events_of, no_events
+from heavytop.run.events import events_expected
 from heavytop.run.own_motion import OwnMotion
 from heavytop.run.planning import (
     EPSILON,
@@ -172,8 +172,8 @@ def _integrated(
 def not_integrated(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Trajectory:
     """Return a trajectory of which nothing is known yet but its orbit."""
     own = OwnMotion(chosen, motion, orbit.parameters, orbit.checkpoints[0].state)
-    events, cost = no_events(scene, orbit), Statistics(orbit.steps, 0, 0.0, 0.0, 0.0)
-    return Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost, own)
+    cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0)
+    return Trajectory(scene, motion, chosen, orbit, Outcome.INTERRUPTED, cost, own)
 
 
 def _meet_digits(
@@ -344,7 +344,6 @@ def _continue(
     if orbit.outcome is Outcome.FINISHED and _left_the_chart(orbit):
         orbit = replace(orbit, outcome=Outcome.SINGULAR)
     run = replace(part, orbit=orbit, outcome=orbit.outcome, statistics=cost)
-    run = replace(run, events=events_of(run))
     if run.outcome is not Outcome.FINISHED:
         raise EndedEarly(run.outcome, run, _why(run))
     return run
@@ -472,9 +471,9 @@ class Checkpoints:
         replace(
             known,
             orbit=orbit,
-            events=no_events(known.scene, orbit),
             outcome=Outcome.INTERRUPTED,
             statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
+            with_events=False,
         ).save(self.path)
         self.saved = time.monotonic()
         self.due = self.saved + max(EVERY_S, SHARE * (self.saved - began))

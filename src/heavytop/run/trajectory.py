@@ -9,7 +9,7 @@ import math
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,7 @@ from heavytop.integration.blocks import Orbit
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.outputs import Sample, sample
 from heavytop.integration.projection import GOLDEN
-from heavytop.run.events import Events
+from heavytop.run.events import Events, events_of, no_events
 from heavytop.run.own_motion import OwnMotion
 from heavytop.run.planning import Plan
 from heavytop.scene.quantities import ANGLES, RATES
@@ -63,6 +63,24 @@ class Statistics:
     whole: bool = True
 
 
+class Comparison(NamedTuple):
+    """A run wherever it is held against the exact motion of its own numbers.
+
+    Attributes
+    ----------
+    run : Sample
+        The samples first.
+    exact : Record or None
+        That motion in doubles at the same times; None where there is none.
+    fixed : ndarray of int
+        Which of them do not depend on how many samples there are; the last is the end.
+    """
+
+    run: Sample
+    exact: Any
+    fixed: NDArray[np.intp]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Played):
     """The motion of a scene, integrated.
@@ -79,8 +97,6 @@ class Trajectory(Played):
         The exact motion of the scene, which the run is held against.
     plan : Plan
         How.
-    events : Events
-        Turning points, reversals and cusps, as far as the scene asked for them.
     outcome : Outcome
         How it ended.
     statistics : Statistics
@@ -89,6 +105,10 @@ class Trajectory(Played):
         The integration itself, in its own numbers: states, checkpoints, zeros.
     own : OwnMotion
         The exact motion of the numbers that the run starts from.
+    with_events : bool
+        Whether its events are looked for: of a run on its way they are not.
+    events : Events
+        Turning points, reversals and cusps, as far as the scene asked for them.
     source : str
         ``integrated``; a `SceneMotion` has ``closed form``.
 
@@ -104,10 +124,10 @@ class Trajectory(Played):
     motion: Motion
     plan: Plan
     orbit: Orbit
-    events: Events
     outcome: Outcome
     statistics: Statistics
     own: OwnMotion
+    with_events: bool = True
     source: ClassVar[str] = "integrated"
 
     def __repr__(self) -> str:
@@ -214,7 +234,8 @@ class Trajectory(Played):
         """
         form, known, plan = self.orbit.integrator.formulation, self.orbit.parameters, self.plan
         follows = form.phi_wraps and plan.variant is not None
-        near = self.own.angles(seen.t, seen.t_low) if follows else None
+        exact = self._exact_at(seen) if follows else None
+        near = exact and (exact.phi, exact.psi)
         found = sample(form, seen.states, known, seen.t, near)
         if form.phi_wraps and not follows:
             found = replace(found, phi=np.full(seen.t.shape, np.nan))
@@ -233,35 +254,45 @@ class Trajectory(Played):
                 told[name] = np.where(near, known, column)
         return replace(found, **told)
 
-    def seen_at(self, times: Array) -> Seen:
-        """Return states of the orbit at times, of those seen on its way if all of them were.
-
-        Parameters
-        ----------
-        times : ndarray, shape (k,)
-            In the numbers of the run [s].
-        """
-        seen = self.orbit.between
-        if seen is not None and seen.t.size:
-            place = np.searchsorted(abs(seen.t), abs(times))
-            place = np.minimum(place, seen.t.size - 1)
-            if (seen.t[place] == times).all():
-                return seen.where(place)
-        return self.orbit.at(times)
+    def _exact_at(self, seen: Seen) -> Any:
+        """The exact motion of the run's own numbers in doubles; None where there is none."""
+        return self._exact if seen is self._seen else self.own.at(seen)
 
     @cached_property
-    def compared(self) -> Sample:
-        """The motion at the times of `times_between`, and behind them at the samples."""
-        times = times_between(self.orbit.end, self.motion.period)
-        between = self.seen_at(self.orbit.integrator.numbers(times))
-        return self.read(Seen.join([between, self.orbit.samples]))
+    def _seen(self) -> Seen:
+        """Wherever the orbit was seen on its way: at samples, between them, at zeros."""
+        return Seen.join([self.orbit.samples, self.orbit.between, *self.orbit.hits])
+
+    @cached_property
+    def _exact(self) -> Any:
+        return self.own.at(self._seen)
+
+    @cached_property
+    def readings(self) -> Sample:
+        """The motion at samples, at the times between them at which it was seen, and at zeros."""
+        return self.read(self._seen)
+
+    @cached_property
+    def events(self) -> Events:
+        """Turning points, reversals and cusps, as far as the scene asked for them."""
+        return events_of(self) if self.with_events else no_events(self.scene, self.orbit)
+
+    @cached_property
+    def compared(self) -> Comparison:
+        """The run wherever it is held against the exact motion, and that in doubles."""
+        samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
+        times = self.orbit.integrator.numbers(times)
+        seen, run, place = self._seen, self.readings, self.orbit.places_of(times)
+        if place is None:
+            seen, place = Seen.join([samples, self.orbit.at(times)]), np.arange(times.size)
+            run = self.read(seen)
+        fixed = np.append(samples.t.size + place, samples.t.size - 1)
+        return Comparison(run, self._exact_at(seen), fixed)
 
     @cached_property
     def own_samples(self) -> Sample:
         """The motion at the sample times of the scene, in the numbers of the run."""
-        if self.orbit.between is None:
-            return self.read(self.orbit.samples)
-        return self.compared.at(slice(SPREAD + LATE, None))
+        return self.readings.at(slice(self.orbit.samples.t.size))
 
     @cached_property
     def samples(self) -> Sample:

@@ -26,7 +26,7 @@ from heavytop.files import array, attribute, open_sealed, write_sealed
 from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.integration.blocks import Checkpoint, Orbit
 from heavytop.integration.engine import Seen, reals, text
-from heavytop.run.events import STORED, Events, events_of
+from heavytop.run.events import STORED
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import integrator_of, not_integrated
@@ -312,13 +312,8 @@ def _trajectory(file: Any) -> Trajectory:
     scene, motion, chosen = _planned(file)
     outcome = Outcome(attribute(file, "outcome"))
     orbit = _orbit(file, chosen, outcome)
-    run = not_integrated(scene, motion, chosen, orbit)
-    columns = {name: array(file, f"event_{name}") for name in STORED}
-    kinds = tuple(map(str, array(file, "event_kind")))
-    events = Events(kinds, **columns, asked=scene.events)
     cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
-    run = replace(run, outcome=outcome, events=events, statistics=cost)
-    return run if run.in_doubles else replace(run, events=events_of(run))
+    return replace(not_integrated(scene, motion, chosen, orbit), outcome=outcome, statistics=cost)
 
 
 def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
@@ -366,4 +361,5 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
         end=float(attribute(file, "end")),
         steps=int(attribute(file, "steps")),
         outcome=outcome,
+        between=samples.where(slice(0)),
     )

@@ -6,8 +6,7 @@ motion is told apart. Whether it has the digits asked for is a matter of both: i
 is close enough to either motion.
 
 A run in doubles and one in more digits are compared alike, in columns of floats or of mpmath's
-numbers: `_run_at` and `_closed_form` say where each has them from. Of long lists some stand for
-all.
+numbers; of these few samples stand for all.
 """
 
 from __future__ import annotations
@@ -31,19 +30,19 @@ from heavytop.errors import (
 )
 from heavytop.exact.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
-from heavytop.run.own_motion import SPARE_DIGITS, OwnMotion
+from heavytop.run.own_motion import SPARE_DIGITS
 from heavytop.run.planning import Plan
-from heavytop.run.trajectory import LATE, SPREAD, Trajectory
+from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
 from heavytop.text import Shown
 
 Array = NDArray[Any]
+Places = NDArray[np.intp]
 Columns = Any  # what a run, a closed form or `_columns` says at several times, by the same names
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
 FEW: Final = 16  # samples and events that stand for all, where a closed form takes long
-MANY: Final = 1_000_000  # the same, in doubles
 GRAIN_BITS: Final = 24  # of a state in more digits that rounding may have spoilt
 LEAST: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
@@ -117,16 +116,17 @@ def run_errors(trajectory: Trajectory) -> Errors:
     changes = conserved(*_invariants(trajectory))
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     try:
-        own, run = _closed_form(trajectory), _run_at(trajectory)
-        largest = _largest(_apart(run, own(run.t), COMPARED))
+        own, exactly = (_ClosedForm.of(trajectory, scene) for scene in (False, True))
+        run, exact, fixed = _compared(trajectory, own)
+        end = run.t[fixed[-1:]]
         wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
-        moved = _off_exactly(trajectory, own(run.t[-1:]), wanted)
+        rounding = _largest(_apart(own(end), exactly(end), wanted))
         late, _ = _lateness(trajectory, own)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
-    off = {name: _double(error) for name, error in largest.items()}
+    off = {name: _double(x) for name, x in _largest(_apart(run, exact, COMPARED)).items()}
     off |= {"event_time": _double(late.max())} if late.size else {}
-    return replace(nothing, **off, input_rounding=_double(max(moved.values())))  # type: ignore[arg-type]
+    return replace(nothing, **off, input_rounding=_double(max(rounding.values())))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,24 +176,21 @@ def missed_digits(trajectory: Trajectory) -> dict[str, float]:
 def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
     wanted = judged(trajectory.scene.quantities)
     try:
-        own, run = _closed_form(trajectory), _run_at(trajectory)
-        apart = _apart(run, own(run.t), wanted)
-        off = _beyond(trajectory, _largest(apart)) | _events_beyond(trajectory, own)
+        own = _ClosedForm.of(trajectory)
+        run, exact, fixed = _compared(trajectory, own)
+        off = _beyond(trajectory, _apart(run, exact, wanted)) | _events_beyond(trajectory, own)
         if not off:
             return {}, 0.0
-        exactly = _closed_form(trajectory, exactly=True)
-        apart = _apart(run, exactly(run.t), [name for name in off if name in COMPARED])
-        late = _events_beyond(trajectory, exactly) if "event_time" in off else {}
+        own = _ClosedForm.of(trajectory, scene=True)
+        apart = _apart(run, own(run.t), [name for name in off if name in COMPARED])
+        late = _events_beyond(trajectory, own) if "event_time" in off else {}
     except NoClosedForm:
         return {}, 0.0
-    still = _beyond(trajectory, _largest(apart)) | late
-    decisive = np.append(np.arange(SPREAD + LATE), -1)
     bound = 10.0**-trajectory.scene.digits
     factors = [
-        float(off[decisive].max()) / (bound * _size(trajectory, name))
-        for name, off in apart.items()
+        float(off[fixed].max()) / (bound * _size(trajectory, name)) for name, off in apart.items()
     ]
-    return still, max(factors, default=0.0)
+    return _beyond(trajectory, apart) | late, max(factors, default=0.0)
 
 
 def deviations(trajectory: Trajectory) -> dict[str, Array]:
@@ -278,51 +275,46 @@ def missed(found: dict[str, float], digits: int) -> str:
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
 HEIGHTS: Final = ("one_minus_u", "one_plus_u")
-TOLD: Final = ("t", *(column for name in COMPARED for column in QUANTITIES[name].columns))
+NAMES: Final = ("t", *(column for name in COMPARED for column in QUANTITIES[name].columns))
 
 
 @dataclass(frozen=True, slots=True)
-class _Exact:
-    """A closed form in columns of the numbers of a run."""
+class _ClosedForm:
+    """A closed form in the numbers of a run: doubles, or of so many digits."""
 
     motion: ClosedForm
     digits: int | None
-    own: OwnMotion | None = None
+
+    @classmethod
+    def of(cls, trajectory: Trajectory, scene: bool = False) -> _ClosedForm:
+        """Return that of a run's own numbers, or of the scene's exact ones."""
+        motion = trajectory.motion if scene else trajectory.own.closed_form
+        digits = None if trajectory.in_doubles else trajectory.scene.digits + SPARE_DIGITS
+        return cls(motion, digits)
 
     def __call__(self, t: Any, t_low: Any = 0.0) -> Columns:
         if self.digits is None:
-            return self.own.at(t, t_low) if self.own else self.motion.at(t, t_lo=t_low)
-        return _columns(self.motion.at(t, self.digits), (*TOLD, "u", "udot", "uddot", *HEIGHTS))
+            return self.motion.at(t, t_lo=t_low)
+        return _columns(self.motion.at(t, self.digits), (*NAMES, "u", "udot", "uddot", *HEIGHTS))
 
-    @property
     def reversal_u(self) -> Number:
-        """Where φ̇ would be 0, as cos θ with the digits of the times; infinite without spin."""
-        r = self.motion.reduced
-        if not r.b or self.digits is None:
-            return float(r.a / r.b) if r.b else np.inf
-        ball = self.motion.refine("a reversal", lambda c: c.start.a / c.start.b, self.digits)
-        return to_mpf(ball, self.digits)
+        """Return where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
+        ball = self.motion.refine("a reversal", lambda c: c.start.a / c.start.b, self.digits or 17)
+        return to_mpf(ball, self.digits) if self.digits else float(ball)
 
 
-def _closed_form(trajectory: Trajectory, exactly: bool = False) -> _Exact:
-    """The closed form of a run's own numbers, or of the scene's exact ones."""
-    motion = trajectory.motion if exactly else trajectory.own.closed_form
-    digits = None if trajectory.in_doubles else trajectory.scene.digits + SPARE_DIGITS
-    return _Exact(motion, digits, None if exactly else trajectory.own)
+def _compared(trajectory: Trajectory, own: _ClosedForm) -> tuple[Columns, Columns, Places]:
+    """A run, its closed form, and which of their times do not depend on the samples, the end last.
 
-
-def _run_at(trajectory: Trajectory) -> Columns:
-    """A run at its samples and between them, the end last; long lists are thinned."""
-    found, count = trajectory.compared, trajectory.compared.t.size
-    some = np.arange(SPREAD + LATE, count)[
-        _some(count - SPREAD - LATE, MANY if trajectory.in_doubles else FEW)
-    ]
-    if some.size + SPREAD + LATE < count:
-        found = found.at(np.append(np.arange(SPREAD + LATE), some))
+    In doubles they are those at which it was seen; in more digits there are few samples among them.
+    """
+    run, exact, fixed = trajectory.compared
     if trajectory.in_doubles:
-        return found
-    columns = (trajectory.numbers(getattr(found, name)) for name in TOLD)
-    return SimpleNamespace(**dict(zip(TOLD, columns, strict=True)))
+        return run, own(run.t) if exact is None else exact, fixed
+    count = trajectory.orbit.samples.t.size
+    chosen = run.at(np.append(np.arange(count)[_some(count, FEW)], fixed))
+    columns = {name: trajectory.numbers(getattr(chosen, name)) for name in NAMES}
+    return SimpleNamespace(**columns), own(columns["t"]), np.arange(-fixed.size, 0)
 
 
 def _columns(records: Sequence[Any], names: Sequence[str]) -> Columns:
@@ -354,17 +346,17 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
 def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
     """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
     events, motion = trajectory.events, trajectory.motion
-    some = _some(len(events), MANY if events.own is None else FEW)
+    some = slice(None) if events.own is None else _some(len(events), FEW)
     if events.own is None:
         at = form(events.t[some], events.t_low[some])
     else:
         at = form([trajectory.number(t) for t in events.own["t"][some]])
     turning = events.is_turning[some]
-    zero = np.where(turning, at.udot, at.u - form.reversal_u)
+    b = abs(float(motion.reduced.b))
+    zero = np.where(turning, at.udot, at.u - (form.reversal_u() if b else np.inf))
     slope = np.where(turning, at.uddot, at.udot)
     known = slope != 0
-    sine2, slope = (at.one_minus_u * at.one_plus_u)[known], abs(slope[known])
-    b = abs(float(motion.reduced.b)) or 1.0  # without spin nothing reverses
+    sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], abs(slope[known]), b or 1.0
     softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / slope  # 1/|θ̈| or 1/|φ̈|
     period = motion.period or 1 / (motion.growth or 1.0)
     allowed = 10.0**-trajectory.scene.digits * (period + softness)
@@ -392,19 +384,13 @@ def _largest(apart: Mapping[str, Array]) -> dict[str, Number]:
     return {name: each.max() for name, each in apart.items()}
 
 
-def _off_exactly(trajectory: Trajectory, run: Columns, names: Iterable[str]) -> dict[str, Number]:
-    """How far a run is off the motion of the scene's exact numbers."""
-    return _largest(_apart(run, _closed_form(trajectory, exactly=True)(run.t), names))
-
-
-def _beyond(trajectory: Trajectory, off: Mapping[str, Number | None]) -> dict[str, float]:
-    """Those of the wanted quantities that are farther off than their digits allow."""
+def _beyond(trajectory: Trajectory, apart: Mapping[str, Array]) -> dict[str, float]:
+    """The largest errors of those quantities that are farther off than their digits allow."""
     bound = context(20).mpf(10) ** -trajectory.scene.digits
-    wanted = judged(trajectory.scene.quantities)
     return {
         name: _double(error)
-        for name, error in off.items()
-        if name in wanted and error is not None and not bound * _size(trajectory, name) >= error
+        for name, error in _largest(apart).items()
+        if not bound * _size(trajectory, name) >= error
     }
 
 
