@@ -18,7 +18,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import compress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ from heavytop.exact import Exact
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Number
 from heavytop.integration.blocks import Orbit
+from heavytop.integration.engine import Seen
 from heavytop.integration.outputs import (
     Parameters,
     Sample,
@@ -46,9 +47,7 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
-Zeros = dict[str, Array]
-"""Columns of a `Sample` at zeros of an event function; ``residual`` and ``slope`` of that; the low
-words ``t_low`` of the times; ``level``, up to which phidot counts as zero."""
+Places = NDArray[np.intp]
 
 TURNING = ("theta_min", "theta_max", "cusp")
 KINDS_OF = {"turning": TURNING, "reversal": ("reversal",), "cusp": ("cusp",)}
@@ -56,6 +55,7 @@ EVENTS = tuple(KINDS_OF)
 KINDS = (*TURNING, "reversal", "turning")
 COLUMNS = ("t", "theta", "phi", "phidot", "residual")
 STORED = (*COLUMNS, "t_low", "axis", "states")
+FROM_STATES = ("theta", "phi", "phidot", "axis", "states")
 
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
@@ -65,6 +65,33 @@ SPARE_IN_TIME: Final = 20  # digits of the times at which events are looked for
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
 
 Counts = Mapping[str, tuple[int, int]]
+
+
+class Zeros(NamedTuple):
+    """Zeros of an event function in a run.
+
+    Attributes
+    ----------
+    place : ndarray of int, shape (k,)
+        Where among the readings of the run each is.
+    t, t_low : ndarray, shape (k,)
+        Times [s], and their low words.
+    level : ndarray, shape (k,)
+        Up to which phidot counts as zero.
+    residual, slope : ndarray, shape (k,)
+        The event function there, and its time derivative.
+    """
+
+    place: Places
+    t: Array
+    t_low: Array
+    level: Array
+    residual: Array
+    slope: Array
+
+    def where(self, index: Any) -> Zeros:
+        """Return some of them."""
+        return Zeros(*(column[index] for column in self))
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -105,7 +132,7 @@ class Events:
     axis: Array
     states: Array
     asked: tuple[str, ...]
-    own: Zeros | None = None
+    own: Mapping[str, Any] | None = None
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -187,24 +214,22 @@ def events_of(trajectory: Trajectory) -> Events:
     scene, motion = trajectory.scene, trajectory.motion
     if not scene.events:
         return no_events(scene, trajectory.orbit)
-    found = _zeros_seen if trajectory.in_doubles else _zeros_expected
-    limits = {kind: trajectory.nearest(rate) for kind, rate in rates_at_poles(motion).items()}
-    kinds, judged = _judged(*found(trajectory), scene.events, limits)
+    zeros = zeros_found if trajectory.in_doubles else zeros_expected
+    at, turning, reversal = zeros(trajectory)
+    kind, chosen = _chosen(at.phidot, turning, reversal, scene.events)
+    names = FROM_STATES if trajectory.in_doubles else Sample.__slots__
+    columns: dict[str, Any] = {name: getattr(at, name)[chosen.place] for name in names}
+    columns |= {"t": chosen.t, "t_low": chosen.t_low, "residual": chosen.residual}
+    for which, limit in rates_at_poles(motion).items():
+        columns["phidot"] = np.where(kind == which, trajectory.nearest(limit), columns["phidot"])
+    kinds = tuple(kind.tolist())
     if trajectory.in_doubles:
-        columns = (judged[name] for name in STORED)
-        return Events(kinds, **dict(zip(STORED, columns, strict=True)), asked=scene.events)  # type: ignore[arg-type]
-    return events_in_doubles(kinds, judged, scene.events, trajectory.orbit.end)
-
-
-def events_in_doubles(
-    kinds: tuple[str, ...], own: Zeros, asked: tuple[str, ...], end: float
-) -> Events:
-    """Return events in the numbers of a run of more digits, with their doubles beside."""
+        return Events(kinds, **columns, asked=scene.events)
     with np.errstate(invalid="ignore"):  # nan
-        doubles = {name: own[name].astype(np.float64) for name in STORED}
-        low = (own["t"] - doubles["t"]).astype(np.float64)
-    doubles["t"], doubles["t_low"] = _ended(doubles["t"], low, end)
-    return Events(kinds, asked=asked, own=own, **doubles)
+        doubles = {name: columns[name].astype(np.float64) for name in STORED}
+        low = (columns["t"] - doubles["t"]).astype(np.float64)
+    doubles["t"], doubles["t_low"] = _ended(doubles["t"], low, trajectory.orbit.end)
+    return Events(kinds, **doubles, asked=scene.events, own=columns)
 
 
 def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
@@ -217,7 +242,7 @@ def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
     return [(kind, trajectory.nearest(t)) for kind, t in expected]
 
 
-def _zeros_expected(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
+def zeros_expected(trajectory: Trajectory) -> tuple[Sample, Zeros, Zeros]:
     """Return turning points and reversals where the closed form has them, by Newton's method.
 
     How many there are, of which kinds, and where to look it says. Their times and states, and
@@ -226,20 +251,24 @@ def _zeros_expected(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
     """
     run, integrator = trajectory, trajectory.orbit.integrator
     form, known, number = integrator.formulation, run.orbit.parameters, integrator.engine.number
+    small, seen, cusps = number(10) ** -run.scene.digits, [], []
     expected = events_expected(run)
-    small = number(10) ** -run.scene.digits
-
-    def zeros(event: str, kinds: Sequence[str]) -> Zeros:
+    for event, kinds in (("turning", TURNING), ("reversal", ("reversal",))):
         here = [(kind, t) for kind, t in expected if kind in kinds]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
-        seen, found = newton_step(form, event, run.orbit.seen_at(t), known, small)
-        at = run.read(seen)
-        sharp = np.array([kind == "cusp" for kind, _ in here], dtype=bool)[found]
-        momentum = abs(spin_momentum(form, at.states, known, at.t))
-        level = np.where(sharp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
-        return _zeros(form, event, at, known, 0 * at.t, level)
-
-    return zeros("turning", TURNING), zeros("reversal", ("reversal",))
+        zeros, there = newton_step(form, event, run.orbit.seen_at(t), known, small)
+        seen.append(zeros)
+        cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[there])
+    at, count = run.read(Seen.join(seen)), cusps[0].size
+    momentum = abs(spin_momentum(form, at.states, known, at.t))
+    level = 2 * small * momentum / abs(np.sin(at.theta))
+    level = np.where(np.concatenate(cusps), level, number("nan"))
+    places = np.split(np.arange(at.t.size), [count])
+    turning, reversal = (
+        _zeros(form, event, at, place, known, 0 * at.t[place], level[place])
+        for event, place in zip(("turning", "reversal"), places, strict=True)
+    )
+    return at, turning, reversal
 
 
 def rates_at_poles(motion: Motion) -> dict[str, Exact]:
@@ -265,42 +294,45 @@ def rates_at_poles(motion: Motion) -> dict[str, Exact]:
     return {kind: limits[kind] for kind, passes in passed.items() if passes}
 
 
-def _zeros(
-    form: Formulation, event: str, at: Sample, parameters: Parameters, t_low: Array, level: Array
-) -> Zeros:
-    residual, slope = event_function(form, event, at.states, parameters, at.t)
-    columns = {name: getattr(at, name) for name in Sample.__slots__}
-    return columns | {"t_low": t_low, "level": level, "residual": residual, "slope": slope}
-
-
-def _zeros_seen(trajectory: Trajectory) -> tuple[Zeros, Zeros]:
+def zeros_found(trajectory: Trajectory) -> tuple[Sample, Zeros, Zeros]:
     """Return the zeros of thetadot and of phidot that were found on the way.
 
     A start that is one comes first. The rounding of phidot = (a - b u)/sin^2, whose terms cancel
     at a cusp, grows as the root of the steps. Where it is not small against b itself, near a pole,
     it decides nothing: nan.
     """
-    orbit, scene = trajectory.orbit, trajectory.scene
-    form, known, readings = orbit.integrator.formulation, orbit.parameters, trajectory.readings
-    first = slice(1)  # the first of the samples is the start
-    b = abs(float(spin_momentum(form, readings.states[first], known, readings.t[first])[0]))
-    step = abs(orbit.end) / max(orbit.steps, 1)
-    place, hits = orbit.samples.t.size + orbit.between.t.size, {}
-    for event, hit in zip(trajectory.plan.watched, orbit.hits, strict=True):
-        hits[event] = hit.t_low, np.arange(place, place := place + hit.t.size)
-
-    def zeros(event: str) -> Zeros:
-        if event not in hits:
-            return _zeros(form, event, readings.at(slice(0)), known, np.empty(0), np.empty(0))
-        (low, places), begins = hits[event], int(_begins(scene, event))
-        at = readings.at(np.append(np.arange(begins), places))
+    orbit, scene, at = trajectory.orbit, trajectory.scene, trajectory.readings
+    form, known, start = orbit.integrator.formulation, orbit.parameters, slice(1)
+    b = abs(float(spin_momentum(form, at.states[start], known, at.t[start])[0]))
+    step, end = abs(orbit.end) / max(orbit.steps, 1), orbit.samples.t.size + orbit.between.t.size
+    hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
+    zeros = []
+    for event in ("turning", "reversal"):
+        hit = hits.get(event, orbit.samples.where(slice(0)))
+        begins = int(event in hits and _begins(scene, event))
+        place = np.append(np.arange(begins), np.arange(end, end := end + hit.t.size))
         with np.errstate(divide="ignore", invalid="ignore"):
-            noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
+            noise = abs(at.phidot[place]) + 2 * b / abs(np.sin(at.theta[place]))
+        noise *= EPSILON
         level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
-        low = np.append(np.zeros(begins), low)
-        return _within(_zeros(form, event, at, known, low, level), begins, orbit.end, step)
+        t_low = np.append(np.zeros(begins), hit.t_low)
+        found = _zeros(form, event, at, place, known, t_low, level)
+        zeros.append(_within(found, begins, orbit.end, step))
+    return at, zeros[0], zeros[1]
 
-    return zeros("turning"), zeros("reversal")
+
+def _zeros(
+    form: Formulation,
+    event: str,
+    at: Sample,
+    place: Places,
+    parameters: Parameters,
+    t_low: Array,
+    level: Array,
+) -> Zeros:
+    t = at.t[place]
+    residual, slope = event_function(form, event, at.states[place], parameters, t)
+    return Zeros(place, t, t_low, level, residual, slope)
 
 
 def _begins(scene: Scene, event: str) -> bool:
@@ -311,23 +343,23 @@ def _begins(scene: Scene, event: str) -> bool:
     return start.thetadot.sign() == 0 or float(start.theta) == 0.0 or start.theta.sign() == 0
 
 
-def _within(zeros: Zeros, begins: bool, end: float, step: float) -> Zeros:
+def _within(zeros: Zeros, begins: int, end: float, step: float) -> Zeros:
     """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
 
     One that rounding puts behind the end is at the end. A start that is an event, the first of
     them, may be found again beside itself; `step` is a measure of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
-    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size - begins + 1.0)
-    kept = _where(zeros, forward * zeros["t"] <= abs(end) + margin)
-    t, t_low = _ended(kept["t"], kept["t_low"], end)
-    kept |= {"t": t, "t_low": t_low}
+    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
+    kept = zeros.where(forward * zeros.t <= abs(end) + margin)
+    t, t_low = _ended(kept.t, kept.t_low, end)
+    kept = kept._replace(t=t, t_low=t_low)
     if not begins:
         return kept
-    residual, slope = float(kept["residual"][0]), float(kept["slope"][0])
+    residual, slope = float(kept.residual[0]), float(kept.slope[0])
     apart = np.abs(t) > 16 * (abs(residual / slope) if slope else 0.0) + BLUR * step
     apart[0] = True
-    return _where(kept, apart)
+    return kept.where(apart)
 
 
 def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
@@ -336,25 +368,23 @@ def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
     return np.where(behind, end, t), np.where(behind, (t - end) + t_low, t_low)
 
 
-def _judged(
-    turning: Zeros, reversal: Zeros, asked: Sequence[str], limits: Mapping[str, Any]
-) -> tuple[tuple[str, ...], Zeros]:
-    """Return kinds and columns of the events that are asked for, in the order of the run.
+def _chosen(
+    phidot: Array, turning: Zeros, reversal: Zeros, asked: Sequence[str]
+) -> tuple[NDArray[Any], Zeros]:
+    """Return kinds and zeros of the events that are asked for, in the order of the run.
 
-    `turning` are zeros of thetadot, `reversal` of phidot, `limits` those of phidot at a pole.
+    `turning` are zeros of thetadot, `reversal` of phidot, which is given at all places.
     """
-    cusp = abs(turning["phidot"]) <= turning["level"]
-    real = _where(reversal, ~_shadows(reversal["t"], turning["t"], cusp))
-    kinds = np.where(cusp, "cusp", np.where(turning["slope"] > 0, "theta_min", "theta_max"))
+    cusp = abs(phidot[turning.place]) <= turning.level
+    real = reversal.where(~_shadows(reversal.t, turning.t, cusp))
+    kinds = np.where(cusp, "cusp", np.where(turning.slope > 0, "theta_min", "theta_max"))
     wanted = np.full(kinds.size, "turning" in asked) | (cusp & ("cusp" in asked))
-    reversals = np.full(real["t"].size if "reversal" in asked else 0, "reversal")
-    kind = np.concatenate((kinds[wanted], reversals))
-    merged = _joined(_where(turning, wanted), _where(real, slice(reversals.size)))
-    order = np.argsort(abs(merged["t"]), kind="stable")
-    kind, merged = kind[order], _where(merged, order)
-    for which, limit in limits.items():
-        merged["phidot"] = np.where(kind == which, limit, merged["phidot"])
-    return tuple(kind.tolist()), merged
+    reversals = np.full(real.t.size if "reversal" in asked else 0, "reversal")
+    both = turning.where(wanted), real.where(slice(reversals.size))
+    columns: Any = map(np.concatenate, zip(*both, strict=True))
+    merged = Zeros(*columns)
+    order = np.argsort(abs(merged.t), kind="stable")
+    return np.concatenate((kinds[wanted], reversals))[order], merged.where(order)
 
 
 def _shadows(reversal: Array, turning: Array, cusp: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -367,14 +397,6 @@ def _shadows(reversal: Array, turning: Array, cusp: NDArray[np.bool_]) -> NDArra
     right = np.minimum(right, t.size - 1)
     nearer_left = np.abs(reversal) - t[left] <= t[right] - np.abs(reversal)
     return cusp[np.where(nearer_left, left, right)]
-
-
-def _where(zeros: Zeros, index: Any) -> Zeros:
-    return {name: column[index] for name, column in zeros.items()}
-
-
-def _joined(first: Zeros, second: Zeros) -> Zeros:
-    return {name: np.concatenate((column, second[name])) for name, column in first.items()}
 
 
 # --- how many there are, by the closed form ------------------------------------------------------
