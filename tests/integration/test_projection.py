@@ -1,7 +1,7 @@
 """Projection onto the invariants: where it puts a state, what it keeps, and what it is worth."""
 
 from dataclasses import replace
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import mpmath
 import numpy as np
@@ -198,7 +198,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
     bare = replace(axis_form(), invariants={})
     with pytest.raises(ValueError, match="axis form has no invariant"):
         Projection.of(bare, {}, np.zeros(5))
-    entry = SimpleNamespace(build=lambda _: bare, gives=Need.TILT, starts_at_pole=True, states=5)
+    entry = Mock(build=lambda _: bare, gives=Need.TILT, variants=(), rates=(), states=5, us=1.0)
     monkeypatch.setattr("heavytop.run.planning.FORMULATIONS", {**FORMULATIONS, "axis": entry})
     with pytest.raises(ht.BadScene, match="projected: the axis form has no invariant"):
         ht.propagate(scene(1), formulation="axis", projected=True)

@@ -110,6 +110,7 @@ def plant(monkeypatch, wrong):
 
 def test_a_turn_that_is_lost_is_seen(monkeypatch):
     """Planted: the closed form is a turn behind from the middle on."""
+
     def behind(exact, t):
         return exact.phi - 2 * np.pi * (abs(t) > abs(t).max() / 2)
 

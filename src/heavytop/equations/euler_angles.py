@@ -46,6 +46,7 @@ def lagrange_form(_: str | None = None) -> Formulation:
         start=both,
         parameters=_TOP,
         outputs=outputs | _space_vectors(outputs),
+        reading={symbol.name: symbol for symbol in (*both, *_TOP)},
     )
 
 
@@ -70,6 +71,7 @@ def subsystem_form(variant: str | None = None) -> Formulation:
             "p_psi": for_psi / A,
         },
         spin=for_psi / A,
+        reading={"phi": phi_0, "psi": psi_0} | {x.name: x for x in (*states, *_TOP)},
     )
 
 
@@ -98,6 +100,10 @@ def routh_form(variant: str | None = None) -> Formulation:
         events={"turning": thetadot, "reversal": _precise},
         invariants={"energy": _without_cancellation(energy)},
         spin=p_psi / A,
+        reading={
+            **{"phi": phi_0, "psi": psi_0, "phidot": phidot, "omega3": p_psi / C},
+            **{x.name: x for x in (theta, thetadot, *_TOP)},
+        },
     )
 
 

@@ -78,6 +78,7 @@ def axis_form(variant: str | None = None) -> Formulation:
             "length": e.dot(e),
         },
         spin=ell.dot(e),
+        reading={x.name: x for x in (*e, *ell, g, kappa, phi_0, psi_0)},
         limits=(sp.sqrt(l_x**2 + l_y**2), P_plus / 4, P_minus / 4),
         phi_wraps=True,
     )

@@ -61,6 +61,11 @@ class Formulation:
         ``p_psi`` are p_phi/A and p_psi/A [1/s].
     spin : sympy expression
         p_psi/A, a function of states and parameters.
+    reading : mapping from str to expression
+        What defines the motion through a state, as functions of states and parameters: the axis
+        ``e_x`` … and ``l_x`` …, its angular momentum divided by A, both in space, with ``g``,
+        ``kappa``, ``phi_0``, ``psi_0``; or Euler's angles and their rates (for ``psidot`` also
+        ``omega3``) with ``A``, ``C``, ``gMR``; or the height ``w`` of the cubic form.
     limits : tuple of sympy expressions
         At theta = 0 or pi: |thetadot|, and phidot of an axis that passes the top, or the bottom,
         functions of states and parameters; none where these are no ordinary points.
@@ -81,6 +86,7 @@ class Formulation:
     events: Mapping[str, Any]
     invariants: Mapping[str, Any]
     spin: Any
+    reading: Mapping[str, Any]
     limits: tuple[Any, ...] = ()
     given: tuple[Any, ...] = ()
     phi_wraps: bool = False

@@ -51,6 +51,7 @@ def attitude_form(variant: str | None = None) -> Formulation:
             "length": q_0**2 + q_1**2 + q_2**2 + q_3**2,
         },
         spin=_of_quaternion(seen.spin),
+        reading={name: _of_quaternion(x) for name, x in seen.reading.items()},
     )
 
 

@@ -48,6 +48,8 @@ def cubic_form(variant: str | None = None) -> Formulation:
         events={"turning": side * wdot, "reversal": P + side * n * w},
         invariants={"energy": h + (wdot**2 - wdot_squared) / 2},
         spin=n,
+        reading={x.name: x for x in (w, wdot, k_0, k_1, k_2, P, n, omega3)}
+        | {"side": sp.Integer(side)},
         limits=(sp.sqrt((k_0 + sp.Abs(k_0)) / 2), n / 2, -n / 2),
     )
 

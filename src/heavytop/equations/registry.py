@@ -33,13 +33,14 @@ class FormulationEntry:
         How many it has without phi and psi.
     us : float
         The time of a nutation period without events or samples [µs].
-    phase : float
-        The phase lost after N periods in units of T 2⁻⁵³ N^{3/2}.
+    rates : tuple of str
+        Of uniform rotations from which its quadratures of angles are freed, by their symbols.
+    grows : bool
+        Whether phi and psi are states, which grow.
+    point_mass : bool
+        Whether it has C = 0.
     starts_at_pole : bool
         Whether a start with theta = 0 or pi is an ordinary one.
-    written_in : str
-        What its states are: ``axis`` and momentum, Euler's ``angles``, the ``height`` of the axis.
-        By that a run's own numbers are read.
     """
 
     builder: str
@@ -47,9 +48,10 @@ class FormulationEntry:
     gives: Need = Need.PSI
     states: int = 0
     us: float = 10.0
-    phase: float = 2.0
+    rates: tuple[str, ...] = ()
+    grows: bool = False
+    point_mass: bool = False
     starts_at_pole: bool = True
-    written_in: str = "axis"
 
     def build(self, variant: str | None = None) -> Formulation:
         """Return the formulation, derived once."""
@@ -58,18 +60,31 @@ class FormulationEntry:
         return found
 
 
-_ANGLES = (None, "angles")
-_by_angles = partial(FormulationEntry, starts_at_pole=False, written_in="angles")
-_cubic = partial(FormulationEntry, gives=Need.TILT, written_in="height")
+_ANGLES, _RATES = (None, "angles"), ("phi_rate", "psi_rate")
+_by_angles = partial(FormulationEntry, starts_at_pole=False)
 
-# us and phase are from ``validation/03_benchmarks.py``
+# us is from ``validation/03_benchmarks.py``
 FORMULATIONS: Mapping[str, FormulationEntry] = {
-    "cubic": _cubic("reduced_cubic.cubic_form", ("top", "bottom"), states=2, us=2.5),
-    "routh": _by_angles("euler_angles.routh_form", _ANGLES, states=2, us=21.0),
-    "subsystem": _by_angles("euler_angles.subsystem_form", _ANGLES, states=4, us=36.0),
-    "axis": FormulationEntry(
-        "euler_poisson.axis_form", (None, "phi", "sigma", "delta"), states=5, us=3.8
+    "cubic": FormulationEntry(
+        "reduced_cubic.cubic_form",
+        ("top", "bottom"),
+        gives=Need.TILT,
+        states=2,
+        us=2.5,
+        point_mass=True,
     ),
-    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES, states=6, us=10.0, phase=4.0),
-    "lagrange": _by_angles("euler_angles.lagrange_form", (None,), states=6, us=30.0, phase=200.0),
+    "routh": _by_angles("euler_angles.routh_form", _ANGLES, states=2, us=21.0, rates=_RATES),
+    "subsystem": _by_angles(
+        "euler_angles.subsystem_form", _ANGLES, states=4, us=36.0, rates=_RATES
+    ),
+    "axis": FormulationEntry(
+        "euler_poisson.axis_form",
+        (None, "phi", "sigma", "delta"),
+        states=5,
+        us=3.8,
+        rates=("frame_rate",),
+        point_mass=True,
+    ),
+    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES, states=6, us=10.0),
+    "lagrange": _by_angles("euler_angles.lagrange_form", (None,), states=6, us=30.0, grows=True),
 }

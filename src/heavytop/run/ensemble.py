@@ -108,7 +108,7 @@ class Ensemble:
             error = (ahead.rounding + self._moved()) * ahead.growth
             if not self.formulation.starts_at_pole:  # it is singular there
                 error /= ahead.near
-            if self.formulation.name == "cubic":
+            if "w" in self.formulation.reading:  # its state is a height
                 sine = np.minimum(np.sin(self.start["theta"]), np.sin(self.final.theta))
                 error *= BY_HEIGHT * ahead.growth / sine**2
         theta = self.final.theta
@@ -294,7 +294,7 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
         KIND, {"formulation": formulation}, {"formulation": one_of(FORMULATIONS)}
     )
     if events:
-        known = {event: event for event in FORMULATIONS["axis"].build().events}
+        known = {event: event for event in ("turning", "reversal")}
         events, wrong = parse_names(KIND, "events", events, one_of(known))
         faults += wrong
     if faults:

@@ -83,7 +83,7 @@ class Forecast:
         lost = math.log2(1 + self.rate) + self.bits_grown - math.log2(self.sharpness)
         if self.motion.period:
             lost += 1.5 * math.log2(1 + self.periods)
-        if formulation == "lagrange":  # phi and psi, which grow, are its largest states
+        if FORMULATIONS[formulation].grows:  # phi and psi are its largest states
             lost += math.log2(1 + self.rate * abs(self.span))
         return enough(self.scene.digits * math.log2(10) + SPARE + lost)
 
@@ -91,10 +91,11 @@ class Forecast:
         """Time to integrate, without compiling and sampling [s]."""
         if self.motion.kind == "at-rest":  # which takes a step or two
             return 0.0
-        each, asked = FORMULATIONS[formulation].us, self.scene.events
-        if formulation == "axis" and self.need >= Need.PSI:
+        entry, asked = FORMULATIONS[formulation], self.scene.events
+        each = entry.us
+        if entry.rates and self.need >= Need.PSI:
             each += QUADRATURE_US
-        if not FORMULATIONS[formulation].starts_at_pole:
+        if not entry.starts_at_pole:
             # time scales follow one another down to the pass, and back
             each *= 1 - math.log10(max(min(self.nearest, 1.0), UNIT))
         each *= (PROJECTED if projected else 1.0) * (WATCHED if asked else 1.0)

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from functools import cache, cached_property
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.classification.reduced import (
@@ -22,7 +23,8 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     through_poles,
 )
-from heavytop.equations.registry import FORMULATIONS
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.lambdify import lambdified
 from heavytop.errors import NoClosedForm
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
@@ -37,8 +39,6 @@ if TYPE_CHECKING:
 
 DIGITS = 40  # of roots that a motion in doubles is known by
 SPARE_DIGITS = 10  # beyond those of a run in more digits
-
-Known = Mapping[str, Fraction]  # states and constants by the names of their symbols
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,45 +90,52 @@ def motion_of(
 
     Where it is known by roots of them these are taken to as many digits.
     """
-    names = (symbol.name for symbol in plan.equations.states)
+    form = plan.equations
+    names = (symbol.name for symbol in form.states)
     given = (*parameters.items(), *zip(names, state, strict=True))
     known = {name: Fraction(x) if type(x) is float else rational(x) for name, x in given}
-    entry = FORMULATIONS[plan.formulation]
-    return READERS[entry.written_in](known, context(digits), plan.variant)
+    arguments = (known[symbol.name] for symbol in (*form.states, *form.parameters))
+    values = _reading(form, digits)(*arguments)
+    read = SimpleNamespace(**dict(zip(form.reading, values, strict=True)))
+    if "e_x" in form.reading:
+        return _from_axis(read)
+    return _from_height(read, context(digits)) if "w" in form.reading else _from_angles(read)
 
 
-def _from_angles(known: Known, ctx: Context, _: str | None) -> ReducedMotion:
-    """The motion from Euler angles and their rates; Routh's form has momenta for two of these."""
-    phi, psi = (known[name if name in known else f"{name}_0"] for name in ("phi", "psi"))
-    if "p_minus" in known:
-        sine, half = (ctx.sin(number(ctx, x)) for x in (known["theta"], known["theta"] / 2))
-        p_minus, p_psi, A = (number(ctx, known[name]) for name in ("p_minus", "p_psi", "A"))
-        phidot = rational((p_minus + 2 * p_psi * half**2) / (A * sine**2))
-        rates = {"phidot": phidot, "omega3": known["p_psi"] / known["C"]}
-    else:
-        rates = {name: known[name] for name in ("phidot", "psidot")}
-    start = State(known["theta"], phi=phi, psi=psi, thetadot=known["thetadot"], **rates)
-    return reduced_from_scene(Top.of_numbers(*(known[name] for name in ("A", "C", "gMR"))), start)
+@cache
+def _reading(form: Formulation, digits: int) -> Any:
+    """What a formulation reads its motion from, as a function of rational numbers."""
+    ctx, arguments = context(digits), (*form.states, *form.parameters)
+
+    def rounded(name: str) -> Any:
+        function = getattr(ctx, name)
+        return lambda *given: rational(function(*(number(ctx, x) for x in given)))
+
+    functions = {name: rounded(name) for name in ("sin", "cos", "sqrt", "atan2")}
+    return lambdified((*form.reading.values(),), arguments, Fraction, functions)
 
 
-def _from_axis(known: Known, *_: Any) -> ReducedMotion:
-    """The motion from the axis, or a quaternion q whose |q|² is the length of it."""
-    if "q_0" in known:
-        w, x, y, z = (known[f"q_{i}"] for i in range(4))
-        axis = 2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z
-    else:
-        axis = known["e_x"], known["e_y"], known["e_z"]
-    momentum = [known[f"l_{x}"] for x in "xyz"]
-    return reduced_from_axis(axis, momentum, *(known[x] for x in ("g", "kappa", "phi_0", "psi_0")))
+def _from_angles(read: Any) -> ReducedMotion:
+    """The motion from Euler angles and their rates."""
+    spin = {name: getattr(read, name) for name in ("omega3", "psidot") if hasattr(read, name)}
+    start = State(
+        read.theta, phi=read.phi, psi=read.psi, thetadot=read.thetadot, phidot=read.phidot, **spin
+    )
+    return reduced_from_scene(Top.of_numbers(read.A, read.C, read.gMR), start)
 
 
-def _from_height(known: Known, ctx: Context, pole: str | None) -> ReducedMotion:
+def _from_axis(read: Any) -> ReducedMotion:
+    """The motion from the axis, which may be of any length, and the angular momentum."""
+    axis, momentum = (read.e_x, read.e_y, read.e_z), (read.l_x, read.l_y, read.l_z)
+    return reduced_from_axis(axis, momentum, read.g, read.kappa, read.phi_0, read.psi_0)
+
+
+def _from_height(read: Any, ctx: Context) -> ReducedMotion:
     """The motion from ẅ = k₀ + k₁ w + k₂ w² through w and ẇ, as the run integrates it.
 
     At w = 0 and w = 2 the cubic that is ẇ² has the values −P² and −(P + 2 side n)².
     """
-    w, wdot, side = known["w"], known["wdot"], 1 if pole == "top" else -1
-    k = [known[f"k_{i}"] for i in range(3)]
+    w, wdot, side, k = read.w, read.wdot, read.side, (read.k_0, read.k_1, read.k_2)
 
     def momentum(pole: int, given: Fraction) -> Fraction:
         rise = sum(each * (w**i - Fraction(pole) ** i) / i for i, each in enumerate(k, 1))
@@ -138,16 +145,12 @@ def _from_height(known: Known, ctx: Context, pole: str | None) -> ReducedMotion:
         root = rational(ctx.sqrt(number(ctx, square)))
         return root if given >= 0 else -root
 
-    P = momentum(0, known["P"])
-    n = side * (momentum(2, known["P"] + 2 * side * known["n"]) - P) / 2
+    P = momentum(0, read.P)
+    n = side * (momentum(2, read.P + 2 * side * read.n) - P) / 2
     drift, sin2, zero = P + side * n * w, w * (2 - w), Fraction(0)
     pull = k[0] + w * (k[1] + w * k[2])  # on a pole, where ẇ vanishes, this is the square of θ̇
     kinetic = (wdot**2 + drift**2) / (2 * sin2) if sin2 else abs(pull) / 2
-    above, below = (w, 2 - w)[::side]
-    spin = known["omega3"] - n  # κ = ω3 − p_ψ/A
+    above, below = (w, 2 - w)[:: int(side)]
+    spin = read.omega3 - n  # κ = ω3 − p_ψ/A
     motion = Reduced(-side * k[2] / 3, n, 1 - above, above, below, zero, drift, kinetic, spin)
     return reduced_from_constants(motion, wdot**2, falls=side * wdot > 0)
-
-
-READERS: Final = {"axis": _from_axis, "angles": _from_angles, "height": _from_height}
-"""By what the states of a formulation are; see `FormulationEntry`."""

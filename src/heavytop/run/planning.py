@@ -227,7 +227,7 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     if scene.top.C == 0 and spun:
         rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
-    if scene.top.C == 0 and formulation not in ("axis", "cubic"):
+    if scene.top.C == 0 and not entry.point_mass:
         rule = f"the {formulation} form divides by C, which is 0; axis and cubic do not"
         yield Fault(scene.name, None, "top.C", "0", rule)
     theta = scene.start.theta
@@ -235,7 +235,7 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
         yield Fault(scene.name, None, "start.theta", str(theta), rule)
     through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
-    if formulation == "axis" and through_both and expected.need >= Need.PSI:
+    if "sigma" in entry.variants and through_both and expected.need >= Need.PSI:
         # psi jumps by whole turns that neither quadrature has
         rule = "the axis form does not give psi of an axis that passes through both poles"
         yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
@@ -279,28 +279,26 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
 def _formulated(expected: Forecast, name: str, why: str) -> Plan:
     """A formulation with the angles and events that are wanted, and how it has them."""
     scene, motion, need = expected.scene, expected.motion, expected.need
-    variant, frame, reasons = None, {}, []
-    if name == "cubic":
+    entry, variant, reasons = FORMULATIONS[name], None, list[str]()
+    rates: tuple[float, ...] = ()
+    if "top" in entry.variants:
         variant = "top" if motion.from_top <= motion.from_bottom else "bottom"
         reasons = [f"heights from the {variant}, the nearer pole"]
-    elif name == "attitude" and need >= Need.PHI:
-        variant, reasons = (
-            "angles",
-            ["phi and psi from the quaternion, turns from the closed form"],
-        )
-    elif name in ("routh", "subsystem") and need >= Need.AXIS:
-        variant, reasons = "angles", ["phi and psi by quadrature, each less its mean rate"]
-        frame = dict(zip(("phi_rate", "psi_rate"), motion.mean_angle_rates, strict=True))
-    elif name == "axis":
+    elif "angles" in entry.variants and entry.rates and need >= Need.AXIS:
+        variant, rates = "angles", motion.mean_angle_rates
+        reasons = ["phi and psi by quadrature, each less its mean rate"]
+    elif "angles" in entry.variants and not entry.rates and need >= Need.PHI:
+        variant = "angles"
+        reasons = ["phi and psi from the quaternion, turns from the closed form"]
+    elif "sigma" in entry.variants and need >= Need.PHI:
+        variant, reasons = "phi", ["phi from the axis, its whole turns from the closed form"]
         if need >= Need.PSI:
             variant, reason = _quadrature(scene, motion)
-            frame, reasons = {"frame_rate": motion.mean_rates[variant == "delta"]}, [reason]
-        if need >= Need.PHI:
-            variant = variant or "phi"
-            reasons.append("phi from the axis, its whole turns from the closed form")
+            rates, reasons = (motion.mean_rates[variant == "delta"],), [reason, *reasons]
     watched, why_watched = _watched(scene, motion, expected.span)
-    reasons, states = [why, *reasons, *why_watched], FORMULATIONS[name].states + len(frame)
-    return Plan(name, variant, (*frame.items(),), watched, states, reasons=(*reasons,))
+    frame = tuple(zip(entry.rates, rates, strict=True)) if rates else ()
+    states, reasons = entry.states + len(frame), [why, *reasons, *why_watched]
+    return Plan(name, variant, frame, watched, states, reasons=(*reasons,))
 
 
 def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
@@ -428,7 +426,8 @@ def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
 def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
     """Say what may disappoint: growing angles, rounding on a separatrix, a long integration."""
     motion, count = expected.motion, expected.periods
-    if found.formulation == "lagrange" and motion.nutates and count > LONG_FOR_LAGRANGE:
+    grows = FORMULATIONS[found.formulation].grows
+    if grows and motion.nutates and count > LONG_FOR_LAGRANGE:
         yield (
             f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
             "control follows them, and phase is lost as the cube of the time; use the axis form"
