@@ -197,7 +197,10 @@ def _meet_digits(
         if further is None:
             warn_of(found, scene.digits, stacklevel)
             return run
+        spent = run.statistics.integrate_s
         run = _integrated(scene, motion, further, progress, step_limit, checkpoint)
+        spent += run.statistics.integrate_s
+        run = replace(run, statistics=replace(run.statistics, integrate_s=spent))
 
 
 def extend(
