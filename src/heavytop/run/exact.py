@@ -78,9 +78,9 @@ class SceneMotion:
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the samples as an xarray Dataset that holds the scene itself."""
-        from heavytop.run.trajectory_file import exact_dataset
+        from heavytop.run.trajectory_file import dataset
 
-        return exact_dataset(self)
+        return dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the samples to a netCDF file, whole or not at all.
@@ -90,6 +90,6 @@ class SceneMotion:
         OSError
             It cannot be written.
         """
-        from heavytop.run.trajectory_file import write_exact
+        from heavytop.run.trajectory_file import write
 
-        write_exact(self, path)
+        write(self, path)

@@ -61,7 +61,7 @@ SPACE: Final = {"space": np.array(list("xyz"))}
 # --- writing -------------------------------------------------------------------------------------
 
 
-def dataset(trajectory: Trajectory) -> xarray.Dataset:
+def dataset(run: Trajectory | SceneMotion) -> xarray.Dataset:
     """Return samples and events as an xarray Dataset.
 
     Variables over ``t`` have time as their first dimension: theta, phi, psi and rates
@@ -71,27 +71,13 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     """
     import xarray
 
-    variables, attributes = _contents(trajectory)
-    return xarray.Dataset(variables, attrs=attributes)
+    return xarray.Dataset(_contents(run), attrs=_attributes(run))
 
 
-def exact_dataset(run: SceneMotion) -> xarray.Dataset:
-    """Return the samples of a scene that was not integrated, under the names of `dataset`."""
-    import xarray
-
-    variables, attributes = _exact_contents(run)
-    return xarray.Dataset(variables, attrs=attributes)
-
-
-def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
-    """Write a trajectory to a netCDF file, whole or not at all."""
-    variables, attributes = _contents(trajectory)
-    _write(variables | _kept(trajectory), attributes, path)
-
-
-def write_exact(run: SceneMotion, path: str | os.PathLike[str]) -> None:
-    """Write the samples of a scene that was not integrated, whole or not at all."""
-    _write(*_exact_contents(run), path)
+def write(run: Trajectory | SceneMotion, path: str | os.PathLike[str]) -> None:
+    """Write a run to a netCDF file, whole or not at all."""
+    kept = _kept(run) if isinstance(run, Trajectory) else {}
+    _write(_contents(run) | kept, _attributes(run), path)
 
 
 def _write(
@@ -123,33 +109,24 @@ def _write(
     write_sealed(target, lambda part: part.write_bytes(held.getvalue()))
 
 
-def _contents(trajectory: Trajectory) -> tuple[Variables, dict[str, Any]]:
-    """Samples and events as variables, and the attributes of them all."""
-    run, events = trajectory.samples, trajectory.events
-    names = (*ANGLES, *RATES, "axis", "omega", "states", *derived(trajectory.scene.quantities))
-    samples = {"t": run.t} | {name: values_of(run, name) for name in names}
-    if trajectory.scene.top.mass is not None:
-        samples["reaction"] = trajectory.reaction
-    met = {name: getattr(events, name) for name in STORED}
-    met["kind"] = np.array(events.kind, dtype="U10")
-    if not trajectory.in_doubles:
-        samples |= _texts(trajectory, trajectory.own_samples)
-    if events.own is not None:
-        met |= _texts(trajectory, SimpleNamespace(**events.own))
-    states = np.array([s.name for s in trajectory.plan.equations.states])
-    variables = _over("t", samples) | _over("event", met, "event_", "at an event")
-    return variables | _over("space", SPACE) | _over("state", {"state": states}), _attributes(
-        trajectory
-    )
-
-
-def _exact_contents(run: SceneMotion) -> tuple[Variables, dict[str, Any]]:
-    """Samples of a scene that was not integrated as variables, and their attributes."""
+def _contents(run: Trajectory | SceneMotion) -> Variables:
+    """Samples and events as variables; of a scene that was not integrated samples alone."""
     names = (*ANGLES, *RATES, "axis", "omega", *derived(run.scene.quantities))
-    samples = {"t": run.samples.t} | {name: values_of(run.samples, name) for name in names}
+    samples = {name: values_of(run.samples, name) for name in ("t", *names)}
     if run.scene.top.mass is not None:
         samples["reaction"] = run.scene.top.reaction(samples["axis"], samples["omega"])
-    return _over("t", samples) | _over("space", SPACE), _origin(run)
+    if not isinstance(run, Trajectory):
+        return _over("t", samples) | _over("space", SPACE)
+    samples["states"], events = run.samples.states, run.events
+    met = {name: getattr(events, name) for name in STORED}
+    met["kind"] = np.array(events.kind, dtype="U10")
+    if not run.in_doubles:
+        samples |= _texts(run, run.own_samples)
+    if events.own is not None:
+        met |= _texts(run, SimpleNamespace(**events.own))
+    states = {"state": np.array([s.name for s in run.plan.equations.states])}
+    variables = _over("t", samples) | _over("event", met, "event_", "at an event")
+    return variables | _over("space", SPACE) | _over("state", states)
 
 
 def _over(
@@ -196,9 +173,9 @@ def _whole(column: Any) -> Any:
     return np.frompyfunc(text, 1, 1)(column).astype(str)
 
 
-def _origin(run: Trajectory | SceneMotion) -> dict[str, Any]:
+def _attributes(run: Trajectory | SceneMotion) -> dict[str, Any]:
     """What samples are of, and what made them."""
-    return {
+    found: dict[str, Any] = {
         "schema": SCHEMA,
         "name": run.scene.name,
         "title": run.scene.title,
@@ -209,18 +186,13 @@ def _origin(run: Trajectory | SceneMotion) -> dict[str, Any]:
         "heavytop": __version__,
         "versions": json.dumps(versions()),
     }
-
-
-def _attributes(trajectory: Trajectory) -> dict[str, Any]:
-    constants = trajectory.orbit.parameters
-    if not trajectory.in_doubles:
-        constants = {name: text(x) for name, x in constants.items()}
-    return _origin(trajectory) | {
-        "parameters": json.dumps(constants),
-        "outcome": str(trajectory.outcome),
-        "steps": trajectory.orbit.steps,
-        "end": trajectory.orbit.end,
-    }
+    if isinstance(run, Trajectory):
+        constants = run.orbit.parameters
+        if not run.in_doubles:
+            constants = {name: text(x) for name, x in constants.items()}
+        found |= {"parameters": json.dumps(constants), "outcome": str(run.outcome)}
+        found |= {"steps": run.orbit.steps, "end": run.orbit.end}
+    return found
 
 
 # --- reading -------------------------------------------------------------------------------------
