@@ -153,7 +153,7 @@ def _texts(trajectory: Trajectory, run: Any) -> Variables:
 
 def _kept(trajectory: Trajectory) -> Variables:
     """Return what it takes to run any block again, and to go on: block starts and all zeros."""
-    orbit, own = trajectory.orbit, trajectory.events.own
+    orbit = trajectory.orbit
     rows = zip(*((c.time, c.state, c.steps) for c in orbit.checkpoints), strict=True)
     points = dict(zip(POINTS, map(np.array, rows), strict=True))
     kept = _over("t", {"t_low": orbit.samples.t_low.astype(float)})
@@ -163,8 +163,6 @@ def _kept(trajectory: Trajectory) -> Variables:
         more = "of the run in more than doubles"
         points |= {name: _whole(points[name]) for name in ("time", "states")}
         kept |= _over("t", {n: _whole(getattr(orbit.samples, n)) for n in OWN}, "own_", more)
-    if own is not None:
-        kept |= _over("event", {n: _whole(own[n]) for n in OWN}, "own_event_", more)
     return kept | _over("checkpoint", points, "checkpoint_", "at the start of a block")
 
 
