@@ -284,7 +284,8 @@ class Trajectory(Played):
         times = self.orbit.integrator.numbers(times)
         seen, run, place = self._seen, self.readings, self.orbit.places_of(times)
         if place is None:
-            seen, place = Seen.join([samples, self.orbit.at(times)]), np.arange(times.size)
+            seen = Seen.join([samples, self.orbit.at(times), *self.orbit.hits])
+            place = np.arange(times.size)
             run = self.read(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
         return Comparison(run, self._exact_at(seen), fixed)
