@@ -110,12 +110,12 @@ def sample(
     rows: Array,
     parameters: Parameters,
     t: Array,
-    near: tuple[Array, Array] | None = None,
+    near: Any = None,
 ) -> Sample:
     """Return the physical quantities at states of a formulation.
 
-    Where these give phi and psi modulo 2 pi, the turns are those of `near`: phi and psi in
-    doubles, by whoever knows them better. An angle that is more than a quarter turn off, or has
+    Where these give phi and psi modulo 2 pi, the turns are those of `near`, which has phi and psi
+    in doubles, by whoever knows them better. An angle that is more than a quarter turn off, or has
     nothing near, is left as it is.
     """
     values = _values(form, "outputs", rows, parameters, t, *_spun(parameters, t))
@@ -137,17 +137,17 @@ def _turned(
     form: Formulation,
     full: Mapping[str, Array],
     parameters: Parameters,
-    near: tuple[Array, Array] | None,
+    near: Any,
 ) -> dict[str, Array]:
     """Return phi and psi with their turns; beside a pole, in the direction of the pass."""
     read, z = full["phi"], full["axis_z"]
     phi, beside = _azimuth_beside_poles(full, parameters)
     side = form.psi_side or np.where(z > 0, 1, -1)  # phi + side psi is right however phi is read
     if near is not None:
-        phi = _nearest(phi, near[0], beside)
+        phi = _nearest(phi, near.phi, beside)
     psi = full["psi"] - side * (phi - read)
     if near is not None and not form.psi_side:
-        psi = _nearest(psi, near[1], beside)
+        psi = _nearest(psi, near.psi, beside)
     return {"phi": phi, "psi": psi}
 
 

@@ -234,8 +234,7 @@ class Trajectory(Played):
         """
         form, known, plan = self.orbit.integrator.formulation, self.orbit.parameters, self.plan
         follows = form.phi_wraps and plan.variant is not None
-        exact = self._exact_at(seen) if follows else None
-        near = exact and (exact.phi, exact.psi)
+        near = self._exact_at(seen) if follows else None
         found = sample(form, seen.states, known, seen.t, near)
         if form.phi_wraps and not follows:
             found = replace(found, phi=np.full(seen.t.shape, np.nan))
@@ -282,11 +281,11 @@ class Trajectory(Played):
         """The run wherever it is held against the exact motion, and that in doubles."""
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
-        seen, run, place = self._seen, self.readings, self.orbit.places_of(times)
+        seen, place = self._seen, self.orbit.places_of(times)
         if place is None:
             seen = Seen.join([samples, self.orbit.at(times), *self.orbit.hits])
             place = np.arange(times.size)
-            run = self.read(seen)
+        run = self.readings if seen is self._seen else self.read(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
         return Comparison(run, self._exact_at(seen), fixed)
 
