@@ -67,8 +67,8 @@ AT_START: Final = 1e-40  # of a period: an event there is the start itself, and 
 Counts = Mapping[str, tuple[int, int]]
 
 
-class Zeros(NamedTuple):
-    """Zeros of an event function in a run.
+class EventZeros(NamedTuple):
+    """EventZeros of an event function in a run.
 
     Attributes
     ----------
@@ -89,9 +89,9 @@ class Zeros(NamedTuple):
     residual: Array
     slope: Array
 
-    def where(self, index: Any) -> Zeros:
+    def where(self, index: Any) -> EventZeros:
         """Return some of them."""
-        return Zeros(*(column[index] for column in self))
+        return EventZeros(*(column[index] for column in self))
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -242,7 +242,7 @@ def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
     return [(kind, trajectory.nearest(t)) for kind, t in expected]
 
 
-def zeros_expected(trajectory: Trajectory) -> tuple[Sample, Zeros, Zeros]:
+def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]:
     """Return turning points and reversals where the closed form has them, by Newton's method.
 
     How many there are, of which kinds, and where to look it says. Their times and states, and
@@ -294,7 +294,7 @@ def rates_at_poles(motion: Motion) -> dict[str, Exact]:
     return {kind: limits[kind] for kind, passes in passed.items() if passes}
 
 
-def zeros_found(trajectory: Trajectory) -> tuple[Sample, Zeros, Zeros]:
+def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]:
     """Return the zeros of thetadot and of phidot that were found on the way.
 
     A start that is one comes first. The rounding of phidot = (a - b u)/sin^2, whose terms cancel
@@ -329,10 +329,10 @@ def _zeros(
     parameters: Parameters,
     t_low: Array,
     level: Array,
-) -> Zeros:
+) -> EventZeros:
     t = at.t[place]
     residual, slope = event_function(form, event, at.states[place], parameters, t)
-    return Zeros(place, t, t_low, level, residual, slope)
+    return EventZeros(place, t, t_low, level, residual, slope)
 
 
 def _begins(scene: Scene, event: str) -> bool:
@@ -343,7 +343,7 @@ def _begins(scene: Scene, event: str) -> bool:
     return start.thetadot.sign() == 0 or float(start.theta) == 0.0 or start.theta.sign() == 0
 
 
-def _within(zeros: Zeros, begins: int, end: float, step: float) -> Zeros:
+def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZeros:
     """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
 
     One that rounding puts behind the end is at the end. A start that is an event, the first of
@@ -369,8 +369,8 @@ def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
 
 
 def _chosen(
-    phidot: Array, turning: Zeros, reversal: Zeros, asked: Sequence[str]
-) -> tuple[NDArray[Any], Zeros]:
+    phidot: Array, turning: EventZeros, reversal: EventZeros, asked: Sequence[str]
+) -> tuple[NDArray[Any], EventZeros]:
     """Return kinds and zeros of the events that are asked for, in the order of the run.
 
     `turning` are zeros of thetadot, `reversal` of phidot, which is given at all places.
@@ -382,7 +382,7 @@ def _chosen(
     reversals = np.full(real.t.size if "reversal" in asked else 0, "reversal")
     both = turning.where(wanted), real.where(slice(reversals.size))
     columns: Any = map(np.concatenate, zip(*both, strict=True))
-    merged = Zeros(*columns)
+    merged = EventZeros(*columns)
     order = np.argsort(abs(merged.t), kind="stable")
     return np.concatenate((kinds[wanted], reversals))[order], merged.where(order)
 

@@ -63,7 +63,7 @@ class Statistics:
     whole: bool = True
 
 
-class Comparison(NamedTuple):
+class Compared(NamedTuple):
     """A run wherever it is held against the exact motion of its own numbers.
 
     Attributes
@@ -277,7 +277,7 @@ class Trajectory(Played):
         return events_of(self) if self.with_events else no_events(self.scene, self.orbit)
 
     @cached_property
-    def compared(self) -> Comparison:
+    def compared(self) -> Compared:
         """The run wherever it is held against the exact motion, and that in doubles."""
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
@@ -287,7 +287,7 @@ class Trajectory(Played):
             place = np.arange(times.size)
         run = self.readings if seen is self._seen else self.read(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
-        return Comparison(run, self._exact_at(seen), fixed)
+        return Compared(run, self._exact_at(seen), fixed)
 
     @cached_property
     def own_samples(self) -> Sample:
