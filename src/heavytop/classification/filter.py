@@ -25,32 +25,31 @@ from heavytop.classification.reduced import Reduced
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
+ERROR: Final = 160 * 2.0**-53
+"""What a sum is off by at most, beside its magnitude.
+
+The number of roundings grows by 1 in a sum, where the larger one counts, and to n₁ + n₂ + 1 in a
+product: sin²θ has 49 (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28, `pull`, the
+longest criterion of a kind, 83, f at a given height 112, and a detail 152, the most. One more is
+for the rounding of the magnitude itself, for products of errors, and for the comparison.
+"""
+
 LARGEST: Final = 2.0**100
 """What is given is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰ (8e-31 … 1e30), or is left open: then no product in
 a number leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
 
-_U: Final = 2.0**-53
-_TRUE: Final = np.ones(1, np.bool_)
 
 _REST: Final = 6.123233995736766e-17  # π/2 − its double
 
 
 class Sized:
-    """Doubles v of numbers x, the magnitudes m of the terms in them, and a count n of roundings.
+    """Doubles v of numbers x, and the magnitudes m of the terms in them: |v − x| ≤ ERROR m."""
 
-    |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, and to n₁ + n₂ + 1 in a
-    product. One more is for what m itself was rounded, n u, for products of errors, and for the
-    comparison. So `pull`, the longest criterion of a kind, has 83: sin²θ 49
-    (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28; of a detail 152, and f at a given
-    height 112.
-    """
+    __slots__ = ("magnitude", "value")
 
-    __slots__ = ("magnitude", "roundings", "value")
-
-    def __init__(self, value: Array, roundings: int = 0, magnitude: Array | None = None) -> None:
+    def __init__(self, value: Array, magnitude: Array | None = None) -> None:
         """`magnitude` is by default that of the values; given as these, none is negative."""
-        self.value, self.roundings = value, roundings
-        self.magnitude = np.abs(value) if magnitude is None else magnitude
+        self.value, self.magnitude = value, np.abs(value) if magnitude is None else magnitude
 
     @staticmethod
     def of(value: Array, positive: bool = False) -> Sized:
@@ -60,57 +59,52 @@ class Sized:
         if not fits.all():
             value = np.where(fits | (size == 0), value, np.nan)
             size = value if positive else np.abs(value)
-        return Sized(value, 0, size)
-
-    @property
-    def error(self) -> float:
-        """What |v − x| is at most, beside the magnitude."""
-        return (self.roundings + 1) * _U
+        return Sized(value, size)
 
     @property
     def least(self) -> Array:
         """What |x| is at least; 0 or less where its sign is not certain."""
-        return np.abs(self.value) - self.error * self.magnitude
+        return np.abs(self.value) - ERROR * self.magnitude
 
     def __add__(self, other: Sized) -> Sized:
-        return self._with(other, np.add, max(self.roundings, other.roundings) + 1)
+        return self._with(np.add, other)
 
     def __sub__(self, other: Sized) -> Sized:
-        roundings = max(self.roundings, other.roundings) + 1
-        return Sized(self.value - other.value, roundings, self.magnitude + other.magnitude)
+        return Sized(self.value - other.value, self.magnitude + other.magnitude)
 
     def __rsub__(self, integer: int) -> Sized:
         return Sized(np.full(1, float(integer))) - self
 
     def __mul__(self, other: Sized) -> Sized:
-        if self is other and not self.roundings:  # a square of given numbers
-            square = self.value * self.value
-            return Sized(square, 1, square)
-        return self._with(other, np.multiply, self.roundings + other.roundings + 1)
+        return self._with(np.multiply, other)
 
-    def _with(self, other: Sized, operation: np.ufunc, roundings: int) -> Sized:
+    def squared(self) -> Sized:
+        """The squares of given numbers."""
+        square = self.value * self.value
+        return Sized(square, square)
+
+    def _with(self, operation: np.ufunc, other: Sized) -> Sized:
         value = operation(self.value, other.value)
         if self.magnitude is self.value and other.magnitude is other.value:
-            return Sized(value, roundings, value)
-        return Sized(value, roundings, operation(self.magnitude, other.magnitude))
+            return Sized(value, value)
+        return Sized(value, operation(self.magnitude, other.magnitude))
 
     def __neg__(self) -> Sized:
-        return Sized(-self.value, self.roundings, self.magnitude)
+        return Sized(-self.value, self.magnitude)
 
     def __abs__(self) -> Sized:
-        return Sized(np.abs(self.value), self.roundings, self.magnitude)
+        return Sized(np.abs(self.value), self.magnitude)
 
     def __truediv__(self, divisor: Sized | int) -> Sized:
-        """By given numbers, which are positive, or by a power of 2."""
-        by, roundings = (divisor, 0) if isinstance(divisor, int) else (divisor.value, 1)
-        if self.magnitude is self.value:
-            return Sized(quotient := self.value / by, self.roundings + roundings, quotient)
-        return Sized(self.value / by, self.roundings + roundings, self.magnitude / by)
+        """By given numbers, which are positive."""
+        by = divisor if isinstance(divisor, int) else divisor.value
+        value = self.value / by
+        return Sized(value, value if self.magnitude is self.value else self.magnitude / by)
 
     def __rmul__(self, factor: int) -> Sized:
         """An integer, which may be rounded too, times the numbers."""
         known = float(factor)
-        return Sized(known * self.value, self.roundings + 2, abs(known) * self.magnitude)
+        return Sized(known * self.value, abs(known) * self.magnitude)
 
 
 def reduced(starts: Starts) -> Reduced:
@@ -122,7 +116,7 @@ def reduced(starts: Starts) -> Reduced:
     omega3 = spin if starts.held == "omega3" else spin + phidot * u
     sin2, b = below * above, C * omega3 / A
     across = phidot * sin2
-    kinetic = (thetadot * thetadot + phidot * phidot * sin2) / 2
+    kinetic = (thetadot.squared() + phidot.squared() * sin2) / 2
     udot = -(thetadot * sin2)
     return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
@@ -150,12 +144,7 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     cos = np.where(polar, np.where(late, near - 1, 1 - near), sine)
     one_minus_cos = np.where(polar > late, near, 1 - cos)
     one_plus_cos = np.where(polar & late, near, 1 + cos)
-    roundings = 2 * (LIBRARY + 3) + 2
-    return (
-        Sized(cos, roundings),
-        Sized(one_minus_cos, roundings, one_minus_cos),
-        Sized(one_plus_cos, roundings, one_plus_cos),
-    )
+    return Sized(cos), Sized(one_minus_cos, one_minus_cos), Sized(one_plus_cos, one_plus_cos)
 
 
 # --- signs of arrays -----------------------------------------------------------------------------
@@ -175,6 +164,12 @@ class Answer(NamedTuple):
     yes: Mask
     no: Mask
 
+    def __and__(self, other: Answer) -> Answer:
+        return Answer(self.yes & other.yes, self.no | other.no)
+
+
+_ALWAYS: Final = Answer(np.ones(1, np.bool_), np.zeros(1, np.bool_))
+
 
 class ArraySigns:
     """The numbers that tell kinds apart, for arrays of tops and starts; 0 where all terms are."""
@@ -184,7 +179,7 @@ class ArraySigns:
         self._found: dict[Number, Sign] = {}
 
     def sign(self, number: Number) -> Sign:
-        """What is told of one number."""
+        """The sign of one number."""
         if number not in self._found:
             total = number.value(self.reduced)
             self._found[number] = Sign(total, total.least > 0, np.equal(total.magnitude, 0))
@@ -192,31 +187,27 @@ class ArraySigns:
 
     def vanish(self, numbers: tuple[Number, ...]) -> Answer:
         """Whether all of some numbers are 0; they are asked in their order, until none can be."""
-        yes, no = _TRUE, ~_TRUE
+        found = _ALWAYS
         for number in numbers:
             _, certain, zero = self.sign(number)
-            yes, no = yes & zero, no | certain
-            if no.all():
+            found &= Answer(zero, certain)
+            if found.no.all():
                 break
-        return Answer(yes, no)
+        return found
 
     def positive(self, numbers: tuple[Number, ...]) -> Answer:
         """Whether a product is positive; where a factor is exactly 0, it is not."""
         if not numbers:
-            return Answer(_TRUE, ~_TRUE)
+            return _ALWAYS
         sums, certain, zeros = zip(*map(self.sign, numbers), strict=True)
         sure = reduce(np.logical_and, certain)
-        side = reduce(np.equal, (each.value > 0 for each in sums))
-        yes = sure & side
+        yes = sure & reduce(np.equal, (each.value > 0 for each in sums))
         return Answer(yes, reduce(np.logical_or, zeros, sure ^ yes))
 
     def fit(self, rule: Rule | Tag) -> Answer:
         """Whether a rule fits: all its zeros are zero, and its product is positive."""
-        zero, missed = self.vanish(rule.zeros)
-        if not rule.positive or missed.all():
-            return Answer(zero, missed)
-        positive, negative = self.positive(rule.positive)
-        return Answer(zero & positive, missed | negative)
+        found = self.vanish(rule.zeros)
+        return found if found.no.all() else found & self.positive(rule.positive)
 
     @property
     def in_range(self) -> Mask:
@@ -237,21 +228,19 @@ class Filtered(NamedTuple):
 
     kind: Codes
     detail: Codes
-    certain: Mask
+    certain: Codes
     tags: Codes
     open_tags: Codes
 
-    @staticmethod
-    def empty(shape: tuple[int, ...]) -> Filtered:
-        """Arrays to be filled in; the kind is that of the last rule."""
-        kind = np.full(shape, NAMES.index(kinds.RULES[-1].kind), np.uint8)
-        detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(3))
-        return Filtered(kind, detail, np.ones(shape, np.bool_), tags, unknown)
 
+def filtered(starts: Starts, tagged: bool = False) -> Codes:
+    """The kinds of motion, as far as doubles tell them: the rows of `Filtered`.
 
-def filtered(starts: Starts, tagged: bool = False) -> Filtered:
-    """The kinds of motion, as far as doubles tell them; of impossible starts nothing is meant."""
-    found = Filtered.empty(np.broadcast_shapes(*(each.shape for each in starts.arrays)))
+    Of impossible starts nothing is meant.
+    """
+    rows = np.zeros((5, *np.broadcast_shapes(*(each.shape for each in starts.arrays))), np.uint8)
+    found = Filtered(*rows)
+    found.kind[:], found.certain[:] = NAMES.index(kinds.RULES[-1].kind), True
     with np.errstate(all="ignore"):  # nan is what is not known
         signs = ArraySigns(starts)
         for rule in reversed(kinds.RULES[:-1]):
@@ -259,7 +248,7 @@ def filtered(starts: Starts, tagged: bool = False) -> Filtered:
         np.logical_and(found.certain, signs.in_range, out=found.certain)
         if tagged:
             _put_tags(signs, found)
-    return found
+    return rows
 
 
 def _put(signs: ArraySigns, found: Filtered, rule: Rule) -> None:
@@ -288,24 +277,25 @@ _MAY: Final = {name: np.isin(NAMES, list(tag.kinds)) for name, tag in kinds.TAGS
 def _put_tags(signs: ArraySigns, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
     for bit, (name, tag) in enumerate(kinds.TAGS.items()):
-        yes, no = signs.fit(tag)
-        if name in _FURTHER:
-            further = _FURTHER[name](signs, found)
-            yes, no = yes & further.yes, no | further.no
+        yes, no = (
+            signs.fit(tag) & _FURTHER[name](signs, found) if name in _FURTHER else signs.fit(tag)
+        )
         may = _MAY[name][found.kind]
         for array, mask in ((found.tags, may & yes), (found.open_tags, may & ~yes & ~no)):
             array |= mask * np.uint8(1 << bit)
 
 
 def _spherical_top(signs: ArraySigns, _: Filtered) -> Answer:
-    equal = np.equal(signs.starts.A, signs.starts.C)
-    return Answer(equal, ~equal)
+    return _known(np.equal(signs.starts.A, signs.starts.C))
 
 
 def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
     """A pendulum swings or rotates where its kind is certain."""
     resting = signs.vanish(kinds.TAGS["start-at-rest"].zeros).yes
-    holds = np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting
+    return _known(np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting)
+
+
+def _known(holds: Mask) -> Answer:
     return Answer(holds, ~holds)
 
 
@@ -318,7 +308,7 @@ def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
     )
     missed = np.where(up, *passed)
     passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * weight)
-    return Answer(~_TRUE, (2 * kinds.FAR * np.where(up, *over) > weight) | passes)
+    return Answer(_ALWAYS.no, (2 * kinds.FAR * np.where(up, *over) > weight) | passes)
 
 
 _POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
@@ -340,7 +330,7 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
         return free + Sized(u) * (linear + Sized(u) * square)
 
     rough = spin_at(near)
-    off = 4 * rough.error * (1 + rough.magnitude / root)  # root is the slope
+    off = 4 * ERROR * (1 + rough.magnitude / root)  # root is the slope
     ends = near - off, near + off
     (below, speed_below), (above, speed_above) = (
         (spin_at(end), kinds.speed_at(x, Sized(end))) for end in ends
@@ -350,7 +340,7 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
         known = known & (each.least > 0)
     known = known & (np.maximum(np.abs(ends[0]), np.abs(ends[1])) < 1)
     rises = (speed_below.value > 0) & (speed_above.value > 0)
-    here, off = x.u0.value, x.u0.error
+    here, off = x.u0.value, ERROR
     higher = (ends[1] < here - off) & (speed_above.value < 0)
     lower = (ends[0] > here + off) & (speed_below.value < 0)
     turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")
