@@ -147,7 +147,8 @@ class _Quotients(dict[Exact, Quotient]):
         self._roots: list[tuple[fmpq_mpoly, int, fmpq_mpoly]] = []
         self._bounds = _Bounds()
         angles: dict[Exact, list[Fraction]] = {}
-        for times, angle in (split(each.args[0]) for each in _nodes(x) if each.op in ("cos", "sin")):
+        for wave in (each for each in _nodes(x) if each.op in ("cos", "sin")):
+            times, angle = split(wave.args[0])
             angles.setdefault(angle, []).append(times)
         self._units = {angle: _measure(every) for angle, every in angles.items()}
 
@@ -169,7 +170,8 @@ class _Quotients(dict[Exact, Quotient]):
         if x.op == "rational":
             return self._one * fmpq(x.args[0].numerator, x.args[0].denominator), self._one
         if x.op in ("+", "*"):
-            return reduce(self._add if x.op == "+" else self._multiply, map(self.__getitem__, x.args))
+            combine = self._add if x.op == "+" else self._multiply
+            return reduce(combine, map(self.__getitem__, x.args))
         if self._bounds[x][1] < math.inf:
             generator = self._generator()
             self._algebraic[len(self._unused)] = x
