@@ -129,34 +129,6 @@ def test_tilts_and_their_rates(name, digits):
         )
 
 
-@pytest.mark.parametrize("name", ["kicked", "rising", "falling", "negative momenta"])
-def test_angles_by_theta_functions(name):
-    """φ and ψ as docs/theory/elliptic.md writes them, by mpmath's θ₁."""
-    begun, truth = named(name), textbook(name, 50)
-    mp, m, w, low, high = truth.mp, truth.m, truth.w, truth.low, truth.high
-    K, other, reach = mp.ellipk(m), mp.ellipk(1 - m), truth.middle - truth.low
-    nome, T = mp.exp(-mp.pi * other / K), 2 * K / w
-    t, start = T * mp.mpf("0.3"), truth.start
-
-    def swept(x, v):  # π/2 − arg θ₁, zero at the turning point
-        return -mp.arg(mp.jtheta(1, mp.pi / (2 * K) * mp.mpc(x, v), nome) / mp.j)
-
-    def grown(turn, tangent_squared, x):  # Φ since x, the start being t = 0
-        v = mp.ellipf(mp.atan(mp.sqrt(tangent_squared)), 1 - m)
-        sign = mp.sign(turn)
-        return (turn - sign * mp.pi) / T * t + sign * (swept(x + w * t, v) - swept(x, v))
-
-    up = (1 - truth.middle) * (high - low) / (reach * (high - 1))
-    plus, minus = truth.turns(mp.ellippi)
-    by_top = start - K if start > 0 else start + K
-    plus, minus = grown(plus, (1 + low) / reach, start), grown(minus, up, by_top)
-    at, begins = begun.at(t, 50), begun.at(0, 50)
-    kappa = truth.omega3 - truth.b
-    assert abs(mp.mpf(at.phi) - mp.mpf(begins.phi) - plus - minus) < mp.mpf(10) ** -48
-    found = mp.mpf(at.psi) - mp.mpf(begins.psi)
-    assert abs(found - kappa * t - plus + minus) < mp.mpf(10) ** -46
-
-
 def test_other_turns_are_told_apart():
     """A modulus or a root off by 1e-45 is seen at 50 digits: no bound here is too wide."""
     begun, truth = named("rising"), textbook("rising", 50)

@@ -3,7 +3,6 @@
 A ball holds the true value, so that what is asked of doubles is asked of the truth itself.
 """
 
-import time
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -205,19 +204,6 @@ def test_times_are_cut_anyhow(name):
     whole, some = motion.at(t, t_lo=low), motion.at(t[part], t_lo=low[part])
     for name in ("t", "energy", *OUTCOMES):
         np.testing.assert_array_equal(getattr(whole, name)[part], getattr(some, name), name)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FAMILIES)
-def test_a_million_tilts_a_second(name):
-    """θ alone, 1e6 times in a second at most, on whatever course; 6e6 to 3e8 were measured."""
-    motion, t = named(name), np.linspace(-3, 40, 10**5)
-    spent = []
-    while not spent or (min(spent) > 0.1 and len(spent) < 20):
-        began = time.process_time()
-        motion.at(t).theta  # noqa: B018
-        spent.append(time.process_time() - began)
-    assert min(spent) <= 0.1
 
 
 def test_times_that_are_none():

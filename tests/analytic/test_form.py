@@ -12,7 +12,6 @@ the top, where φ + ψ is what is defined, and by +π at the bottom, where φ �
 body to space turns with ω on either side and at the pass itself.
 """
 
-from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
@@ -24,7 +23,6 @@ from flint import arb
 import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import reduced_from_scene, through_poles
-from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact, cos
 from heavytop.exact.balls import working
 
@@ -217,27 +215,6 @@ def test_a_motion_through_a_pole_by_decree(below):
         assert abs(turns(told)[1] - arb.pi()) < arb("1e-80")
         assert 0 < abs(abs(turns(plain)[1]) - arb.pi()) < arb("1e-17")
     assert abs(plain.mpf("period", 40) / told.mpf("period", 40) - 1) < 1e-17
-
-
-def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
-    """θ = 1e-70, precessing: neither P₊ nor P₋ is zero, so it is not on the vertical."""
-    tilt = X("1e-70")
-    steady = Start(UNIT, tilt, 3, (18 * cos(tilt) + 2) / 3).motion  # A φ̇² u − C ω3 φ̇ + gMR = 0
-    form = Digits(steady, 30)
-    assert steady.regime.name == "steady"
-    assert abs(form(2).phi - Fraction("0.3") - 6) < form.ctx.mpf("1e-30")
-    assert float(steady.at(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
-
-
-def test_the_limit_of_bits_is_named():
-    """Told that it nutates where it is steady, either form says how many bits were tried."""
-    start = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).motion.source
-    nods = Start(BETSCH, X("pi/3"), 10, Fraction("141")).motion.source  # its exact numbers
-    mixed = replace(start, reduced=lambda bits: (start if bits else nods).reduced(bits))
-    told = ClosedForm(mixed, limit=1024)
-    for ask in (lambda: told.at(1.0).theta, lambda: told.at(1, 30).theta):
-        with pytest.raises(NoClosedForm, match="1024 bits"):
-            ask()
 
 
 # --- exactly through a pole ----------------------------------------------------------------------

@@ -141,11 +141,6 @@ def test_what_cannot_be_proved_is_refused_by_name():
     assert 0 < told.value.bound < 1e-300
 
 
-def test_no_digits_are_refused():
-    with pytest.raises(Impossible, match="a whole number from 2 to"):
-        ht.Motion(UNIT, KICKED).interval("period", digits=1)
-
-
 def test_proofs_on_binary_numbers():
     """|e| = 5: l ∥ e sleeps, l = (0, 1, 3) with g = 1/2 tends to the top, and so on."""
 
@@ -174,12 +169,6 @@ def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
     """Runs of many digits pass poles so closely, and doubles are as small."""
     near, at = (Bounds(reduced_from_axis((0, x, 1), (x, 1, 3), 1)) for x in (tiny, 0))
     assert near("u", 1).mid == at("u", 1).mid
-
-
-@pytest.mark.parametrize("n", [None, 0.5])
-def test_which_event_is_a_whole_number(n):
-    with pytest.raises(NotANumber, match="n: a whole number"):
-        ht.Motion(BOOK, KICKED).events("turning").nth(n)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ import heavytop as ht
 from heavytop.analytic import many
 from heavytop.analytic.many import CHUNK, Motions, complete, motions_many
 from heavytop.analytic.motion import Motion
-from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
 from ..motions import SCENES
 from ..starts import nasty, regular, top_and_state
@@ -185,12 +184,3 @@ def test_shapes_broadcast_and_the_impossible_is_nan():
     assert found.verdicts.tags is None
     assert motions_many(**SICM, theta=0.1, tags=True).verdicts.tags is not None
     assert motions_many(**SICM, theta=np.empty(0), omega3=1.0).period.shape == (0,)
-
-
-def test_refusals():
-    with pytest.raises(ImpossibleStart, match="psidot"):
-        motions_many(**SICM, theta=0.1, psidot=1, omega3=1)
-    with pytest.raises(NotANumber, match="theta"):
-        motions_many(**SICM, theta=["a"])
-    with pytest.raises(Impossible, match="broadcast"):
-        motions_many(**SICM, theta=[0.1, 0.2], phidot=[1, 2, 3])

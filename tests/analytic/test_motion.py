@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene, ImpossibleStart, NoClosedForm
+from heavytop.errors import NoClosedForm
 from heavytop.exact.decimals import context
 
-from ..motions import BOOK, INVERTED, KICKED, SCENES, product, shipped
+from ..motions import BOOK, KICKED, SCENES, product, shipped
 
 RATES = ("thetadot", "phidot", "psidot")
 CTX = context(50)
@@ -35,19 +35,6 @@ def test_digits_and_many_times():
     for digits in (0, 10_001, "20"):
         with pytest.raises(ValueError, match="digits: a whole number from 1 to 10000"):
             motion.at(1, digits=digits)
-
-
-@pytest.mark.parametrize("top", [BOOK, INVERTED])
-def test_mean_rates(top):
-    """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ from the rates over one period."""
-    motion = ht.Motion(top, ht.State("1.1", thetadot="0.3", phidot=3, psidot=70))
-    at = motion.at(np.arange(1024) / 1024 * motion.period)
-    kappa = float(motion.reduced.kappa)
-    sigma, delta = np.mean(at.phidot + at.psidot), np.mean(at.phidot - at.psidot)
-    assert motion.mean_rates[0] == pytest.approx(sigma - kappa, rel=1e-12)
-    assert motion.mean_rates[1] == pytest.approx(delta + kappa, rel=1e-12)
-    assert motion.precession == pytest.approx(np.mean(at.phidot) * motion.period, rel=1e-12)
-    assert motion.spin == pytest.approx(np.mean(at.psidot) * motion.period, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -155,28 +142,6 @@ def test_a_spherical_pendulum_is_a_top_without_axial_moment():
     assert ht.facts(motion).sleeping_threshold == math.inf
     run = ht.propagate(ht.Scene(top, start, time=30))
     assert run.axis[-1] == pytest.approx(motion.at(30).axis, abs=1e-13)
-
-
-@pytest.mark.parametrize("quantity", ["psi", "attitude"])
-def test_the_spin_of_a_point_mass_is_refused(quantity):
-    scene = ht.Scene(ht.Top(1, 0, -1), ht.State("0.8"), time=1, quantities=["theta", quantity])
-    for ask in (lambda: ht.plan(scene), lambda: ht.reference(scene, "0:1:1", [quantity])):
-        with pytest.raises(BadScene, match=rf"a point mass \(C = 0\) has no {quantity}"):
-            ask()
-    plain = ht.Scene(scene.top, scene.start, time=1)
-    with pytest.raises(BadScene, match="the lagrange form divides by C"):
-        ht.plan(plain, "lagrange")
-    with pytest.raises(ImpossibleStart, match="no spin holds up a point mass"):
-        ht.State.steady(ht.Top(1, 0, 1), theta=1, omega3=1)
-    resting = ht.State.from_constants(ht.Top(1, 0, 1), E=1, p_phi=0, p_psi=0, theta=1)
-    assert resting.omega3 == 0  # which no constant of a point mass tells
-
-
-@pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")
-def test_a_public_demo_beyond_every_body_draws_its_cusps():
-    motion = ht.Motion(ht.Top(".75", "5.10", "4.905"), ht.State("pi/2", omega3=56))
-    assert motion.kind is ht.Kind.CUSPS
-    assert motion.period == pytest.approx(0.0165, abs=5e-5)
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")

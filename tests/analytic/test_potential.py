@@ -60,10 +60,3 @@ def test_the_separatrix_has_the_energy_of_the_upright_top(name):
     assert upright == (np.pi if inverted else 0)
     ends = [upright] if V.momenta == (0, 0) else [upright, turn]  # a pendulum turns nowhere
     np.testing.assert_allclose(V(ends), abs(V.g), rtol=1e-12)
-
-
-def test_there_is_no_separatrix_where_nothing_tends_to_the_vertical():
-    V = potential(BOOK, State(0, thetadot=3, omega3="2*sqrt(3.28e-4*0.0456)/6.60e-5"))
-    assert V.separatrix is None
-    for name in ("loops", "through the top", "through the bottom", "inverted"):
-        assert potential(*STARTS[name]).separatrix is None

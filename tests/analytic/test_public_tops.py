@@ -3,11 +3,10 @@
 import math
 import re
 
-import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene, FoldedTiltWarning, ImpossibleBodyWarning
+from heavytop.errors import BadScene, ImpossibleBodyWarning
 from heavytop.scene.scene import read_scene
 from heavytop.studies.sweep import sweep
 
@@ -106,23 +105,6 @@ def test_moments_that_no_body_has_are_computed_with_a_warning() -> None:
     assert free.kind == "force-free"
     with pytest.warns(ImpossibleBodyWarning, match="C = 5 > 2A = 2"):
         assert motion("A = 1\nC = 5\ngMR = 1", "theta = 1\npsidot = 2").kind == "cusps"
-
-
-def test_a_tilt_in_degrees_without_its_unit_is_folded_and_said() -> None:
-    for theta in ("-0.2", "7", "30"):
-        with pytest.warns(FoldedTiltWarning):
-            found = motion(WHEEL, f"theta = {theta}\nthetadot = 0.5\npsidot = 9")
-        x = float(theta)
-        axis = np.array([0.0, -math.sin(x), math.cos(x)])
-        assert np.abs(np.array(found.at(0.0).axis) - axis).max() < 1e-14
-        assert found.at(0.0).omega == pytest.approx([0.5, *(9 * axis[1:])], abs=1e-13)
-
-
-def test_functions_in_a_number_are_understood() -> None:
-    found = motion(WHEEL, 'theta = "acos(3/4)"\npsidot = 20')
-    assert found.theta_min == math.acos(0.75)
-    assert found.tags == ("start-at-rest",)
-    assert motion(WHEEL, 'theta = "cos(0.2)"\npsidot = 20').theta_min == math.cos(0.2)
 
 
 @pytest.mark.reference

@@ -139,23 +139,6 @@ def test_the_lie_group_benchmark():
     assert not far(found("u", 2), "-0.67302")
 
 
-def test_runs_of_the_lie_group_benchmark():
-    states = np.array([*LIE_STATES.values()], float)
-    at = ht.propagate(ht.load_scene("lie-group-benchmark"))([0.01, 0.2, 1, 2])
-    assert np.max(np.abs(at.axis - states[:, :3])) < 5e-15
-    assert np.max(np.abs(at.omega - states[:, 3:])) < 5e-13
-
-
-@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
-def test_the_textbook_form_sees_the_benchmark_too_but_less_well():
-    scene = ht.load_scene("lie-group-benchmark")
-    textbook, axis = (ht.propagate(scene, formulation=f) for f in ("lagrange", "axis"))
-    truth = np.array(LIE_STATES["2"][:3], float)
-    errors = [np.max(np.abs(run(2.0).axis - truth)) for run in (textbook, axis)]
-    assert errors[1] < errors[0] < 1e-7
-    assert textbook.statistics.steps > 10 * axis.statistics.steps
-
-
 # --- steady precession, and the separatrix -----------------------------------------------------
 
 
@@ -192,17 +175,6 @@ def test_the_separatrix_of_whittaker(gamma_t):
     assert found.period is None
     assert [float(root.middle) for root in found.roots] == [0.5, 1, 1]
     assert (found.theta_min.middle, found.theta_min.spread) == (0, 0)
-
-
-def test_a_run_decays_as_the_separatrix_does():
-    """tan(θ/2)² = sech t/(2 + sech t). Errors grow as exp(t/2), and so do the bounds."""
-    t = np.linspace(0.0, 20.0, 81)
-    sech = 1 / np.cosh(t)
-    exact = 2 * np.arctan(np.sqrt(sech / (2 + sech)))
-    error = np.abs(ht.propagate(ht.load_scene("separatrix"))(t).theta - exact)
-    assert np.max(error[t <= 10]) < 4e-14
-    assert np.max(error) < 6e-12
-    assert exact[-1] < 1e-4  # by then theta has fallen by four orders of magnitude
 
 
 def test_the_spherical_pendulum_is_a_bob_on_a_wire():

@@ -1,6 +1,5 @@
 """The cubic's roots: those of mpmath at 400 digits, and what is exact of them."""
 
-import math
 from fractions import Fraction
 
 import mpmath
@@ -78,15 +77,6 @@ def test_roots_hold_those_of_mpmath(name):
             slack = Fraction(1, 10**300) * max(1, abs(ball.middle))
             assert value in Interval(ball.middle, ball.spread + slack), each
             assert ball.spread <= abs(ball.middle) / 10**60, each
-
-
-def test_without_weight_there_are_two():
-    source = motion(Top(2, 1, 0), "0.7", 2, 5, "0.3")
-    found, f = roots_of(source), ByHand(*source, 60).cubic
-    assert found["u3"] is None
-    for name in ("u1", "u2"):
-        assert abs(CTX.polyval(f, mpf(found[name]))) < CTX.mpf("1e-50")
-    assert found["u1"].upper < math.cos(0.7) < found["u2"].lower
 
 
 def test_a_start_on_a_turning_point_is_that_turning_point():
