@@ -1,79 +1,20 @@
 """What the filter is sure of is true: Fractions and mpmath against arrays of doubles."""
 
 import math
-import operator
-from fractions import Fraction
 
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from heavytop.classification import filter as module
 from heavytop.classification import kinds
 from heavytop.classification.arrays import InputArrays
-from heavytop.classification.filter import ERROR, LIBRARY, ArraySigns, Sized, cosines
+from heavytop.classification.filter import LIBRARY, ArraySigns, Sized, cosines
 from heavytop.classification.reduced import Reduced
 
 from ..starts import nasty
 
 pytestmark = pytest.mark.reference
-
-U = Fraction(1, 2**53)
-mantissas = st.integers(2**52, 2**53 - 1)
-exponents = st.integers(-152, 47) | st.integers(-53, -51)
-signed = st.builds(
-    lambda s, m, e: s * math.ldexp(m, e), st.sampled_from((-1, 1)), mantissas, exponents
-)
-doubles = st.just(0.0) | signed
-
-
-def leaf(x):
-    return Sized.of(np.array([x])), Fraction(x)
-
-
-def grown(pairs):
-    """Sums, differences, products and small multiples of what there is."""
-    two = st.tuples(pairs, pairs)
-    return st.one_of(
-        *(
-            two.map(lambda p, act=act: (act(p[0][0], p[1][0]), act(p[0][1], p[1][1])))
-            for act in (operator.add, operator.sub, operator.mul)
-        ),
-        pairs.map(lambda p: (p[0] * p[0], p[1] * p[1])),
-        pairs.map(lambda p: (abs(p[0]), abs(p[1]))),
-        st.tuples(st.integers(-(10**40), 10**40), pairs).map(
-            lambda p: (p[0] * p[1][0], p[0] * p[1][1])
-        ),
-    )
-
-
-sums = st.recursive(doubles.map(leaf), grown, max_leaves=9)
-
-
-def assert_holds(found, truth):
-    value = found.value[0]
-    if not 2.0**-960 <= found.magnitude[0] <= 2.0**960:  # beyond all that a criterion is made of
-        if found.least[0] > 0 and found.magnitude[0] > 1:
-            assert (value > 0) == (truth > 0)
-        return
-    assert abs(Fraction(value) - truth) <= Fraction(ERROR * found.magnitude[0])
-    least = Fraction(found.least[0])
-    assert least * (1 - 3 * U) <= abs(truth)
-    if least > 0:
-        assert (value > 0) == (truth > 0)
-    assert found.magnitude[0] != 0 or truth == 0
-    if found.magnitude is found.value:
-        assert value >= 0
-
-
-@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value", "ignore:underflow")
-@settings(max_examples=700, deadline=None)
-@given(sums)
-def test_errors_contain_sums_and_products(pair):
-    """Whatever is added and multiplied, the exact rational lies within the error."""
-    assert_holds(*pair)
 
 
 @pytest.mark.parametrize("x", [5e-324, 2.0**-101, 1e31, -np.inf, np.nan])
@@ -84,13 +25,6 @@ def test_numbers_out_of_range_are_left_open(x):
     for found in (given, given * zero, given + one, 2 * given, abs(given), one - given):
         assert not found.least[0] > 0
         assert found.magnitude[0] != 0
-
-
-def test_exact_zeros_stay_exact():
-    zero, some = Sized.of(np.zeros(1)), Sized.of(np.array([0.1]))
-    for found in (zero * some, -3 * zero, zero + zero, zero * (some - some)):
-        assert found.magnitude[0] == 0
-    assert (some - some).magnitude[0] > 0  # what cancels is not known to
 
 
 def tilts(n):
@@ -131,12 +65,6 @@ def test_cosines_are_within_their_errors():
         assert seen < most < 2 * (LIBRARY + 3)
         assert np.abs(each.value).min() >= 2.0**-202
         assert np.abs(each.value).max() <= 2
-
-
-@pytest.mark.parametrize("theta", [5e-324, 2.0**-101, -1e-3, np.nextafter(math.pi, 4), np.nan])
-def test_other_tilts_are_left_open(theta):
-    for found in cosines(np.array([theta])):
-        assert np.isnan(found.value[0])
 
 
 # --- the criteria themselves ---------------------------------------------------------------------

@@ -116,16 +116,6 @@ def test_sums_keep_their_digits_near_a_pole():
         assert Interval.of(source.reduced(600).P_minus) in P_minus
 
 
-def test_mirrored_twice_is_the_motion_itself():
-    with working(BITS):
-        motion = scene_of(*ARGS).reduced(BITS)
-        once, twice = motion.mirrored(), motion.mirrored().mirrored()
-        for name in NAMES:
-            assert Interval.of(getattr(motion, name)) == Interval.of(getattr(twice, name)), name
-        assert Interval.of(once.P_plus - motion.P_minus).middle < Fraction(1, 10**80)
-        assert Interval.of(once.over_top - motion.over_bottom).middle < Fraction(1, 10**80)
-
-
 # --- which special motion it is ------------------------------------------------------------------
 
 
