@@ -89,21 +89,6 @@ def test_many_periods_away(name):
     assert_holds(motion, [part * (motion.period or 1.0) for part in periods])
 
 
-@pytest.mark.parametrize("name", ["uniform", "kicked", "separatrix"])
-def test_the_low_word_counts_far_away(name):
-    """Nearly half a unit of t = 1e7 s turns φ and ψ by 1e-7 rad, which φ and ψ modulo 2π show."""
-    motion, t, low = named(name), 1e7, 0.49 * np.spacing(1e7)
-    at = exact(motion, Fraction(t) + Fraction(low))
-    got, plain = motion.at(t, t_lo=low), motion.at(t)
-    for angle in ("phi", "psi"):
-        assert apart(getattr(got, angle + "_mod"), getattr(at, angle), circle=True) < FEW
-        assert abs(getattr(got, angle + "_mod") - getattr(plain, angle + "_mod")) > 1e-10
-        parts = getattr(
-            motion.at(0.25 * 1.25, t_lo=0.75 * 1.25), angle
-        )  # any split of a time will do
-        assert parts == pytest.approx(getattr(motion.at(1.25), angle), rel=1e-15)
-
-
 def of_a_scene(x):
     """Whether a scene may have such a number."""
     return x == 0 or abs(x) >= 1e-300

@@ -107,9 +107,6 @@ def test_all_solutions_are_found_also_two_that_no_sample_tells_apart() -> None:
     ("vary", "so_that", "why"),
     [
         ("start.psidot=100:400", "round = 60 s", "none between 100 and 400: the round goes from"),
-        ("start.psidot=400:100", "period = 9", "none between 100 and 400"),
-        ("start.psidot=120:120", "period = 9", "none between 120 and 120"),
-        ("start.psidot=100:400", "theta_max >= 3", "none between"),
         ("start.psidot=150:400", "kind = waves", "there are cusps"),
         ("start.psidot=150:400", "kind = cusps", "holds from 150 to 400 rad/s"),
         ("start.psidot=150:400", "theta_max <= 1 rad", "holds from 150 to 400"),

@@ -22,7 +22,7 @@ from flint import arb
 
 import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import reduced_from_scene, through_poles
+from heavytop.classification.reduced import reduced_from_scene
 from heavytop.exact import Exact, cos
 from heavytop.exact.balls import working
 
@@ -199,22 +199,6 @@ def test_a_close_pass_is_no_exact_one():
         pole, h = form.lower_turning, form.ctx.mpf("1e-40")
         assert abs(form(pole + h).phi - form(pole - h).phi - side * form.ctx.pi) < 1e-20
         assert abs(form(pole).phi - form(pole - h).phi - side * form.ctx.pi / 2) < 1e-20
-
-
-@pytest.mark.parametrize("below", [False, True])
-def test_a_motion_through_a_pole_by_decree(below):
-    """P₋ of 1e-25, told to be zero, is zero: the axis goes through the top; so from below, P₊."""
-    phidot = Fraction(round(Fraction(4 / (1 + np.cos(1.0))) * 10**25), 10**25)
-    start = (
-        Start((2, 1, -2), X("pi") - 1, phidot, -8, -5) if below else Start(UNIT, 1, phidot, 8, 5)
-    )
-    plain = start.motion
-    told = ClosedForm(through_poles(plain.source, top=not below, bottom=below))
-    assert (plain.regime.misses_top, told.regime.misses_top) == (True, False)
-    with working(300):
-        assert abs(turns(told)[1] - arb.pi()) < arb("1e-80")
-        assert 0 < abs(abs(turns(plain)[1]) - arb.pi()) < arb("1e-17")
-    assert abs(plain.mpf("period", 40) / told.mpf("period", 40) - 1) < 1e-17
 
 
 # --- exactly through a pole ----------------------------------------------------------------------

@@ -1,6 +1,5 @@
 """Motion: what a user asks of one top and one start, at the ends of what a scene may say too."""
 
-import math
 import time
 from fractions import Fraction
 from itertools import pairwise
@@ -119,29 +118,7 @@ def test_an_angle_too_large_for_a_double_has_a_name():
     assert abs(exact.psi / (10**15 * exact.t) - 1) < 1e-19
 
 
-def test_a_weight_that_counts_as_zero_is_one():
-    """The three roots cancel, which is not proved; so many bits as are tried take 20 s."""
-    start = ht.State(1, phidot=1, omega3=1)
-    undecided = ht.Motion(ht.Top(1, 1, "sqrt(cos(2)^2) + cos(2)"), start)
-    free = ht.Motion(ht.Top(1, 1, 0), start)
-    assert undecided.modulus == free.modulus
-    assert undecided.at(1.0).phi == free.at(1.0).phi
-    assert undecided.at(1, digits=30).theta == free.at(1, digits=30).theta
-
-
 # --- moments that no rigid body has, and a point mass --------------------------------------------
-
-
-def test_a_spherical_pendulum_is_a_top_without_axial_moment():
-    """A public demo, g/l = 1, 0.8 rad from below: its angles, period and turn, as it gives them."""
-    top, start = ht.Top(1, 0, -1), ht.State("0.8", phidot="0.1")
-    motion = ht.Motion(top, start)
-    ends = (math.degrees(motion.theta_min), math.degrees(motion.theta_max))
-    assert ends == pytest.approx((3.786, 45.837), abs=5e-4)
-    assert (motion.period, motion.precession) == pytest.approx((3.272631, 3.208887), abs=1e-6)
-    assert ht.facts(motion).sleeping_threshold == math.inf
-    run = ht.propagate(ht.Scene(top, start, time=30))
-    assert run.axis[-1] == pytest.approx(motion.at(30).axis, abs=1e-13)
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")

@@ -14,7 +14,7 @@ from mpmath import mp
 import heavytop as ht
 from heavytop.exact.balls import Interval
 
-from ..motions import CONE, LIE, LIE_START, MARGINAL, WHITTAKER, shipped
+from ..motions import CONE, LIE, LIE_START, MARGINAL, WHITTAKER
 from ..views import Bounds
 
 pytestmark = pytest.mark.reference
@@ -153,13 +153,6 @@ def test_steady_precession_of_betschs_gyro():
     assert Bounds(ht.Motion(CONE, start), 20).period in printed("0.57893686788560806")
     end = ht.propagate(scene)(2.0)
     assert [end.theta, end.phi, end.psi] == pytest.approx([np.pi / 3, 20, 271.2], rel=1e-15)
-
-
-def test_the_energy_of_simo_wong_is_the_published_one():
-    """Solfec's validation page prints H = 1269.975; 1269.9750052078993249 at 20 digits."""
-    assert shipped("simo-wong").constants.floats["E"] == pytest.approx(
-        1269.9750052078993249, rel=1e-15
-    )
 
 
 @pytest.mark.parametrize("gamma_t", ["3", "900"])

@@ -59,9 +59,7 @@ def test_whole_turns_have_all_their_digits():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        *(({"times": each}, "times = ") for each in (
-            "0:1", "0:1:0", "a:b:c", "0:1:1e-12", "0:inf:1", ["1/3"], ["1e999999999"], [], 3,
-        )),
+        *(({"times": each}, "times = ") for each in ("0:1", "0:1:0", "0:1:1e-12", ["1/3"], [], 3)),
         ({"quantities": ["tetha"]}, "tetha"), ({"digits": 1}, "from 2 to 4000"),
         ({"events": ["cups"]}, 'did you mean "cusp"'),
         ({"quantities": "theta"}, "a sequence of names"),
