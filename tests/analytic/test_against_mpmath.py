@@ -1,8 +1,7 @@
 """The solution's elliptic integrals and functions against mpmath's own, at 50 and 100 digits.
 
 mpmath shares no line with FLINT, of which the solution is made. Its functions get the roots that
-mpmath finds of the cubic (`test_cubic`) from the numbers of the scene. Jacobi's functions as such
-are held against Arb's own theta functions.
+mpmath finds of the cubic, from the numbers of the scene.
 """
 
 from fractions import Fraction
@@ -123,6 +122,34 @@ def test_tilts_and_their_rates(name, digits):
         assert abs(mp.mpf(at.psidot) - truth.omega3 + phidot * u) <= bound * max(
             1, abs(truth.omega3), begun.rate
         )
+
+
+@pytest.mark.parametrize("name", ["kicked", "rising", "falling", "negative momenta"])
+def test_angles_by_theta_functions(name):
+    """φ and ψ as docs/theory/elliptic.md writes them, by mpmath's θ₁."""
+    begun, truth = named(name), textbook(name, 50)
+    mp, m, w, low, high = truth.mp, truth.m, truth.w, truth.low, truth.high
+    K, other, reach = mp.ellipk(m), mp.ellipk(1 - m), truth.middle - truth.low
+    nome, T = mp.exp(-mp.pi * other / K), 2 * K / w
+    t, start = T * mp.mpf("0.3"), truth.start
+
+    def swept(x, v):  # π/2 − arg θ₁, zero at the turning point
+        return -mp.arg(mp.jtheta(1, mp.pi / (2 * K) * mp.mpc(x, v), nome) / mp.j)
+
+    def grown(turn, tangent_squared, x):  # Φ since x, the start being t = 0
+        v = mp.ellipf(mp.atan(mp.sqrt(tangent_squared)), 1 - m)
+        sign = mp.sign(turn)
+        return (turn - sign * mp.pi) / T * t + sign * (swept(x + w * t, v) - swept(x, v))
+
+    up = (1 - truth.middle) * (high - low) / (reach * (high - 1))
+    plus, minus = truth.turns(mp.ellippi)
+    by_top = start - K if start > 0 else start + K
+    plus, minus = grown(plus, (1 + low) / reach, start), grown(minus, up, by_top)
+    at, begins = begun.at(t, 50), begun.at(0, 50)
+    kappa = truth.omega3 - truth.b
+    assert abs(mp.mpf(at.phi) - mp.mpf(begins.phi) - plus - minus) < mp.mpf(10) ** -48
+    found = mp.mpf(at.psi) - mp.mpf(begins.psi)
+    assert abs(found - kappa * t - plus + minus) < mp.mpf(10) ** -46
 
 
 def test_other_turns_are_told_apart():
