@@ -96,7 +96,7 @@ class _Bounds(dict[Exact, Sizes]):
             return reduce(_add if x.op == "+" else _multiply, map(self.__getitem__, x.args))
         if x.op == "^":
             return self._power(*x.args)
-        times, angle = split(x.args[0]) if x.op == "cos" else (0, x)
+        times, angle = split(x.args[0]) if x.op == "cos" else (Fraction(0), x)
         if angle.op != "pi" or not times:
             return math.inf, math.inf
         self.order = math.lcm(self.order, (times / 2).denominator)
@@ -172,15 +172,14 @@ class _Quotients(dict[Exact, Quotient]):
         if x.op in ("+", "*"):
             combine = self._add if x.op == "+" else self._multiply
             return reduce(combine, map(self.__getitem__, x.args))
-        if self._bounds[x][1] < math.inf:
-            generator = self._generator()
-            self._algebraic[len(self._unused)] = x
-            return generator, self._one
-        if x.op == "^":
+        if x.op == "^" and not (x.args[1].denominator > 1 and self._bounds[x][1] < math.inf):
             return self._power(*x.args)
-        if x.op in ("cos", "sin"):
+        if x.op == "sin" or (x.op == "cos" and self._bounds[x][1] == math.inf):
             return self._wave(x.op, *split(x.args[0])), self._one
-        return self._generator(), self._one
+        generator = self._generator()
+        if x.op in ("^", "cos"):
+            self._algebraic[len(self._unused)] = x
+        return generator, self._one
 
     def _generator(self) -> fmpq_mpoly:
         if not self._unused:
