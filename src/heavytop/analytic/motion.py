@@ -306,7 +306,7 @@ class Motion(Played, ClosedForm):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """The kind with everything said about it."""
+        """The kind with its tags, and why."""
         return classify(self.top, self.start)
 
     @property

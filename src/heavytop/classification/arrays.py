@@ -114,8 +114,8 @@ class InputArrays:
         try:
             self.shape = np.broadcast_shapes(*(each.shape for each in arrays.values()))
         except ValueError:
-            told = ", ".join(f"{name} {each.shape}" for name, each in arrays.items() if each.shape)
-            raise Impossible([("shapes", f"must broadcast together, not {told}")]) from None
+            sizes = ", ".join(f"{name} {each.shape}" for name, each in arrays.items() if each.shape)
+            raise Impossible([("shapes", f"must broadcast together, not {sizes}")]) from None
         self.size = prod(self.shape)
         self._columns = {
             name: (each if each.size == 1 else np.broadcast_to(each, self.shape)).reshape(-1)

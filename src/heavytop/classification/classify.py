@@ -31,7 +31,7 @@ def classify(top: Top, start: State) -> Verdict:
     Returns
     -------
     Verdict
-        Certified, unless some sign can be neither told with 4096 bits nor proved to be zero.
+        Certified, unless some sign is not decided by 4096 bits, and no proof shows that it is zero.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _rule(signs: SceneSigns) -> Rule:
 
 
 def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...], tuple[str, ...]]:
-    """What tells motions of one kind apart: the sign, its name, and where open what it may be."""
+    """What distinguishes motions of one kind: the sign, its name, and what is open."""
     if kind not in DETAILS:
         return None, (), ()
     names, product, *_ = DETAILS[kind]

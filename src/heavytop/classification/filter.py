@@ -1,4 +1,4 @@
-"""A static filter: the kinds and tags of many motions at once, where doubles tell every sign.
+"""A static filter: the kinds and tags of many motions at once, where doubles decide every sign.
 
 The numbers of `kinds` are evaluated on doubles, and on the magnitudes of their terms, where each −
 is a +. A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³
@@ -20,7 +20,7 @@ import numpy as np
 
 from heavytop.classification import kinds
 from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts
-from heavytop.classification.kinds import Kind, Number, Rule, Tag
+from heavytop.classification.kinds import Criterion, Kind, Rule, Tag
 from heavytop.classification.reduced import Reduced
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
@@ -42,7 +42,7 @@ a number leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is r
 _REST: Final = 6.123233995736766e-17  # π/2 − its double
 
 
-class Sized:
+class Bounded:
     """Doubles v of numbers x, and the magnitudes m of the terms in them: |v − x| ≤ ERROR m."""
 
     __slots__ = ("magnitude", "value")
@@ -52,67 +52,67 @@ class Sized:
         self.value, self.magnitude = value, np.abs(value) if magnitude is None else magnitude
 
     @staticmethod
-    def of(value: Array, positive: bool = False) -> Sized:
-        """Given numbers; those out of range, and nan, are left open, and negative ones if asked."""
+    def of(value: Array, positive: bool = False) -> Bounded:
+        """Given numbers; those out of range are left open, and negative ones if `positive`."""
         size = value if positive else np.abs(value)
         fits = (size >= 1 / LARGEST) & (size <= LARGEST)
         if not fits.all():
             value = np.where(fits | (size == 0), value, np.nan)
             size = value if positive else np.abs(value)
-        return Sized(value, size)
+        return Bounded(value, size)
 
     @property
     def least(self) -> Array:
         """What |x| is at least; 0 or less where its sign is not certain."""
         return np.abs(self.value) - ERROR * self.magnitude
 
-    def __add__(self, other: Sized) -> Sized:
+    def __add__(self, other: Bounded) -> Bounded:
         return self._with(np.add, other)
 
-    def __sub__(self, other: Sized) -> Sized:
-        return Sized(self.value - other.value, self.magnitude + other.magnitude)
+    def __sub__(self, other: Bounded) -> Bounded:
+        return Bounded(self.value - other.value, self.magnitude + other.magnitude)
 
-    def __rsub__(self, integer: int) -> Sized:
-        return Sized(np.full(1, float(integer))) - self
+    def __rsub__(self, integer: int) -> Bounded:
+        return Bounded(np.full(1, float(integer))) - self
 
-    def __mul__(self, other: Sized) -> Sized:
+    def __mul__(self, other: Bounded) -> Bounded:
         return self._with(np.multiply, other)
 
-    def squared(self) -> Sized:
+    def squared(self) -> Bounded:
         """The squares of given numbers."""
         square = self.value * self.value
-        return Sized(square, square)
+        return Bounded(square, square)
 
-    def _with(self, operation: np.ufunc, other: Sized) -> Sized:
+    def _with(self, operation: np.ufunc, other: Bounded) -> Bounded:
         value = operation(self.value, other.value)
         if self.magnitude is self.value and other.magnitude is other.value:
-            return Sized(value, value)
-        return Sized(value, operation(self.magnitude, other.magnitude))
+            return Bounded(value, value)
+        return Bounded(value, operation(self.magnitude, other.magnitude))
 
-    def __neg__(self) -> Sized:
-        return Sized(-self.value, self.magnitude)
+    def __neg__(self) -> Bounded:
+        return Bounded(-self.value, self.magnitude)
 
-    def __abs__(self) -> Sized:
-        return Sized(np.abs(self.value), self.magnitude)
+    def __abs__(self) -> Bounded:
+        return Bounded(np.abs(self.value), self.magnitude)
 
-    def __truediv__(self, divisor: Sized | int) -> Sized:
+    def __truediv__(self, divisor: Bounded | int) -> Bounded:
         """By given numbers, which are positive."""
         by = divisor if isinstance(divisor, int) else divisor.value
         value = self.value / by
-        return Sized(value, value if self.magnitude is self.value else self.magnitude / by)
+        return Bounded(value, value if self.magnitude is self.value else self.magnitude / by)
 
-    def __rmul__(self, factor: int) -> Sized:
+    def __rmul__(self, factor: int) -> Bounded:
         """An integer, which may be rounded too, times the numbers."""
         known = float(factor)
-        return Sized(known * self.value, abs(known) * self.magnitude)
+        return Bounded(known * self.value, abs(known) * self.magnitude)
 
 
 def reduced(starts: Starts) -> Reduced:
     """The constants of the motions; as u̇₀ something that has its zeros and its sign."""
     u, below, above = cosines(starts.theta)
-    A, C = (Sized.of(moment, positive=True) for moment in (starts.A, starts.C))
+    A, C = (Bounded.of(moment, positive=True) for moment in (starts.A, starts.C))
     rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
-    gMR, thetadot, phidot, spin = map(Sized.of, rates)
+    gMR, thetadot, phidot, spin = map(Bounded.of, rates)
     omega3 = spin if starts.held == "omega3" else spin + phidot * u
     sin2, b = below * above, C * omega3 / A
     across = phidot * sin2
@@ -121,7 +121,7 @@ def reduced(starts: Starts) -> Reduced:
     return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
 
-def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
+def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
     """cosθ and 1 ∓ cosθ, nothing in which cancels, from one sine.
 
     Within π/3 of a pole it is that of half the angle to the pole, elsewhere that of π/2 − θ. Either
@@ -135,7 +135,7 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     >>> print(cos.value, one_minus_cos.value, one_plus_cos.value)
     [ 1.  1. -1.] [0.e+00 5.e-17 2.e+00] [2.00000000e+00 2.00000000e+00 7.49879891e-33]
     """
-    theta = np.where(theta <= pi, Sized.of(theta, positive=True).value, np.nan)
+    theta = np.where(theta <= pi, Bounded.of(theta, positive=True).value, np.nan)
     late = theta > pi / 2
     tilt = np.where(late, (pi - theta) + 2 * _REST, theta)  # from the nearer pole
     polar = tilt < pi / 3
@@ -144,16 +144,20 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     cos = np.where(polar, np.where(late, near - 1, 1 - near), sine)
     one_minus_cos = np.where(polar > late, near, 1 - cos)
     one_plus_cos = np.where(polar & late, near, 1 + cos)
-    return Sized(cos), Sized(one_minus_cos, one_minus_cos), Sized(one_plus_cos, one_plus_cos)
+    return (
+        Bounded(cos),
+        Bounded(one_minus_cos, one_minus_cos),
+        Bounded(one_plus_cos, one_plus_cos),
+    )
 
 
 # --- signs of arrays -----------------------------------------------------------------------------
 
 
 class Sign(NamedTuple):
-    """What doubles tell of a number: its sum, where the sign is certain, where it is exactly 0."""
+    """The sum of a criterion, where its sign is certain, and where it is exactly 0."""
 
-    sum: Sized
+    sum: Bounded
     certain: Mask
     zero: Mask
 
@@ -172,21 +176,21 @@ _ALWAYS: Final = Answer(np.ones(1, np.bool_), np.zeros(1, np.bool_))
 
 
 class ArraySigns:
-    """The numbers that tell kinds apart, for arrays of tops and starts; 0 where all terms are."""
+    """The criteria of kinds, for arrays of tops and starts; 0 where all terms are."""
 
     def __init__(self, starts: Starts) -> None:
         self.starts, self.reduced = starts, reduced(starts)
-        self._found: dict[Number, Sign] = {}
+        self._found: dict[Criterion, Sign] = {}
 
-    def sign(self, number: Number) -> Sign:
+    def sign(self, number: Criterion) -> Sign:
         """The sign of one number."""
         if number not in self._found:
             total = number.value(self.reduced)
             self._found[number] = Sign(total, total.least > 0, np.equal(total.magnitude, 0))
         return self._found[number]
 
-    def vanish(self, numbers: tuple[Number, ...]) -> Answer:
-        """Whether all of some numbers are 0; they are asked in their order, until none can be."""
+    def vanish(self, numbers: tuple[Criterion, ...]) -> Answer:
+        """Whether all of some criteria are 0; they are evaluated in order, until none can be."""
         found = _ALWAYS
         for number in numbers:
             _, certain, zero = self.sign(number)
@@ -195,7 +199,7 @@ class ArraySigns:
                 break
         return found
 
-    def positive(self, numbers: tuple[Number, ...]) -> Answer:
+    def positive(self, numbers: tuple[Criterion, ...]) -> Answer:
         """Whether a product is positive; where a factor is exactly 0, it is not."""
         if not numbers:
             return _ALWAYS
@@ -223,7 +227,7 @@ class ArraySigns:
 class Filtered(NamedTuple):
     """Codes of kinds and details, where they are certain, and bits of tags that hold or are open.
 
-    Tags that were not asked for are all 0.
+    Tags are all 0 unless they are wanted.
     """
 
     kind: Codes
@@ -234,7 +238,7 @@ class Filtered(NamedTuple):
 
 
 def filtered(starts: Starts, tagged: bool = False) -> Codes:
-    """The kinds of motion, as far as doubles tell them: the rows of `Filtered`.
+    """The kinds of motion, as far as doubles decide them: the rows of `Filtered`.
 
     Of impossible starts nothing is meant.
     """
@@ -300,7 +304,7 @@ def _known(holds: Mask) -> Answer:
 
 
 def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
-    """It is told only that it is not near: how near it is, is beyond doubles."""
+    """Only that it is not near is decided: how near it is, is beyond doubles."""
     up, weight = signs.reduced.g.value > 0, np.abs(signs.reduced.g.value)
     over, passed = (
         [signs.sign(number).sum.least for number in numbers]
@@ -327,13 +331,13 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
     near = 2 * free.value / (np.copysign(root, -linear.value) - linear.value)
 
     def spin_at(u: Array) -> Any:
-        return free + Sized(u) * (linear + Sized(u) * square)
+        return free + Bounded(u) * (linear + Bounded(u) * square)
 
     rough = spin_at(near)
     off = 4 * ERROR * (1 + rough.magnitude / root)  # root is the slope
     ends = near - off, near + off
     (below, speed_below), (above, speed_above) = (
-        (spin_at(end), kinds.speed_at(x, Sized(end))) for end in ends
+        (spin_at(end), kinds.speed_at(x, Bounded(end))) for end in ends
     )
     known = (below.value < 0) != (above.value < 0)
     for each in (below, above, speed_below, speed_above):

@@ -41,14 +41,14 @@ class Verdicts:
         Index in `names`, the last of which is impossible: no top or no start has these numbers.
     detail : ndarray of uint8
         Index in `details`: distinguishes motions of one kind. 0 where the kind has no details,
-        and where they could not be told.
+        and where they are not decided.
     certified : ndarray of bool
         Whether the kind is proved; of what is impossible, too.
     tags, open_tags : ndarray of uint8 or None
         The tags that hold and those that could be neither proved nor disproved, as bits: 1 for
-        the first of `tag_names`, 2, 4, … for the others. None where they were not asked for.
+        the first of `tag_names`, 2, 4, … for the others. None without `tags`.
     sent : int
-        How many doubles could not tell and were sent to balls.
+        How many doubles left open, which were decided by balls.
     names, details, tag_names : tuple of str
         What the codes and the bits mean.
     """
@@ -118,8 +118,8 @@ def classify_many(
 
     Notes
     -----
-    A sign is told by doubles where the sum is larger than its roundings can be; what they cannot
-    tell is left to `heavytop.classify`. ``validation/03_benchmarks.py`` measures how fast
+    Doubles decide a sign where the sum is larger than its roundings can be; what they leave
+    open goes to `heavytop.classify`. ``validation/03_benchmarks.py`` measures how fast
     this is.
 
     Accuracy: ``tests/classification/test_many.py`` holds kinds and tags to those of
@@ -141,8 +141,8 @@ def classify_many(
     found = np.empty((5, columns.size), np.uint8)  # the rows of `Filtered`
     for at in range(0, columns.size, CHUNK):
         span = slice(at, at + CHUNK)
-        found[:, span] = _screen(columns.starts(span), tags)
-    sent = _send(columns, found)
+        found[:, span] = _filter_chunk(columns.starts(span), tags)
+    sent = _classify_open(columns, found)
     found.setflags(write=False)
     kind, detail, proved, held, unknown = found.reshape(5, *columns.shape)
     if not tags:
@@ -150,8 +150,8 @@ def classify_many(
     return Verdicts(kind, detail, proved.view(np.bool_), held, unknown, sent)
 
 
-def _screen(starts: Starts, tagged: bool) -> Codes:
-    """Tell what doubles can tell."""
+def _filter_chunk(starts: Starts, tagged: bool) -> Codes:
+    """Decide what doubles can decide."""
     rows = filtered(starts, tagged)
     broken, unsure = impossible(starts.A, starts.C, starts.theta), Filtered(*rows).certain == 0
     if unsure.any():  # where a sign is known, all are finite
@@ -162,8 +162,8 @@ def _screen(starts: Starts, tagged: bool) -> Codes:
     return rows
 
 
-def _send(columns: InputArrays, found: Codes) -> int:
-    """Send to balls what is left, and say how many that were."""
+def _classify_open(columns: InputArrays, found: Codes) -> int:
+    """Decide by balls what is left open, and return how many that were."""
     sent, codes = 0, Filtered(*found)
     for at in np.flatnonzero((codes.certain == 0) | (codes.open_tags != 0)).tolist():
         try:

@@ -131,7 +131,7 @@ class Reduced:
 
 @dataclass(frozen=True, slots=True)
 class Regime:
-    """What is exactly so of a motion; everything but `mirrored` is said of the motion with g ≥ 0.
+    """What is exactly so of a motion; everything but `mirrored` holds of the motion with g ≥ 0.
 
     Parameters
     ----------
@@ -168,13 +168,13 @@ class Regime:
     ) -> Regime:
         """What is exactly so of one motion.
 
-        What 4096 bits do not tell from 0, and what is not proved to be 0 either, is an error; or
-        it counts as 0, if nothing has to be `proved`.
+        What 4096 bits do not separate from 0, and no proof shows to be 0, is an error; or it counts
+        as 0, if nothing has to be `proved`.
 
         Raises
         ------
         Unseparated
-            Some number could be neither told from 0 nor proved to be 0.
+            Some number is neither separated from 0 nor proved to be 0.
         """
         start = reduced or source.reduced(FEW_BITS)
         mirrored = (ball_sign(start.g) or source.exact.g.sign()) == -1
@@ -214,12 +214,12 @@ class ReducedMotion:
 def vanishes(
     source: ReducedMotion, name: str, proved: bool = True, reduced: Reduced | None = None
 ) -> bool:
-    """Whether a number of the reduced motion is exactly 0; what cannot be told is an error, or 0.
+    """Whether a number of the reduced motion is exactly 0; an undecided one is an error, or 0.
 
     Raises
     ------
     Unseparated
-        It could be neither told from 0 nor proved to be 0, and has to be `proved`.
+        It is neither separated from 0 nor proved to be 0, and has to be `proved`.
     """
     with working(FEW_BITS):
         side = ball_sign(getattr(reduced or source.reduced(FEW_BITS), name))

@@ -1,4 +1,4 @@
-"""Signs of the numbers that tell kinds apart, for one top and one start: zeros are proved here.
+"""Signs of the criteria of kinds, for one top and one start: zeros are proved here.
 
 Balls of 106 bits decide nearly always. What they leave open goes to the exact numbers, whose sign
 is found by balls of more bits or by proving that everything cancels.
@@ -13,7 +13,7 @@ from typing import Final
 
 from flint import arb
 
-from heavytop.classification.kinds import Number
+from heavytop.classification.kinds import Criterion
 from heavytop.classification.reduced import (
     MOST_BITS,
     Reduced,
@@ -30,7 +30,7 @@ SIGN_BITS: Final = 106
 
 
 class UndecidedError(Exception):
-    """A number that could be neither told from zero nor proved to be zero."""
+    """A number that is neither separated from zero nor proved to be zero."""
 
     def __init__(self, symbol: str, size: arb) -> None:
         self.bound = abs(size).upper().str(2, radius=False)
@@ -40,28 +40,28 @@ class UndecidedError(Exception):
 
 
 class SceneSigns:
-    """What is positive, zero or negative of one top and one start, each found when first asked for.
+    """The signs of criteria for one top and one start, each computed when it is first needed.
 
-    Signs are asked for at a working precision of 106 bits; `UndecidedError` is raised where a
-    number could be neither told from zero nor proved to be zero.
+    They take a working precision of 106 bits; `UndecidedError` is raised where a number is
+    neither separated from zero nor proved to be zero.
     """
 
     def __init__(self, top: Top, start: State) -> None:
         self.top, self.source = top, reduced_from_scene(top, start)
-        self._found: dict[Number, Sign] = {}
+        self._found: dict[Criterion, Sign] = {}
 
     @cached_property
     def few(self) -> Reduced:
         """The motion in balls of 106 bits."""
         return self.source.reduced(SIGN_BITS)
 
-    def sign(self, number: Number) -> Sign:
+    def sign(self, number: Criterion) -> Sign:
         """The sign of a number."""
         if number not in self._found:
             self._found[number] = self._sign(number)
         return self._found[number]
 
-    def _sign(self, number: Number) -> Sign:
+    def _sign(self, number: Criterion) -> Sign:
         side = ball_sign(number.value(self.few))
         if side is None:
             side = number.value(self.source.exact).sign()
@@ -70,23 +70,23 @@ class SceneSigns:
                 raise UndecidedError(number.symbol, number.value(self.source.reduced(MOST_BITS)))
         return side
 
-    def shown(self, number: Number, bits: int) -> arb:
+    def shown(self, number: Criterion, bits: int) -> arb:
         """What is shown of a number, at the working precision of so many bits."""
         x = self.few if bits == SIGN_BITS else self.source.reduced(bits)
         moments = (ball_of(moment, bits) for moment in (self.top.A, self.top.C))
         shown: arb = number.shown(number.value(x), x, *moments)
         return shown
 
-    def vanish(self, numbers: Iterable[Number]) -> bool:
+    def vanish(self, numbers: Iterable[Criterion]) -> bool:
         """Whether all of some numbers are zero; raises where one may be and no other is not."""
         return not any(self._signs(numbers, decided=any))
 
-    def product(self, numbers: Iterable[Number]) -> int:
+    def product(self, numbers: Iterable[Criterion]) -> int:
         """The sign of a product; raises where a factor may be zero and none is."""
         return prod(self._signs(numbers, decided=lambda signs: 0 in signs))
 
     def _signs(
-        self, numbers: Iterable[Number], decided: Callable[[list[Sign]], bool]
+        self, numbers: Iterable[Criterion], decided: Callable[[list[Sign]], bool]
     ) -> list[Sign]:
         """The signs of some numbers; raises where one is unknown, unless the others decide."""
         signs, unknown = [], None

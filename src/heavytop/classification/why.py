@@ -8,7 +8,7 @@ from typing import Final
 
 from flint import arb
 
-from heavytop.classification.kinds import DETAILS, SO, Number, Rule
+from heavytop.classification.kinds import DETAILS, SO, Criterion, Rule
 from heavytop.classification.reduced import MOST_BITS
 from heavytop.classification.signs import SIGN_BITS, SceneSigns
 from heavytop.exact.balls import working
@@ -19,17 +19,17 @@ _RELATIONS: Final = {1: "> 0", -1: "< 0", 0: "= 0 (proved)"}
 
 
 def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
-    """Why a rule fits, and what tells the motion from others of its kind.
+    """Why a rule fits, and what distinguishes the motion from others of its kind.
 
     `side` is the sign of the product that does, None where there is none or it is undecided.
     """
     decided = " and ".join(_conditions(signs, rule))
-    said = f"{decided}: {SO[rule.kind]}"
+    text = f"{decided}: {SO[rule.kind]}"
     if side is None:
-        return said
+        return text
     names, _, shown, beside = DETAILS[rule.kind]
     beside_it = (f"{each.symbol} {value}" for each in beside if (value := _value(signs, each)))
-    return f"{said}; {_inequality(signs, shown, side)}: {', '.join((names[side], *beside_it))}"
+    return f"{text}; {_inequality(signs, shown, side)}: {', '.join((names[side], *beside_it))}"
 
 
 def general_reason(rule: Rule) -> str:
@@ -46,12 +46,12 @@ def _conditions(signs: SceneSigns, rule: Rule) -> Iterator[str]:
         yield _inequality(signs, number, side)
 
 
-def _inequality(signs: SceneSigns, number: Number, side: int) -> str:
+def _inequality(signs: SceneSigns, number: Criterion, side: int) -> str:
     value = _value(signs, number) if side else None
     return " ".join(filter(None, (number.symbol, value, _RELATIONS[side])))
 
 
-def _value(signs: SceneSigns, number: Number) -> str | None:
+def _value(signs: SceneSigns, number: Criterion) -> str | None:
     """A number to 4 digits, with its unit; None where it is infinite, or as small as no scene's."""
     for bits in _BITS:
         with working(bits):

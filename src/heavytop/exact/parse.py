@@ -98,7 +98,7 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
 
 
 def _refusal(token: str, units: Collection[str]) -> str:
-    """What is said of a token that is out of place."""
+    """The message about a token that is out of place."""
     if not token:
         return f"the expression ends too early: {RULE}"
     known = f"a unit: {', '.join(units)}" if units else "no unit here"

@@ -22,7 +22,7 @@ from heavytop.exact.number import NOTHING, Exact, Sign, rational, split
 Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
 
-_BITS: Final = (64, 256)  # which nearly always tell a sign
+_BITS: Final = (64, 256)  # which nearly always decide
 _MORE_BITS: Final = (1024, 4096)  # for what is not proved to be zero
 _MAX_BITS: Final = 1 << 17  # of a separation bound
 _MAX_COEFFICIENT_BITS: Final = 1 << 15  # of that of a coefficient, of which there may be many
@@ -48,7 +48,7 @@ def sign_of(x: Exact) -> Sign | None:
 
 
 def _side(x: Exact, precisions: Iterable[int]) -> Sign | None:
-    """The side of zero where a ball lies, at the first precision that tells."""
+    """The side of zero where a ball lies, at the first precision that decides."""
     for ball in map(x.ball, precisions):
         if ball > 0 or ball < 0:
             return 1 if ball > 0 else -1
