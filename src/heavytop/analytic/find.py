@@ -17,8 +17,8 @@ from typing import Any, Final, TypeAlias
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
+from heavytop.classification.classify import SIGN_BITS, SceneSigns, UndecidedError
 from heavytop.classification.kinds import RULES, Criterion
-from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.balls import working

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.classification import kinds
+from heavytop.classification.classify import general_reason
 from heavytop.classification.kinds import Criterion, Kind
-from heavytop.classification.why import general_reason
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
