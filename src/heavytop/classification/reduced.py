@@ -8,7 +8,7 @@ In units A = 1, with g = gMR/A, a = p_φ/A, b = p_ψ/A, h = E'/A and u = cos θ,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -16,11 +16,10 @@ from typing import Any, Final, TypeAlias
 
 from flint import arb, fmpq
 
-from heavytop.errors import Impossible, Unseparated
+from heavytop.errors import Unseparated
 from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
 from heavytop.exact.balls import Interval, above, rational_ball, working
 from heavytop.exact.number import Sign, rational, rational_value
-from heavytop.scene.arguments import wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -265,9 +264,6 @@ class _Scene:
         self.top, self.start = top, start
         self._zeros: dict[str, bool] = {}
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.top, self.start)  # what was computed is not copied
-
     def reduced(self, bits: int | None) -> Reduced:
         """The motion in balls of so many bits, or in exact numbers."""
         top, start = self.top, self.start
@@ -313,20 +309,19 @@ class _Scene:
         return {1: ONE, -1: -ONE}[self._pole] if self._pole else cos(self.start.theta)
 
     @cached_property
-    def _pole(self) -> Sign | None:
-        """1 where the axis starts pointing up, −1 where down, 0 where neither; None if unknown."""
+    def _pole(self) -> Sign:
+        """1 where the axis is proved to start pointing up, −1 where down; else 0."""
         theta = self.start.theta
         if theta.fraction is not None:  # π is irrational
             return 1 if theta.fraction == 0 else 0
         ball = theta.ball(FEW_BITS)
         if ball > 0 and ball < arb.pi():
             return 0
-        signs = theta.sign(), (PI - theta).sign()
-        return 1 if signs[0] == 0 else -1 if signs[1] == 0 else None if None in signs else 0
+        return 1 if theta.sign() == 0 else -1 if (PI - theta).sign() == 0 else 0
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]."""
-        start, pole = self.start, self._pole or 0
+        start, pole = self.start, self._pole
         angles = start.phi.ball(bits), start.psi.ball(bits)
         return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
@@ -340,7 +335,7 @@ def _root(square: Real) -> Real:
 
 
 def reduced_from_axis(
-    e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
+    e: Iterable[Number], l: Iterable[Number], g: Number, kappa: Number = 0,  # noqa: E741
     phi0: Number | None = None, psi0: Number = 0,
 ) -> ReducedMotion:  # fmt: skip
     """The motion of numbers in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
@@ -349,8 +344,8 @@ def reduced_from_axis(
 
     Parameters
     ----------
-    e, l : sequence of 3 number
-        The axis, and the angular momentum divided by A [s⁻¹].
+    e, l : iterable of 3 number
+        The axis, which is not 0, and the angular momentum divided by A [s⁻¹]; all are rational.
     g : number
         gMR/A [s⁻²].
     kappa : number
@@ -359,26 +354,18 @@ def reduced_from_axis(
         φ₀ [rad]; by default that of the axis, in (−π, π], or on a pole of where it moves to.
     psi0 : number
         ψ₀ [rad].
-
-    Raises
-    ------
-    Impossible
-        e is zero, or one of the numbers is not rational.
     """
-    (x, y, z), (lx, ly, lz) = _vector("e", e), _vector("l", l)
+    (x, y, z), (lx, ly, lz) = map(_fmpq, e), map(_fmpq, l)
     rho2 = x * x + y * y + z * z
-    if rho2 == 0:
-        raise Impossible([("e", "not the zero vector")])
     dot, sin2 = lx * x + ly * y + lz * z, (x * x + y * y) / rho2
     kinetic = (lx * lx + ly * ly + lz * lz - dot * dot / rho2) / 2
     numbers = Reduced(
-        _rational("g", g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic,
-        _rational("kappa", kappa),
+        _fmpq(g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic, _fmpq(kappa),
     )  # fmt: skip
-    phi = None if phi0 is None else _rational("phi0", phi0)
+    phi = None if phi0 is None else _fmpq(phi0)
     return ReducedMotion(
         partial(_axis_numbers, numbers, rho2),
-        partial(_axis_angles, (x, y, z), (lx, ly), phi, _rational("psi0", psi0)),
+        partial(_axis_angles, (x, y, z), (lx, ly), phi, _fmpq(psi0)),
     )
 
 
@@ -466,19 +453,7 @@ def _exact(q: fmpq | Fraction) -> Exact:
     return rational(q if isinstance(q, Fraction) else Fraction(int(q.p), int(q.q)))  # of any size
 
 
-def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type(name, "three numbers", value)
-    try:
-        x, y, z = value
-    except (TypeError, ValueError):  # an array of no dimension, or of another length
-        raise Impossible([(name, "three numbers")]) from None
-    return [_rational(name, each) for each in (x, y, z)]
-
-
-def _rational(name: str, value: Number) -> fmpq:
-    # of a run: a component of the axis may be of any size, unlike what a scene says
-    q = Exact.of(value).fraction if isinstance(value, str | Exact) else rational_value(value)
-    if q is None:
-        raise Impossible([(name, "rational numbers")])
+def _fmpq(value: Any) -> fmpq:
+    """A rational number of any kind and size: unlike a scene's, a run's may be nearly 0."""
+    q = rational_value(value)
     return fmpq(q.numerator, q.denominator)
