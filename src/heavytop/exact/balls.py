@@ -163,11 +163,6 @@ class Interval:
         """The largest n with spread ≤ 10⁻ⁿ max(1, |middle|); infinite where the spread is 0."""
         return _places(self.spread / max(Fraction(1), abs(self.middle)))
 
-    @property
-    def decimals(self) -> float:
-        """The largest n with spread ≤ 10⁻ⁿ; infinite where the spread is 0."""
-        return _places(self.spread)
-
     def bounds(self, digits: int) -> tuple[str, str]:
         """Two decimal numbers of so many significant digits with the interval between them.
 

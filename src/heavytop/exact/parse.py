@@ -19,7 +19,6 @@ from heavytop.text import harmless, nearest
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
-MAX_TOKENS: Final = 500
 _MAX_HEIGHT: Final = 2**16384  # of any rational,
 _MAX_POWER: Final = 64  # of an exponent and its denominator as they are written, and
 _MAX_BUILT_POWER: Final = 4096  # of what results
@@ -82,10 +81,7 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
         raise NotANumber(f"{allowed}, not {unit}")
-    tokens = _TOKEN.findall(body.removesuffix(unit))
-    if len(tokens) > MAX_TOKENS:
-        raise NotANumber(f"an expression holds at most {MAX_TOKENS} numbers, marks and names")
-    tokens = ["", *reversed(tokens)]
+    tokens = ["", *reversed(_TOKEN.findall(body.removesuffix(unit)))]
     try:
         value = _expression(tokens)
         if tokens[-1]:
