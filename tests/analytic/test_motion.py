@@ -119,23 +119,3 @@ def test_an_angle_too_large_for_a_double_has_a_name():
 
 
 # --- moments that no rigid body has, and a point mass --------------------------------------------
-
-
-@pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")
-@pytest.mark.parametrize("seed", range(40))
-def test_the_spin_beyond_every_body_reverses_where_the_motion_shows_it(seed):
-    """Where C > 2A, the rate of spin may vanish twice between the poles."""
-    draw = np.random.default_rng(seed)
-    C, gMR, tilt = draw.uniform(2.1, 12), 3 * draw.normal(), draw.uniform(0.2, 2.9)
-    rates = dict(zip(("phidot", "thetadot", "psidot"), draw.normal(size=3).tolist(), strict=True))
-    motion = ht.Motion(ht.Top(1, C, gMR), ht.State(tilt, **rates))
-    seen = motion.at(np.linspace(0.0, motion.period, 2001))
-    reverses = seen.psidot.min() < -1e-6 and seen.psidot.max() > 1e-6
-    assert ("spin-reversal" in map(str, motion.tags)) == reverses
-    known = ht.facts(motion)
-    assert known.psidot_reverses == reverses
-    if reverses:
-        there = abs(seen.theta - known.psidot_reversal_theta).argmin()
-        assert abs(seen.psidot[there]) < 0.01 * np.ptp(seen.psidot)
-    found = ht.classify_many(A=1.0, C=C, gMR=gMR, theta=tilt, **rates, tags=True)
-    assert (found.kind == list(found.names).index(str(motion.kind))).all()

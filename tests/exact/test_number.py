@@ -129,6 +129,7 @@ def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, b
     assert high - low <= Fraction(1, 2**900)
     assert exact.mpf(context(bits)) == libmp_rounded(value, bits)
     assert float(exact) == float(value)
+    assert Exact.of(str(exact)) == exact
 
 
 def libmp_rounded(q: Fraction, bits: int) -> object:
