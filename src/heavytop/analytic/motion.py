@@ -16,6 +16,7 @@ from heavytop.analytic.roots import sign_of
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
 from heavytop.classification.reduced import (
+    FEW_BITS,
     Reduced,
     ReducedMotion,
     ball_of,
@@ -110,8 +111,10 @@ class ClosedForm(Refined):
     @cached_property
     def cusps(self) -> bool:
         """Whether φ̇ is exactly 0 where a nutating axis is highest."""
-        if not (self.regime.misses_top and self.regime.misses_bottom and self.vanishes("looping")):
-            return False
+        with working(FEW_BITS):
+            passes = not (self.regime.misses_top and self.regime.misses_bottom)
+            if passes or not self.vanishes("looping"):
+                return False
 
         def sign(c: Constants) -> int:
             return sign_of(c.start.P_plus * c.start.P_minus, "P+ or P- and 0")

@@ -59,18 +59,18 @@ class Refined:
     @cached_property
     def regime(self) -> Regime:
         """What is exactly so of the motion; what cannot be separated from zero counts as zero."""
-        try:
-            return Regime.of(self.source, True, self._start)
-        except Unseparated as doubt:
-            self._computed["doubt"] = doubt
-            return Regime.of(self.source, False, self._start)
+        with working(FEW_BITS):
+            return Regime.of(self.source, self._start, self.vanishes)
 
     def vanishes(self, name: str) -> bool:
-        """Whether a number of the reduced motion is exactly 0, or cannot be separated from it."""
+        """Whether a number of the reduced motion is 0, or cannot be separated from it.
+
+        At a working precision of `FEW_BITS`.
+        """
         try:
-            return vanishes(self.source, name, True, self._start)
+            return vanishes(self.source, self._start, name)
         except Unseparated as doubt:
-            self._computed["doubt"] = doubt
+            self._computed.setdefault("doubt", doubt)
             return True
 
     def refine(

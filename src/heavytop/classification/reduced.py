@@ -162,24 +162,11 @@ class Regime:
         return "steady" if self.steady else "asymptotic" if self.asymptotic else "nutating"
 
     @classmethod
-    def of(
-        cls, source: ReducedMotion, proved: bool = True, reduced: Reduced | None = None
-    ) -> Regime:
-        """What is exactly so of one motion.
-
-        What 4096 bits do not separate from 0, and no proof shows to be 0, is an error; or it counts
-        as 0, if nothing has to be `proved`.
-
-        Raises
-        ------
-        Unseparated
-            Some number is neither separated from 0 nor proved to be 0.
-        """
-        start = reduced or source.reduced(FEW_BITS)
+    def of(cls, source: ReducedMotion, start: Reduced, zero: Callable[[str], bool]) -> Regime:
+        """What is exactly so of a motion with such balls, of which `zero` says what vanishes."""
         mirrored = (ball_sign(start.g) or source.exact.g.sign()) == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
-        zero = partial(vanishes, source, proved=proved, reduced=start)
         resting, weightless = zero("udot0"), zero("g")
         steady = resting and zero("pull")
         misses_top, misses_bottom = not zero(top), not zero(bottom)
@@ -210,22 +197,19 @@ class ReducedMotion:
         return self.reduced(None)
 
 
-def vanishes(
-    source: ReducedMotion, name: str, proved: bool = True, reduced: Reduced | None = None
-) -> bool:
-    """Whether a number of the reduced motion is exactly 0; an undecided one is an error, or 0.
+def vanishes(source: ReducedMotion, start: Reduced, name: str) -> bool:
+    """Whether a number of a motion with such balls, of the working precision, is exactly 0.
 
     Raises
     ------
     Unseparated
-        It is neither separated from 0 nor proved to be 0, and has to be `proved`.
+        It is neither separated from 0 nor proved to be 0.
     """
-    with working(FEW_BITS):
-        side = ball_sign(getattr(reduced or source.reduced(FEW_BITS), name))
+    side = ball_sign(getattr(start, name))
     if side is None:
         side = getattr(source.exact, name).sign()
-    if side is not None or not proved:
-        return not side
+    if side is not None:
+        return side == 0
     with working(MOST_BITS):
         near = getattr(source.reduced(MOST_BITS), name)
         bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
