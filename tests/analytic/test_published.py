@@ -139,6 +139,13 @@ def test_the_lie_group_benchmark():
     assert not far(found("u", 2), "-0.67302")
 
 
+def test_runs_of_the_lie_group_benchmark():
+    states = np.array([*LIE_STATES.values()], float)
+    at = ht.propagate(ht.load_scene("lie-group-benchmark"))([0.01, 0.2, 1, 2])
+    assert np.max(np.abs(at.axis - states[:, :3])) < 5e-15
+    assert np.max(np.abs(at.omega - states[:, 3:])) < 5e-13
+
+
 # --- steady precession, and the separatrix -----------------------------------------------------
 
 
