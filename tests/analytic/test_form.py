@@ -21,6 +21,7 @@ import pytest
 from flint import arb
 
 import heavytop as ht
+from heavytop.analytic import constants
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import reduced_from_scene
 from heavytop.exact import Exact, cos
@@ -120,6 +121,15 @@ def test_the_equations_of_motion(name, e):
     for part in PARTS:
         t = form.ctx.mpf(part) * form.period + form.lower_turning
         assert max(residuals(start, form, t)) < 1e-50
+
+
+@pytest.mark.parametrize("part", ["first_kind", "third_kind"])
+def test_an_error_of_1e_40_in_an_elliptic_integral_is_found(part, monkeypatch):
+    exact = getattr(constants, part)
+    monkeypatch.setattr(constants, part, lambda *args: exact(*args) * (1 + arb("1e-40")))
+    start = near("1e-3")["past the top"]
+    form = Digits(start.motion, 160)
+    assert max(residuals(start, form, form.period / 3)) > 1e-45
 
 
 @pytest.mark.parametrize("e", TINY)
