@@ -24,7 +24,7 @@ from ..motions import CONE, MARGINAL, WEIGHTLESS, WHITTAKER
 CTX = context(60)
 BITS = 300
 NAMES = ("g", "a", "b", "h", "u0", "udot0", "P_plus", "P_minus", "kinetic0", "drift0",
-         "one_minus_u0", "one_plus_u0", "over_top", "over_bottom", "pull", "looping",
+         "one_minus_u0", "one_plus_u0", "over_top", "over_bottom", "slope0", "cusp_number",
          "kappa")  # fmt: skip
 
 

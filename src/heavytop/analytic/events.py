@@ -167,7 +167,7 @@ class EventTimes:
         part = c.reversal / c.period
         if not self.motion.vanishes("drift0"):
             return [lower + part, lower - part]
-        return [arb(0), lower - part if c.over.udot0 > 0 else lower + part]
+        return [arb(0), lower - part if c.upright.udot0 > 0 else lower + part]
 
 
 def _passed(time: arb) -> bool:

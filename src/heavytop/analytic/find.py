@@ -245,7 +245,7 @@ def _number(motion_at: MotionAt, number: Criterion, x: float) -> float | None:
     signs = SceneSigns(motion.top, motion.start)
     with working(SIGN_BITS):
         try:
-            return signs.sign(number) * (abs(float(number.value(signs.few))) or 1.0)
+            return signs.sign(number) * (abs(float(number.value(signs.balls))) or 1.0)
         except UndecidedError:
             return None
 

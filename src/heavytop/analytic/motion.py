@@ -113,7 +113,7 @@ class ClosedForm(Refined):
         """Whether φ̇ is exactly 0 where a nutating axis is highest."""
         with working(FEW_BITS):
             passes = not (self.regime.misses_top and self.regime.misses_bottom)
-            if passes or not self.vanishes("looping"):
+            if passes or not self.vanishes("cusp_number"):
                 return False
 
         def sign(c: Constants) -> int:

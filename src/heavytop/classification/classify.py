@@ -147,7 +147,7 @@ def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
     over = kinds.OVER_BOTTOM if signs.sign(kinds.INVERTED) > 0 else kinds.OVER_TOP
-    if 2 * kinds.FAR * abs(over.value(signs.few)) > abs(signs.few.g):
+    if 2 * kinds.FAR * abs(over.value(signs.balls)) > abs(signs.balls.g):
         return False
     if kind is Kind.PLANAR_PENDULUM and signs.sign(over) == 0:
         return False
@@ -162,7 +162,7 @@ def _reverses(signs: SceneSigns, _: Kind) -> bool:
     if one and signs.vanish((kinds.THETA_RATE, kinds.SPIN_STOPS)):
         return False
     try:
-        return _rises_at_a_zero(signs.few, lambda x: x.sqrt(), one)
+        return _rises_at_a_zero(signs.balls, lambda x: x.sqrt(), one)
     except UndecidedError:
         return _rises_at_a_zero(signs.source.exact, sqrt, one)
 
@@ -219,7 +219,7 @@ class SceneSigns:
         self._found: dict[Criterion, Sign] = {}
 
     @cached_property
-    def few(self) -> Reduced:
+    def balls(self) -> Reduced:
         """The motion in balls of 106 bits."""
         return self.source.reduced(SIGN_BITS)
 
@@ -230,7 +230,7 @@ class SceneSigns:
         return self._found[number]
 
     def _sign(self, number: Criterion) -> Sign:
-        side = ball_sign(number.value(self.few))
+        side = ball_sign(number.value(self.balls))
         if side is None:
             side = number.value(self.source.exact).sign()
         if side is None:
@@ -240,7 +240,7 @@ class SceneSigns:
 
     def shown(self, number: Criterion, bits: int) -> arb:
         """What is shown of a number, at the working precision of so many bits."""
-        x = self.few if bits == SIGN_BITS else self.source.reduced(bits)
+        x = self.balls if bits == SIGN_BITS else self.source.reduced(bits)
         moments = (ball_of(moment, bits) for moment in (self.top.A, self.top.C))
         shown: arb = number.shown(number.value(x), x, *moments)
         return shown

@@ -29,7 +29,7 @@ ERROR: Final = 160 * 2.0**-53
 """What a sum is off by at most, beside its magnitude.
 
 The number of roundings grows by 1 in a sum, where the larger one counts, and to n₁ + n₂ + 1 in a
-product: sin²θ has 49 (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28, `pull`, the
+product: sin²θ has 49 (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28, `slope0`, the
 longest criterion of a kind, 83, f at a given height 112, and a detail 152, the most. One more is
 for the rounding of the magnitude itself, for products of errors, and for the comparison.
 """

@@ -103,11 +103,11 @@ OVER_TOP: Final = Criterion("E′ − gMR", lambda x: x.over_top, "J")
 OVER_BOTTOM: Final = Criterion("E′ + gMR", lambda x: x.over_bottom, "J")
 """The energy to spare at the top, and at the bottom."""
 
-STEADY: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.pull)
+STEADY: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.slope0)
 """θ̈ sinθ: zero, with θ̇ = 0, where θ is constant."""
 
 LOOPING: Final = Criterion(
-    "E′ − gMR p_φ/p_ψ", lambda x: x.looping, "J", lambda v, x, A, _: A * v / x.b
+    "E′ − gMR p_φ/p_ψ", lambda x: x.cusp_number, "J", lambda v, x, A, _: A * v / x.b
 )
 """The number is of the sign of p_ψ in loops, zero in cusps. Both its terms vanish at rest."""
 

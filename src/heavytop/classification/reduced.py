@@ -100,7 +100,7 @@ class Reduced:
         return self.kinetic0 + self.g * self.one_plus_u0
 
     @property
-    def pull(self) -> Real:
+    def slope0(self) -> Real:
         """f₁ = f'(u₀) = 2 ü₀ [s⁻²]."""
         turning = self.drift0 * self.b - 2 * self.kinetic0 * self.u0
         return 2 * (turning - self.g * self.sin2)
@@ -109,10 +109,10 @@ class Reduced:
     def cubic(self) -> tuple[Real, Real, Real, Real]:
         """f₃, f₂, f₁, f₀."""
         bend = 4 * self.g * self.u0 - 2 * self.kinetic0 - self.b * self.b
-        return 2 * self.g, bend, self.pull, self.udot0 * self.udot0
+        return 2 * self.g, bend, self.slope0, self.udot0 * self.udot0
 
     @property
-    def looping(self) -> Real:
+    def cusp_number(self) -> Real:
         """H b − g a [s⁻³]: with P₊P₋ < 0, of the sign of b where φ̇ reverses, zero in cusps."""
         return self.kinetic0 * self.b - self.g * self.drift0
 
@@ -168,7 +168,7 @@ class Regime:
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
         resting, weightless = zero("udot0"), zero("g")
-        steady = resting and zero("pull")
+        steady = resting and zero("slope0")
         misses_top, misses_bottom = not zero(top), not zero(bottom)
         level = not (steady or misses_top) and zero(surplus)
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
