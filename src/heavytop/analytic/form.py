@@ -76,7 +76,7 @@ class Form:
     def angles(self) -> list[Callable[..., Any]]:
         """φ and ψ but for what Φ± have swept since the nearest turning point."""
         c, (plus, minus) = self.c, self.c.halves
-        one, other = (self._begun(which) for which in (0, 1))
+        one, other = (self._swept_at_start(which) for which in (0, 1))
         slowest = arb(SLOWEST) if c.period is None else 1 / c.period
         return [
             self.N.linear(
@@ -91,7 +91,7 @@ class Form:
             )
         ]
 
-    def _begun(self, which: int) -> arb:
+    def _swept_at_start(self, which: int) -> arb:
         """What Φ₊ or Φ₋ has swept at the start since the turning point nearest it."""
         c, half = self.c, self.c.halves[which]
         if c.x0.is_zero() and not half.jumps:

@@ -290,16 +290,16 @@ def _put_tags(signs: ArraySigns, found: Filtered) -> None:
 
 
 def _spherical_top(signs: ArraySigns, _: Filtered) -> Answer:
-    return _known(np.equal(signs.starts.A, signs.starts.C))
+    return _decided(np.equal(signs.starts.A, signs.starts.C))
 
 
 def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
     """A pendulum swings or rotates where its kind is certain."""
     resting = signs.vanish(kinds.TAGS["start-at-rest"].zeros).yes
-    return _known(np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting)
+    return _decided(np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting)
 
 
-def _known(holds: Mask) -> Answer:
+def _decided(holds: Mask) -> Answer:
     return Answer(holds, ~holds)
 
 

@@ -260,15 +260,18 @@ class _Scene:
         u, below, above = self._heights(bits)
         omega3 = spin + phidot * u if start.held == "psidot" else spin
         if bits is not None:
-            gMR, thetadot = self._settled("gMR", gMR), self._settled("thetadot", thetadot)
-            phidot, omega3 = self._settled("phidot", phidot), self._settled("omega3", omega3)
+            gMR, thetadot = self._proved_zero("gMR", gMR), self._proved_zero("thetadot", thetadot)
+            phidot, omega3 = (
+                self._proved_zero("phidot", phidot),
+                self._proved_zero("omega3", omega3),
+            )
         sin2, b = below * above, C / A * omega3
         across = phidot * sin2
         kinetic = (thetadot * thetadot + phidot * across) / 2
         udot = thetadot if thetadot == 0 else -_root(sin2) * thetadot
         return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
-    def _settled(self, name: str, ball: arb) -> arb:
+    def _proved_zero(self, name: str, ball: arb) -> arb:
         """The ball of a number, 0 itself where it is proved to be 0."""
         if name not in self._zeros:
             side = ball_sign(ball)
@@ -307,7 +310,7 @@ class _Scene:
         """φ₀ and ψ₀ [rad]."""
         start, pole = self.start, self._pole
         angles = start.phi.ball(bits), start.psi.ball(bits)
-        return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
+        return _other_side(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
 
 def _root(square: Real) -> Real:
@@ -378,7 +381,7 @@ def _axis_angles(
         return arb.atan2(arb(sine), arb(cosine)), psi
     phi = arb(phi0)
     back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
-    return _beyond(pole, phi, psi) if back else (phi, psi)
+    return _other_side(pole, phi, psi) if back else (phi, psi)
 
 
 # --- of constants, and through poles -------------------------------------------------------------
@@ -428,7 +431,7 @@ def _passing(source: ReducedMotion, top: bool, bottom: bool, bits: int | None) -
     return replace(found, b=b, drift0=drift, kinetic0=kinetic)
 
 
-def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
+def _other_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     """The angles of the same place on a pole, seen from the other side."""
     return phi + arb.pi(), psi - pole * arb.pi()
 

@@ -114,7 +114,7 @@ class Exact:
             q, rest = split(term)
             total[rest] = total[rest] + q if rest in total else q
         terms = tuple(_scaled(rest, q) for rest, q in total.items() if q)
-        return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else NOTHING
+        return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else ZERO
 
     def __mul__(self, other: Number) -> Exact:
         b, q, factors = _operand(other), _ONE, dict[Exact, Exact]()
@@ -331,8 +331,8 @@ def acos(x: Number) -> Exact:
     if inside == -1:
         raise NotANumber("an arc cosine or sine is of a number within -1 … 1")
     if inside == 0:
-        return NOTHING if cosine.sign() == 1 else PI
-    sixths = {Fraction(1, 2): 2, NOTHING: 3, Fraction(-1, 2): 4}.get(cosine)
+        return ZERO if cosine.sign() == 1 else PI
+    sixths = {Fraction(1, 2): 2, ZERO: 3, Fraction(-1, 2): 4}.get(cosine)
     return PI * Fraction(sixths, 6) if sixths else Exact("acos", (cosine,))
 
 
@@ -366,7 +366,7 @@ def _circle_point(x: Exact) -> tuple[Exact, Exact]:
         (y,) = angle.args
         near = sqrt(1 - y * y if angle.op == "acos" else 1 + y * y)
         return (y, near) if angle.op == "acos" else (1 / near, y / near)
-    return (Exact("cos", (x,)), Exact("sin", (x,))) if times else (ONE, NOTHING)
+    return (Exact("cos", (x,)), Exact("sin", (x,))) if times else (ONE, ZERO)
 
 
 @lru_cache(64)
@@ -389,7 +389,7 @@ def rational(q: Fraction) -> Exact:
 
 
 _ONE: Final = Fraction(1)
-NOTHING: Final = rational(Fraction(0))
+ZERO: Final = rational(Fraction(0))
 ONE: Final = rational(_ONE)
 PI: Final = Exact("pi", ())
 
@@ -432,7 +432,7 @@ def _power(x: Exact, exponent: Fraction) -> Exact:
             what = "zero" if sign == 0 else "a number that cannot be told from zero"
             raise NotANumber(f"division by {what}")
         if sign == 0:
-            return NOTHING
+            return ZERO
     if exponent in (0, 1):
         return x if exponent else ONE
     if x.op == "rational":

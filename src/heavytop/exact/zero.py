@@ -17,7 +17,7 @@ from typing import Final, TypeAlias
 from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx, fmpz_poly
 
 from heavytop.exact.balls import ball_of, working
-from heavytop.exact.number import NOTHING, Exact, Sign, rational, split
+from heavytop.exact.number import ZERO, Exact, Sign, rational, split
 
 Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
@@ -159,7 +159,7 @@ class _Quotients(dict[Exact, Quotient]):
             free = tuple(0 if i in self._algebraic else n for i, n in enumerate(exponents))
             powers = [value ** int(exponents[i]) for i, value in self._algebraic.items()]
             term = reduce(Exact.__mul__, powers, rational(Fraction(int(c.p), int(c.q))))
-            found[free] = found.get(free, NOTHING) + term
+            found[free] = found.get(free, ZERO) + term
         return all(separation(c) <= _MAX_COEFFICIENT_BITS and c.sign() == 0 for c in found.values())
 
     def __missing__(self, x: Exact) -> Quotient:
