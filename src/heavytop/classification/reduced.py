@@ -260,11 +260,8 @@ class _Scene:
         u, below, above = self._heights(bits)
         omega3 = spin + phidot * u if start.held == "psidot" else spin
         if bits is not None:
-            gMR, thetadot = self._proved_zero("gMR", gMR), self._proved_zero("thetadot", thetadot)
-            phidot, omega3 = (
-                self._proved_zero("phidot", phidot),
-                self._proved_zero("omega3", omega3),
-            )
+            balls = {"gMR": gMR, "thetadot": thetadot, "phidot": phidot, "omega3": omega3}
+            gMR, thetadot, phidot, omega3 = map(self._proved_zero, balls, balls.values())
         sin2, b = below * above, C / A * omega3
         across = phidot * sin2
         kinetic = (thetadot * thetadot + phidot * across) / 2
