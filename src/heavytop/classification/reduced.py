@@ -251,11 +251,9 @@ class _Scene:
     def reduced(self, bits: int | None) -> Reduced:
         """The motion in balls of so many bits, or in exact numbers."""
         top, start = self.top, self.start
-        given: tuple[Real, ...] = (
-            top.A, top.C, top.gMR, start.thetadot, start.phidot, start.spin
-        )  # fmt: skip
+        given: list[Any] = [top.A, top.C, top.gMR, start.thetadot, start.phidot, start.spin]
         if bits is not None:
-            given = tuple(ball_of(value, bits) for value in given)
+            given = [ball_of(value, bits) for value in given]
         A, C, gMR, thetadot, phidot, spin = given
         u, below, above = self._heights(bits)
         omega3 = spin + phidot * u if start.held == "psidot" else spin
