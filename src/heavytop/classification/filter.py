@@ -201,8 +201,6 @@ class ArraySigns:
 
     def positive(self, numbers: tuple[Criterion, ...]) -> Answer:
         """Whether a product is positive; where a factor is exactly 0, it is not."""
-        if not numbers:
-            return _ALWAYS
         sums, certain, zeros = zip(*map(self.sign, numbers), strict=True)
         sure = reduce(np.logical_and, certain)
         yes = sure & reduce(np.equal, (each.value > 0 for each in sums))
@@ -211,7 +209,9 @@ class ArraySigns:
     def fit(self, rule: Rule | Tag) -> Answer:
         """Whether a rule fits: all its zeros are zero, and its product is positive."""
         found = self.vanish(rule.zeros)
-        return found if found.no.all() else found & self.positive(rule.positive)
+        if found.no.all() or not rule.positive:
+            return found
+        return found & self.positive(rule.positive)
 
     @property
     def in_range(self) -> Mask:
