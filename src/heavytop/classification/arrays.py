@@ -5,6 +5,7 @@ in which arrays hold kinds, their details and tags.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import reduce
 from math import prod
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -21,6 +22,7 @@ Array: TypeAlias = "NDArray[np.float64]"
 Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
 
+LARGEST: Final = 2.0**100  # or 1 over it, of numbers that doubles decide about
 _WHOLE: Final = 2.0**53
 
 NAMES: Final = (*map(str, Kind), "impossible")
@@ -76,6 +78,16 @@ class Starts(NamedTuple):
     def arrays(self) -> tuple[Array, ...]:
         """A, C, gMR, theta, thetadot, phidot and spin."""
         return self[:-1]
+
+    @property
+    def in_range(self) -> Mask:
+        """Where every number is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰.
+
+        Then no product in a criterion leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, where roundings are relative.
+        """
+        sizes = map(np.abs, self.arrays)
+        fits = ((x >= 1 / LARGEST) & (x <= LARGEST) | np.equal(x, 0) for x in sizes)
+        return reduce(np.logical_and, fits)
 
     @property
     def pole(self) -> Mask:

@@ -34,10 +34,6 @@ longest criterion of a kind, 83, f at a given height 112, and a detail 152, the 
 for the rounding of the magnitude itself, for products of errors, and for the comparison.
 """
 
-LARGEST: Final = 2.0**100
-"""What is given is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰ (8e-31 … 1e30), or is left open: then no product in
-a number leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
-
 
 _REST: Final = 6.123233995736766e-17  # π/2 − its double
 
@@ -50,16 +46,6 @@ class Bounded:
     def __init__(self, value: Array, magnitude: Array | None = None) -> None:
         """`magnitude` is by default that of the values; given as these, none is negative."""
         self.value, self.magnitude = value, np.abs(value) if magnitude is None else magnitude
-
-    @staticmethod
-    def of(value: Array, positive: bool = False) -> Bounded:
-        """Given numbers; those out of range are left open, and negative ones if `positive`."""
-        size = value if positive else np.abs(value)
-        fits = (size >= 1 / LARGEST) & (size <= LARGEST)
-        if not fits.all():
-            value = np.where(fits | (size == 0), value, np.nan)
-            size = value if positive else np.abs(value)
-        return Bounded(value, size)
 
     @property
     def least(self) -> Array:
@@ -110,9 +96,9 @@ class Bounded:
 def reduced(starts: Starts) -> Reduced:
     """The constants of the motions; as u̇₀ something that has its zeros and its sign."""
     u, below, above = cosines(starts.theta)
-    A, C = (Bounded.of(moment, positive=True) for moment in (starts.A, starts.C))
+    A, C = Bounded(starts.A, starts.A), Bounded(starts.C, starts.C)
     rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
-    gMR, thetadot, phidot, spin = map(Bounded.of, rates)
+    gMR, thetadot, phidot, spin = map(Bounded, rates)
     omega3 = spin if starts.held == "omega3" else spin + phidot * u
     sin2, b = below * above, C * omega3 / A
     across = phidot * sin2
@@ -135,7 +121,6 @@ def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
     >>> print(cos.value, one_minus_cos.value, one_plus_cos.value)
     [ 1.  1. -1.] [0.e+00 5.e-17 2.e+00] [2.00000000e+00 2.00000000e+00 7.49879891e-33]
     """
-    theta = np.where(theta <= pi, Bounded.of(theta, positive=True).value, np.nan)
     late = theta > pi / 2
     tilt = np.where(late, (pi - theta) + 2 * _REST, theta)  # from the nearer pole
     polar = tilt < pi / 3
@@ -213,13 +198,6 @@ class ArraySigns:
             return found
         return found & self.positive(rule.positive)
 
-    @property
-    def in_range(self) -> Mask:
-        """Where all that is given is in range."""
-        x = self.reduced  # what is given is in these, and nan stays
-        found: Mask = ~np.isnan(x.g.value + x.b.value + x.kinetic0.value)
-        return found
-
 
 # --- the kinds -----------------------------------------------------------------------------------
 
@@ -249,7 +227,7 @@ def filtered(starts: Starts, tagged: bool = False) -> Codes:
         signs = ArraySigns(starts)
         for rule in reversed(kinds.RULES[:-1]):
             _put(signs, found, rule)
-        np.logical_and(found.certain, signs.in_range, out=found.certain)
+        np.logical_and(found.certain, starts.in_range, out=found.certain)
         if tagged:
             _put_tags(signs, found)
     return rows
