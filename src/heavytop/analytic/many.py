@@ -21,6 +21,7 @@ from heavytop.classification.arrays import Array, InputArrays, Mask, Starts, wit
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts, classify_many, impossible
 from heavytop.errors import NoClosedForm
+from heavytop.exact.pairs import PI_REST
 from heavytop.scene.arguments import expect
 
 CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
@@ -30,7 +31,6 @@ ERROR: Final = 2.0**-51  # of a sum of products, relative to the sizes of its te
 ROUNDING: Final = 7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
 LAGUERRE_STEPS: Final = 4  # each triples the digits once a root is isolated
 CONVERGED: Final = 1e-6  # bound on the last of these steps, relative to the root
-PI_REST: Final = 1.2246467991473532e-16  # of π, beyond a double
 TINY: Final = 2.0**-1000  # that nothing is divided by 0
 LEAST_MC: Final = 1e-2  # for 1 − m not less than this
 STEPS: Final = 5  # of the mean are enough,

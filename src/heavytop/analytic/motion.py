@@ -19,10 +19,9 @@ from heavytop.classification.reduced import (
     FEW_BITS,
     Reduced,
     ReducedMotion,
-    ball_of,
     reduced_from_scene,
 )
-from heavytop.exact.balls import Interval, working
+from heavytop.exact.balls import Interval, ball_of, working
 from heavytop.exact.decimals import Number, context
 from heavytop.scene.arguments import expect, whole, wrong_type
 from heavytop.scene.state import State
@@ -369,7 +368,7 @@ class Motion(Played, ClosedForm):
         ctx = context(digits)
         bits = ctx.prec + 64
         with working(bits):
-            start, A = self.source.reduced(bits), ball_of(self.top.A, bits)
+            start, A = self.source.reduced(bits), ball_of(self.top.A)
             balls = start.energy, start.h, start.a, start.b
             return Integrals(*(midpoint(ctx, A * ball) for ball in balls))
 

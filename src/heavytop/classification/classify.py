@@ -19,12 +19,11 @@ from heavytop.classification.reduced import (
     MOST_BITS,
     Real,
     Reduced,
-    ball_of,
     ball_sign,
     reduced_from_scene,
 )
 from heavytop.exact import sqrt
-from heavytop.exact.balls import working
+from heavytop.exact.balls import ball_of, working
 from heavytop.exact.number import Exact, Sign
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
@@ -241,7 +240,7 @@ class SceneSigns:
     def shown(self, number: Criterion, bits: int) -> arb:
         """What is shown of a number, at the working precision of so many bits."""
         x = self.balls if bits == SIGN_BITS else self.source.reduced(bits)
-        moments = (ball_of(moment, bits) for moment in (self.top.A, self.top.C))
+        moments = (ball_of(moment) for moment in (self.top.A, self.top.C))
         shown: arb = number.shown(number.value(x), x, *moments)
         return shown
 

@@ -22,6 +22,7 @@ from heavytop.classification import kinds
 from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts
 from heavytop.classification.kinds import Criterion, Kind, Rule, Tag
 from heavytop.classification.reduced import Reduced
+from heavytop.exact.pairs import PI_REST
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
@@ -33,9 +34,6 @@ product: sin²θ has 49 (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ c
 longest criterion of a kind, 83, f at a given height 112, and a detail 152, the most. One more is
 for the rounding of the magnitude itself, for products of errors, and for the comparison.
 """
-
-
-_REST: Final = 6.123233995736766e-17  # π/2 − its double
 
 
 class Bounded:
@@ -122,9 +120,9 @@ def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
     [ 1.  1. -1.] [0.e+00 5.e-17 2.e+00] [2.00000000e+00 2.00000000e+00 7.49879891e-33]
     """
     late = theta > pi / 2
-    tilt = np.where(late, (pi - theta) + 2 * _REST, theta)  # from the nearer pole
+    tilt = np.where(late, (pi - theta) + PI_REST, theta)  # from the nearer pole
     polar = tilt < pi / 3
-    sine = np.sin(np.where(polar, 0.5 * tilt, (pi / 2 - theta) + _REST))
+    sine = np.sin(np.where(polar, 0.5 * tilt, (pi / 2 - theta) + PI_REST / 2))
     near = 2 * sine * sine
     cos = np.where(polar, np.where(late, near - 1, 1 - near), sine)
     one_minus_cos = np.where(polar > late, near, 1 - cos)

@@ -18,7 +18,7 @@ from flint import arb, fmpq
 
 from heavytop.errors import Unseparated
 from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
-from heavytop.exact.balls import Interval, above, rational_ball, working
+from heavytop.exact.balls import Interval, above, ball_of, rational_ball, working
 from heavytop.exact.number import Sign, rational, rational_value
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -226,12 +226,6 @@ def ball_sign(ball: arb) -> Sign | None:
     return 0 if ball.is_zero() else None
 
 
-def ball_of(value: Exact, bits: int) -> arb:
-    """A ball of an exact number, at the working precision of so many bits."""
-    q = value.fraction
-    return value.ball(bits) if q is None else rational_ball(q)
-
-
 # --- of a scene ----------------------------------------------------------------------------------
 
 
@@ -253,7 +247,7 @@ class _Scene:
         top, start = self.top, self.start
         given: list[Any] = [top.A, top.C, top.gMR, start.thetadot, start.phidot, start.spin]
         if bits is not None:
-            given = [ball_of(value, bits) for value in given]
+            given = [ball_of(value) for value in given]
         A, C, gMR, thetadot, phidot, spin = given
         u, below, above = self._heights(bits)
         omega3 = spin + phidot * u if start.held == "psidot" else spin
@@ -280,7 +274,7 @@ class _Scene:
         if bits is None:
             return self._cos, ONE - self._cos, ONE + self._cos
         if theta.fraction or (q := self._cos.fraction) is None:
-            s, c = (ball_of(theta, bits) / 2).sin_cos()
+            s, c = (ball_of(theta) / 2).sin_cos()
             return c * c - s * s, 2 * s * s, 2 * c * c
         u = rational_ball(q)
         return u, 1 - u, 1 + u
