@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from math import isfinite, prod
-from typing import Any, Final
+from typing import Final
 
 from flint import arb
 
@@ -21,8 +21,8 @@ from heavytop.classification.reduced import (
     Reduced,
     ball_sign,
     reduced_from_scene,
+    root_of,
 )
-from heavytop.exact import sqrt
 from heavytop.exact.balls import ball_of, working
 from heavytop.exact.number import Exact, Sign
 from heavytop.scene.arguments import expect
@@ -161,18 +161,18 @@ def _reverses(signs: SceneSigns, _: Kind) -> bool:
     if one and signs.vanish((kinds.THETA_RATE, kinds.SPIN_STOPS)):
         return False
     try:
-        return _rises_at_a_zero(signs.balls, lambda x: x.sqrt(), one)
+        return _rises_at_a_zero(signs.balls, one)
     except UndecidedError:
-        return _rises_at_a_zero(signs.source.exact, sqrt, one)
+        return _rises_at_a_zero(signs.source.exact, one)
 
 
-def _rises_at_a_zero(x: Reduced, root: Callable[[Any], Any], one: bool) -> bool:
+def _rises_at_a_zero(x: Reduced, one: bool) -> bool:
     """Whether f is positive at a zero of q between the poles, in the form that does not cancel."""
     free, linear, square = kinds.spin_rate(x)
     inside = linear * linear - 4 * free * square
     if not one and (_sign(inside) != 1 or _sign(4 * square * square - linear * linear) != 1):
         return False
-    larger = _sign(-linear) * root(inside) - linear
+    larger = _sign(-linear) * root_of(inside) - linear
     zeros = [2 * free / larger] if one else [2 * free / larger, larger / (2 * square)]
     return any(_sign(kinds.speed_at(x, u)) > 0 for u in zeros)
 

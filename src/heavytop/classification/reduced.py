@@ -257,7 +257,7 @@ class _Scene:
         sin2, b = below * above, C / A * omega3
         across = phidot * sin2
         kinetic = (thetadot * thetadot + phidot * across) / 2
-        udot = thetadot if thetadot == 0 else -_root(sin2) * thetadot
+        udot = thetadot if thetadot == 0 else -root_of(sin2) * thetadot
         return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
     def _proved_zero(self, name: str, ball: arb) -> arb:
@@ -302,7 +302,7 @@ class _Scene:
         return _other_side(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
 
-def _root(square: Real) -> Real:
+def root_of(square: Real) -> Real:
     """The root of a number that is not negative."""
     return sqrt(square) if isinstance(square, Exact) else square.nonnegative_part().sqrt()
 
@@ -348,7 +348,7 @@ def reduced_from_axis(
 def _axis_numbers(numbers: Reduced, rho2: fmpq, bits: int | None) -> Reduced:
     """The motion of e/ρ, from that of e as if |e| were 1; of its heights that has sin²θ."""
     number = _exact if bits is None else arb
-    q, rho = numbers.mapped(number), _root(number(rho2))
+    q, rho = numbers.mapped(number), root_of(number(rho2))
     u = q.u0 / rho
     size = -u if numbers.u0 < 0 else u
     far = 1 + size
@@ -394,7 +394,7 @@ def reduced_from_constants(exact: Reduced, udot2: Fraction, falls: bool = False)
 
 def _constant_numbers(exact: Reduced, falls: bool, bits: int | None) -> Reduced:
     found = exact.mapped(_exact if bits is None else rational_ball)
-    speed = _root(found.udot0)
+    speed = root_of(found.udot0)
     return replace(found, udot0=-speed if falls else speed)
 
 
