@@ -4,18 +4,17 @@ import mpmath
 
 
 class ByHand:
-    """u̇² = f(u) = 2 (h − g u)(1 − u²) − (a − b u)², g ≥ 0 where asked: the mirrored top."""
+    """u̇² = f(u) = 2 (h − g u)(1 − u²) − (a − b u)²."""
 
-    def __init__(self, top, start, digits, mirrored=False):
+    def __init__(self, top, start, digits):
         self.mp = mp = mpmath.MPContext()
         mp.dps = digits
         A, C, gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
         theta, self.rate, self.turn, self.omega3 = (
             x.mpf(mp) for x in (start.theta, start.thetadot, start.phidot, start.omega3)
         )
-        side = -1 if mirrored and gMR < 0 else 1
-        self.u0, self.sine = side * mp.cos(theta), mp.sin(theta)
-        self.g, self.b = side * gMR / A, side * C * self.omega3 / A
+        self.u0, self.sine = mp.cos(theta), mp.sin(theta)
+        self.g, self.b = gMR / A, C * self.omega3 / A
         self.a = self.turn * self.sine**2 + self.b * self.u0
         self.h = (self.rate**2 + (self.turn * self.sine) ** 2) / 2 + self.g * self.u0
 

@@ -1,20 +1,15 @@
 """The solution's elliptic integrals and functions against mpmath's own, at 50 and 100 digits.
 
 mpmath shares no line with FLINT, of which the solution is made. Its functions get the roots that
-mpmath finds of the cubic (`test_cubic`) from the numbers of the scene. Jacobi's functions as such
-are held against Arb's own theta functions.
+mpmath finds of the cubic, from the numbers of the scene.
 """
 
 from fractions import Fraction
 from functools import cache
 
 import pytest
-from flint import acb, arb
 
-from heavytop.analytic import balls
-from heavytop.analytic.roots import TooFewBits
-from heavytop.analytic.theta import Theta
-from heavytop.exact.balls import Interval, working
+from heavytop.exact.balls import Interval
 
 from ..by_hand import ByHand
 from ..motions import named
@@ -163,81 +158,3 @@ def test_other_turns_are_told_apart():
     mp, found = truth.mp, Bounds(begun, 50)
     wrong = mp.ellipk(truth.m * (1 + mp.mpf(10) ** -45))
     assert not holds(found.period, 2 * wrong / truth.w, 50)
-
-
-# --- the functions as such -----------------------------------------------------------------------
-
-
-PARAMETERS = ("0", "1e-300", "1e-9", "0.3", "0.4999", "0.5001", "0.9", "1-1e-9", "1-1e-300")
-PLACES = ("-0.25", "-0.24", "-1e-30", "0.1", "0.25")  # of a period, from the turning point nearest
-BITS = (64, 150, 380)
-
-
-def exactly(text):
-    """The parameters m and 1 − m."""
-    return (1 - arb(text[2:]), arb(text[2:])) if text[:2] == "1-" else (arb(text), 1 - arb(text))
-
-
-def thetas(z, tau):
-    return acb.modular_theta(z, acb(0, tau))
-
-
-def series_at(text, bits, place):
-    """The series of m, what they take there, and x/2K."""
-    series = Theta(*exactly(text), bits)
-    z = 2 * series.half * arb(place)
-    return series, balls.argument(z, series.hyperbolic)
-
-
-@pytest.mark.parametrize("bits", BITS)
-@pytest.mark.parametrize("m", PARAMETERS)
-def test_functions_hold_what_arb_says(m, bits):
-    """sn = θ₃θ₁/θ₂θ₄, and likewise cn and dn; each ball is about as small as the bits allow."""
-    for place in PLACES:
-        for upper in (False, True):
-            with working(2 * bits + 1400):
-                less, more = exactly(m)
-                if less.is_zero():
-                    x = arb.pi() * (arb(place) + arb(upper) / 2)
-                    want = [x.sin(), x.cos(), arb(1)]
-                else:
-                    tau = arb(1).agm(more.sqrt()) / arb(1).agm(less.sqrt())
-                    _, two, three, four = (theta.real for theta in thetas(acb(0), tau))
-                    x = acb(arb(place) + arb(upper) / 2)
-                    *over, four_x = (theta.real for theta in thetas(x, tau))
-                    scales = three / two, four / two, four / three
-                    want = [k * theta / four_x for k, theta in zip(scales, over, strict=True)]
-            with working(bits):
-                series, at = series_at(m, bits, place)
-                under, *found = (series.function(balls, upper, k)(*at) for k in range(4))
-                for each, truth in zip(found, want, strict=True):
-                    assert (each / under).overlaps(truth)
-                    assert (each / under).rad() < arb(2) ** (20 - bits)
-
-
-@pytest.mark.parametrize("bits", BITS)
-@pytest.mark.parametrize("m", PARAMETERS[2:-1])
-def test_the_sweeps_hold_what_arb_says(m, bits):
-    """π/2 − arg θ₁(z + ib) and −arg θ₂(z + ib), but for a multiple of z where m > ½."""
-    for place in PLACES:
-        for part in ("1e-20", "0.2", "0.4999"):
-            with working(2 * bits + 400):
-                less, more = exactly(m)
-                means = arb(1).agm(more.sqrt()), arb(1).agm(less.sqrt())
-                tau, K = means[0] / means[1], arb.pi() / 2 / means[0]
-                beta = tau * arb(part)
-                v, z = 2 * K * beta, acb(arb(place), beta)
-                truths = [-theta.arg() for theta in thetas(z, tau)[:2]]
-                truths[0] += arb.pi() / 2
-            with working(bits):
-                series, at = series_at(m, bits, place)
-                left = arb.pi() - 2 * series.step(v, 1)  # of a real sweep
-                for beside, truth in zip((True, False), truths, strict=True):
-                    found = series.sweep(balls, v, 1, beside)(*at) + left * arb(place)
-                    assert found.overlaps(truth), (place, part, beside)
-                    assert found.rad() < arb(2) ** (28 - bits)
-
-
-def test_a_modulus_that_is_not_known_is_refused():
-    with working(100), pytest.raises(TooFewBits):
-        Theta(arb(0.5, 0.49999), arb(0.5, 0.49999), 100)

@@ -3,7 +3,6 @@
 A ball holds the true value, so that what is asked of doubles is asked of the truth itself.
 """
 
-import time
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -88,21 +87,6 @@ def test_many_periods_away(name):
     motion = named(name)
     periods = (1e7 / 3, -1e6) if name == "uniform" else (1e6 / 3, -1e6, -1.9e9, 2.1e9 + 0.25)
     assert_holds(motion, [part * (motion.period or 1.0) for part in periods])
-
-
-@pytest.mark.parametrize("name", ["uniform", "kicked", "separatrix"])
-def test_the_low_word_counts_far_away(name):
-    """Nearly half a unit of t = 1e7 s turns φ and ψ by 1e-7 rad, which φ and ψ modulo 2π show."""
-    motion, t, low = named(name), 1e7, 0.49 * np.spacing(1e7)
-    at = exact(motion, Fraction(t) + Fraction(low))
-    got, plain = motion.at(t, t_lo=low), motion.at(t)
-    for angle in ("phi", "psi"):
-        assert apart(getattr(got, angle + "_mod"), getattr(at, angle), circle=True) < FEW
-        assert abs(getattr(got, angle + "_mod") - getattr(plain, angle + "_mod")) > 1e-10
-        parts = getattr(
-            motion.at(0.25 * 1.25, t_lo=0.75 * 1.25), angle
-        )  # any split of a time will do
-        assert parts == pytest.approx(getattr(motion.at(1.25), angle), rel=1e-15)
 
 
 def of_a_scene(x):
@@ -205,19 +189,6 @@ def test_times_are_cut_anyhow(name):
     whole, some = motion.at(t, t_lo=low), motion.at(t[part], t_lo=low[part])
     for name in ("t", "energy", *OUTCOMES):
         np.testing.assert_array_equal(getattr(whole, name)[part], getattr(some, name), name)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FAMILIES)
-def test_a_million_tilts_a_second(name):
-    """θ alone, 1e6 times in a second at most, on whatever course; 6e6 to 3e8 were measured."""
-    motion, t = named(name), np.linspace(-3, 40, 10**5)
-    spent = []
-    while not spent or (min(spent) > 0.1 and len(spent) < 20):
-        began = time.process_time()
-        motion.at(t).theta  # noqa: B018
-        spent.append(time.process_time() - began)
-    assert min(spent) <= 0.1
 
 
 def test_times_that_are_none():

@@ -6,7 +6,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
 from heavytop.analytic.refine import LIMIT
 from heavytop.errors import Impossible, Unseparated
@@ -14,7 +13,6 @@ from heavytop.exact import Exact
 from heavytop.exact.balls import Interval
 from heavytop.run.events import tally
 
-from ..by_hand import ByHand
 from ..motions import motion, named
 from ..views import Bounds
 
@@ -189,15 +187,6 @@ def test_an_axis_that_tends_to_the_vertical_turns_once(gMR):
     assert at_rest.time("turning", 0).middle == 0
 
 
-@pytest.mark.parametrize("name", ["uniform", "sleeping", "at rest"])
-def test_a_constant_tilt_has_no_events(name):
-    found = enclosed(named(name))
-    for event in EVENTS:
-        assert found.count(event, 10) == found.count(event, "-1e20") == 0
-        with pytest.raises(Impossible, match="does not happen"):
-            found.time(event, 0)
-
-
 @pytest.mark.parametrize(
     ("args", "each"),
     [(LOOPS, (2, 2, 0)), (RISING, (2, 2, 0)), (DROPPED, (2, 0, 1)), (FREE, (2, 2, 0))],
@@ -222,19 +211,3 @@ def test_an_end_that_is_exactly_an_event_cannot_be_told_from_its_sides():
     assert found.count("turning", Exact.of("2*pi/5") - Exact.of("1e-60")) == 2
     assert found.count("turning", Exact.of("2*pi/5") + Exact.of("1e-60")) == 3
     assert found.time("turning", 2).mid == pytest.approx(2 * np.pi / 5, rel=1e-15)
-
-
-def test_the_time_between_reversals_by_quadrature():
-    """From a/b = u up to u₂ and back, by mpmath.quad of 1/√f: an authority outside FLINT."""
-    begun, hand = motion(*LOOPS), ByHand(ht.Top(*LOOPS[:3]), motion(*LOOPS).start, 60)
-    mp, (u1, u2, u3) = hand.mp, hand.roots
-
-    def rate(x):
-        """u = u₂ − x², and so du/√(2g (u − u₁)(u₂ − u)(u₃ − u)) = 2 dx/√(2g (u − u₁)(u₃ − u))."""
-        return 2 / mp.sqrt(2 * hand.g * (u2 - x * x - u1) * (u3 - u2 + x * x))
-
-    above = 2 * mp.quad(rate, [0, mp.sqrt(u2 - hand.a / hand.b)])
-    before, middle, after = (enclosed(begun).time("reversal", n).middle for n in range(3))
-    wanted = sorted((above, mp.mpf(begun.mpf("period", 50)) - above))
-    for gap, want in zip(sorted((middle - before, after - middle)), wanted, strict=True):
-        assert abs(mp.mpf(gap.numerator) / gap.denominator - want) < mp.mpf(10) ** -35

@@ -1,10 +1,7 @@
 """Facts of a motion: published values, extremes of rates, means, the fast top's formulas, JSON."""
 
-import inspect
 import json
 import math
-import re
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -15,7 +12,7 @@ import heavytop as ht
 from heavytop.analytic.facts import Facts
 
 from ..by_hand import ByHand
-from ..motions import BOOK, CONE, INVERTED, LIE, SCENES, SIMO_WONG, TWO, WEIGHTLESS, shipped
+from ..motions import BOOK, INVERTED, SCENES, SIMO_WONG, TWO, shipped
 
 approx = pytest.approx
 UPSIDE_DOWN = ht.Top(2, 1, -3)
@@ -60,10 +57,6 @@ KNOWN = {
     }),
     "two alike": ((ht.Top(2, 1, -2), {"theta": "pi/3", "phidot": "sqrt(2)", "omega3": 0}),
         {"steady_branch": "single", "other_precession_rate": approx(-math.sqrt(2), rel=1e-15)}),
-    "still without weight": ((WEIGHTLESS, {"theta": 1}),
-        {"steady_branch": None, "other_precession_rate": None, "stable": False}),
-    "turning without weight": ((WEIGHTLESS, {"theta": 1, "psidot": 5}),
-        {"stable": True, "psidot_min_theta": None}),
     "sleeping, stable": ((BOOK, {"theta": 0, "psidot": 140}), {
         "stable": True, "growth_rate": None, "phidot_min": None, "mean_spin_rate": None,
         "small_nutation_frequency": approx(SLEEPING, rel=1e-14),
@@ -80,26 +73,11 @@ KNOWN = {
     }),
     "hanging: (p_ψ ± √(p_ψ² + 4 A |gMR|))/2A": ((TWO, {"theta": "pi", "omega3": 1}),
         {"stable": True, "slow_cone_rate": 1.0, "fast_cone_rate": -1.5}),
-    "hanging, mirrored": ((UPSIDE_DOWN, {"theta": 0, "omega3": 1}),
-        {"slow_cone_rate": -1.0, "fast_cone_rate": 1.5, "small_nutation_frequency": 2.5}),
-    "a pendulum below: √(gMR/A), cosθ twice that": ((TWO, {"theta": "pi"}), {
-        "slow_cone_rate": approx(SWING, rel=1e-15), "fast_cone_rate": approx(-SWING, rel=1e-15),
-        "small_nutation_frequency": approx(2 * SWING, rel=1e-15),
-    }),
-    "a pendulum above": ((TWO, {"theta": 0}), {"growth_rate": approx(SWING, rel=1e-15)}),
-    "adrift": ((WEIGHTLESS, {"theta": 0}),
-        {"stable": False, "growth_rate": None, "sleeping_threshold": None}),
-    "half a turn of φ at the bottom": ((TWO, {"theta": 1}),
-        {"phidot_min": 0, "phidot_max": 0, "phidot_reverses": False, "rotation_number": 0.5}),
     "through the top φ̇ is p_ψ/2A": ((TWO, {"theta": 0, "thetadot": 2, "psidot": 3}),
         {"phidot_min": 0.75, "phidot_min_theta": 0.0}),
     "a disc whose ψ̇ touches zero": ((DISC, {"theta": 1, "phidot": 1, "psidot": 0}),
         {"psidot_min": 0.0, "psidot_reverses": False, "psidot_reversal_theta": None}),
     "no spin": ((BOOK, {"theta": 1}), {"fast_top_ratio": 0, "estimates": {}}),
-    "2 cos(pi/12) = sqrt(2 + sqrt(3))": (
-        (BOOK, {"theta": "pi/12", "phidot": 2, "psidot": "-sqrt(2 + sqrt(3))"}),
-        {"fast_top_ratio": approx(0, abs=1e-50), "estimates": {}}),
-    "no weight": ((WEIGHTLESS, {"theta": 1, "phidot": 1, "psidot": 20}), {"fast_top_ratio": None}),
     "a ratio of 1e400/4 is no double": ((ht.Top(1, 1, 1), {"theta": 1, "psidot": "1e200"}),
         {"fast_top_ratio": None, "phidot_max": 2e-200}),
 }  # fmt: skip
@@ -167,13 +145,9 @@ def textbook(motion):
 
 STARTS = {
     "loops": (BOOK, {"theta": "0.1", "phidot": -15, "psidot": 140}),
-    "waves with a waist": (UNIT, {"theta": 1, "thetadot": 2, "phidot": "1.5", "psidot": "0.3"}),
     "near the top": (UNIT, {"theta": 1, "thetadot": -2, "phidot": "0.6", "psidot": 1}),
-    "near the bottom": (LIE, {"theta": "pi/2", "phidot": "-4.6153846153", "psidot": 150}),
     "the spin turns back": (UNIT, {"theta": 2, "phidot": 3, "psidot": "-0.1"}),
     "upside down": (ht.Top(1, "0.5", -1), {"theta": 1, "phidot": 1, "psidot": 3}),
-    "without weight": (WEIGHTLESS, {"theta": 1, "phidot": 1, "psidot": 2}),
-    "spherical pendulum": (UNIT, {"theta": 2, "phidot": 1, "omega3": 0}),
     "a disc": (DISC, {"theta": 1, "thetadot": "0.1", "phidot": 1, "psidot": 2}),
     "a fast spin": (UNIT, {"theta": 1, "phidot": "1e-9", "psidot": "1e9"}),
     "next to a cusp": (UNIT, {"theta": 1, "phidot": "-1e-20", "psidot": 5}),
@@ -190,15 +164,6 @@ def test_the_textbooks_extremes_to_the_last_digit(name):
         for found, (value, theta) in zip(extremes(known, rate), expected, strict=True):
             assert found[0] == approx(float(value), rel=2.3e-16, abs=0)
             assert found[1] == approx(float(theta), rel=2.3e-16)
-
-
-def test_rates_that_hardly_change_have_their_places():
-    """A nutation of 5e-54 rad through the top: ψ̇ = 0 there, and κ + P₊/2(1 + u) at its end."""
-    disc = ht.Top(1, 2, "1e-30")
-    known = of(disc, theta=0, thetadot="1e-45", phidot="1e8", psidot="1e8")
-    tilt = known.psidot_max_theta
-    assert tilt == approx(5e-54, rel=1e-6)
-    assert extremes(known, "psidot") == [(0.0, 0.0), (approx(2e8 * tilt**2 / 4, rel=1e-14), tilt)]
 
 
 exact = st.fractions(-4, 4, max_denominator=1000)
@@ -260,61 +225,17 @@ def test_every_motion_stays_within_its_extremes(motion):
 def test_how_far_off_a_top_let_go_is(top, start, ratio, percent):
     known = of(top, **start)
     assert round(known.fast_top_ratio, 2) == ratio
-    estimates = [known.estimates[name] for name in ("precession", "period", "amplitude", "round")]
-    assert [round(100 * each["error"]) for each in estimates[:3]] == percent
-    A, gMR, p_psi = float(top.A), float(top.gMR), float(top.C) * known.omega3
-    theta = float(start["theta"])
-    motion = ht.Motion(top, ht.State(**start))
-    heights = math.cos(motion.theta_min) - math.cos(motion.theta_max)
-    for each, formula, exact in zip(
-        estimates,
-        (
-            gMR / p_psi, 2 * np.pi * A / p_psi, 2 * A * gMR * np.sin(theta) ** 2 / p_psi**2,
-            2 * np.pi * p_psi / gMR,
-        ),
-        (motion.precession / motion.period, motion.period, heights, motion.round),
-        strict=True,
-    ):  # fmt: skip
-        assert each["estimate"] == approx(formula, rel=1e-14)
-        assert each["exact"] == approx(exact, rel=1e-11)
-        assert each["error"] == approx(formula / exact - 1, rel=1e-9)
-
-
-def test_a_small_amplitude_has_its_digits():
-    """A cone kicked by 1e-20 rad/s nods by 2/ω of that; a steady one does not nod."""
-    kick = Fraction(1, 10**20)
-    motion = ht.Motion(CONE, ht.State("pi/3", thetadot=kick, phidot=10, omega3="140.6"))
-    omega = ht.facts(ht.Motion(CONE, ht.State("pi/3", phidot=10, omega3="140.6")))
-    assert motion.amplitude == approx(2e-20 / omega.small_nutation_frequency, rel=1e-14)
-
-
-def test_the_amplitude_is_that_of_a_top_at_rest_in_its_cusp():
-    """A start elsewhere on the motion has one too; a kicked top has none; mirrored, it is kept."""
-    let_go, mirrored = (
-        of(BOOK, theta="0.1", psidot=140),
-        of(INVERTED, theta="pi - 0.1", psidot=-140),
-    )
-    amplitude = let_go.estimates["amplitude"]
-    assert mirrored.estimates["amplitude"] == approx(amplitude, rel=1e-15)
-    from_below = of(BOOK, theta="0.1", phidot="2*0.0456/(6.6e-5*140)", omega3=140)
-    assert "amplitude" in from_below.estimates
-    assert "amplitude" not in of(BOOK, theta="0.1", phidot=1, psidot=140).estimates
+    errors = [known.estimates[name]["error"] for name in ("precession", "period", "amplitude")]
+    assert [round(100 * error) for error in errors] == percent
 
 
 # --- what is said of them ------------------------------------------------------------------------
-
-TOLD = inspect.getdoc(Facts).split("----------")[1]
-NAMES = re.findall(r"\w+", " ".join(re.findall(r"^(\w.*) : ", TOLD, re.MULTILINE)))
-
-
-def test_every_fact_is_described_once():
-    assert sorted(NAMES) == sorted(Facts(omega3=1.0).document())
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_every_shipped_scene_has_a_document(name):
     """The names are always the same, and the values such as JSON has."""
     document = ht.facts(shipped(name)).document()
-    assert sorted(document) == sorted(NAMES)
+    assert document.keys() == Facts(omega3=1.0).document().keys()
     assert json.loads(json.dumps(document, allow_nan=False)) == document
     assert not any(isinstance(fact, list) for fact in document.values())

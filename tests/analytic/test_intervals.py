@@ -4,7 +4,6 @@ What both may get wrong alike is held against other authorities, by `test_agains
 `test_published` and `test_reduced_equation`.
 """
 
-import math
 from fractions import Fraction
 
 import numpy as np
@@ -15,7 +14,7 @@ from hypothesis import strategies as st
 import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import reduced_from_axis, reduced_from_scene
-from heavytop.errors import Impossible, NotANumber, Unseparated, WrongType
+from heavytop.errors import Unseparated
 from heavytop.exact import cos, sqrt
 from heavytop.exact.balls import Interval
 
@@ -141,11 +140,6 @@ def test_what_cannot_be_proved_is_refused_by_name():
     assert 0 < told.value.bound < 1e-300
 
 
-def test_no_digits_are_refused():
-    with pytest.raises(Impossible, match="a whole number from 2 to"):
-        ht.Motion(UNIT, KICKED).interval("period", digits=1)
-
-
 def test_proofs_on_binary_numbers():
     """|e| = 5: l ∥ e sleeps, l = (0, 1, 3) with g = 1/2 tends to the top, and so on."""
 
@@ -174,22 +168,3 @@ def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
     """Runs of many digits pass poles so closely, and doubles are as small."""
     near, at = (Bounds(reduced_from_axis((0, x, 1), (x, 1, 3), 1)) for x in (tiny, 0))
     assert near("u", 1).mid == at("u", 1).mid
-
-
-@pytest.mark.parametrize("n", [None, 0.5])
-def test_which_event_is_a_whole_number(n):
-    with pytest.raises(NotANumber, match="n: a whole number"):
-        ht.Motion(BOOK, KICKED).events("turning").nth(n)
-
-
-@pytest.mark.parametrize(
-    ("e", "error", "says"),
-    [("123", WrongType, "three numbers"), ((1, 2), Impossible, "three numbers"),
-     ((1, 0, sqrt(2)), Impossible, "rational"), ((0, 0, math.nan), NotANumber, "finite")],
-)  # fmt: skip
-def test_a_vector_has_three_rational_numbers(e, error, says):
-    for vectors in ((e, (1, 2, 3)), ((0, 0, 1), e)):
-        with pytest.raises(error, match=says):
-            reduced_from_axis(*vectors, 1)
-    with pytest.raises(Impossible, match="not the zero vector"):
-        reduced_from_axis((0, 0, 0), (1, 0, 0), 1)

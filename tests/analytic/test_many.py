@@ -13,7 +13,6 @@ import heavytop as ht
 from heavytop.analytic import many
 from heavytop.analytic.many import CHUNK, Motions, complete, motions_many
 from heavytop.analytic.motion import Motion
-from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
 from ..motions import SCENES
 from ..starts import nasty, regular, top_and_state
@@ -138,34 +137,6 @@ def test_what_tends_to_the_vertical_has_bounds_and_no_period():
 
 
 # name: kinds, how many are sent to a motion each, and the tops
-GROUPS = {
-    "passes jump by π": (
-        ["waves", "through-top", "through-bottom", "through-bottom"], 0,
-        {"A": 3.28e-4, "C": 3.28e-4, "gMR": 0.0456, "theta": 1.0, "phidot": [9.0, 9.0, -9.0, 9.0],
-         "psidot": [9.0, 9.0, 9.0, -9.0], "thetadot": [0.0, 30.0, 30.0, 30.0]},
-    ),
-    "what doubles cannot do": (
-        None, 2,
-        {"A": 2.6, "C": 5.2, "gMR": [1.0, 1e-200], "theta": [1.0, 0.5], "phidot": [0.0, 1.0],
-         "thetadot": [math.sqrt(2 / 2.6 * (1 - math.cos(1.0))), 2.0], "psidot": [0.0, 1.0]},
-    ),
-    "a momentum that is all rounding": (
-        None, 2,
-        {"A": 1.0, "C": 2.0, "gMR": 1.0, "theta": math.pi, "thetadot": [0.3, -0.3], "phidot": 0.2,
-         "psidot": 0.0},
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", GROUPS)
-def test_groups_of_tops(name):
-    names, sent, numbers = GROUPS[name]
-    found = motions_many(**numbers)
-    assert names is None or [found.verdicts.names[k] for k in found.verdicts.kind] == names
-    assert found.sent == sent
-    assert np.all(errors(numbers, found) < BOUND)
-
-
 def test_without_the_estimate_rows_are_wrong(monkeypatch):
     numbers = nasty(np.random.default_rng(9), 600, "psidot")
     right = columns(motions_many(**numbers))
@@ -185,12 +156,3 @@ def test_shapes_broadcast_and_the_impossible_is_nan():
     assert found.verdicts.tags is None
     assert motions_many(**SICM, theta=0.1, tags=True).verdicts.tags is not None
     assert motions_many(**SICM, theta=np.empty(0), omega3=1.0).period.shape == (0,)
-
-
-def test_refusals():
-    with pytest.raises(ImpossibleStart, match="psidot"):
-        motions_many(**SICM, theta=0.1, psidot=1, omega3=1)
-    with pytest.raises(NotANumber, match="theta"):
-        motions_many(**SICM, theta=["a"])
-    with pytest.raises(Impossible, match="broadcast"):
-        motions_many(**SICM, theta=[0.1, 0.2], phidot=[1, 2, 3])

@@ -1,6 +1,5 @@
 """Motion: what a user asks of one top and one start, at the ends of what a scene may say too."""
 
-import math
 import time
 from fractions import Fraction
 from itertools import pairwise
@@ -9,10 +8,10 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene, ImpossibleStart, NoClosedForm
+from heavytop.errors import NoClosedForm
 from heavytop.exact.decimals import context
 
-from ..motions import BOOK, INVERTED, KICKED, SCENES, product, shipped
+from ..motions import BOOK, KICKED, SCENES, product, shipped
 
 RATES = ("thetadot", "phidot", "psidot")
 CTX = context(50)
@@ -35,19 +34,6 @@ def test_digits_and_many_times():
     for digits in (0, 10_001, "20"):
         with pytest.raises(ValueError, match="digits: a whole number from 1 to 10000"):
             motion.at(1, digits=digits)
-
-
-@pytest.mark.parametrize("top", [BOOK, INVERTED])
-def test_mean_rates(top):
-    """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ from the rates over one period."""
-    motion = ht.Motion(top, ht.State("1.1", thetadot="0.3", phidot=3, psidot=70))
-    at = motion.at(np.arange(1024) / 1024 * motion.period)
-    kappa = float(motion.reduced.kappa)
-    sigma, delta = np.mean(at.phidot + at.psidot), np.mean(at.phidot - at.psidot)
-    assert motion.mean_rates[0] == pytest.approx(sigma - kappa, rel=1e-12)
-    assert motion.mean_rates[1] == pytest.approx(delta + kappa, rel=1e-12)
-    assert motion.precession == pytest.approx(np.mean(at.phidot) * motion.period, rel=1e-12)
-    assert motion.spin == pytest.approx(np.mean(at.psidot) * motion.period, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -132,68 +118,4 @@ def test_an_angle_too_large_for_a_double_has_a_name():
     assert abs(exact.psi / (10**15 * exact.t) - 1) < 1e-19
 
 
-def test_a_weight_that_counts_as_zero_is_one():
-    """The three roots cancel, which is not proved; so many bits as are tried take 20 s."""
-    start = ht.State(1, phidot=1, omega3=1)
-    undecided = ht.Motion(ht.Top(1, 1, "sqrt(cos(2)^2) + cos(2)"), start)
-    free = ht.Motion(ht.Top(1, 1, 0), start)
-    assert undecided.modulus == free.modulus
-    assert undecided.at(1.0).phi == free.at(1.0).phi
-    assert undecided.at(1, digits=30).theta == free.at(1, digits=30).theta
-
-
 # --- moments that no rigid body has, and a point mass --------------------------------------------
-
-
-def test_a_spherical_pendulum_is_a_top_without_axial_moment():
-    """A public demo, g/l = 1, 0.8 rad from below: its angles, period and turn, as it gives them."""
-    top, start = ht.Top(1, 0, -1), ht.State("0.8", phidot="0.1")
-    motion = ht.Motion(top, start)
-    ends = (math.degrees(motion.theta_min), math.degrees(motion.theta_max))
-    assert ends == pytest.approx((3.786, 45.837), abs=5e-4)
-    assert (motion.period, motion.precession) == pytest.approx((3.272631, 3.208887), abs=1e-6)
-    assert ht.facts(motion).sleeping_threshold == math.inf
-    run = ht.propagate(ht.Scene(top, start, time=30))
-    assert run.axis[-1] == pytest.approx(motion.at(30).axis, abs=1e-13)
-
-
-@pytest.mark.parametrize("quantity", ["psi", "attitude"])
-def test_the_spin_of_a_point_mass_is_refused(quantity):
-    scene = ht.Scene(ht.Top(1, 0, -1), ht.State("0.8"), time=1, quantities=["theta", quantity])
-    for ask in (lambda: ht.plan(scene), lambda: ht.reference(scene, "0:1:1", [quantity])):
-        with pytest.raises(BadScene, match=rf"a point mass \(C = 0\) has no {quantity}"):
-            ask()
-    plain = ht.Scene(scene.top, scene.start, time=1)
-    with pytest.raises(BadScene, match="the lagrange form divides by C"):
-        ht.plan(plain, "lagrange")
-    with pytest.raises(ImpossibleStart, match="no spin holds up a point mass"):
-        ht.State.steady(ht.Top(1, 0, 1), theta=1, omega3=1)
-    resting = ht.State.from_constants(ht.Top(1, 0, 1), E=1, p_phi=0, p_psi=0, theta=1)
-    assert resting.omega3 == 0  # which no constant of a point mass tells
-
-
-@pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")
-def test_a_public_demo_beyond_every_body_draws_its_cusps():
-    motion = ht.Motion(ht.Top(".75", "5.10", "4.905"), ht.State("pi/2", omega3=56))
-    assert motion.kind is ht.Kind.CUSPS
-    assert motion.period == pytest.approx(0.0165, abs=5e-5)
-
-
-@pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning")
-@pytest.mark.parametrize("seed", range(40))
-def test_the_spin_beyond_every_body_reverses_where_the_motion_shows_it(seed):
-    """Where C > 2A, the rate of spin may vanish twice between the poles."""
-    draw = np.random.default_rng(seed)
-    C, gMR, tilt = draw.uniform(2.1, 12), 3 * draw.normal(), draw.uniform(0.2, 2.9)
-    rates = dict(zip(("phidot", "thetadot", "psidot"), draw.normal(size=3).tolist(), strict=True))
-    motion = ht.Motion(ht.Top(1, C, gMR), ht.State(tilt, **rates))
-    seen = motion.at(np.linspace(0.0, motion.period, 2001))
-    reverses = seen.psidot.min() < -1e-6 and seen.psidot.max() > 1e-6
-    assert ("spin-reversal" in map(str, motion.tags)) == reverses
-    known = ht.facts(motion)
-    assert known.psidot_reverses == reverses
-    if reverses:
-        there = abs(seen.theta - known.psidot_reversal_theta).argmin()
-        assert abs(seen.psidot[there]) < 0.01 * np.ptp(seen.psidot)
-    found = ht.classify_many(A=1.0, C=C, gMR=gMR, theta=tilt, **rates, tags=True)
-    assert (found.kind == list(found.names).index(str(motion.kind))).all()

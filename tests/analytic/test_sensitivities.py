@@ -4,7 +4,6 @@ import mpmath
 import pytest
 
 import heavytop as ht
-from heavytop.analytic import sensitivities as module
 from heavytop.errors import Impossible
 
 mp = mpmath.mp.clone()
@@ -79,109 +78,38 @@ def test_sensitivities_are_those_of_elementary_quadrature(which):
     assert off(found, *MOTIONS[which]) < 1e-13
 
 
-def test_an_error_of_one_part_in_a_million_millions_is_seen(monkeypatch):
-    """The derivatives at a moment C that is larger by so much."""
-    own = module._turns
-    monkeypatch.setattr(
-        module, "_turns", lambda numbers: own(numbers | {"C": numbers["C"] * (1 + 1e-12)})
-    )
-    assert off(ht.sensitivities(*MOTIONS["loops"]), *MOTIONS["loops"]) > 1e-13
-
-
 # By the variational equations of the attitude form, integrated by heyoka 7.13 in 128 to 256 bits
-INTEGRATED = {
-    "1e-9 and 3e-7 past the poles": {
-        "period": (
-            16.900604926388276,
-            -1.9550031716904777e-10,
-            -0.12156575473338709,
-            0.0006016817184612524,
-            -0.002167553806349343,
-            -1.2722749695135253e-10,
-            -1.2903020933157153e-10,
-        ),
-        "precession": (
-            -0.0006138523353190885,
-            0.001699930626599625,
-            1.9550031716904776e-06,
-            2.5234339888032446e-09,
-            -5.8098342122749364e-09,
-            0.0011118307139686356,
-            0.0011219542135557526,
-        ),
-        "spin": (
-            0.00806880691518606,
-            -0.034732039247979796,
-            -7.76872977663073e-06,
-            3.755652840435706e-08,
-            -1.7891251937842214e-07,
-            0.09611910460248611,
-            0.09654134124549829,
-        ),
-    },
+INTEGRATED = {  # by A, C, gMR, theta, thetadot, phidot and the spin
     "near a separatrix": {
         "period": (
-            17321463.14964349,
-            45127376.88163982,
-            -39885151.5904634,
-            -10000571.021335434,
-            0.0,
-            49542351.093547575,
-            6513575.826072743,
+            "17321463.14964349 45127376.88163982 -39885151.5904634 -10000571.021335434 0.0 "
+            "49542351.093547575 6513575.826072743"
         ),
         "precession": (
-            43028802.988798305,
-            -60003302.673305646,
-            -13027151.652145486,
-            -24842725.30108752,
-            0.0,
-            48545882.36598477,
-            -8660730.775521372,
+            "43028802.988798305 -60003302.673305646 -13027151.652145486 -24842725.30108752 0.0 "
+            "48545882.36598477 -8660730.775521372"
         ),
         "spin": (
-            16974536.66985433,
-            216328997.94029877,
-            -125139035.64000371,
-            -9800284.931133067,
-            0.0,
-            123073856.44991429,
-            31224438.59624763,
+            "16974536.66985433 216328997.94029877 -125139035.64000371 -9800284.931133067 0.0 "
+            "123073856.44991429 31224438.59624763"
         ),
     },
     "through the top": {
         "period": (
-            218.43750073632359,
-            -1276.7296975245135,
-            0.27668113585753856,
-            -0.012482687133195064,
-            -0.0037287616495312705,
-            -0.0013750455781285221,
-            -0.0006018868574044135,
+            "218.43750073632359 -1276.7296975245135 0.27668113585753856 -0.012482687133195064 "
+            "-0.0037287616495312705 -0.0013750455781285221 -0.0006018868574044135"
         ),
         "precession": (
-            -947.2251844844124,
-            -1593.3218328564503,
-            9.119497839460811,
-            -0.05424607027495466,
-            -0.022774219564324207,
-            -0.010599751573870728,
-            -0.0007511374354894694,
+            "-947.2251844844124 -1593.3218328564503 9.119497839460811 -0.05424607027495466 "
+            "-0.022774219564324207 -0.010599751573870728 -0.0007511374354894694"
         ),
         "spin": (
-            38963.821628668586,
-            -221316.5822555587,
-            40.060546812797746,
-            -1.5868942084576945,
-            -0.4397589064692236,
-            -0.15068645592853136,
-            0.06705833481744781,
+            "38963.821628668586 -221316.5822555587 40.060546812797746 -1.5868942084576945 "
+            "-0.4397589064692236 -0.15068645592853136 0.06705833481744781"
         ),
     },
 }
 HARD = {
-    "1e-9 and 3e-7 past the poles": ht.Scene(
-        SICM, ht.State("0.1", thetadot=50, psidot="1e-4"), time=1
-    ),
     "near a separatrix": ht.load_scene("near-separatrix"),
     "through the top": ht.Scene(
         SICM,
@@ -195,7 +123,8 @@ HARD = {
 def test_sensitivities_are_those_of_integrated_variational_equations(which):
     """Where quadrature has few digits; through the top the angles jump, derivatives do not."""
     found = ht.sensitivities(HARD[which].top, HARD[which].start)
-    for quantity, slopes in INTEGRATED[which].items():
+    for quantity, texts in INTEGRATED[which].items():
+        slopes = [*map(float, texts.split())]
         assert list(found[quantity].values()) == pytest.approx(slopes, rel=1e-13, abs=1e-30)
 
 
@@ -212,8 +141,3 @@ def test_what_does_not_nutate_is_refused():
     scene = ht.load_scene("separatrix")
     with pytest.raises(Impossible, match="start: one that nutates: separatrix has no period"):
         ht.sensitivities(scene.top, scene.start)
-
-
-def test_a_point_mass_has_none():
-    with pytest.raises(ht.errors.Impossible, match="a point mass has no spin"):
-        ht.sensitivities(ht.Top(1, 0, 1), ht.State(1, phidot="0.7"))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 
-from ..motions import BOOK, INVERTED, MARGINAL
+from ..motions import BOOK, MARGINAL
 
 
 def of(top, omega3=1):
@@ -20,19 +20,6 @@ def test_published_thresholds():
     assert of(BOOK).sleeping_threshold == pytest.approx(117.194006935969, rel=1e-14)
     thresholds = [of(ht.Top(5, 1, gMR)).sleeping_threshold for gMR in (20, -20, 0)]
     assert thresholds == [20, 20, None]
-
-
-@pytest.mark.parametrize("top", [BOOK, INVERTED])
-@pytest.mark.parametrize("theta", ["1", "pi/2", "2.8"])
-@pytest.mark.parametrize("which", ["slow", "fast"])
-def test_pushed_the_closed_form_nods_with_the_frequency_told(top, theta, which):
-    """By 1e-6 rad/s, at unchanged rates."""
-    if (which, theta) == ("fast", "pi/2"):
-        return  # there is none
-    start = ht.State.steady(top, theta, 150, which)
-    pushed = ht.State(theta, thetadot="1e-6", phidot=start.phidot, omega3=150)
-    expected = 2 * np.pi / ht.facts(top, start).small_nutation_frequency
-    assert ht.Motion(top, pushed).period == pytest.approx(expected, rel=1e-9)
 
 
 def modes(top, omega3):

@@ -1,95 +1,20 @@
 """What the filter is sure of is true: Fractions and mpmath against arrays of doubles."""
 
 import math
-import operator
-from fractions import Fraction
 
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
+from heavytop.classification import filter as module
 from heavytop.classification import kinds
 from heavytop.classification.arrays import InputArrays
-from heavytop.classification.filter import LIBRARY, ArraySigns, Sized, cosines
+from heavytop.classification.filter import LIBRARY, ArraySigns, cosines
 from heavytop.classification.reduced import Reduced
 
 from ..starts import nasty
 
 pytestmark = pytest.mark.reference
-
-U = Fraction(1, 2**53)
-mantissas = st.integers(2**52, 2**53 - 1)
-exponents = st.integers(-152, 47) | st.integers(-53, -51)
-signed = st.builds(
-    lambda s, m, e: s * math.ldexp(m, e), st.sampled_from((-1, 1)), mantissas, exponents
-)
-doubles = st.just(0.0) | signed
-
-
-def leaf(x):
-    return Sized.of(np.array([x])), Fraction(x)
-
-
-def grown(pairs):
-    """Sums, differences, products and small multiples of what there is."""
-    two = st.tuples(pairs, pairs)
-    return st.one_of(
-        *(
-            two.map(lambda p, act=act: (act(p[0][0], p[1][0]), act(p[0][1], p[1][1])))
-            for act in (operator.add, operator.sub, operator.mul)
-        ),
-        pairs.map(lambda p: (p[0] * p[0], p[1] * p[1])),
-        pairs.map(lambda p: (abs(p[0]), abs(p[1]))),
-        st.tuples(st.integers(-(10**40), 10**40), pairs).map(
-            lambda p: (p[0] * p[1][0], p[0] * p[1][1])
-        ),
-    )
-
-
-sums = st.recursive(doubles.map(leaf), grown, max_leaves=9)
-
-
-def assert_holds(found, truth):
-    value = found.value[0]
-    if not 2.0**-960 <= found.magnitude[0] <= 2.0**960:  # beyond all that a criterion is made of
-        if found.least[0] > 0 and found.magnitude[0] > 1:
-            assert (value > 0) == (truth > 0)
-        return
-    assert abs(Fraction(value) - truth) <= Fraction(found.error * found.magnitude[0])
-    least = Fraction(found.least[0])
-    assert least * (1 - 3 * U) <= abs(truth)
-    if least > 0:
-        assert (value > 0) == (truth > 0)
-    assert found.magnitude[0] != 0 or truth == 0
-    if found.magnitude is found.value:
-        assert value >= 0
-
-
-@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value", "ignore:underflow")
-@settings(max_examples=700, deadline=None)
-@given(sums)
-def test_errors_contain_sums_and_products(pair):
-    """Whatever is added and multiplied, the exact rational lies within the error."""
-    assert_holds(*pair)
-
-
-@pytest.mark.parametrize("x", [5e-324, 2.0**-101, 1e31, -np.inf, np.nan])
-def test_numbers_out_of_range_are_left_open(x):
-    """No product, sum, root or multiple of them is told from zero, nor said to be zero."""
-    given = Sized.of(np.array([x]))
-    zero, one = Sized.of(np.zeros(1)), Sized.of(np.ones(1))
-    for found in (given, given * zero, given + one, 2 * given, abs(given), one - given):
-        assert not found.least[0] > 0
-        assert found.magnitude[0] != 0
-
-
-def test_exact_zeros_stay_exact():
-    zero, some = Sized.of(np.zeros(1)), Sized.of(np.array([0.1]))
-    for found in (zero * some, -3 * zero, zero + zero, zero * (some - some)):
-        assert found.magnitude[0] == 0
-    assert (some - some).magnitude[0] > 0  # what cancels is not known to
 
 
 def tilts(n):
@@ -127,15 +52,9 @@ def test_cosines_are_within_their_errors():
             for j, (value, truth) in enumerate(zip(values, (cos, 1 - cos, 1 + cos), strict=True)):
                 worst[j] = max(worst[j], abs(float(truth - value) / value) * 2**53)
     for each, seen, most in zip(found, worst, (5, 6, 6), strict=True):
-        assert seen < most < each.roundings
+        assert seen < most < 2 * (LIBRARY + 3)
         assert np.abs(each.value).min() >= 2.0**-202
         assert np.abs(each.value).max() <= 2
-
-
-@pytest.mark.parametrize("theta", [5e-324, 2.0**-101, -1e-3, np.nextafter(math.pi, 4), np.nan])
-def test_other_tilts_are_left_open(theta):
-    for found in cosines(np.array([theta])):
-        assert np.isnan(found.value[0])
 
 
 # --- the criteria themselves ---------------------------------------------------------------------
@@ -188,7 +107,7 @@ def test_numbers_are_within_their_errors(held, stretched):
                 if math.isnan(value):
                     assert not certain[at]
                     continue
-                assert abs(truth - value) <= sized.error * sized.magnitude[at], number
+                assert abs(truth - value) <= module.ERROR * sized.magnitude[at], number
                 sure = bool(certain[at])
                 assert not sure or (value > 0) == (truth > 0)
                 seen[which, int(sure)] += 1
@@ -199,6 +118,6 @@ def test_numbers_are_within_their_errors(held, stretched):
 @pytest.mark.parametrize("roundings", [0, 1])
 def test_without_its_errors_the_filter_would_be_wrong(roundings, monkeypatch):
     """The rows that are aimed at a boundary are beside it: nearly no error is not enough."""
-    monkeypatch.setattr(Sized, "error", roundings * 2.0**-53)
+    monkeypatch.setattr(module, "ERROR", roundings * 2.0**-53)
     with pytest.raises(AssertionError):
         test_numbers_are_within_their_errors("psidot", False)

@@ -116,25 +116,3 @@ def test_a_number_however_small_has_its_digits_and_its_sign(off):
     kind, met = held(Top("3.28e-4", "6.6e-5", "0.0456"), State("0.1", phidot=off, psidot=140))
     assert kind == ("loops" if off.startswith("-") else "waves")
     assert "E′ − gMR p_φ/p_ψ" in met
-
-
-def test_numbers_beyond_doubles_are_written_with_their_exponents():
-    tiny = Top("1e-200", "1e-200", "1e-200"), State(0, psidot=10)
-    assert held(*tiny)[0] == "sleeping"
-    assert "= 9.600e-399 kg² m⁴/s² > 0" in classify(*tiny).why
-    needle = classify(Top(1, 0, 1), State(0, psidot=1))
-    assert "least stable" not in needle.why
-
-
-@pytest.mark.parametrize(
-    ("start", "symbol"),
-    [
-        (State("sqrt(cos(2)^2)+cos(2)", psidot=1), "sin θ"),
-        (State(1, phidot="sqrt(cos(2)^2)+cos(2)", psidot=1), "E′ − gMR p_φ/p_ψ"),
-    ],
-)
-def test_what_is_undecided_names_the_open_sign_and_its_bound(start, symbol):
-    found = classify(Top(1, 1, 1), start)
-    assert not found.certified
-    assert f"sign of {symbol} " in found.why
-    assert found.bound in found.why

@@ -1,42 +1,12 @@
 """Texts that are numbers, and what is none, each refused by the rule that it breaks."""
 
 import math
-import re
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from mpmath import MPContext
 
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact, acos, cos, parse, sin, sqrt
-
-
-@st.composite
-def texts(draw: st.DrawFn, depth: int = 3) -> str:
-    """Expressions of the grammar that have a value: roots and divisors are made positive."""
-    if depth == 0 or draw(st.booleans()):
-        return draw(st.sampled_from(["pi", "2", "0.5", "3", "1.25e-2", "(7/3)"]))
-    inner = texts(depth=depth - 1)
-    shapes = ["({a} + {b})", "{a}*{b}", "sqrt({a})", "{a}/{b}", "({a})^2"]
-    shape = draw(st.sampled_from([*shapes, "(2 + cos({a}))", "acos({a}/({a} + {b}))"]))
-    return shape.format(a=draw(inner), b=draw(inner))
-
-
-@given(texts())
-def test_a_text_is_what_python_and_mpmath_make_of_it(text: str) -> None:
-    mp = MPContext()
-    mp.prec = 600  # as acos near 1 loses some
-    names = {"pi": mp.pi, "sqrt": mp.sqrt, "mpf": mp.mpf, "__builtins__": {}}
-    names |= {"cos": mp.cos, "acos": mp.acos}
-    in_mpmath = re.sub(r"[\d.]+(e-?\d+)?", r"mpf('\g<0>')", text).replace("^", "**")
-    expected, value = eval(in_mpmath, names), Exact.of(text)  # our own text, made above
-    mp.prec = 300
-    assert abs(value.mpf(mp) - expected) <= abs(expected) * 2.0**-290
-    assert str(value) == text
-    canonical = str(value * 1 + 0)
-    assert Exact.of(canonical) == value, canonical
+from heavytop.exact import PI, Exact, parse
 
 
 @pytest.mark.parametrize(
@@ -90,7 +60,6 @@ REFUSED = {
     "1e-300": ["1e-300/pi^2", "0.999e-300", "1e-99999999999"],
     "characters long": ["1" + "0" * 4000],
     "nests": ["(" * 60 + "1" + ")" * 60, "-" * 60 + "1", "2^" * 60 + "1"],
-    "at most 500": ["1" + "+1" * 300],
 }
 
 
@@ -98,32 +67,6 @@ REFUSED = {
 def test_what_is_no_number_is_refused(text: str, rule: str) -> None:
     with pytest.raises(NotANumber, match=rule):
         Exact.of(text)
-
-
-@pytest.mark.parametrize("text", ["3e299*pi", "pi/3e299", "4e299*sqrt(1 + pi)", "1e300", "1e-300"])
-def test_what_is_just_within_the_limits_is_held(text: str) -> None:
-    assert Exact.of(text).sign() == 1
-
-
-WORDS = {
-    "2,5": 2.5, "-0,125": -0.125, "157,08": 157.08, "25 rev/s": 50 * math.pi, "25 Hz": 50 * math.pi,
-    "30 g": 0.03, "2.5 cm": 0.025, "2 ms": 0.002, "acos(3/4)": math.acos(0.75), "12 g cm^2": 1.2e-6,
-    "cos(0.2)": math.cos(0.2), "2*sin(30 deg)": 1.0, "asin(0.6)": math.asin(0.6),
-    "-atan(2)": -math.atan(2), "acos(-0.3) + acos (0.3)": math.pi,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("text", WORDS)
-def test_units_functions_and_decimal_commas_are_understood(text: str) -> None:
-    assert float(Exact.of(text)) == pytest.approx(WORDS[text], rel=1e-15)
-
-
-def test_the_cosine_of_an_arccosine_is_exact() -> None:
-    angle, x = Exact.of("acos(3/5)"), Fraction(3, 5)
-    assert (cos(angle), sin(angle), sin(angle - PI / 2)) == (x, Fraction(4, 5), -x)
-    assert cos(2 * PI - angle) == cos(-angle) == Fraction(3, 5)
-    assert Exact.of(str(angle)) == angle
-    assert (acos(1 - Exact.of("1e-40")) - sqrt(2) * Exact.of("1e-20")).sign() == 1
 
 
 SIZES = {  # of each unit, in those of SI

@@ -43,7 +43,7 @@ def half_sum(x: arb, y: arb, sign: int) -> arb:
 def nearest(c: Constants, z: Callable[..., arb]) -> Callable[[arb], tuple[Any, ...]]:
     """From a time to the number of the turning point nearest, whether of u₂, and z since that."""
 
-    def found(t: arb) -> tuple[Any, ...]:
+    def locate(t: arb) -> tuple[Any, ...]:
         if c.period is None:
             return 0, False, z(0, t)
         turning = 2 * (t / c.period) + c.x0 / c.half
@@ -52,7 +52,7 @@ def nearest(c: Constants, z: Callable[..., arb]) -> Callable[[arb], tuple[Any, .
         n = floor(turning.mid() + arb(0.5))
         return n, (n + c.first) % 2 == 1, z(n, t)
 
-    return found
+    return locate
 
 
 def argument(z: arb, hyperbolic: bool) -> tuple[arb, arb, arb]:

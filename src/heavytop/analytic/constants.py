@@ -43,7 +43,7 @@ class PoleAngle:
 class Constants:
     """The constants of one motion, in balls of the working precision.
 
-    `over` is the motion seen with g ≥ 0, `lower` and `upper` are its 1 ∓ u at u₁ and at u₂,
+    `upright` is the motion seen with g ≥ 0, `lower` and `upper` are its 1 ∓ u at u₁ and at u₂,
     `period` is T, None where nothing nutates, and `first` the turning point nearest the start, even
     where it is one of u₁, with the argument x0 of the theta functions since it.
     """
@@ -57,31 +57,31 @@ class Constants:
         self.start = start = replace(given, g=arb(0)) if regime.weightless else given
         self.regime, self.angles, self.bits = regime, angles, bits
         self.side = -1 if regime.mirrored else 1
-        self.over = over = start.mirrored() if regime.mirrored else start
-        plus = over.P_plus if regime.misses_bottom else arb(0)
-        self.P = plus, over.P_minus if regime.misses_top else arb(0)
+        self.upright = upright = start.mirrored() if regime.mirrored else start
+        plus = upright.P_plus if regime.misses_bottom else arb(0)
+        self.P = plus, upright.P_minus if regime.misses_top else arb(0)
         regimes = {"steady": self._steady, "asymptotic": self._tend, "nutating": self._nutate}
-        regimes[regime.name](over)
+        regimes[regime.name](upright)
         self.half, self.rate = self.theta.half, self.w * self.theta.scale
 
-    def _steady(self, over: Reduced) -> None:
+    def _steady(self, upright: Reduced) -> None:
         self.w = self.m = self.delta = arb(0)
-        self.lower = self.upper = over.one_minus_u0, over.one_plus_u0
+        self.lower = self.upper = upright.one_minus_u0, upright.one_plus_u0
         self.theta = Theta(arb(0), arb(1), self.bits)
         if not self.regime.weightless:  # from the sum of the roots
-            self.u3 = (2 * over.kinetic0 + over.b * over.b) / (2 * over.g) - over.u0
+            self.u3 = (2 * upright.kinetic0 + upright.b * upright.b) / (2 * upright.g) - upright.u0
 
-    def _tend(self, over: Reduced) -> None:
-        low = over.b * over.b / (2 * over.g) if self.regime.misses_bottom else arb(0)
+    def _tend(self, upright: Reduced) -> None:
+        low = upright.b * upright.b / (2 * upright.g) if self.regime.misses_bottom else arb(0)
         self.u3, self.m, self.delta = arb(1), arb(1), 2 - low
         self.theta = Theta(arb(1), arb(0), self.bits)
         self.lower, self.upper = (self.delta, low), (arb(0), arb(2))
-        self.w = self.growth = (over.g * self.delta / 2).sqrt()
-        cosine = (over.one_minus_u0 / self.delta).sqrt()
-        self.x0 = (over.udot0 / (2 * self.w * self.delta * cosine * cosine * cosine)).asinh()
+        self.w = self.growth = (upright.g * self.delta / 2).sqrt()
+        cosine = (upright.one_minus_u0 / self.delta).sqrt()
+        self.x0 = (upright.udot0 / (2 * self.w * self.delta * cosine * cosine * cosine)).asinh()
 
-    def _nutate(self, over: Reduced) -> None:
-        self.cubic = roots = Roots.of(over, self.regime)
+    def _nutate(self, upright: Reduced) -> None:
+        self.cubic = roots = Roots.of(upright, self.regime)
         self.w, self.m, self.delta, self.u3 = roots.w, roots.m, roots.delta, roots.u3
         self.lower, self.upper, self.modulus = roots.lower, roots.upper, (roots.m, roots.mc)
         self.K = arb.pi() / (2 * arb(1).agm(roots.mc.sqrt()))
@@ -89,7 +89,7 @@ class Constants:
         if self.regime.resting:
             self.phase = arb(0) if roots.down.is_zero() else arb(-0.5)
         else:
-            rising = sign_of(over.udot0, "d cos(theta)/dt at the start and 0")
+            rising = sign_of(upright.udot0, "d cos(theta)/dt at the start and 0")
             self.phase = rising * self._since_lower(roots.down, roots.up)
         if not self.phase.is_finite():
             raise TooFewBits("the start and a turning point", self.phase)
@@ -107,7 +107,7 @@ class Constants:
         if self.period is None:
             # an axis on the vertical keeps its φ, and ψ takes the whole spin
             off = not (high1.is_zero() or low1.is_zero())
-            b = self.over.b
+            b = self.upright.b
             rates = (plus / (2 * low1), minus / (2 * high1)) if off else (b / 2, -b / 2)
             one, other = (PoleAngle(rate=rate, mean=rate) for rate in rates)
             return one, other
@@ -213,11 +213,11 @@ class Constants:
 
         That is where u = a/b; in a cusp it is u₂ itself.
         """
-        b, passes = self.over.b, self.P[0].is_zero() or self.P[1].is_zero()
+        b, passes = self.upright.b, self.P[0].is_zero() or self.P[1].is_zero()
         if self.period is None or passes or not (b > 0 or b < 0):
             return None
-        down = self.over.P_plus / b - self.lower[1]
-        up = -self.over.P_minus / b - self.upper[0]
+        down = self.upright.P_plus / b - self.lower[1]
+        up = -self.upright.P_minus / b - self.upper[0]
         least = down.min(up)
         if least <= 0 or sign_of(least, "the tilts of a turning point and of phidot = 0") < 0:
             return None

@@ -104,10 +104,10 @@ def _times(t: Any, t_lo: Any) -> tuple[Any, Any, tuple[int, ...]]:
 
 def number(x: arb, beside: Any = 0) -> float:
     """A constant that is known well enough, beside what it is added to."""
-    return float(known(x, beside))
+    return float(accurate(x, beside))
 
 
-def known(x: arb, beside: Any = 0) -> arb:
+def accurate(x: arb, beside: Any = 0) -> arb:
     """The same as a ball."""
     if not x.rad() <= (abs(x) + beside) * KNOWN:
         raise TooFewBits("a constant of the closed form and 0", x)
@@ -135,7 +135,7 @@ def sin_cos(x: Any) -> tuple[Any, Any]:
 def linear(start: arb, step: arb, rate: arb, slowest: Any = 0) -> Callable[..., Any]:
     """The pair start + n step + rate t, and what else is given; t is a pair."""
     one = 1 if slowest else 0
-    summed = pairs.Linear(known(start, one), known(step, one), known(rate, slowest))
+    summed = pairs.Linear(accurate(start, one), accurate(step, one), accurate(rate, slowest))
     return lambda n, t, *more: summed(n, *t, *more)
 
 
@@ -152,7 +152,7 @@ def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, .
     steps, ahead = (0.0, 0.0) if c.period is None else (float(2 / c.period), float(c.x0 / c.half))
     rate, size = float(c.rate), abs(float(c.x0))
 
-    def found(t: Any) -> tuple[Any, ...]:
+    def locate(t: Any) -> tuple[Any, ...]:
         n = np.rint(t[0] * steps + ahead) if steps else zero
         high, low = z(n, t)
         # a turning point counts as passed at it: at an exact pass what follows has begun
@@ -160,7 +160,7 @@ def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, .
         half = (n + c.first) / 2
         return n, half != np.floor(half), (np.where(at_it, 0.0, high), np.where(at_it, 0.0, low))
 
-    return found
+    return locate
 
 
 def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:

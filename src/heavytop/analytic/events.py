@@ -12,6 +12,7 @@ from heavytop.analytic.constants import Constants
 from heavytop.analytic.roots import TooFewBits, floor, sign_of
 from heavytop.classification.reduced import FEW_BITS
 from heavytop.errors import Impossible
+from heavytop.exact.balls import ball_of
 from heavytop.scene.arguments import text_of, whole
 
 if TYPE_CHECKING:
@@ -134,13 +135,13 @@ class EventTimes:
         exact = self.motion.time(t)
 
         def number(c: Constants) -> int:
-            time, fractions = exact(c.bits), self._fractions(c)
+            time, fractions = ball_of(exact), self._fractions(c)
             if c.period is not None:
                 return sum(rank(time / c.period - at) for at in fractions)
             # of one event alone the rank is that within the first period, or outside of it
             return sum(min(max(rank(time - at), 0), 1) - (not _passed(at)) for at in fractions)
 
-        late = abs(float(exact(FEW_BITS)))
+        late = abs(float(exact.ball(FEW_BITS)))
         found: int = self.motion.refine(f"the count of {self.kind}", number, None, late=late)
         return found
 
@@ -167,7 +168,7 @@ class EventTimes:
         part = c.reversal / c.period
         if not self.motion.vanishes("drift0"):
             return [lower + part, lower - part]
-        return [arb(0), lower - part if c.over.udot0 > 0 else lower + part]
+        return [arb(0), lower - part if c.upright.udot0 > 0 else lower + part]
 
 
 def _passed(time: arb) -> bool:

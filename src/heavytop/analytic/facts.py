@@ -47,8 +47,8 @@ ZERO_BITS: Final = 4096  # a ball of so many bits that contains 0 is taken for 0
 class Facts:
     """What follows from the closed form of one motion; None where a fact does not exist.
 
-    On the vertical φ and ψ are not defined apart, and nothing is said of their rates. A motion
-    that tends to the vertical has its rates there as bounds, and no means.
+    On the vertical φ and ψ are not defined apart, and their rates have no facts. A motion that
+    tends to the vertical has its rates there as bounds, and no means.
 
     Attributes
     ----------
@@ -345,7 +345,7 @@ def _decided(found: Balls) -> Balls:
 
 
 def _or_zero(x: arb) -> arb:
-    """A ball without 0 in it, or 0 itself; TooFewBits where so many bits cannot tell."""
+    """A ball without 0 in it, or 0 itself; TooFewBits where so many bits leave it open."""
     if not x.contains(0):
         return x
     if not x.is_zero() and (ctx.prec < ZERO_BITS or not x.is_finite()):

@@ -17,8 +17,8 @@ from typing import Any, Final, TypeAlias
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
-from heavytop.classification.kinds import RULES, Number
-from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
+from heavytop.classification.classify import SIGN_BITS, SceneSigns, UndecidedError
+from heavytop.classification.kinds import RULES, Criterion
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
@@ -172,7 +172,7 @@ def motion_of(scene: Scene, key: str, x: float) -> Motion | None:
 
 
 def value_of(motion: Motion | None, name: str) -> float | None:
-    """A fact of a motion; None where it has none, or none that could be told."""
+    """A fact of a motion; None where it has none, or none that is decided."""
     try:
         return None if motion is None else FACTS[name][0](motion)
     except NoClosedForm:
@@ -238,14 +238,14 @@ def _of_kind(motion_at: MotionAt, points: Sequence[float], kind: str) -> Answer:
     return _where(lambda x: (motion := motion_at(x)) is not None and motion.kind == kind, points)
 
 
-def _number(motion_at: MotionAt, number: Number, x: float) -> float | None:
-    """A number that tells kinds apart, with its proved sign."""
+def _number(motion_at: MotionAt, number: Criterion, x: float) -> float | None:
+    """A criterion of kinds, with its proved sign."""
     if (motion := motion_at(x)) is None:
         return None
     signs = SceneSigns(motion.top, motion.start)
     with working(SIGN_BITS):
         try:
-            return signs.sign(number) * (abs(float(number.value(signs.few))) or 1.0)
+            return signs.sign(number) * (abs(float(number.value(signs.balls))) or 1.0)
         except UndecidedError:
             return None
 

@@ -9,7 +9,8 @@ the sweep a jump: φ jumps by +π as time goes forward, ψ by −π at θ = 0 an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property, partial, wraps
+from functools import cached_property, wraps
+from itertools import product
 from typing import Any, Final
 
 from flint import arb
@@ -65,18 +66,16 @@ class Form:
     def complete(self) -> Form:
         """The form with all its constants, which are else computed when they are first read."""
         _ = self.angles, self.rates, self.opposed
-        for upper in (False, True):
-            _ = (
-                *map(partial(self.function, upper), range(4)),
-                *map(partial(self.sweep, upper), (0, 1)),
-            )
+        for build, count in (("function", 4), ("sweep", 2)):
+            for upper, which in product((False, True), range(count)):
+                self.series(build, upper, which)
         return self
 
     @constant
     def angles(self) -> list[Callable[..., Any]]:
         """φ and ψ but for what Φ± have swept since the nearest turning point."""
         c, (plus, minus) = self.c, self.c.halves
-        one, other = (self._begun(which) for which in (0, 1))
+        one, other = (self._swept_at_start(which) for which in (0, 1))
         slowest = arb(SLOWEST) if c.period is None else 1 / c.period
         return [
             self.N.linear(
@@ -91,7 +90,7 @@ class Form:
             )
         ]
 
-    def _begun(self, which: int) -> arb:
+    def _swept_at_start(self, which: int) -> arb:
         """What Φ₊ or Φ₋ has swept at the start since the turning point nearest it."""
         c, half = self.c, self.c.halves[which]
         if c.x0.is_zero() and not half.jumps:
@@ -127,20 +126,16 @@ class Form:
         size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST
         return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
 
-    def function(self, upper: bool, which: int) -> Any:
-        """Beside u₁ or u₂ the numerator of sn (1), cn (2) or dn (3), or the denominator (0)."""
-        return self._series(self.c.theta.function, upper, which)
+    def series(self, build: str, upper: bool, which: int) -> Any:
+        """A series beside u₁ or u₂: a "function" of `Theta`, or a "sweep" of `Constants`, or None.
 
-    def sweep(self, upper: bool, which: int) -> Any:
-        """Beside u₁ or u₂ the sweep of Φ₊ (0) or Φ₋ (1), if there is one."""
-        return self._series(self.c.sweep, upper, which)
-
-    def _series(self, build: Callable[..., Any], upper: bool, which: int) -> Any:
-        """Computed when it is first read: a single time is beside one turning point only."""
-        key = build.__name__, upper, which
+        Computed when it is first read: a single time is beside one turning point only.
+        """
+        key = build, upper, which
         if key not in self._computed:
+            source: Any = self.c if build == "sweep" else self.c.theta
             with working(self.c.bits):
-                self._computed[key] = build(self.N, upper, which)
+                self._computed[key] = getattr(source, build)(self.N, upper, which)
         return self._computed[key]
 
 
@@ -158,16 +153,10 @@ class Point:
         return value
 
 
-def _theta(r: Point, which: int) -> Any:
-    """A numerator of the elliptic functions, or their denominator (0)."""
-    parts = [(where, r.form.function(bool(upper), which)(*at)) for where, upper, at in r.sides]
-    return r.N.join(r.upper, parts)
-
-
-def _swept(r: Point, which: int) -> Any:
-    """What Φ₊ (0) or Φ₋ (1) has swept since the nearest turning point."""
-    found = [(where, r.form.sweep(bool(upper), which), at) for where, upper, at in r.sides]
-    parts = [(where, sweep(*at) if sweep else 0 * at[0]) for where, sweep, at in found]
+def _series(r: Point, build: str, which: int) -> Any:
+    """The series beside the turning points nearest; 0 where there is none."""
+    found = [(where, r.form.series(build, bool(upper), which), at) for where, upper, at in r.sides]
+    parts = [(where, series(*at) if series else 0 * at[0]) for where, series, at in found]
     return r.N.join(r.upper, parts)
 
 
@@ -225,10 +214,11 @@ def _omega(r: Point) -> Any:
 
 FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "sides": lambda r: r.N.sides(r.upper, r.z, r.form.c.theta.hyperbolic),
-    "under": lambda r: _theta(r, 0),
-    "sn": lambda r: _theta(r, 1) / r.under,
-    "cn": lambda r: _theta(r, 2) / r.under,
-    "dn": lambda r: _theta(r, 3) / r.under,
+    # of the elliptic functions the denominator and the three numerators
+    "under": lambda r: _series(r, "function", 0),
+    "sn": lambda r: _series(r, "function", 1) / r.under,
+    "cn": lambda r: _series(r, "function", 2) / r.under,
+    "dn": lambda r: _series(r, "function", 3) / r.under,
     "top": lambda r: _leg(r, 0, r.cn, -1),
     "bottom": lambda r: _leg(r, 1, r.sn, 1),
     "legs": lambda r: (r.top[0], r.bottom[0])[:: r.side],
@@ -243,7 +233,7 @@ FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "rates": _pole_rates,
     "phidot": _phidot,
     "psidot": lambda r: r.form.kappa + r.side * (r.rates[0] - r.rates[1]),
-    "swept": lambda r: (_swept(r, 0), _swept(r, 1)),
+    "swept": lambda r: (_series(r, "sweep", 0), _series(r, "sweep", 1)),
     "phi_sum": lambda r: r.form.angles[0](r.turning, r.t, r.swept[0] + r.swept[1]),
     "psi_sum": lambda r: r.form.angles[1](r.turning, r.t, r.side * (r.swept[0] - r.swept[1])),
     "sums": lambda r: (r.phi_sum, r.psi_sum),

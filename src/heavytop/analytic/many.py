@@ -21,6 +21,7 @@ from heavytop.classification.arrays import Array, InputArrays, Mask, Starts, wit
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts, classify_many, impossible
 from heavytop.errors import NoClosedForm
+from heavytop.exact.pairs import PI_REST
 from heavytop.scene.arguments import expect
 
 CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
@@ -28,10 +29,8 @@ PROMISED: Final = 1e-12  # relative error of T; of angles relative to max(1, |x|
 
 ERROR: Final = 2.0**-51  # of a sum of products, relative to the sizes of its terms
 ROUNDING: Final = 7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
-RANGE: Final = 2.0**100  # numbers within 1/RANGE … RANGE have products in the normal range
 LAGUERRE_STEPS: Final = 4  # each triples the digits once a root is isolated
 CONVERGED: Final = 1e-6  # bound on the last of these steps, relative to the root
-PI_REST: Final = 1.2246467991473532e-16  # of π, beyond a double
 TINY: Final = 2.0**-1000  # that nothing is divided by 0
 LEAST_MC: Final = 1e-2  # for 1 − m not less than this
 STEPS: Final = 5  # of the mean are enough,
@@ -228,7 +227,7 @@ def rows(starts: Starts) -> tuple[Array, ...]:
     # P±, once their signs are known, and f₁ add no more than a few times this
     error = ERROR * (4 * g + kinetic2 + size_b * size_b) / reach
     error = error + 2 * ERROR * size_surplus / (minus1 * larger) + ROUNDING
-    known = converged & _in_range(starts)
+    known = converged & starts.in_range
     for P, height, zero in ((plus, low, exact[0]), (minus, high, exact[1])):
         known = known & (zero | (abs(P) >= 4 * ERROR * (abs(drift) + size_b * height)))
     p = np.stack((plus2 / plus1, minus2 / minus1))
@@ -289,14 +288,6 @@ def _negative_root(f0: Array, f1: Array, f2: Array) -> Array:
     far = abs(f1) + np.sqrt(f1**2 - 4 * f0 * f2)
     root = np.where(f1 > 0, -2 * f0 / np.where(far == 0, 1.0, far), far / (2 * f2))
     return np.where(f2 < 0, root, np.nan)
-
-
-def _in_range(starts: Starts) -> Mask:
-    fits: Mask = np.ones(1, np.bool_)
-    for each in starts.arrays:
-        size = abs(each)
-        fits = fits & ((size >= 1 / RANGE) & (size <= RANGE) | np.equal(size, 0))
-    return fits
 
 
 def complete(mc: Array, p: Array, steps: int = STEPS) -> tuple[Array, Array]:

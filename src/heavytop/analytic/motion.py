@@ -16,12 +16,12 @@ from heavytop.analytic.roots import sign_of
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
 from heavytop.classification.reduced import (
+    FEW_BITS,
     Reduced,
     ReducedMotion,
-    ball_of,
     reduced_from_scene,
 )
-from heavytop.exact.balls import Interval, working
+from heavytop.exact.balls import Interval, ball_of, working
 from heavytop.exact.decimals import Number, context
 from heavytop.scene.arguments import expect, whole, wrong_type
 from heavytop.scene.state import State
@@ -110,8 +110,10 @@ class ClosedForm(Refined):
     @cached_property
     def cusps(self) -> bool:
         """Whether φ̇ is exactly 0 where a nutating axis is highest."""
-        if not (self.regime.misses_top and self.regime.misses_bottom and self.vanishes("looping")):
-            return False
+        with working(FEW_BITS):
+            passes = not (self.regime.misses_top and self.regime.misses_bottom)
+            if passes or not self.vanishes("cusp_number"):
+                return False
 
         def sign(c: Constants) -> int:
             return sign_of(c.start.P_plus * c.start.P_minus, "P+ or P- and 0")
@@ -306,7 +308,7 @@ class Motion(Played, ClosedForm):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """The kind with everything said about it."""
+        """The kind with its tags, and why."""
         return classify(self.top, self.start)
 
     @property
@@ -366,7 +368,7 @@ class Motion(Played, ClosedForm):
         ctx = context(digits)
         bits = ctx.prec + 64
         with working(bits):
-            start, A = self.source.reduced(bits), ball_of(self.top.A, bits)
+            start, A = self.source.reduced(bits), ball_of(self.top.A)
             balls = start.energy, start.h, start.a, start.b
             return Integrals(*(midpoint(ctx, A * ball) for ball in balls))
 

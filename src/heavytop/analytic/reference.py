@@ -148,7 +148,7 @@ def reference(
     Impossible
         There are too many events between the times.
     Unseparated
-        A number can be neither told from 0 nor proved to be 0.
+        A number is neither separated from 0 nor proved to be 0.
 
     Examples
     --------

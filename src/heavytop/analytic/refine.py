@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from functools import cached_property
 from typing import Any, Final
 
@@ -18,8 +17,8 @@ from heavytop.analytic.roots import TooFewBits
 from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, Regime, vanishes
 from heavytop.errors import Unseparated
 from heavytop.exact import Exact
-from heavytop.exact.balls import Interval, above, rational_ball, working
-from heavytop.exact.number import rational_value
+from heavytop.exact.balls import Interval, above, ball_of, working
+from heavytop.exact.number import rational, rational_value
 
 LIMIT: Final = 1 << 16
 """Bits at which the closed form gives up."""
@@ -59,18 +58,18 @@ class Refined:
     @cached_property
     def regime(self) -> Regime:
         """What is exactly so of the motion; what cannot be separated from zero counts as zero."""
-        try:
-            return Regime.of(self.source, True, self._start)
-        except Unseparated as doubt:
-            self._computed["doubt"] = doubt
-            return Regime.of(self.source, False, self._start)
+        with working(FEW_BITS):
+            return Regime.of(self.source, self._start, self.vanishes)
 
     def vanishes(self, name: str) -> bool:
-        """Whether a number of the reduced motion is exactly 0, or cannot be separated from it."""
+        """Whether a number of the reduced motion is 0, or cannot be separated from it.
+
+        At a working precision of `FEW_BITS`.
+        """
         try:
-            return vanishes(self.source, name, True, self._start)
+            return vanishes(self.source, self._start, name)
         except Unseparated as doubt:
-            self._computed["doubt"] = doubt
+            self._computed.setdefault("doubt", doubt)
             return True
 
     def refine(
@@ -192,10 +191,9 @@ class Refined:
         found: Form = self._computed["doubles"]
         return found
 
-    def time(self, t: Any) -> Callable[[int], arb]:
-        """A time [s] of any kind as a ball of so many bits; floats mean their binary value."""
-        exact = Exact.of(t) if isinstance(t, str | Exact) else rational_value(t)
-        return (lambda _: rational_ball(exact)) if isinstance(exact, Fraction) else exact.ball
+    def time(self, t: Any) -> Exact:
+        """A time [s] of any kind and size, exactly; floats mean their binary value."""
+        return Exact.of(t) if isinstance(t, str | Exact) else rational(rational_value(t))
 
     def reader(self, t: Any, digits: int) -> Callable[[str], Any]:
         """The quantities of the motion at a time [s] by their names, balls of so many digits."""
@@ -204,10 +202,10 @@ class Refined:
         def value(constants: Constants, name: str) -> Any:
             bits = constants.bits
             if bits not in points:
-                points[bits] = self.form(constants)(time(bits))
+                points[bits] = self.form(constants)(ball_of(time))
             return getattr(points[bits], name)
 
-        late = abs(float(time(FEW_BITS)))
+        late = abs(float(time.ball(FEW_BITS)))
         return lambda name: self.refine(name, lambda c: value(c, name), digits, late)
 
 

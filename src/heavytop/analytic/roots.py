@@ -61,20 +61,22 @@ class Roots(NamedTuple):
     w: arb
 
     @classmethod
-    def of(cls, over: Reduced, regime: Regime) -> Roots:
+    def of(cls, upright: Reduced, regime: Regime) -> Roots:
         """The roots of a reduced motion that nutates; TooFewBits where two are not separated."""
-        cubic = f3, f2, _, f0 = over.cubic
-        d1, d2, *d3 = _distances(cubic, over, regime)
+        cubic = f3, f2, _, f0 = upright.cubic
+        d1, d2, *d3 = _distances(cubic, upright, regime)
         lead = f3 * d3[0] if d3 else -f2  # 2g (u₃ − u₀)
         down, up = _pair(-d1, d2, f0 / lead)
-        plus2, minus1 = over.one_plus_u0 + up, over.one_minus_u0 + down
-        minus2, beyond = over.one_minus_u0 - up, lead - f3 * over.one_minus_u0  # 2g (u₃ − 1)
+        plus2, minus1 = upright.one_plus_u0 + up, upright.one_minus_u0 + down
+        minus2, beyond = upright.one_minus_u0 - up, lead - f3 * upright.one_minus_u0  # 2g (u₃ − 1)
         if not regime.misses_top:
-            rises = sign_of(over.over_top, "E' and gMR")
+            rises = sign_of(upright.over_top, "E' and gMR")
             minus2, beyond = (arb(0), beyond) if rises > 0 else (minus2, arb(0))
-        minus2, beyond = _pair(minus2, beyond, over.P_minus * over.P_minus / minus1)
-        plus1 = over.one_plus_u0 - down if regime.misses_bottom else arb(0)
-        plus1, _ = _pair(plus1, lead + f3 * over.one_plus_u0, over.P_plus * over.P_plus / plus2)
+        minus2, beyond = _pair(minus2, beyond, upright.P_minus * upright.P_minus / minus1)
+        plus1 = upright.one_plus_u0 - down if regime.misses_bottom else arb(0)
+        plus1, _ = _pair(
+            plus1, lead + f3 * upright.one_plus_u0, upright.P_plus * upright.P_plus / plus2
+        )
         delta, reach = up + down, lead + f3 * down  # 2g (u₃ − u₁)
         u3 = 1 + beyond / f3 if d3 else None
         m, mc = f3 * delta / reach, (beyond + f3 * minus2) / reach
@@ -92,11 +94,11 @@ def _common(one: arb, other: arb) -> arb:
     return one.intersection(other) if one.is_finite() and other.is_finite() else one
 
 
-def _distances(cubic: tuple[arb, ...], over: Reduced, regime: Regime) -> list[arb]:
+def _distances(cubic: tuple[arb, ...], upright: Reduced, regime: Regime) -> list[arb]:
     """Increasing distances u − u₀ of the roots, two of them where g = 0."""
-    found = [] if regime.misses_bottom else [-over.one_plus_u0]
+    found = [] if regime.misses_bottom else [-upright.one_plus_u0]
     if not regime.misses_top:
-        found.append(over.one_minus_u0)
+        found.append(upright.one_minus_u0)
     if regime.resting and not any(root.is_zero() for root in found):
         found.append(arb(0))
     rest = arb_poly(list(reversed(cubic)))  # f₃ is exactly 0 where g is

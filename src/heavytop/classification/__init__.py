@@ -1,4 +1,4 @@
-"""Kinds of motion: their names, the criteria that tell them apart, and the proofs."""
+"""Kinds of motion: their names, the criteria that distinguish them, and the proofs."""
 
 from heavytop.classification.kinds import Kind, Verdict
 

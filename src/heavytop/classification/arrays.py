@@ -5,6 +5,7 @@ in which arrays hold kinds, their details and tags.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import reduce
 from math import prod
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -21,6 +22,7 @@ Array: TypeAlias = "NDArray[np.float64]"
 Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
 
+LARGEST: Final = 2.0**100  # or 1 over it, of numbers that doubles decide about
 _WHOLE: Final = 2.0**53
 
 NAMES: Final = (*map(str, Kind), "impossible")
@@ -78,6 +80,16 @@ class Starts(NamedTuple):
         return self[:-1]
 
     @property
+    def in_range(self) -> Mask:
+        """Where every number is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰.
+
+        Then no product in a criterion leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, where roundings are relative.
+        """
+        sizes = map(np.abs, self.arrays)
+        fits = ((x >= 1 / LARGEST) & (x <= LARGEST) | np.equal(x, 0) for x in sizes)
+        return reduce(np.logical_and, fits)
+
+    @property
     def pole(self) -> Mask:
         """Where the axis points up; of the doubles in [0, π] no other is a pole."""
         return np.equal(self.theta, 0)
@@ -114,8 +126,8 @@ class InputArrays:
         try:
             self.shape = np.broadcast_shapes(*(each.shape for each in arrays.values()))
         except ValueError:
-            told = ", ".join(f"{name} {each.shape}" for name, each in arrays.items() if each.shape)
-            raise Impossible([("shapes", f"must broadcast together, not {told}")]) from None
+            sizes = ", ".join(f"{name} {each.shape}" for name, each in arrays.items() if each.shape)
+            raise Impossible([("shapes", f"must broadcast together, not {sizes}")]) from None
         self.size = prod(self.shape)
         self._columns = {
             name: (each if each.size == 1 else np.broadcast_to(each, self.shape)).reshape(-1)

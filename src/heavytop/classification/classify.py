@@ -1,21 +1,38 @@
-"""Certified classification of one motion: its kind, its tags and the reason, each proved."""
+"""Certified classification of one motion: its kind, its tags and the reason, each proved.
+
+Balls of 106 bits decide a sign nearly always. What they leave open goes to the exact numbers, whose
+sign is found by balls of more bits or by proving that everything cancels.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Iterable, Iterator
+from functools import cached_property
+from math import isfinite, prod
+from typing import Final
+
+from flint import arb
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import DETAILS, RULES, TAGS, Kind, Rule, Verdict
-from heavytop.classification.reduced import MOST_BITS, Real, Reduced, ball_sign
-from heavytop.classification.signs import SIGN_BITS, SceneSigns, UndecidedError
-from heavytop.classification.why import reason
-from heavytop.exact import sqrt
-from heavytop.exact.balls import working
+from heavytop.classification.kinds import DETAILS, RULES, SO, TAGS, Criterion, Kind, Rule, Verdict
+from heavytop.classification.reduced import (
+    MOST_BITS,
+    Real,
+    Reduced,
+    ball_sign,
+    reduced_from_scene,
+    root_of,
+)
+from heavytop.exact.balls import ball_of, working
 from heavytop.exact.number import Exact, Sign
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+
+SIGN_BITS: Final = 106
+_REASON_BITS: Final = (SIGN_BITS, 256, 1024, MOST_BITS)
+_GOOD_BITS: Final = 20  # of a number of 4 digits
+_RELATIONS: Final = {1: "> 0", -1: "< 0", 0: "= 0 (proved)"}
 
 
 def classify(top: Top, start: State) -> Verdict:
@@ -31,7 +48,7 @@ def classify(top: Top, start: State) -> Verdict:
     Returns
     -------
     Verdict
-        Certified, unless some sign can be neither told with 4096 bits nor proved to be zero.
+        Certified, unless some sign is not decided by 4096 bits, and no proof shows that it is zero.
 
     Raises
     ------
@@ -85,7 +102,7 @@ def _rule(signs: SceneSigns) -> Rule:
 
 
 def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...], tuple[str, ...]]:
-    """What tells motions of one kind apart: the sign, its name, and where open what it may be."""
+    """What distinguishes motions of one kind: the sign, its name, and what is open."""
     if kind not in DETAILS:
         return None, (), ()
     names, product, *_ = DETAILS[kind]
@@ -129,7 +146,7 @@ def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
     over = kinds.OVER_BOTTOM if signs.sign(kinds.INVERTED) > 0 else kinds.OVER_TOP
-    if 2 * kinds.FAR * abs(over.value(signs.few)) > abs(signs.few.g):
+    if 2 * kinds.FAR * abs(over.value(signs.balls)) > abs(signs.balls.g):
         return False
     if kind is Kind.PLANAR_PENDULUM and signs.sign(over) == 0:
         return False
@@ -144,18 +161,18 @@ def _reverses(signs: SceneSigns, _: Kind) -> bool:
     if one and signs.vanish((kinds.THETA_RATE, kinds.SPIN_STOPS)):
         return False
     try:
-        return _rises_at_a_zero(signs.few, lambda x: x.sqrt(), one)
+        return _rises_at_a_zero(signs.balls, one)
     except UndecidedError:
-        return _rises_at_a_zero(signs.source.exact, sqrt, one)
+        return _rises_at_a_zero(signs.source.exact, one)
 
 
-def _rises_at_a_zero(x: Reduced, root: Callable[[Any], Any], one: bool) -> bool:
+def _rises_at_a_zero(x: Reduced, one: bool) -> bool:
     """Whether f is positive at a zero of q between the poles, in the form that does not cancel."""
     free, linear, square = kinds.spin_rate(x)
     inside = linear * linear - 4 * free * square
     if not one and (_sign(inside) != 1 or _sign(4 * square * square - linear * linear) != 1):
         return False
-    larger = _sign(-linear) * root(inside) - linear
+    larger = _sign(-linear) * root_of(inside) - linear
     zeros = [2 * free / larger] if one else [2 * free / larger, larger / (2 * square)]
     return any(_sign(kinds.speed_at(x, u)) > 0 for u in zeros)
 
@@ -174,3 +191,131 @@ _FURTHER: Final[dict[str, Callable[[SceneSigns, Kind], bool]]] = {
     "closed-orbit": _closed_orbit,
     "near-separatrix": _near_separatrix,
 }
+
+
+# --- signs ---------------------------------------------------------------------------------------
+
+
+class UndecidedError(Exception):
+    """A number that is neither separated from zero nor proved to be zero."""
+
+    def __init__(self, symbol: str, size: arb) -> None:
+        self.bound = abs(size).upper().str(2, radius=False)
+        super().__init__(
+            f"the sign of {symbol} is open: in units A = 1 its size is at most {self.bound}"
+        )
+
+
+class SceneSigns:
+    """The signs of criteria for one top and one start, each computed when it is first needed.
+
+    They take a working precision of 106 bits; `UndecidedError` is raised where a number is
+    neither separated from zero nor proved to be zero.
+    """
+
+    def __init__(self, top: Top, start: State) -> None:
+        self.top, self.source = top, reduced_from_scene(top, start)
+        self._found: dict[Criterion, Sign] = {}
+
+    @cached_property
+    def balls(self) -> Reduced:
+        """The motion in balls of 106 bits."""
+        return self.source.reduced(SIGN_BITS)
+
+    def sign(self, number: Criterion) -> Sign:
+        """The sign of a number."""
+        if number not in self._found:
+            self._found[number] = self._sign(number)
+        return self._found[number]
+
+    def _sign(self, number: Criterion) -> Sign:
+        side = ball_sign(number.value(self.balls))
+        if side is None:
+            side = number.value(self.source.exact).sign()
+        if side is None:
+            with working(MOST_BITS):
+                raise UndecidedError(number.symbol, number.value(self.source.reduced(MOST_BITS)))
+        return side
+
+    def shown(self, number: Criterion, bits: int) -> arb:
+        """What is shown of a number, at the working precision of so many bits."""
+        x = self.balls if bits == SIGN_BITS else self.source.reduced(bits)
+        moments = (ball_of(moment) for moment in (self.top.A, self.top.C))
+        shown: arb = number.shown(number.value(x), x, *moments)
+        return shown
+
+    def vanish(self, numbers: Iterable[Criterion]) -> bool:
+        """Whether all of some numbers are zero; raises where one may be and no other is not."""
+        return not any(self._signs(numbers, decided=any))
+
+    def product(self, numbers: Iterable[Criterion]) -> int:
+        """The sign of a product; raises where a factor may be zero and none is."""
+        return prod(self._signs(numbers, decided=lambda signs: 0 in signs))
+
+    def _signs(
+        self, numbers: Iterable[Criterion], decided: Callable[[list[Sign]], bool]
+    ) -> list[Sign]:
+        """The signs of some numbers; raises where one is unknown, unless the others decide."""
+        signs, unknown = [], None
+        for number in numbers:
+            try:
+                signs.append(self.sign(number))
+            except UndecidedError as error:
+                unknown = error
+            if decided(signs):
+                break
+        if unknown and not decided(signs):
+            raise unknown
+        return signs
+
+
+# --- the reason ----------------------------------------------------------------------------------
+
+
+def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
+    """Why a rule fits, and what distinguishes the motion from others of its kind.
+
+    `side` is the sign of the product that does, None where there is none or it is undecided.
+    """
+    decided = " and ".join(_conditions(signs, rule))
+    text = f"{decided}: {SO[rule.kind]}"
+    if side is None:
+        return text
+    names, _, shown, beside = DETAILS[rule.kind]
+    beside_it = (f"{each.symbol} {value}" for each in beside if (value := _value(signs, each)))
+    return f"{text}; {_inequality(signs, shown, side)}: {', '.join((names[side], *beside_it))}"
+
+
+def general_reason(rule: Rule) -> str:
+    """Why a rule fits, without numbers."""
+    zeros = [f"{number.symbol} = 0" for number in rule.zeros]
+    shown = [f"{number.symbol} {_RELATIONS[side]}" for number, side in rule.shown]
+    return f"{' and '.join((*zeros, *shown))}: {SO[rule.kind]}"
+
+
+def _conditions(signs: SceneSigns, rule: Rule) -> Iterator[str]:
+    if rule.zeros:
+        yield " = 0, ".join(number.symbol for number in rule.zeros) + " = 0 (proved)"
+    for number, side in rule.shown:
+        yield _inequality(signs, number, side)
+
+
+def _inequality(signs: SceneSigns, number: Criterion, side: int) -> str:
+    value = _value(signs, number) if side else None
+    return " ".join(filter(None, (number.symbol, value, _RELATIONS[side])))
+
+
+def _value(signs: SceneSigns, number: Criterion) -> str | None:
+    """A number to 4 digits, with its unit; None where it is infinite, or as small as no scene's."""
+    for bits in _REASON_BITS:
+        with working(bits):
+            ball = signs.shown(number, bits)
+            if ball.is_finite() and ball.rel_accuracy_bits() >= _GOOD_BITS:
+                return f"= {_digits(ball)} {number.unit}"
+    return None
+
+
+def _digits(ball: arb) -> str:
+    size = float(abs(ball.mid()))
+    text = f"{size:.4g}" if size > 0 and isfinite(size) else abs(ball).str(4, radius=False)
+    return f"{'−' * bool(ball < 0)}{text}"

@@ -1,4 +1,4 @@
-"""A static filter: the kinds and tags of many motions at once, where doubles tell every sign.
+"""A static filter: the kinds and tags of many motions at once, where doubles decide every sign.
 
 The numbers of `kinds` are evaluated on doubles, and on the magnitudes of their terms, where each −
 is a +. A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³
@@ -20,114 +20,92 @@ import numpy as np
 
 from heavytop.classification import kinds
 from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts
-from heavytop.classification.kinds import Kind, Number, Rule, Tag
+from heavytop.classification.kinds import Criterion, Kind, Rule, Tag
 from heavytop.classification.reduced import Reduced
+from heavytop.exact.pairs import PI_REST
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
-LARGEST: Final = 2.0**100
-"""What is given is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰ (8e-31 … 1e30), or is left open: then no product in
-a number leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
+ERROR: Final = 160 * 2.0**-53
+"""What a sum is off by at most, beside its magnitude.
 
-_U: Final = 2.0**-53
-_TRUE: Final = np.ones(1, np.bool_)
+The number of roundings grows by 1 in a sum, where the larger one counts, and to n₁ + n₂ + 1 in a
+product: sin²θ has 49 (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28, `slope0`, the
+longest criterion of a kind, 83, f at a given height 112, and a detail 152, the most. One more is
+for the rounding of the magnitude itself, for products of errors, and for the comparison.
+"""
 
-_REST: Final = 6.123233995736766e-17  # π/2 − its double
 
+class Bounded:
+    """Doubles v of numbers x, and the magnitudes m of the terms in them: |v − x| ≤ ERROR m."""
 
-class Sized:
-    """Doubles v of numbers x, the magnitudes m of the terms in them, and a count n of roundings.
+    __slots__ = ("magnitude", "value")
 
-    |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, and to n₁ + n₂ + 1 in a
-    product. One more is for what m itself was rounded, n u, for products of errors, and for the
-    comparison. So `pull`, the longest criterion of a kind, has 83: sin²θ 49
-    (`cosines`), the kinetic energy 52, b = C (ψ̇ + φ̇ cosθ)/A 28; of a detail 152, and f at a given
-    height 112.
-    """
-
-    __slots__ = ("magnitude", "roundings", "value")
-
-    def __init__(self, value: Array, roundings: int = 0, magnitude: Array | None = None) -> None:
+    def __init__(self, value: Array, magnitude: Array | None = None) -> None:
         """`magnitude` is by default that of the values; given as these, none is negative."""
-        self.value, self.roundings = value, roundings
-        self.magnitude = np.abs(value) if magnitude is None else magnitude
-
-    @staticmethod
-    def of(value: Array, positive: bool = False) -> Sized:
-        """Given numbers; those out of range, and nan, are left open, and negative ones if asked."""
-        size = value if positive else np.abs(value)
-        fits = (size >= 1 / LARGEST) & (size <= LARGEST)
-        if not fits.all():
-            value = np.where(fits | (size == 0), value, np.nan)
-            size = value if positive else np.abs(value)
-        return Sized(value, 0, size)
-
-    @property
-    def error(self) -> float:
-        """What |v − x| is at most, beside the magnitude."""
-        return (self.roundings + 1) * _U
+        self.value, self.magnitude = value, np.abs(value) if magnitude is None else magnitude
 
     @property
     def least(self) -> Array:
         """What |x| is at least; 0 or less where its sign is not certain."""
-        return np.abs(self.value) - self.error * self.magnitude
+        return np.abs(self.value) - ERROR * self.magnitude
 
-    def __add__(self, other: Sized) -> Sized:
-        return self._with(other, np.add, max(self.roundings, other.roundings) + 1)
+    def __add__(self, other: Bounded) -> Bounded:
+        return self._with(np.add, other)
 
-    def __sub__(self, other: Sized) -> Sized:
-        roundings = max(self.roundings, other.roundings) + 1
-        return Sized(self.value - other.value, roundings, self.magnitude + other.magnitude)
+    def __sub__(self, other: Bounded) -> Bounded:
+        return Bounded(self.value - other.value, self.magnitude + other.magnitude)
 
-    def __rsub__(self, integer: int) -> Sized:
-        return Sized(np.full(1, float(integer))) - self
+    def __rsub__(self, integer: int) -> Bounded:
+        return Bounded(np.full(1, float(integer))) - self
 
-    def __mul__(self, other: Sized) -> Sized:
-        if self is other and not self.roundings:  # a square of given numbers
-            square = self.value * self.value
-            return Sized(square, 1, square)
-        return self._with(other, np.multiply, self.roundings + other.roundings + 1)
+    def __mul__(self, other: Bounded) -> Bounded:
+        return self._with(np.multiply, other)
 
-    def _with(self, other: Sized, operation: np.ufunc, roundings: int) -> Sized:
+    def squared(self) -> Bounded:
+        """The squares of given numbers."""
+        square = self.value * self.value
+        return Bounded(square, square)
+
+    def _with(self, operation: np.ufunc, other: Bounded) -> Bounded:
         value = operation(self.value, other.value)
         if self.magnitude is self.value and other.magnitude is other.value:
-            return Sized(value, roundings, value)
-        return Sized(value, roundings, operation(self.magnitude, other.magnitude))
+            return Bounded(value, value)
+        return Bounded(value, operation(self.magnitude, other.magnitude))
 
-    def __neg__(self) -> Sized:
-        return Sized(-self.value, self.roundings, self.magnitude)
+    def __neg__(self) -> Bounded:
+        return Bounded(-self.value, self.magnitude)
 
-    def __abs__(self) -> Sized:
-        return Sized(np.abs(self.value), self.roundings, self.magnitude)
+    def __abs__(self) -> Bounded:
+        return Bounded(np.abs(self.value), self.magnitude)
 
-    def __truediv__(self, divisor: Sized | int) -> Sized:
-        """By given numbers, which are positive, or by a power of 2."""
-        by, roundings = (divisor, 0) if isinstance(divisor, int) else (divisor.value, 1)
-        if self.magnitude is self.value:
-            return Sized(quotient := self.value / by, self.roundings + roundings, quotient)
-        return Sized(self.value / by, self.roundings + roundings, self.magnitude / by)
+    def __truediv__(self, divisor: Bounded | int) -> Bounded:
+        """By given numbers, which are positive."""
+        by = divisor if isinstance(divisor, int) else divisor.value
+        value = self.value / by
+        return Bounded(value, value if self.magnitude is self.value else self.magnitude / by)
 
-    def __rmul__(self, factor: int) -> Sized:
+    def __rmul__(self, factor: int) -> Bounded:
         """An integer, which may be rounded too, times the numbers."""
         known = float(factor)
-        return Sized(known * self.value, self.roundings + 2, abs(known) * self.magnitude)
+        return Bounded(known * self.value, abs(known) * self.magnitude)
 
 
 def reduced(starts: Starts) -> Reduced:
     """The constants of the motions; as u̇₀ something that has its zeros and its sign."""
     u, below, above = cosines(starts.theta)
-    A, C = (Sized.of(moment, positive=True) for moment in (starts.A, starts.C))
+    A, C = Bounded(starts.A, starts.A), Bounded(starts.C, starts.C)
     rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
-    gMR, thetadot, phidot, spin = map(Sized.of, rates)
+    gMR, thetadot, phidot, spin = map(Bounded, rates)
     omega3 = spin if starts.held == "omega3" else spin + phidot * u
     sin2, b = below * above, C * omega3 / A
     across = phidot * sin2
-    kinetic = (thetadot * thetadot + phidot * phidot * sin2) / 2
+    kinetic = (thetadot.squared() + phidot.squared() * sin2) / 2
     udot = -(thetadot * sin2)
     return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
 
-def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
+def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
     """cosθ and 1 ∓ cosθ, nothing in which cancels, from one sine.
 
     Within π/3 of a pole it is that of half the angle to the pole, elsewhere that of π/2 − θ. Either
@@ -141,20 +119,18 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     >>> print(cos.value, one_minus_cos.value, one_plus_cos.value)
     [ 1.  1. -1.] [0.e+00 5.e-17 2.e+00] [2.00000000e+00 2.00000000e+00 7.49879891e-33]
     """
-    theta = np.where(theta <= pi, Sized.of(theta, positive=True).value, np.nan)
     late = theta > pi / 2
-    tilt = np.where(late, (pi - theta) + 2 * _REST, theta)  # from the nearer pole
+    tilt = np.where(late, (pi - theta) + PI_REST, theta)  # from the nearer pole
     polar = tilt < pi / 3
-    sine = np.sin(np.where(polar, 0.5 * tilt, (pi / 2 - theta) + _REST))
+    sine = np.sin(np.where(polar, 0.5 * tilt, (pi / 2 - theta) + PI_REST / 2))
     near = 2 * sine * sine
     cos = np.where(polar, np.where(late, near - 1, 1 - near), sine)
     one_minus_cos = np.where(polar > late, near, 1 - cos)
     one_plus_cos = np.where(polar & late, near, 1 + cos)
-    roundings = 2 * (LIBRARY + 3) + 2
     return (
-        Sized(cos, roundings),
-        Sized(one_minus_cos, roundings, one_minus_cos),
-        Sized(one_plus_cos, roundings, one_plus_cos),
+        Bounded(cos),
+        Bounded(one_minus_cos, one_minus_cos),
+        Bounded(one_plus_cos, one_plus_cos),
     )
 
 
@@ -162,9 +138,9 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
 
 
 class Sign(NamedTuple):
-    """What doubles tell of a number: its sum, where the sign is certain, where it is exactly 0."""
+    """The sum of a criterion, where its sign is certain, and where it is exactly 0."""
 
-    sum: Sized
+    sum: Bounded
     certain: Mask
     zero: Mask
 
@@ -175,55 +151,50 @@ class Answer(NamedTuple):
     yes: Mask
     no: Mask
 
+    def __and__(self, other: Answer) -> Answer:
+        return Answer(self.yes & other.yes, self.no | other.no)
+
+
+_ALWAYS: Final = Answer(np.ones(1, np.bool_), np.zeros(1, np.bool_))
+
 
 class ArraySigns:
-    """The numbers that tell kinds apart, for arrays of tops and starts; 0 where all terms are."""
+    """The criteria of kinds, for arrays of tops and starts; 0 where all terms are."""
 
     def __init__(self, starts: Starts) -> None:
         self.starts, self.reduced = starts, reduced(starts)
-        self._found: dict[Number, Sign] = {}
+        self._found: dict[Criterion, Sign] = {}
 
-    def sign(self, number: Number) -> Sign:
-        """What is told of one number."""
+    def sign(self, number: Criterion) -> Sign:
+        """The sign of one number."""
         if number not in self._found:
             total = number.value(self.reduced)
             self._found[number] = Sign(total, total.least > 0, np.equal(total.magnitude, 0))
         return self._found[number]
 
-    def vanish(self, numbers: tuple[Number, ...]) -> Answer:
-        """Whether all of some numbers are 0; they are asked in their order, until none can be."""
-        yes, no = _TRUE, ~_TRUE
+    def vanish(self, numbers: tuple[Criterion, ...]) -> Answer:
+        """Whether all of some criteria are 0; they are evaluated in order, until none can be."""
+        found = _ALWAYS
         for number in numbers:
             _, certain, zero = self.sign(number)
-            yes, no = yes & zero, no | certain
-            if no.all():
+            found &= Answer(zero, certain)
+            if found.no.all():
                 break
-        return Answer(yes, no)
+        return found
 
-    def positive(self, numbers: tuple[Number, ...]) -> Answer:
+    def positive(self, numbers: tuple[Criterion, ...]) -> Answer:
         """Whether a product is positive; where a factor is exactly 0, it is not."""
-        if not numbers:
-            return Answer(_TRUE, ~_TRUE)
         sums, certain, zeros = zip(*map(self.sign, numbers), strict=True)
         sure = reduce(np.logical_and, certain)
-        side = reduce(np.equal, (each.value > 0 for each in sums))
-        yes = sure & side
+        yes = sure & reduce(np.equal, (each.value > 0 for each in sums))
         return Answer(yes, reduce(np.logical_or, zeros, sure ^ yes))
 
     def fit(self, rule: Rule | Tag) -> Answer:
         """Whether a rule fits: all its zeros are zero, and its product is positive."""
-        zero, missed = self.vanish(rule.zeros)
-        if not rule.positive or missed.all():
-            return Answer(zero, missed)
-        positive, negative = self.positive(rule.positive)
-        return Answer(zero & positive, missed | negative)
-
-    @property
-    def in_range(self) -> Mask:
-        """Where all that is given is in range."""
-        x = self.reduced  # what is given is in these, and nan stays
-        found: Mask = ~np.isnan(x.g.value + x.b.value + x.kinetic0.value)
-        return found
+        found = self.vanish(rule.zeros)
+        if found.no.all() or not rule.positive:
+            return found
+        return found & self.positive(rule.positive)
 
 
 # --- the kinds -----------------------------------------------------------------------------------
@@ -232,34 +203,32 @@ class ArraySigns:
 class Filtered(NamedTuple):
     """Codes of kinds and details, where they are certain, and bits of tags that hold or are open.
 
-    Tags that were not asked for are all 0.
+    Tags are all 0 unless they are wanted.
     """
 
     kind: Codes
     detail: Codes
-    certain: Mask
+    certain: Codes
     tags: Codes
     open_tags: Codes
 
-    @staticmethod
-    def empty(shape: tuple[int, ...]) -> Filtered:
-        """Arrays to be filled in; the kind is that of the last rule."""
-        kind = np.full(shape, NAMES.index(kinds.RULES[-1].kind), np.uint8)
-        detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(3))
-        return Filtered(kind, detail, np.ones(shape, np.bool_), tags, unknown)
 
+def filtered(starts: Starts, tagged: bool = False) -> Codes:
+    """The kinds of motion, as far as doubles decide them: the rows of `Filtered`.
 
-def filtered(starts: Starts, tagged: bool = False) -> Filtered:
-    """The kinds of motion, as far as doubles tell them; of impossible starts nothing is meant."""
-    found = Filtered.empty(np.broadcast_shapes(*(each.shape for each in starts.arrays)))
+    Of impossible starts nothing is meant.
+    """
+    rows = np.zeros((5, *np.broadcast_shapes(*(each.shape for each in starts.arrays))), np.uint8)
+    found = Filtered(*rows)
+    found.kind[:], found.certain[:] = NAMES.index(kinds.RULES[-1].kind), True
     with np.errstate(all="ignore"):  # nan is what is not known
         signs = ArraySigns(starts)
         for rule in reversed(kinds.RULES[:-1]):
             _put(signs, found, rule)
-        np.logical_and(found.certain, signs.in_range, out=found.certain)
+        np.logical_and(found.certain, starts.in_range, out=found.certain)
         if tagged:
             _put_tags(signs, found)
-    return found
+    return rows
 
 
 def _put(signs: ArraySigns, found: Filtered, rule: Rule) -> None:
@@ -288,29 +257,30 @@ _MAY: Final = {name: np.isin(NAMES, list(tag.kinds)) for name, tag in kinds.TAGS
 def _put_tags(signs: ArraySigns, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
     for bit, (name, tag) in enumerate(kinds.TAGS.items()):
-        yes, no = signs.fit(tag)
-        if name in _FURTHER:
-            further = _FURTHER[name](signs, found)
-            yes, no = yes & further.yes, no | further.no
+        yes, no = (
+            signs.fit(tag) & _FURTHER[name](signs, found) if name in _FURTHER else signs.fit(tag)
+        )
         may = _MAY[name][found.kind]
         for array, mask in ((found.tags, may & yes), (found.open_tags, may & ~yes & ~no)):
             array |= mask * np.uint8(1 << bit)
 
 
 def _spherical_top(signs: ArraySigns, _: Filtered) -> Answer:
-    equal = np.equal(signs.starts.A, signs.starts.C)
-    return Answer(equal, ~equal)
+    return _decided(np.equal(signs.starts.A, signs.starts.C))
 
 
 def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
     """A pendulum swings or rotates where its kind is certain."""
     resting = signs.vanish(kinds.TAGS["start-at-rest"].zeros).yes
-    holds = np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting
+    return _decided(np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting)
+
+
+def _decided(holds: Mask) -> Answer:
     return Answer(holds, ~holds)
 
 
 def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
-    """It is told only that it is not near: how near it is, is beyond doubles."""
+    """Only that it is not near is decided: how near it is, is beyond doubles."""
     up, weight = signs.reduced.g.value > 0, np.abs(signs.reduced.g.value)
     over, passed = (
         [signs.sign(number).sum.least for number in numbers]
@@ -318,7 +288,7 @@ def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
     )
     missed = np.where(up, *passed)
     passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * weight)
-    return Answer(~_TRUE, (2 * kinds.FAR * np.where(up, *over) > weight) | passes)
+    return Answer(_ALWAYS.no, (2 * kinds.FAR * np.where(up, *over) > weight) | passes)
 
 
 _POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
@@ -337,20 +307,20 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
     near = 2 * free.value / (np.copysign(root, -linear.value) - linear.value)
 
     def spin_at(u: Array) -> Any:
-        return free + Sized(u) * (linear + Sized(u) * square)
+        return free + Bounded(u) * (linear + Bounded(u) * square)
 
     rough = spin_at(near)
-    off = 4 * rough.error * (1 + rough.magnitude / root)  # root is the slope
+    off = 4 * ERROR * (1 + rough.magnitude / root)  # root is the slope
     ends = near - off, near + off
     (below, speed_below), (above, speed_above) = (
-        (spin_at(end), kinds.speed_at(x, Sized(end))) for end in ends
+        (spin_at(end), kinds.speed_at(x, Bounded(end))) for end in ends
     )
     known = (below.value < 0) != (above.value < 0)
     for each in (below, above, speed_below, speed_above):
         known = known & (each.least > 0)
     known = known & (np.maximum(np.abs(ends[0]), np.abs(ends[1])) < 1)
     rises = (speed_below.value > 0) & (speed_above.value > 0)
-    here, off = x.u0.value, x.u0.error
+    here, off = x.u0.value, ERROR
     higher = (ends[1] < here - off) & (speed_above.value < 0)
     lower = (ends[0] > here + off) & (speed_below.value < 0)
     turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")

@@ -1,4 +1,4 @@
-"""The kinds of motion, the verdict on one motion, and the table of rules that tell them apart.
+"""The kinds of motion, the verdict on one motion, and the table of rules that distinguish them.
 
 Each number that decides is a sum of products of the constants of a `Reduced` motion, in units
 A = 1, so that any arithmetic can take it: balls, exact numbers, arrays of doubles. `classify` reads
@@ -42,7 +42,7 @@ class Verdict(Shown):
     Parameters
     ----------
     kind : Kind
-        The first kind that fits; `Kind.UNDECIDED` where a sign could be neither told nor proved 0.
+        The first kind that fits; `Kind.UNDECIDED` where a sign is not decided.
     tags : tuple of str
         What else holds, proved; first distinguishes motions of one kind.
     open_tags : tuple of str
@@ -68,8 +68,8 @@ class Verdict(Shown):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Number:
-    """A number that tells kinds apart, in units A = 1, and the number that is shown of its sign.
+class Criterion:
+    """A number that distinguishes kinds, in units A = 1, and the one that is shown of its sign.
 
     That has a symbol and a unit, and follows from the number itself (by default A or A² times it),
     the motion, A and C.
@@ -85,33 +85,33 @@ def _as_it_is(value: Real, _: Reduced, __: Real, ___: Real) -> Real:
     return value
 
 
-KINETIC: Final = Number("θ̇² + φ̇² sin² θ", lambda x: x.kinetic0)
-THETA_RATE: Final = Number("θ̇", lambda x: x.udot0)
-ACROSS: Final = Number("φ̇ sin θ", lambda x: x.drift0)
-SPIN: Final = Number("p_ψ", lambda x: x.b)
-WEIGHT: Final = Number("gMR", lambda x: x.g)
-INVERTED: Final = Number("−gMR", lambda x: -x.g)
-SINE: Final = Number("sin θ", lambda x: x.sin2)
-HIGH: Final = Number("gMR cos θ", lambda x: x.g * x.u0, "J")
+KINETIC: Final = Criterion("θ̇² + φ̇² sin² θ", lambda x: x.kinetic0)
+THETA_RATE: Final = Criterion("θ̇", lambda x: x.udot0)
+ACROSS: Final = Criterion("φ̇ sin θ", lambda x: x.drift0)
+SPIN: Final = Criterion("p_ψ", lambda x: x.b)
+WEIGHT: Final = Criterion("gMR", lambda x: x.g)
+INVERTED: Final = Criterion("−gMR", lambda x: -x.g)
+SINE: Final = Criterion("sin θ", lambda x: x.sin2)
+HIGH: Final = Criterion("gMR cos θ", lambda x: x.g * x.u0, "J")
 """Positive on the pole where V is highest."""
 
-PASS_TOP: Final = Number("p_φ − p_ψ", lambda x: x.P_minus)
-PASS_BOTTOM: Final = Number("p_φ + p_ψ", lambda x: x.P_plus)
+PASS_TOP: Final = Criterion("p_φ − p_ψ", lambda x: x.P_minus)
+PASS_BOTTOM: Final = Criterion("p_φ + p_ψ", lambda x: x.P_plus)
 """Not zero where the axis can never pass θ = 0, θ = π."""
 
-OVER_TOP: Final = Number("E′ − gMR", lambda x: x.over_top, "J")
-OVER_BOTTOM: Final = Number("E′ + gMR", lambda x: x.over_bottom, "J")
+OVER_TOP: Final = Criterion("E′ − gMR", lambda x: x.over_top, "J")
+OVER_BOTTOM: Final = Criterion("E′ + gMR", lambda x: x.over_bottom, "J")
 """The energy to spare at the top, and at the bottom."""
 
-STEADY: Final = Number("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.pull)
+STEADY: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.slope0)
 """θ̈ sinθ: zero, with θ̇ = 0, where θ is constant."""
 
-LOOPING: Final = Number(
-    "E′ − gMR p_φ/p_ψ", lambda x: x.looping, "J", lambda v, x, A, _: A * v / x.b
+LOOPING: Final = Criterion(
+    "E′ − gMR p_φ/p_ψ", lambda x: x.cusp_number, "J", lambda v, x, A, _: A * v / x.b
 )
 """The number is of the sign of p_ψ in loops, zero in cusps. Both its terms vanish at rest."""
 
-SLEEPING: Final = Number(
+SLEEPING: Final = Criterion(
     "p_ψ² − 4A |gMR|",
     lambda x: x.b * x.b - 4 * x.g * x.u0,
     "kg² m⁴/s²",
@@ -119,12 +119,12 @@ SLEEPING: Final = Number(
 )
 """Of a sleeping top: not negative where that is stable."""
 
-FASTER: Final = Number("A φ̇² cos² θ − gMR cos θ", lambda x: _steady(x, -x.g))
-SLOWER: Final = Number("A φ̇² cos² θ + gMR cos θ", lambda x: _steady(x, x.g))
+FASTER: Final = Criterion("A φ̇² cos² θ − gMR cos θ", lambda x: _steady(x, -x.g))
+SLOWER: Final = Criterion("A φ̇² cos² θ + gMR cos θ", lambda x: _steady(x, x.g))
 """The two rates of steady precession have the product gMR/A cosθ; where cosθ = 0 there is one."""
 
-SPIN_STOPS: Final = Number("ψ̇ sin² θ", lambda x: (x.kappa + x.b) * x.sin2 - x.drift0 * x.u0)
-FLATTER: Final = Number("C² − 4A²", lambda x: x.b * x.b - 4 * (x.kappa + x.b) * (x.kappa + x.b))
+SPIN_STOPS: Final = Criterion("ψ̇ sin² θ", lambda x: (x.kappa + x.b) * x.sin2 - x.drift0 * x.u0)
+FLATTER: Final = Criterion("C² − 4A²", lambda x: x.b * x.b - 4 * (x.kappa + x.b) * (x.kappa + x.b))
 """With p_ψ² instead of C²: zero too where nothing spins."""
 
 
@@ -135,19 +135,19 @@ def _steady(x: Reduced, g: Real) -> Real:
 
 # --- shown only: of the sign of a product, or beside one that decided ----------------------------
 
-MOMENTA: Final = Number(
+MOMENTA: Final = Criterion(
     "|p_φ| − |p_ψ|", lambda x: x.P_minus * x.P_plus / (abs(x.a) + abs(x.b)), "kg m²/s"
 )
-SPARE: Final = Number("E′ − |gMR|", lambda x: x.h - abs(x.g), "J")
-RATIO: Final = Number(
+SPARE: Final = Criterion("E′ − |gMR|", lambda x: x.h - abs(x.g), "J")
+RATIO: Final = Criterion(
     "|cos θ| (A φ̇² |cos θ| − |gMR|)", lambda x: (_rate(x) * x.u0) ** 2 - abs(x.g * x.u0), "J"
 )
-RATE: Final = Number("φ̇", lambda x: _rate(x), "rad/s", _as_it_is)
-OTHER_RATE: Final = Number(
+RATE: Final = Criterion("φ̇", lambda x: _rate(x), "rad/s", _as_it_is)
+OTHER_RATE: Final = Criterion(
     "the other steady rate", lambda x: x.g / (x.u0 * _rate(x)), "rad/s", _as_it_is
 )
-SPIN_RATE: Final = Number("|ω₃|", lambda x: abs(x.kappa + x.b), "rad/s", _as_it_is)
-LEAST_SPIN: Final = Number(
+SPIN_RATE: Final = Criterion("|ω₃|", lambda x: abs(x.kappa + x.b), "rad/s", _as_it_is)
+LEAST_SPIN: Final = Criterion(
     "least stable |ω₃|", lambda x: 2 * abs(x.g) ** 0.5, "rad/s", lambda v, _, A, C: v * A / C
 )
 
@@ -167,9 +167,9 @@ class Rule(NamedTuple):
     """
 
     kind: Kind
-    zeros: tuple[Number, ...] = ()
-    positive: tuple[Number, ...] = ()
-    shown: tuple[tuple[Number, int], ...] = ()
+    zeros: tuple[Criterion, ...] = ()
+    positive: tuple[Criterion, ...] = ()
+    shown: tuple[tuple[Criterion, int], ...] = ()
 
 
 RULES: Final = (
@@ -211,15 +211,15 @@ SO: Final = {
 
 
 class Detail(NamedTuple):
-    """What tells motions of one kind apart: where a product is zero, positive and negative.
+    """What distinguishes motions of one kind: where a product is zero, positive and negative.
 
     `shown` has the sign of the product; `beside` are numbers to compare it with.
     """
 
     names: tuple[str, str, str]
-    product: tuple[Number, ...]
-    shown: Number
-    beside: tuple[Number, ...] = ()
+    product: tuple[Criterion, ...]
+    shown: Criterion
+    beside: tuple[Criterion, ...] = ()
 
 
 _NODS: Final = ("asymptotic", "rotating", "swinging")
@@ -234,11 +234,11 @@ DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
 
 
 class Tag(NamedTuple):
-    """What a tag asks for, as a rule does, and of which kinds; four ask for more."""
+    """The conditions of a tag, as of a rule, and its kinds; four have further conditions."""
 
     kinds: frozenset[Kind]
-    zeros: tuple[Number, ...] = ()
-    positive: tuple[Number, ...] = ()
+    zeros: tuple[Criterion, ...] = ()
+    positive: tuple[Criterion, ...] = ()
 
 
 _EVERY: Final = frozenset(Kind)
@@ -314,5 +314,5 @@ def _upper_roots_nearer(x: Reduced) -> Real:
     return 2 * a2 * a2 * a2 - 9 * a3 * a2 * a1 + 27 * a3 * a3 * a0
 
 
-AWAY_FROM_ONE: Final = Number("1 − m − 1e-6", _away_from_one)
-UPPER_ROOTS_NEARER: Final = Number("2u₂ − u₁ − u₃", _upper_roots_nearer)
+AWAY_FROM_ONE: Final = Criterion("1 − m − 1e-6", _away_from_one)
+UPPER_ROOTS_NEARER: Final = Criterion("2u₂ − u₁ − u₃", _upper_roots_nearer)

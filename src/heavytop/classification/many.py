@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import Any, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,7 @@ from heavytop.classification.arrays import (
     Codes,
     InputArrays,
     Mask,
+    Starts,
     bits,
     detail,
     with_spin,
@@ -40,14 +41,14 @@ class Verdicts:
         Index in `names`, the last of which is impossible: no top or no start has these numbers.
     detail : ndarray of uint8
         Index in `details`: distinguishes motions of one kind. 0 where the kind has no details,
-        and where they could not be told.
+        and where they are not decided.
     certified : ndarray of bool
         Whether the kind is proved; of what is impossible, too.
     tags, open_tags : ndarray of uint8 or None
         The tags that hold and those that could be neither proved nor disproved, as bits: 1 for
-        the first of `tag_names`, 2, 4, … for the others. None where they were not asked for.
+        the first of `tag_names`, 2, 4, … for the others. None without `tags`.
     sent : int
-        How many doubles could not tell and were sent to balls.
+        How many doubles left open, which were decided by balls.
     names, details, tag_names : tuple of str
         What the codes and the bits mean.
     """
@@ -117,8 +118,8 @@ def classify_many(
 
     Notes
     -----
-    A sign is told by doubles where the sum is larger than its roundings can be; what they cannot
-    tell is left to `heavytop.classify`. ``validation/03_benchmarks.py`` measures how fast
+    Doubles decide a sign where the sum is larger than its roundings can be; what they leave
+    open goes to `heavytop.classify`. ``validation/03_benchmarks.py`` measures how fast
     this is.
 
     Accuracy: ``tests/classification/test_many.py`` holds kinds and tags to those of
@@ -137,58 +138,46 @@ def classify_many(
     expect("tags", tags, bool)
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
     columns = InputArrays(with_spin(given, psidot, omega3))
-    found = Filtered.empty((columns.size,))
+    found = np.empty((5, columns.size), np.uint8)  # the rows of `Filtered`
     for at in range(0, columns.size, CHUNK):
-        _screen(columns, slice(at, at + CHUNK), tags, found)
-    sent = _send(columns, found)
-    for array in found:
-        array.setflags(write=False)
-    arrays: tuple[Any, ...] = found
-    kind, detail, proved, held, unknown = (x.reshape(columns.shape) for x in arrays)
+        span = slice(at, at + CHUNK)
+        found[:, span] = _filter_chunk(columns.starts(span), tags)
+    sent = _classify_open(columns, found)
+    found.setflags(write=False)
+    kind, detail, proved, held, unknown = found.reshape(5, *columns.shape)
     if not tags:
         held = unknown = None
-    return Verdicts(kind, detail, proved, held, unknown, sent)
+    return Verdicts(kind, detail, proved.view(np.bool_), held, unknown, sent)
 
 
-def _screen(columns: InputArrays, span: slice, tagged: bool, found: Filtered) -> None:
-    """Tell what doubles can tell."""
-    starts = columns.starts(span)
-    told = filtered(starts, tagged)
-    broken, unknown = (
-        impossible(starts.A, starts.C, starts.theta),
-        ~told.certain,
-    )  # where a sign is known, all are finite
-    if unknown.any():
+def _filter_chunk(starts: Starts, tagged: bool) -> Codes:
+    """Decide what doubles can decide."""
+    rows = filtered(starts, tagged)
+    broken, unsure = impossible(starts.A, starts.C, starts.theta), Filtered(*rows).certain == 0
+    if unsure.any():  # where a sign is known, all are finite
         for each in starts.arrays:
-            broken = broken | unknown & ~np.isfinite(each)
+            broken = broken | unsure & ~np.isfinite(each)
     if broken.any():
-        _dismiss(told, np.broadcast_to(broken, told.kind.shape))
-    arrays: tuple[Any, ...] = found
-    for array, part in zip(arrays, told, strict=True):
-        array[span] = part
+        rows[:, np.broadcast_to(broken, unsure.shape)] = _IMPOSSIBLE
+    return rows
 
 
-def _send(columns: InputArrays, found: Filtered) -> int:
-    """Send to balls what is left, and say how many that were."""
-    sent = 0
-    left = ~found.certain | (found.open_tags != 0)
-    for at in np.flatnonzero(left).tolist():
+def _classify_open(columns: InputArrays, found: Codes) -> int:
+    """Decide by balls what is left open, and return how many that were."""
+    sent, codes = 0, Filtered(*found)
+    for at in np.flatnonzero((codes.certain == 0) | (codes.open_tags != 0)).tolist():
         try:
             verdict = classify(*columns.one(at))
         except Impossible:
-            _dismiss(found, at)
+            found[:, at] = _IMPOSSIBLE[:, 0]
             continue
         sent += 1
-        found.kind[at] = NAMES.index(verdict.kind)
-        found.detail[at] = detail(verdict.tags)
-        found.certain[at] = verdict.certified
-        found.tags[at], found.open_tags[at] = bits(verdict.tags), bits(verdict.open_tags)
+        kind, holding, unsure = NAMES.index(verdict.kind), verdict.tags, verdict.open_tags
+        found[:, at] = kind, detail(holding), verdict.certified, bits(holding), bits(unsure)
     return sent
 
 
-def _dismiss(found: Filtered, where: Mask | int) -> None:
-    for array, value in zip(found, (IMPOSSIBLE, 0, True, 0, 0), strict=True):
-        array[where] = value
+_IMPOSSIBLE: Final = np.array([[IMPOSSIBLE], [0], [1], [0], [0]], np.uint8)  # it is proved
 
 
 def impossible(A: Array, C: Array, theta: Array) -> Mask:

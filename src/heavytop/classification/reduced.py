@@ -8,7 +8,7 @@ In units A = 1, with g = gMR/A, a = p_φ/A, b = p_ψ/A, h = E'/A and u = cos θ,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -16,11 +16,10 @@ from typing import Any, Final, TypeAlias
 
 from flint import arb, fmpq
 
-from heavytop.errors import Impossible, Unseparated
+from heavytop.errors import Unseparated
 from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
-from heavytop.exact.balls import Interval, above, rational_ball, working
+from heavytop.exact.balls import Interval, above, ball_of, rational_ball, working
 from heavytop.exact.number import Sign, rational, rational_value
-from heavytop.scene.arguments import wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -101,7 +100,7 @@ class Reduced:
         return self.kinetic0 + self.g * self.one_plus_u0
 
     @property
-    def pull(self) -> Real:
+    def slope0(self) -> Real:
         """f₁ = f'(u₀) = 2 ü₀ [s⁻²]."""
         turning = self.drift0 * self.b - 2 * self.kinetic0 * self.u0
         return 2 * (turning - self.g * self.sin2)
@@ -110,10 +109,10 @@ class Reduced:
     def cubic(self) -> tuple[Real, Real, Real, Real]:
         """f₃, f₂, f₁, f₀."""
         bend = 4 * self.g * self.u0 - 2 * self.kinetic0 - self.b * self.b
-        return 2 * self.g, bend, self.pull, self.udot0 * self.udot0
+        return 2 * self.g, bend, self.slope0, self.udot0 * self.udot0
 
     @property
-    def looping(self) -> Real:
+    def cusp_number(self) -> Real:
         """H b − g a [s⁻³]: with P₊P₋ < 0, of the sign of b where φ̇ reverses, zero in cusps."""
         return self.kinetic0 * self.b - self.g * self.drift0
 
@@ -131,7 +130,7 @@ class Reduced:
 
 @dataclass(frozen=True, slots=True)
 class Regime:
-    """What is exactly so of a motion; everything but `mirrored` is said of the motion with g ≥ 0.
+    """What is exactly so of a motion; everything but `mirrored` holds of the motion with g ≥ 0.
 
     Parameters
     ----------
@@ -163,26 +162,13 @@ class Regime:
         return "steady" if self.steady else "asymptotic" if self.asymptotic else "nutating"
 
     @classmethod
-    def of(
-        cls, source: ReducedMotion, proved: bool = True, reduced: Reduced | None = None
-    ) -> Regime:
-        """What is exactly so of one motion.
-
-        What 4096 bits do not tell from 0, and what is not proved to be 0 either, is an error; or
-        it counts as 0, if nothing has to be `proved`.
-
-        Raises
-        ------
-        Unseparated
-            Some number could be neither told from 0 nor proved to be 0.
-        """
-        start = reduced or source.reduced(FEW_BITS)
+    def of(cls, source: ReducedMotion, start: Reduced, zero: Callable[[str], bool]) -> Regime:
+        """What is exactly so of a motion with such balls, of which `zero` says what vanishes."""
         mirrored = (ball_sign(start.g) or source.exact.g.sign()) == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
-        zero = partial(vanishes, source, proved=proved, reduced=start)
         resting, weightless = zero("udot0"), zero("g")
-        steady = resting and zero("pull")
+        steady = resting and zero("slope0")
         misses_top, misses_bottom = not zero(top), not zero(bottom)
         level = not (steady or misses_top) and zero(surplus)
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
@@ -211,22 +197,19 @@ class ReducedMotion:
         return self.reduced(None)
 
 
-def vanishes(
-    source: ReducedMotion, name: str, proved: bool = True, reduced: Reduced | None = None
-) -> bool:
-    """Whether a number of the reduced motion is exactly 0; what cannot be told is an error, or 0.
+def vanishes(source: ReducedMotion, start: Reduced, name: str) -> bool:
+    """Whether a number of a motion with such balls, of the working precision, is exactly 0.
 
     Raises
     ------
     Unseparated
-        It could be neither told from 0 nor proved to be 0, and has to be `proved`.
+        It is neither separated from 0 nor proved to be 0.
     """
-    with working(FEW_BITS):
-        side = ball_sign(getattr(reduced or source.reduced(FEW_BITS), name))
+    side = ball_sign(getattr(start, name))
     if side is None:
         side = getattr(source.exact, name).sign()
-    if side is not None or not proved:
-        return not side
+    if side is not None:
+        return side == 0
     with working(MOST_BITS):
         near = getattr(source.reduced(MOST_BITS), name)
         bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
@@ -241,12 +224,6 @@ def ball_sign(ball: arb) -> Sign | None:
     if ball < 0:
         return -1
     return 0 if ball.is_zero() else None
-
-
-def ball_of(value: Exact, bits: int) -> arb:
-    """A ball of an exact number, at the working precision of so many bits."""
-    q = value.fraction
-    return value.ball(bits) if q is None else rational_ball(q)
 
 
 # --- of a scene ----------------------------------------------------------------------------------
@@ -265,30 +242,25 @@ class _Scene:
         self.top, self.start = top, start
         self._zeros: dict[str, bool] = {}
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.top, self.start)  # what was computed is not copied
-
     def reduced(self, bits: int | None) -> Reduced:
         """The motion in balls of so many bits, or in exact numbers."""
         top, start = self.top, self.start
-        given: tuple[Real, ...] = (
-            top.A, top.C, top.gMR, start.thetadot, start.phidot, start.spin
-        )  # fmt: skip
+        given: list[Any] = [top.A, top.C, top.gMR, start.thetadot, start.phidot, start.spin]
         if bits is not None:
-            given = tuple(ball_of(value, bits) for value in given)
+            given = [ball_of(value) for value in given]
         A, C, gMR, thetadot, phidot, spin = given
         u, below, above = self._heights(bits)
         omega3 = spin + phidot * u if start.held == "psidot" else spin
         if bits is not None:
-            gMR, thetadot = self._settled("gMR", gMR), self._settled("thetadot", thetadot)
-            phidot, omega3 = self._settled("phidot", phidot), self._settled("omega3", omega3)
+            balls = {"gMR": gMR, "thetadot": thetadot, "phidot": phidot, "omega3": omega3}
+            gMR, thetadot, phidot, omega3 = map(self._proved_zero, balls, balls.values())
         sin2, b = below * above, C / A * omega3
         across = phidot * sin2
         kinetic = (thetadot * thetadot + phidot * across) / 2
-        udot = thetadot if thetadot == 0 else -_root(sin2) * thetadot
+        udot = thetadot if thetadot == 0 else -root_of(sin2) * thetadot
         return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
-    def _settled(self, name: str, ball: arb) -> arb:
+    def _proved_zero(self, name: str, ball: arb) -> arb:
         """The ball of a number, 0 itself where it is proved to be 0."""
         if name not in self._zeros:
             side = ball_sign(ball)
@@ -302,7 +274,7 @@ class _Scene:
         if bits is None:
             return self._cos, ONE - self._cos, ONE + self._cos
         if theta.fraction or (q := self._cos.fraction) is None:
-            s, c = (ball_of(theta, bits) / 2).sin_cos()
+            s, c = (ball_of(theta) / 2).sin_cos()
             return c * c - s * s, 2 * s * s, 2 * c * c
         u = rational_ball(q)
         return u, 1 - u, 1 + u
@@ -313,25 +285,24 @@ class _Scene:
         return {1: ONE, -1: -ONE}[self._pole] if self._pole else cos(self.start.theta)
 
     @cached_property
-    def _pole(self) -> Sign | None:
-        """1 where the axis starts pointing up, −1 where down, 0 where neither; None if unknown."""
+    def _pole(self) -> Sign:
+        """1 where the axis is proved to start pointing up, −1 where down; else 0."""
         theta = self.start.theta
         if theta.fraction is not None:  # π is irrational
             return 1 if theta.fraction == 0 else 0
         ball = theta.ball(FEW_BITS)
         if ball > 0 and ball < arb.pi():
             return 0
-        signs = theta.sign(), (PI - theta).sign()
-        return 1 if signs[0] == 0 else -1 if signs[1] == 0 else None if None in signs else 0
+        return 1 if theta.sign() == 0 else -1 if (PI - theta).sign() == 0 else 0
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]."""
-        start, pole = self.start, self._pole or 0
+        start, pole = self.start, self._pole
         angles = start.phi.ball(bits), start.psi.ball(bits)
-        return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
+        return _other_side(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
 
-def _root(square: Real) -> Real:
+def root_of(square: Real) -> Real:
     """The root of a number that is not negative."""
     return sqrt(square) if isinstance(square, Exact) else square.nonnegative_part().sqrt()
 
@@ -340,7 +311,7 @@ def _root(square: Real) -> Real:
 
 
 def reduced_from_axis(
-    e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
+    e: Iterable[Number], l: Iterable[Number], g: Number, kappa: Number = 0,  # noqa: E741
     phi0: Number | None = None, psi0: Number = 0,
 ) -> ReducedMotion:  # fmt: skip
     """The motion of numbers in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
@@ -349,8 +320,8 @@ def reduced_from_axis(
 
     Parameters
     ----------
-    e, l : sequence of 3 number
-        The axis, and the angular momentum divided by A [s⁻¹].
+    e, l : iterable of 3 number
+        The axis, which is not 0, and the angular momentum divided by A [s⁻¹]; all are rational.
     g : number
         gMR/A [s⁻²].
     kappa : number
@@ -359,33 +330,25 @@ def reduced_from_axis(
         φ₀ [rad]; by default that of the axis, in (−π, π], or on a pole of where it moves to.
     psi0 : number
         ψ₀ [rad].
-
-    Raises
-    ------
-    Impossible
-        e is zero, or one of the numbers is not rational.
     """
-    (x, y, z), (lx, ly, lz) = _vector("e", e), _vector("l", l)
+    (x, y, z), (lx, ly, lz) = map(_fmpq, e), map(_fmpq, l)
     rho2 = x * x + y * y + z * z
-    if rho2 == 0:
-        raise Impossible([("e", "not the zero vector")])
     dot, sin2 = lx * x + ly * y + lz * z, (x * x + y * y) / rho2
     kinetic = (lx * lx + ly * ly + lz * lz - dot * dot / rho2) / 2
     numbers = Reduced(
-        _rational("g", g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic,
-        _rational("kappa", kappa),
+        _fmpq(g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic, _fmpq(kappa),
     )  # fmt: skip
-    phi = None if phi0 is None else _rational("phi0", phi0)
+    phi = None if phi0 is None else _fmpq(phi0)
     return ReducedMotion(
         partial(_axis_numbers, numbers, rho2),
-        partial(_axis_angles, (x, y, z), (lx, ly), phi, _rational("psi0", psi0)),
+        partial(_axis_angles, (x, y, z), (lx, ly), phi, _fmpq(psi0)),
     )
 
 
 def _axis_numbers(numbers: Reduced, rho2: fmpq, bits: int | None) -> Reduced:
     """The motion of e/ρ, from that of e as if |e| were 1; of its heights that has sin²θ."""
     number = _exact if bits is None else arb
-    q, rho = numbers.mapped(number), _root(number(rho2))
+    q, rho = numbers.mapped(number), root_of(number(rho2))
     u = q.u0 / rho
     size = -u if numbers.u0 < 0 else u
     far = 1 + size
@@ -407,7 +370,7 @@ def _axis_angles(
         return arb.atan2(arb(sine), arb(cosine)), psi
     phi = arb(phi0)
     back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
-    return _beyond(pole, phi, psi) if back else (phi, psi)
+    return _other_side(pole, phi, psi) if back else (phi, psi)
 
 
 # --- of constants, and through poles -------------------------------------------------------------
@@ -431,7 +394,7 @@ def reduced_from_constants(exact: Reduced, udot2: Fraction, falls: bool = False)
 
 def _constant_numbers(exact: Reduced, falls: bool, bits: int | None) -> Reduced:
     found = exact.mapped(_exact if bits is None else rational_ball)
-    speed = _root(found.udot0)
+    speed = root_of(found.udot0)
     return replace(found, udot0=-speed if falls else speed)
 
 
@@ -457,7 +420,7 @@ def _passing(source: ReducedMotion, top: bool, bottom: bool, bits: int | None) -
     return replace(found, b=b, drift0=drift, kinetic0=kinetic)
 
 
-def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
+def _other_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     """The angles of the same place on a pole, seen from the other side."""
     return phi + arb.pi(), psi - pole * arb.pi()
 
@@ -466,19 +429,7 @@ def _exact(q: fmpq | Fraction) -> Exact:
     return rational(q if isinstance(q, Fraction) else Fraction(int(q.p), int(q.q)))  # of any size
 
 
-def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type(name, "three numbers", value)
-    try:
-        x, y, z = value
-    except (TypeError, ValueError):  # an array of no dimension, or of another length
-        raise Impossible([(name, "three numbers")]) from None
-    return [_rational(name, each) for each in (x, y, z)]
-
-
-def _rational(name: str, value: Number) -> fmpq:
-    # of a run: a component of the axis may be of any size, unlike what a scene says
-    q = Exact.of(value).fraction if isinstance(value, str | Exact) else rational_value(value)
-    if q is None:
-        raise Impossible([(name, "rational numbers")])
+def _fmpq(value: Any) -> fmpq:
+    """A rational number of any kind and size: unlike a scene's, a run's may be nearly 0."""
+    q = rational_value(value)
     return fmpq(q.numerator, q.denominator)

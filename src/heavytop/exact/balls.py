@@ -69,11 +69,11 @@ def rational_ball(q: Fraction) -> arb:
 
 def ball_of(x: Exact, known: dict[Exact, arb] | None = None) -> arb:
     """Return a ball that holds x, each part computed once; not finite where a divisor's holds 0."""
+    if x.op == "rational":
+        return rational_ball(x.args[0])
     known = {} if known is None else known
     if x not in known:
-        if x.op == "rational":
-            known[x] = rational_ball(x.args[0])
-        elif x.op == "^":
+        if x.op == "^":
             known[x] = _power(ball_of(x.args[0], known), x.args[1])
         elif x.op in ("+", "*"):
             parts = [ball_of(each, known) for each in x.args]
@@ -162,11 +162,6 @@ class Interval:
     def digits(self) -> float:
         """The largest n with spread ≤ 10⁻ⁿ max(1, |middle|); infinite where the spread is 0."""
         return _places(self.spread / max(Fraction(1), abs(self.middle)))
-
-    @property
-    def decimals(self) -> float:
-        """The largest n with spread ≤ 10⁻ⁿ; infinite where the spread is 0."""
-        return _places(self.spread)
 
     def bounds(self, digits: int) -> tuple[str, str]:
         """Two decimal numbers of so many significant digits with the interval between them.

@@ -34,7 +34,7 @@ def context(dps: int) -> Context:
     """
     own = _Context()
     own.dps = dps
-    own.mpf.__reduce__ = own.constant.__reduce__ = lambda value: (_again, (dps, value._mpf_))
+    own.mpf.__reduce__ = own.constant.__reduce__ = lambda value: (_unpickle, (dps, value._mpf_))
     if own.mpf.__format__ is object.__format__:  # before mpmath 1.4, which formats by itself
         own.mpf.__format__ = _formatted
     return own
@@ -47,7 +47,7 @@ class _Context(MPContext):  # type: ignore[misc]
         return context, (self.dps,)
 
 
-def _again(dps: int, parts: tuple[int, ...]) -> Number:
+def _unpickle(dps: int, parts: tuple[int, ...]) -> Number:
     """The number of a context that was copied or pickled."""
     return context(dps).make_mpf(parts)
 

@@ -114,7 +114,7 @@ class Exact:
             q, rest = split(term)
             total[rest] = total[rest] + q if rest in total else q
         terms = tuple(_scaled(rest, q) for rest, q in total.items() if q)
-        return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else NOTHING
+        return Exact("+", terms) if len(terms) > 1 else terms[0] if terms else ZERO
 
     def __mul__(self, other: Number) -> Exact:
         b, q, factors = _operand(other), _ONE, dict[Exact, Exact]()
@@ -331,11 +331,9 @@ def acos(x: Number) -> Exact:
     if inside == -1:
         raise NotANumber("an arc cosine or sine is of a number within -1 … 1")
     if inside == 0:
-        return NOTHING if cosine.sign() == 1 else PI
-    for thirds, known in ((2, Fraction(1, 2)), (3, 0), (4, -Fraction(1, 2))):
-        if cosine == known:
-            return PI * Fraction(thirds, 6)
-    return Exact("acos", (cosine,))
+        return ZERO if cosine.sign() == 1 else PI
+    sixths = {Fraction(1, 2): 2, ZERO: 3, Fraction(-1, 2): 4}.get(cosine)
+    return PI * Fraction(sixths, 6) if sixths else Exact("acos", (cosine,))
 
 
 def asin(x: Number) -> Exact:
@@ -368,7 +366,7 @@ def _circle_point(x: Exact) -> tuple[Exact, Exact]:
         (y,) = angle.args
         near = sqrt(1 - y * y if angle.op == "acos" else 1 + y * y)
         return (y, near) if angle.op == "acos" else (1 / near, y / near)
-    return (Exact("cos", (x,)), Exact("sin", (x,))) if times else (ONE, NOTHING)
+    return (Exact("cos", (x,)), Exact("sin", (x,))) if times else (ONE, ZERO)
 
 
 @lru_cache(64)
@@ -391,7 +389,7 @@ def rational(q: Fraction) -> Exact:
 
 
 _ONE: Final = Fraction(1)
-NOTHING: Final = rational(Fraction(0))
+ZERO: Final = rational(Fraction(0))
 ONE: Final = rational(_ONE)
 PI: Final = Exact("pi", ())
 
@@ -434,7 +432,7 @@ def _power(x: Exact, exponent: Fraction) -> Exact:
             what = "zero" if sign == 0 else "a number that cannot be told from zero"
             raise NotANumber(f"division by {what}")
         if sign == 0:
-            return NOTHING
+            return ZERO
     if exponent in (0, 1):
         return x if exponent else ONE
     if x.op == "rational":
@@ -443,8 +441,8 @@ def _power(x: Exact, exponent: Fraction) -> Exact:
         return factor * _root(x.args[0], exponent) if exponent else factor
     if x.op == "^" and (integer or x.args[0] == PI or x.args[1].denominator > 1):
         return _power(x.args[0], x.args[1] * exponent)
-    for factor in _parts("*", x):
-        if factor != x and (integer or _positive(factor)):
+    for factor in x.args if x.op == "*" else ():
+        if integer or _positive(factor):
             return _power(factor, exponent) * _power(x / factor, exponent)
     return Exact("^", (x, exponent))
 
@@ -463,10 +461,8 @@ def _root(q: Fraction, exponent: Fraction) -> Exact:
     for prime in _SMALL_PRIMES:
         while radicand % prime**k == 0:
             radicand, outer = radicand // prime**k, outer * prime
-    factor = rational(outer**exponent.numerator)
-    return (
-        factor if radicand == 1 else factor * Exact("^", (rational(Fraction(radicand)), exponent))
-    )
+    factor, rest = rational(outer**exponent.numerator), rational(Fraction(radicand))
+    return factor if radicand == 1 else factor * Exact("^", (rest, exponent))
 
 
 def _whole_root(n: int, k: int) -> int:
@@ -491,9 +487,7 @@ def _operand(x: Any) -> Exact:
     if isinstance(x, Exact):
         return x
     if not isinstance(x, (numbers.Real, Decimal)):
-        raise TypeError(
-            f"an exact number is combined with numbers, not with {article(type(x).__name__)}"
-        )
+        raise TypeError(f"exact numbers go with numbers, not with {article(type(x).__name__)}")
     return Exact.of(x)  # type: ignore[arg-type]
 
 

@@ -7,6 +7,7 @@ A sum or a product of two doubles and its rounding error are both doubles (Knuth
 
 from __future__ import annotations
 
+from math import pi
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -17,8 +18,8 @@ Array: TypeAlias = NDArray[np.float64]
 Words = TypeVar("Words", float, NDArray[np.float64])
 DoubleDouble = tuple[float, float]
 
-_CIRCLE: Final = 6.283185307179586
-_CIRCLE_REST: Final = 2.4492935982947064e-16  # of 2π, beyond a double
+PI_REST: Final = 1.2246467991473532e-16  # of π, beyond a double
+_CIRCLE: Final = 2 * pi
 
 
 def two_sum(a: Words, b: Words | float) -> tuple[Words, Words]:
@@ -92,7 +93,7 @@ def modulo_circle(high: Array, low: Array) -> Array:
     """Return an angle in [0, 2 pi): whole turns are dropped before anything is rounded."""
     turns = np.rint(high / _CIRCLE)
     dropped, error = two_product(turns, _CIRCLE)
-    angle = (high - dropped) + (low - error - turns * _CIRCLE_REST)
+    angle = (high - dropped) + (low - error - turns * (2 * PI_REST))
     angle = angle - _CIRCLE * np.floor(angle / _CIRCLE)
     return np.where((angle >= 0) & (angle < _CIRCLE), angle, 0.0)
 
@@ -100,4 +101,4 @@ def modulo_circle(high: Array, low: Array) -> Array:
 def plus_turns(angle: Array, turns: Array) -> Array:
     """Return an angle and many turns more, rounded as if they were known exactly."""
     whole, rest = two_product(turns, _CIRCLE)
-    return whole + (rest + turns * _CIRCLE_REST + angle)
+    return whole + (rest + turns * (2 * PI_REST) + angle)

@@ -19,7 +19,6 @@ from heavytop.text import harmless, nearest
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
-MAX_TOKENS: Final = 500
 _MAX_HEIGHT: Final = 2**16384  # of any rational,
 _MAX_POWER: Final = 64  # of an exponent and its denominator as they are written, and
 _MAX_BUILT_POWER: Final = 4096  # of what results
@@ -82,10 +81,7 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
         raise NotANumber(f"{allowed}, not {unit}")
-    tokens = _TOKEN.findall(body.removesuffix(unit))
-    if len(tokens) > MAX_TOKENS:
-        raise NotANumber(f"an expression holds at most {MAX_TOKENS} numbers, marks and names")
-    tokens = ["", *reversed(tokens)]
+    tokens = ["", *reversed(_TOKEN.findall(body.removesuffix(unit)))]
     try:
         value = _expression(tokens)
         if tokens[-1]:
@@ -94,11 +90,11 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
         raise NotANumber(_refusal(str(wrong), units)) from None
     except InvalidOperation:  # a decimal exponent of twenty digits
         raise out_of_range() from None
-    return _limited(value * UNITS[unit]) if unit else value
+    return _within_limits(value * UNITS[unit]) if unit else value
 
 
 def _refusal(token: str, units: Collection[str]) -> str:
-    """What is said of a token that is out of place."""
+    """The message about a token that is out of place."""
     if not token:
         return f"the expression ends too early: {RULE}"
     known = f"a unit: {', '.join(units)}" if units else "no unit here"
@@ -118,7 +114,7 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
         inner = _expression(tokens, depth=depth + 1)
         if (end := tokens.pop()) != ")":
             raise _Unexpected(end)
-        value = _limited(FUNCTIONS[token[:-1].rstrip()](inner)) if token[:-1] else inner
+        value = _within_limits(FUNCTIONS[token[:-1].rstrip()](inner)) if token[:-1] else inner
     elif token == "pi":
         value = PI
     elif token[:1] in _DIGITS:
@@ -129,7 +125,7 @@ def _expression(tokens: list[str], loosest: int = 1, depth: int = 1) -> Exact:
         value = value * UNITS[tokens.pop()]
     while (mark := tokens[-1]) in _OPERATORS and _OPERATORS[mark][0] >= loosest:
         _, tighter, applied = _OPERATORS[tokens.pop()]
-        value = _limited(applied(value, _expression(tokens, tighter, depth + 1)))
+        value = _within_limits(applied(value, _expression(tokens, tighter, depth + 1)))
     return value
 
 
@@ -157,7 +153,7 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 # --- limits on size --------------------------------------------------------------------------
 
 
-def _limited(x: Exact) -> Exact:
+def _within_limits(x: Exact) -> Exact:
     """The number itself, if it is within the limits, as what it is made of is."""
     parts = x.args if x.op in ("+", "*") else (x,)
     if any(part.op == "rational" and _height(part.args[0]) > _MAX_HEIGHT for part in parts) or any(

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import Kind, Number
-from heavytop.classification.why import general_reason
+from heavytop.classification.classify import general_reason
+from heavytop.classification.kinds import Criterion, Kind
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
@@ -31,7 +31,7 @@ from heavytop.scene.scene import Scene, load_scene, shipped_names
 SCENE: Final = "sicm-kicked"
 SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
 STARTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
-NUMBERS: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Number)}
+NUMBERS: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Criterion)}
 
 FAST: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
 LIMITS: Final = FAST | {
@@ -160,7 +160,7 @@ def _beyond(scene: Scene) -> Iterator[Fault]:
             yield Fault(scene.name, None, name, f"{start[name]:g}", rule)
 
 
-def _names(numbers: tuple[Number, ...]) -> list[str]:
+def _names(numbers: tuple[Criterion, ...]) -> list[str]:
     return [NUMBERS[id(number)] for number in numbers]
 
 
