@@ -312,7 +312,7 @@ def validate(
         "code": _code(place), "versions": versions(),
     }  # fmt: skip
     with open_journal(folder, parameters) as journal:
-        left = [known[name] for name in tasks(parameters) if not journal.state(name).ended]
+        left = [known[name] for name in tasks(parameters) if not journal.record(name).ended]
         if note is not None:
             workers = 1 if proofs else jobs
             note(f"about {duration(sum(each.seconds for each in left) / workers)} to go")
@@ -392,8 +392,7 @@ def complete(
     run(journal, executor=executor or Processes(1 if parameters["proofs"] else jobs), **how)
     found: list[Any] = []
     for name, each in _claims(parameters).items():
-        record = journal.load(name)
         skipped = f"needs {each.needs}: pip install {each.needs}"
-        found += record.rows if record.done else [each.row(skipped=skipped)]
+        found += journal.rows(name) if journal.record(name).ended else [each.row(skipped=skipped)]
     asked = {name: parameters[name] for name in ("asked", "proofs")}
     return Validation(**asked, claims=tuple(found), versions=versions())

@@ -1,6 +1,5 @@
 """An atlas says of every pixel what is said of it alone, however the work is shared out."""
 
-import json
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -14,7 +13,7 @@ from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
 from heavytop.studies.study import Journal
 
-from .toy import change_parameters, drop_line
+from .toy import drop_line
 
 KICKED = ht.load_scene("sicm-kicked")
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
@@ -123,25 +122,6 @@ def test_another_kind_of_study_is_no_atlas(tmp_path):
         ht.load_atlas(tmp_path)
 
 
-@pytest.mark.parametrize(
-    "change", [{"x": "phidot=0:1"}, {"scene": None}, {"what": "all"}, {"tile": "large"}]
-)
-def test_parameters_of_no_atlas_are_refused(change, tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    change_parameters(tmp_path, lambda known: known.update(change))
-    with pytest.raises(ht.ForeignFile, match=r"study\.jsonl: damaged"):
-        ht.load_atlas(tmp_path)
-
-
-@pytest.mark.parametrize("key", ["x", "scene", "what", "tile"])
-def test_parameters_without_a_key_are_refused(key, tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    change_parameters(tmp_path, lambda known: known.pop(key))
-    for read in (ht.load_atlas, ht.resume):
-        with pytest.raises(ht.ForeignFile, match=r"study\.jsonl: damaged"):
-            read(tmp_path)
-
-
 # --- files ----------------------------------------------------------------------------------------
 
 
@@ -159,19 +139,6 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
             assert np.array_equal(stored[name].values, rows[name], equal_nan=True)
     assert rows.document()["shape"] == (29, 33)
     assert rows.to_xarray()["kind"].attrs["flag_meanings"].split() == list(NAMES)
-
-
-@pytest.mark.parametrize("rows", [[], [{"counts": 7}], 7, [{"tile": "!!!!"}], [{"tile": "cut"}]])
-def test_a_damaged_record_is_refused(rows, tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    path = tmp_path / "study.jsonl"
-    first, record = map(json.loads, path.read_text().splitlines())
-    if rows and rows != 7 and "tile" in rows[0]:
-        whole = record["rows"][0]
-        rows = [whole | ({"tile": whole["tile"][:-400]} if rows[0]["tile"] == "cut" else rows[0])]
-    path.write_text(f"{json.dumps(first)}\n{json.dumps(record | {'rows': rows})}\n")
-    with pytest.raises(ht.ForeignFile, match="damaged"):
-        ht.load_atlas(tmp_path)
 
 
 def test_an_atlas_is_what_its_files_say(rows, tmp_path):

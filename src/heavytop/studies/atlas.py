@@ -56,11 +56,8 @@ BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
 def _plane(parameters: study.Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
-    with study.reading(study.STUDY):
-        x, y = (Axis.of(parameters[side]) for side in "xy")
-        if parameters["what"] not in SETS or not isinstance(parameters["tile"], int):
-            raise ValueError("its columns or the size of its tiles are unknown")
-        return Plane(scene_of(parameters["scene"]), x, y)
+    x, y = (Axis.of(parameters[side]) for side in "xy")
+    return Plane(scene_of(parameters["scene"]), x, y)
 
 
 def tasks(parameters: study.Parameters) -> tuple[str, ...]:
@@ -129,21 +126,19 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     columns = {name: np.empty(plane.shape, TYPES[name]) for name in SETS[what]}
     pairs, others = Counter[str](), Counter[str]()
     for task, tile in tiles.items():
-        record = journal.load(task)
-        if not record.done:
-            why = record.failed or f"not computed yet; heavytop resume {journal.path} goes on"
-            raise ForeignFile(f"tile {task}: {why}")
-        with study.reading(f"tile {task}"):
-            [row] = record.rows
-            pairs.update(row["counts"])
-            others.update({name: row[name] for name in ("sent", "uncertified")})
-            found = np.load(BytesIO(b64decode(row["tile"], validate=True)))
-            for name, column in columns.items():
-                column[tile] = found[name]
+        if not journal.record(task).last.done:
+            why = f"not computed yet; heavytop resume {journal.folder} goes on"
+            raise ForeignFile(f"tile {task}: {journal.record(task).last.failed or why}")
+        [row] = journal.rows(task)
+        pairs.update(row["counts"])
+        others.update({name: row[name] for name in ("sent", "uncertified")})
+        found = np.load(BytesIO(b64decode(row["tile"])))
+        for name, column in columns.items():
+            column[tile] = found[name]
     kinds = Counter[str]()
     for pair, count in pairs.items():
         kinds[pair.partition(",")[0]] += count
-    seconds = sum(journal.state(task).seconds for task in tiles)
+    seconds = sum(journal.record(task).seconds for task in tiles)
     rate = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
     return Atlas(
         scene=parameters["scene"],

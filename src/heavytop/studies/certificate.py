@@ -400,12 +400,11 @@ def _known_well() -> Iterator[None]:
 def collect(journal: Journal) -> Certificate:
     """Return the certificate that all parts of a run add up to."""
     asked = journal.parameters
-    records = [journal.load(task) for task in tasks(asked)]
-    for record in records:
-        if record.failed:
-            raise ForeignFile(record.failed)
+    for task in tasks(asked):
+        if failed := journal.record(task).last.failed:
+            raise ForeignFile(failed)
     rounding, formulation = asked["rounding"], asked["run"]["formulation"]
-    rows = [row for record in records for row in record.rows]
+    rows = [row for task in tasks(asked) for row in journal.rows(task)]
     observed = {n: _most([row["found"].get(n, 0.0) for row in rows]) for n in rounding}
     proved = {n: _most([row["proved"].get(n, 0.0) for row in rows]) for n in rounding}
     bounds = {

@@ -355,12 +355,12 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     """What was found of a method, as a row of the result."""
     chosen = method(text)
     tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
-    records = [] if chosen.absent else [journal.load(task) for task in tasks]
-    failed = [record.failed for record in records if record.failed]
+    records = [] if chosen.absent else [journal.record(task) for task in tasks]
+    failed = [record.last.failed for record in records if record.last.failed]
     absent = str(MissingPackage(chosen.name, chosen.absent)) if chosen.absent else None
     skipped = next(iter(failed), absent)
-    known = [record.checkpoint for record in ([] if skipped else records)]
-    columns = [_columns(record.rows, lost) for record in records[: len(known)]]
+    known = [record.last.checkpoint for record in ([] if skipped else records)]
+    columns = [_columns(journal.rows(task), lost) for task in tasks[: len(known)]]
     gone, seconds = sum(x["periods"] for x in known), sum(each.seconds for each in records)
     row: dict[str, Any] = {
         "name": chosen.text,

@@ -181,11 +181,10 @@ def collect(journal: study.Journal, budget: float = BUDGET_S) -> Stress:
     methods = [stress_method(name) for name in parameters["methods"]]
     for method in methods:
         for case in parameters["cases"]:
-            record = journal.load(f"{case}/{method.name}")
+            task = f"{case}/{method.name}"
+            record = journal.record(task).last
             if record.done:
-                with study.reading(f"run {record.task}"):
-                    [row] = record.rows
-                    runs.append(run_row(**row))
+                runs += [run_row(**row) for row in journal.rows(task)]
                 continue
             absent = method.absent and f"{', '.join(method.absent)} is not installed"
             reason = absent or record.failed or "the budget was spent"

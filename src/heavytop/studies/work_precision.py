@@ -252,7 +252,7 @@ def complete(
         if stop.is_set():
             raise KeyboardInterrupt
         if on_progress is not None:
-            done, count = (1.0 if journal.state(ROUNDS).done else fraction), len(asked)
+            done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(asked)
             on_progress(study.Progress(done, int(done * count), count, clock() - began, done))
 
     try:
@@ -261,7 +261,7 @@ def complete(
             derived = {each.formulation: _derived(each.formulation) for each in asked}
             rows, refused = _measured(journal, asked, budget, began, show)
     except KeyboardInterrupt:
-        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.path) from None
+        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder) from None
     return WorkPrecision(
         scene=parameters["scene"],
         periods=parameters["periods"],
@@ -300,7 +300,7 @@ def _measured(
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + budget
-    again = () if journal.state(ROUNDS).done else range(1, 1 + REPEATS)
+    again = () if journal.record(ROUNDS).ended else range(1, 1 + REPEATS)
     places = [
         (turn, start, each)
         for turn in (0, *again)
@@ -314,8 +314,8 @@ def _measured(
     for done, (turn, start, each) in enumerate(places):
         show(done / len(places))
         known, task = rows[each], f"{each.text}/{start}"
-        if turn == 0 and journal.state(task).done:
-            [known[start]] = journal.load(task).rows
+        if turn == 0 and journal.record(task).ended:
+            [known[start]] = journal.rows(task)
             continue
         rare = (turn - 1) * sum(row["seconds"][0] for row in known.values()) > REPEATS_S
         late, slow = clock() > deadline, too_slow.get(each.name, "")
@@ -352,10 +352,10 @@ def _measured(
 
 def _keep_times(journal: study.Journal, rows: Rows, *, whole: bool) -> None:
     """Store the times of all rounds, or take those that are stored."""
-    if whole and not journal.state(ROUNDS).done:
+    if whole and not journal.record(ROUNDS).ended:
         times = {x.text: {k: row["seconds"] for k, row in some.items()} for x, some in rows.items()}
         journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
-    for known in journal.load(ROUNDS).rows:
+    for known in journal.rows(ROUNDS):
         for each, some in rows.items():
             for k, row in some.items():
                 row["seconds"] = known[each.text][str(k)]
