@@ -1,5 +1,6 @@
 """The kicked top of the book, which every method starts from, and its exact motion."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -35,8 +36,10 @@ def set_up(name, setting=None, period=None, **more):
     method = named(name)
     if missing := method.absent:
         pytest.skip(f"{name} needs {' and '.join(missing)}")
+    if setting is not None:
+        method = replace(method, setting=float(setting))
     period = motion().period if period is None else period
-    return make_stepper(name, *started(method.formulation), setting, period, **more)
+    return make_stepper(method, *started(method.formulation), period, **more)
 
 
 def at(stepper, t):

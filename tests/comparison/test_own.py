@@ -25,7 +25,7 @@ def euler(f, y, h):
 
 
 def set_up(asked, setting, **more):
-    return kicked.set_up(own.admit(asked), setting, **more)
+    return kicked.set_up(own.register(asked), setting, **more)
 
 
 def axis_error(asked, setting):
@@ -192,9 +192,9 @@ def file(tmp_path):
 
 
 def test_a_file_is_named_by_its_last_part(file):
-    assert own.admit(f"{file}:euler=500") == "mine.py:euler=500"
+    assert own.register(f"{file}:euler=500") == "mine.py:euler=500"
     assert named("mine.py:euler").set_by == "steps a period"
-    assert own.admitted("mine.py:euler").digest
+    assert own.registered("mine.py:euler").digest
 
 
 def test_nothing_runs_that_nobody_named():
@@ -216,29 +216,29 @@ def test_what_cannot_be_loaded_is_told(file, text, said, monkeypatch):
     file.with_name("bad.py").write_text("1 / 0\n")
     monkeypatch.chdir(file.parent)
     with pytest.raises(Impossible, match=said):
-        own.admit(text)
+        own.register(text)
 
 
 def test_another_process_loads_the_same_file_or_none(file):
-    name = own.admit(f"{file}:euler")
-    passes = own.passes([name])
-    own.let_pass(passes)
+    name = own.register(f"{file}:euler")
+    origins = own.origins([name])
+    own.load(origins)
     file.write_text(FILE + "\n# changed\n")
-    own._ADMITTED.pop(name)
+    own._REGISTERED.pop(name)
     with pytest.raises(Impossible, match="another file"):
-        own.let_pass(passes)
+        own.load(origins)
 
 
 def test_a_function_that_stands_nowhere_stays_here():
-    name = own.admit(lambda f, y, h: y + h * f(y))
+    name = own.register(lambda f, y, h: y + h * f(y))
     with pytest.raises(Impossible, match="must stand in a file"):
         own.expect_anywhere([name])
-    assert own.passes([name]) == ()
+    assert own.origins([name]) == []
 
 
 def test_an_entry_point_is_named_as_any_method(monkeypatch):
     offered = SimpleNamespace(name="their-rk4", value=f"{__name__}:rk4")
     monkeypatch.setattr(own, "entry_points", lambda group: [offered] * (group == own.GROUP))
     monkeypatch.setitem(sys.modules, __name__, sys.modules[rk4.__module__])
-    assert own.admit("their-rk4=50") == f"{__name__}:rk4=50"
-    assert own.admit("gauss8=32") == "gauss8=32"
+    assert own.register("their-rk4=50") == f"{__name__}:rk4=50"
+    assert own.register("gauss8=32") == "gauss8=32"

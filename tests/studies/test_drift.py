@@ -9,8 +9,8 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import IntegrationFailed
 from heavytop.results.drift import growth, order_of
-from heavytop.studies.drift import advance, drift_parameters, sample_times, tasks
-from heavytop.studies.methods import DEFAULT, method
+from heavytop.studies.drift import DEFAULT, advance, drift_parameters, sample_times, tasks
+from heavytop.studies.methods import method
 from heavytop.studies.steppers import TaylorStepper
 
 KICKED = ht.load_scene("sicm-kicked")

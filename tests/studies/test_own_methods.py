@@ -10,7 +10,7 @@ import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
 from heavytop.studies.drift import advance, drift_parameters
-from heavytop.studies.methods import admitted, method, stress_method
+from heavytop.studies.methods import load_methods, method, stress_method
 from heavytop.studies.steppers import set_up
 from heavytop.studies.stress import judged, run_case
 from heavytop.studies.stress_cases import cases, reference
@@ -86,7 +86,7 @@ def own_momenta(scene, states):
 def test_three_methods_of_ones_own_go_through_every_study(scene):
     """Their momenta are sums of their own states, and their orders 1, 4 and 2."""
     found = ht.drift(scene, methods=THREE, periods=3, samples=3)
-    parameters, _ = drift_parameters(scene, admitted(THREE, ""), periods=3, ensemble=1,
+    parameters, _ = drift_parameters(scene, load_methods(THREE, ""), periods=3, ensemble=1,
                                      samples=4, seed=0, jobs=1)  # fmt: skip
     for each, order in zip(found.methods, (1, 4, 2), strict=True):
         assert each.order == pytest.approx(order, abs=0.15)
@@ -106,7 +106,7 @@ def test_three_methods_of_ones_own_go_through_every_study(scene):
     assert [orders[each.name] for each in (kutta, discrete)] == pytest.approx([4, 2], abs=0.2)
     outcomes = []
     for own_method in THREE:
-        chosen, truth = stress_method(own.admit(own_method)), reference("ten-periods")
+        chosen, truth = stress_method(own.register(own_method)), reference("ten-periods")
         run = run_case(cases()["ten-periods"], chosen, truth, 10**6)
         outcomes.append(str(judged(run, truth, "ten-periods", chosen).outcome))
     assert outcomes == ["diverged", "ok", "ok"]  # Euler's has turned by a radian too much
@@ -148,14 +148,14 @@ def test_a_study_that_was_stopped_goes_on_bit_for_bit_where_its_code_is_named(
 
     with pytest.raises(StoppedEarly):
         ht.drift(scene, folder=place, progress=stop, **asked)
-    own._ADMITTED.clear()  # another process
+    own._REGISTERED.clear()  # another process
     with pytest.raises(Impossible, match="runs only if you name it"):
         ht.resume(place)
     assert heavytop_("resume", place).exit_code == 3
     resumed = ht.resume(place, methods=named, jobs=2)
     assert resumed.document(costs=False) == reference.document(costs=False)
     mine.write_text(RK4 + "\n# changed\n")
-    own._ADMITTED.clear()
+    own._REGISTERED.clear()
     with pytest.raises(ForeignFile, match="not the code with which it was begun"):
         ht.resume(place, methods=named)
 

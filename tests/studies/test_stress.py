@@ -173,7 +173,7 @@ def explodes(f, y, h):
     ],
 )
 def test_what_the_code_of_a_method_does_wrong_is_called_that(function, outcome, said):
-    chosen = stress_method(own.admit(function))
+    chosen = stress_method(own.register(function))
     truth = reference("ten-periods")
     run = run_case(cases()["ten-periods"], chosen, truth, UNDER)
     finding = judged(run, truth, "ten-periods", chosen)
@@ -278,9 +278,11 @@ def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
     form, scene = FORMULATIONS["lagrange"].build(), cases()["cusp"].scene
     parameters, start = binary_start(scene, Plan("lagrange"))
     problem = InitialValueProblem(solver, form, parameters, tuple(start.state.tolist()))
-    taken = scipy_stepper(solver, problem, 1e-6, 10**6, atol=1e-9, guarded=False).solver(
-        start.state, 0.9, 10**6
-    )
+    seen, problem = [], replace(problem, period=0.9)
+    stepper = scipy_stepper(solver, problem, 1e-6, 0, atol=1e-9, guarded=False)
+    last = replace(stepper, on_steps=seen.append).block(stepper.begin())
+    [taken] = seen
+    assert last.time == (0.9, 0.0)
     ours = solve_ivp(right_hand_side(form, parameters), (0, 0.9), start.state, method=solver,
                      rtol=1e-6, atol=1e-9)  # fmt: skip
     assert taken.times.tolist() == ours.t.tolist()

@@ -357,9 +357,10 @@ def test_the_ladder_holds_every_formulation_precision_and_rival():
     assert wanted | set(METHODS) | {"auto"} <= set(timing.DEFAULT)
     one = ("mpfr", "compensated")
     for name in set(timing.DEFAULT) - {"auto"}:
-        tried = list(timing.grid(method(name)))
-        assert len(tried) == 1 if name.endswith(one) else len(tried) >= 6
-        assert tried == sorted(tried, reverse=name not in timing.STEPS)
+        known = method(name)
+        assert len(known.grid) == 1 if name.endswith(one) else len(known.grid) >= 6
+        assert list(known.grid) == sorted(known.grid, reverse=not known.fixed)
+        assert all(known.least <= setting <= known.most for setting in known.grid)
 
 
 def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypatch):
@@ -369,6 +370,6 @@ def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypat
     monkeypatch.setattr("heavytop.comparison.methods.import_module", raising)
     found = ht.work_precision(KICKED, methods=["dop853-cyrk", "taylor-axis=1e-6"], periods=3)
     assert {each.reason for each in found.skipped} == {
-        "dop853-cyrk needs CyRK, which does not import: RuntimeError: built for another numpy"
+        "dop853-cyrk: CyRK does not import: RuntimeError: built for another numpy"
     }
     assert [point.method for point in found.points] == ["taylor-axis"]

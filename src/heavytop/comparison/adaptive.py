@@ -10,6 +10,7 @@ DOP853 and Radau are of lower order than their steps.
 from __future__ import annotations
 
 import math
+import sys
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -99,9 +100,13 @@ class AdaptiveStepper:
     direction : int
         1 forwards, -1 backwards.
     steps : int
-        Steps in a block.
+        Steps in a block, unless it ends earlier: at `far`.
     compile_s : float
         What compiling took, whenever that was [s].
+    far : float
+        A time that no block passes [s].
+    on_steps : callable
+        It is given the steps of each block.
     """
 
     solver: Solver
@@ -109,6 +114,8 @@ class AdaptiveStepper:
     direction: int
     steps: int
     compile_s: float = 0.0
+    far: float = _FAR
+    on_steps: Callable[[Taken], object] = id
 
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
@@ -117,14 +124,17 @@ class AdaptiveStepper:
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps."""
         taken = self._block(at)
+        self.on_steps(taken)
         time = add(at.time, (float(taken.times[-1]), 0.0))
-        if len(taken.times) <= self.steps or time == at.time:  # which LSODA takes for success
+        count = len(taken.times) - 1
+        short = count < self.steps and abs(taken.times[-1]) < self.far
+        if short or time == at.time:  # which LSODA takes for success
             raise IntegrationFailed("the solver gave up: its steps vanish, or its derivatives")
         return StepperState(
             time=time,
             state=tuple(taken.states[-1].tolist()),
             carry=taken.carry,
-            steps=at.steps + self.steps,
+            steps=at.steps + count,
             evaluations=at.evaluations + taken.evaluations,
         )
 
@@ -151,7 +161,7 @@ class AdaptiveStepper:
         return t, 0.0
 
     def _block(self, at: StepperState, until: float = _FAR) -> Taken:
-        return self._taken(np.array(at.state), self.direction * _FAR, *at.carry, until=until)
+        return self._taken(np.array(at.state), self.direction * self.far, *at.carry, until=until)
 
     def _aside(self, taken: Taken, i: int, t: float) -> Array:
         state: Array = taken.states[i]
@@ -178,7 +188,10 @@ def scipy_stepper(
     atol: float | None = None,
     guarded: bool = True,
 ) -> AdaptiveStepper:
-    """Return the stepper of a solver of `scipy.integrate`, by its name there."""
+    """Return the stepper of a solver of `scipy.integrate`, by its name there.
+
+    With 0 steps in a block it is called once, as its users do, for the span of the problem.
+    """
     import scipy.integrate
 
     rates = right_hand_side(problem.equations, problem.parameters, guarded=guarded)
@@ -204,7 +217,8 @@ def scipy_stepper(
         carry = () if name == "LSODA" else (float(run.h_abs),)
         return Taken(np.array(times), np.array(states), run.nfev, carry)
 
-    return AdaptiveStepper(solver, problem.start, problem.direction, steps)
+    far, steps = (_FAR, steps) if steps else (abs(problem.span), sys.maxsize)
+    return AdaptiveStepper(solver, problem.start, problem.direction, steps, far=far)
 
 
 def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:

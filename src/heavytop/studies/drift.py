@@ -29,7 +29,7 @@ from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
-from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
+from heavytop.studies.methods import AUTO, load_methods, method, planned
 from heavytop.studies.steppers import MethodRun, measured_order, no_nutation, set_up
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
@@ -37,6 +37,14 @@ from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 Columns = dict[str, tuple[float | None, ...]]
 
 KIND: Final = "drift"
+DEFAULT: Final = (
+    "taylor-axis",
+    "taylor-axis-projected",
+    "taylor-cubic",
+    "dop853-cyrk",
+    "sofroniou-spaletta10",
+    "gauss8",
+)
 OPTIONS: Final = {
     "periods": Range(1, 1e12),
     "ensemble": Range(1, 10_000, whole=True),
@@ -133,7 +141,7 @@ def drift(
     """
     heard("progress", progress)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
-    methods = admitted(methods, str(getattr(scene, "name", KIND)))
+    methods = load_methods(methods, str(getattr(scene, "name", KIND)))
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:
         own.expect_anywhere(parameters["methods"])
@@ -161,7 +169,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
         "scene": scene.problem(),
         "methods": list(dict.fromkeys(texts)),
         **values,
-        **own.stated(texts),
+        **own.as_parameters(texts),
         "versions": versions(),
     }
     return parameters, jobs
@@ -181,7 +189,7 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     handed over, which stays where it is.
     """
     name = task.rpartition("/")[0].partition("=")[0]
-    mine, asked = own.passes([name]), (parameters, task, checkpoint)
+    mine, asked = own.origins([name]), (parameters, task, checkpoint)
     if mine and not name.startswith("own:"):
         limits = chain([SET_UP_S], repeat(LIMIT_S))
         chunks = TIMED_WORKER.stages(_chunks, *asked, mine, limits=limits)
@@ -192,10 +200,10 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
 
 
 def _chunks(
-    parameters: Parameters, task: str, checkpoint: Any, mine: own.Passes = ()
+    parameters: Parameters, task: str, checkpoint: Any, mine: own.Origins = ()
 ) -> Iterator[Chunk]:
     """Yield the chunks of a run in this process; first an empty one, once it is set up."""
-    own.let_pass(mine)
+    own.load(mine)
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = neighbour(scene.start, parameters["seed"], int(number))

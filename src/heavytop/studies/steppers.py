@@ -22,6 +22,7 @@ import numpy as np
 
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import ReducedMotion
+from heavytop.comparison.methods import MethodEntry, make_stepper
 from heavytop.comparison.own_steps import OBSERVED, BodyForm
 from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState, TopConstants
 from heavytop.equations.formulation import Formulation
@@ -41,7 +42,6 @@ from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.scene.top import Top
-from heavytop.studies.methods import MethodSetting
 
 DIGITS: Final = 40  # of the reference solution
 EVEN: Final = 0.7  # of |z|, above which x and y determine it better
@@ -72,7 +72,7 @@ class MethodRun:
     period: float
 
 
-def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
+def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     """Return a method set up for the start of a scene.
 
     Raises
@@ -99,12 +99,8 @@ def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
     reference = ReferenceSolution(form, parameters, tuple(start.state.tolist()), own)
     period = _period(scene, reference)
     if method.is_rival:
-        from heavytop.comparison.methods import make_stepper
-
-        taken = make_stepper(
-            method.name, start.state, parameters, method.setting, period,
-            formulation=form, top=top_constants(scene.top),
-        )  # fmt: skip
+        top = top_constants(scene.top)
+        taken = make_stepper(method, start.state, parameters, period, equations=form, top=top)
         body = getattr(taken, "form", None)
         if body is not None:
             reference = replace(reference, body=body, first_row=taken.begin().state)
@@ -113,14 +109,14 @@ def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
     return MethodRun(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
 
 
-def measured_order(scene: Scene, method: MethodSetting) -> float | None:
+def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     """Return the order of a method of fixed steps, by how its error falls with their number.
 
     Parameters
     ----------
     scene : Scene
         Its start is followed for a sixteenth of a nutation period.
-    method : MethodSetting
+    method : MethodEntry
     """
     errors = {}
     for steps in ORDER_STEPS:

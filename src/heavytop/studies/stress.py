@@ -22,8 +22,8 @@ import numpy as np
 
 from heavytop import errors
 from heavytop.comparison import own
-from heavytop.comparison.adaptive import Singular, scipy_stepper
-from heavytop.comparison.methods import make_stepper
+from heavytop.comparison.adaptive import Singular
+from heavytop.comparison.methods import MethodEntry, make_stepper
 from heavytop.comparison.steppers import (
     InitialValueProblem,
     IntegrationFailed,
@@ -38,10 +38,10 @@ from heavytop.results.stress import ASTRAY, AUTO, NOTHING, Stress, StressCases, 
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
-from heavytop.run.verify import energy_error
+from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import study
-from heavytop.studies.methods import ANGLES, MethodSetting, admitted, stress_method, stress_methods
+from heavytop.studies.methods import ANGLES, load_methods, stress_method, stress_methods
 from heavytop.studies.steppers import measured_order, top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
@@ -66,8 +66,6 @@ FAILED: Final = {
     NotFinite: StressOutcome.DIVERGED,
 }
 KEPT: Final = 0.5  # of the digits that conditioning leaves
-BLOCK: Final = 1000  # steps of a fixed step between two looks,
-CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
 OWN_WARNINGS: Final = (errors.DoubtfulWarning,)
 WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
 WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
@@ -135,7 +133,7 @@ def stress(
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, NUMBERS)
     some = all_cases() if cases is None else cases
-    asked = stress_methods() if methods is None else admitted(methods, KIND)
+    asked = stress_methods() if methods is None else load_methods(methods, KIND)
     chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
     known, no_methods = parse_names(KIND, "methods", asked, stress_method)
     if faults := [*faults, *no_cases, *no_methods]:
@@ -147,7 +145,7 @@ def stress(
         "cases": list(dict.fromkeys(each.name for each in chosen)),
         "methods": names,
         **{name: values[name] for name in LIMITS},
-        **own.stated(names),
+        **own.as_parameters(names),
         "versions": versions(),
     }
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
@@ -208,7 +206,7 @@ def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Ite
         (case, method, reference(case), parameters["step_limit"]),
         parameters["time_limit"],
     )
-    passes, limits = own.passes(parameters.get("own", {})), (SET_UP_S, limit)
+    passes, limits = own.origins(parameters.get("own", {})), (SET_UP_S, limit)
     try:
         [_, found] = TIMED_WORKER.stages(put_to_test, *asked, passes, limits=limits)
     except TimedOut:
@@ -219,10 +217,10 @@ def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Ite
 
 
 def put_to_test(
-    case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Passes = ()
+    case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Origins = ()
 ) -> Iterator[Row]:
     """In the worker: compile what a method needs; then do a run, and judge it."""
-    own.let_pass(methods)
+    own.load(methods)
     with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # the Fortran and C of solvers
         os.dup2(nothing.fileno(), 2)
     chosen, asked = stress_method(method), all_cases()[case]
@@ -301,7 +299,7 @@ class Attempt:
 
 def run_case(
     case: Case,
-    method: MethodSetting,
+    method: MethodEntry,
     truth: CaseReference,
     step_limit: int,
     ready: Prepared | None = None,
@@ -311,7 +309,7 @@ def run_case(
     Parameters
     ----------
     case : Case
-    method : MethodSetting
+    method : MethodEntry
         One of `heavytop.studies.methods.stress_methods`.
     truth : CaseReference
         Of the case; only its end and its period are used.
@@ -330,7 +328,7 @@ def run_case(
     return found
 
 
-def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
+def _taylor(case: Case, method: MethodEntry, step_limit: int) -> Attempt:
     scene = replace(case.scene, quantities=WANTED.get(method.name, ("axis",)))
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
@@ -365,91 +363,66 @@ class Prepared(NamedTuple):
     step_error: float = 0.0
 
 
-def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared:
-    """Return a method of others set up for a case; what it compiles is compiled here.
-
-    scipy's solvers begin at any start: at a pole nothing warns their user either.
-    """
+def prepare(case: Case, method: MethodEntry, truth: CaseReference) -> Prepared:
+    """Return a method of others set up for a case; what it compiles is compiled here."""
     chosen = Plan(method.formulation)
     parameters, start = binary_start(case.scene, chosen)
-    numbers = chosen.equations, parameters, tuple(start.state.tolist())
-    problem, setting = InitialValueProblem(method.name, *numbers), method.setting
-    if method.solver:
-        how: dict[str, Any] = {"atol": method.atol, "guarded": False}
-        return Prepared(problem, scipy_stepper(method.solver, problem, setting, CALL, **how))
-    span, steps, block, allowed = abs(truth.end), 0, CALL, 0.0
+    span, steps, block, allowed = abs(truth.end), 0, method.block, 0.0
     if method.fixed:
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
-        steps = math.ceil(span / period * setting)
+        steps = math.ceil(span / period * method.setting)
         order = method.published_order or measured_order(all_cases()[EASY].scene, method)
-        allowed = (math.tau / setting) ** order if order else 0.0
-        setting, block = float(steps), min(steps, BLOCK)
-    name, ahead = method.name.partition("=")[0], 1 if truth.end >= 0 else -1
-    top = top_constants(case.scene.top)
-    stepper = make_stepper(
-        name, problem.start, parameters, setting, span, ahead, steps=block, top=top
-    )
+        allowed = (math.tau / method.setting) ** order if order else 0.0
+        method, block = replace(method, setting=float(steps)), min(steps, block)
+    ahead, top = 1 if truth.end >= 0 else -1, top_constants(case.scene.top)
+    numbers = start.state, parameters
+    stepper = make_stepper(method, *numbers, span, ahead, steps=block, top=top)
+    state = tuple(start.state.tolist())
+    problem = InitialValueProblem(method.name, chosen.equations, parameters, state)
     return Prepared(problem, stepper, steps, allowed)
 
 
 def _stepped(
-    case: Case, method: MethodSetting, ready: Prepared, truth: CaseReference, step_limit: int
+    case: Case, method: MethodEntry, ready: Prepared, truth: CaseReference, step_limit: int
 ) -> Attempt:
     """Let a method of others go to the end."""
     if ready.steps > step_limit:
         said = f"it would take {ready.steps} steps"
         return Attempt(StressOutcome.STEP_LIMIT, said, ready.steps)
+    stepper, trail = ready.stepper, list[Any]()
+    if method.block == 0:  # called once: what it passes on the way shows events
+        stepper = replace(stepper, steps=step_limit, on_steps=trail.append)
+    last = two_product(stepper.h, float(ready.steps)) if method.fixed else (truth.end, 0.0)
+    before = after = stepper.begin()
     try:
-        times, states, taken = (_called if method.solver else _in_blocks)(ready, truth, step_limit)
+        while abs(after.time[0]) < abs(last[0]):
+            if after.steps >= step_limit:
+                return Attempt(StressOutcome.STEP_LIMIT, steps=after.steps)
+            before, after = after, stepper.block(after)
+        row = after.state if after.time == last else stepper.states_at(before, [last])[0]
     except IntegrationFailed as failure:
         return Attempt(FAILED.get(type(failure), StressOutcome.STALLED), str(failure))
-    warned = getattr(ready.stepper, "warned", {})
-    result = Attempt(
-        said="; ".join(f"{count}× {text}" for text, count in warned.items()),
-        steps=ready.steps or taken,
-        step_error=ready.step_error,
-    )
-    if times[-1] != truth.end:
-        return replace(result, stopped=StressOutcome.STEP_LIMIT)
     form, known = ready.problem.equations, ready.problem.parameters
-    if method.solver and case.counted:
-        signs = {n: np.sign(event_function(form, n, states, known, times)[0]) for n in WATCHED}
-        counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
-        result = replace(result, counted=counted)
-    rows = np.array([ready.problem.start, states[-1]])
-    if not np.isfinite(rows).all():
-        return result
+    body = getattr(stepper, "form", None)
+    rows = np.array([ready.problem.start, row if body is None else body.axis_states(row)])
     ends = np.array([0.0, truth.end])
     with np.errstate(all="ignore"):
         seen = sample(form, rows, known, ends)
-        first, last = invariants(form, rows, known, ends)["energy"].tolist()
-    weight = known["g"] if "g" in known else known["gMR"] / known["A"]
-    off = abs(last - first) / max(abs(first), abs(weight))
-    return _with_motion(replace(result, energy_error=off), seen)
-
-
-Walk = tuple[Any, Any, int]
-"""Times, the states there, and how many steps that took; the last time may be short of the end."""
-
-
-def _called(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
-    """Call a solver once, as its user does."""
-    taken = ready.stepper.solver(np.array(ready.problem.start), truth.end, step_limit)
-    return taken.times, taken.states, taken.times.size - 1
-
-
-def _in_blocks(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
-    """Take blocks of steps until one holds the end, with which the last of equal steps ends."""
-    stepper = ready.stepper
-    last = two_product(stepper.h, float(ready.steps)) if hasattr(stepper, "h") else None
-    end = last or stepper.output_time(truth.end)
-    before = after = stepper.begin()
-    while abs(after.time[0]) < abs(end[0]):
-        if after.steps >= step_limit:
-            return after.time[:1], (), after.steps
-        before, after = after, stepper.block(after)
-    states, form = stepper.states_at(before, [end]), getattr(stepper, "form", None)
-    return (truth.end,), states if form is None else [form.axis_states(states[0])], after.steps
+        off = conserved(invariants(form, rows, known, ends), known)["energy"]
+    counted = {}
+    for taken in trail if case.counted else ():
+        signs = {n: np.sign(event_function(form, n, taken.states, known, taken.times)[0])
+                 for n in WATCHED}  # fmt: skip
+        counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
+    warned = getattr(stepper, "warned", {})
+    result = Attempt(
+        said="; ".join(f"{count}× {text}" for text, count in warned.items()),
+        steps=ready.steps or after.steps,
+        step_error=ready.step_error,
+        energy_error=off if math.isfinite(off) else None,
+        counted=counted,
+    )
+    return _with_motion(result, seen)
 
 
 def _with_motion(result: Attempt, seen: Any) -> Attempt:
@@ -467,7 +440,7 @@ def _with_motion(result: Attempt, seen: Any) -> Attempt:
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSetting) -> Row:
+def judged(found: Attempt, truth: CaseReference, case: str, method: MethodEntry) -> Row:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
@@ -475,7 +448,7 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     found : Attempt
     truth : CaseReference
     case : str
-    method : MethodSetting
+    method : MethodEntry
     """
     told = partial(
         run_row, case=case, method=method.name, formulation=method.formulation, plan=found.plan,

@@ -483,11 +483,11 @@ def resume(
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:
-        from heavytop.studies.methods import admitted
+        from heavytop.studies.methods import load_methods
 
-        admitted(methods, str(path))
+        load_methods(methods, str(path))
     for name, digest in parameters.get("own", {}).items():
-        if own.admitted(name).digest != digest:
+        if own.registered(name).digest != digest:
             raise ForeignFile(f"{path}: {name} is not the code with which it was begun")
     try:
         study = study_of(parameters)
@@ -567,7 +567,7 @@ def _submit(
     seconds = max(slice_s, KILL_COST * record.seconds)
     work = (study.__name__, journal.parameters, task, record.last.checkpoint, seconds)
     try:
-        return pool.submit(advance_task, *work, own.passes(journal.parameters.get("own", {})))
+        return pool.submit(advance_task, *work, own.origins(journal.parameters.get("own", {})))
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[Chunk] = Future()
         future.set_exception(futures.BrokenExecutor(f"no new work is accepted: {_words(fault)}"))
@@ -576,10 +576,10 @@ def _submit(
 
 def advance_task(
     module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float,
-    methods: own.Passes = (), stop: Event | None = None,
+    methods: own.Origins = (), stop: Event | None = None,
 ) -> Chunk:  # fmt: skip
     """Advance a task for about so many seconds; in a worker, which may be far away."""
-    own.let_pass(methods)
+    own.load(methods)
     if found := differences(_with_own_versions(parameters), parameters):
         worker = f"process {os.getpid()} on {platform.node()}"
         raise ForeignFile(f"{worker}: this worker does not match the study: {'; '.join(found)}")

@@ -6,13 +6,14 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import chain, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
 from typing import Any, Final
 
 from heavytop.comparison import own
-from heavytop.comparison.methods import METHODS
+from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
@@ -25,10 +26,9 @@ from heavytop.studies import study
 from heavytop.studies.drift import LOST, neighbour
 from heavytop.studies.methods import (
     AUTO,
-    MethodSetting,
-    admitted,
     auto_digits,
     is_auto,
+    load_methods,
     method,
     planned,
 )
@@ -49,18 +49,6 @@ clock: Callable[[], float] = perf_counter  # [s]
 
 # --- the grid of settings --------------------------------------------------------------------
 
-DECADES: Final = tuple(10.0**-k for k in range(3, 16))
-HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))
-OWN_STEPS: Final[Sequence[float]] = tuple(12.5 * 2**k for k in range(8))
-LOW_ORDER: Final = tuple(25.0 * 2**k for k in range(10))
-STEPS: Final = {  # a period; two or three settings a decade of error, where there are so many
-    "strang": LOW_ORDER,
-    "implicit-midpoint": LOW_ORDER,
-    "bobenko-suris": LOW_ORDER,
-    "blanes-moan-rkn6": (6, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 48, 57, 68, 80, 96, 114, 136),
-    "sofroniou-spaletta10": (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 22, 25, 28, 32),
-    "gauss8": (2, 3, 4, 5, 6, 7, 8, 10, 12, 16),
-}
 IN_PYTHON: Final = tuple(name for name, row in METHODS.items() if row.language == "python")
 DEFAULT: Final = (
     AUTO,
@@ -73,7 +61,7 @@ DEFAULT: Final = (
 )
 
 
-def settings(text: str, scene: Scene, periods: float) -> tuple[MethodSetting, ...]:
+def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]:
     """Return what a text asks for: one setting of a method, or all of the grid.
 
     Parameters
@@ -105,19 +93,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodSetting, ..
     found = method(text)
     if "=" in text:
         return (found,)
-    return tuple(method(f"{text}={setting!r}") for setting in grid(found))
-
-
-def grid(found: MethodSetting) -> Sequence[float]:
-    """Return the settings of a method, from the loosest to the tightest."""
-    if found.fixed:
-        usual = OWN_STEPS if ":" in found.name else (found.setting,)
-        return STEPS.get(found.name, usual)
-    if found.least == found.most:
-        return (found.setting,)
-    finer = found.is_rival and found.language != "python"  # a decade costs them more than us
-    inside = [x for x in (HALF_DECADES if finer else DECADES) if found.least <= x <= found.most]
-    return inside if found.is_rival else [*inside, found.least]
+    return tuple(replace(found, setting=float(setting)) for setting in found.grid)
 
 
 # --- measuring -------------------------------------------------------------------------------
@@ -187,7 +163,7 @@ def work_precision(
     closed form says of the same state.
     """
     heard("progress", progress)
-    methods = admitted(methods, str(getattr(scene, "name", "workprec")))
+    methods = load_methods(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
     with study.open_journal(folder, parameters) as journal:
@@ -208,7 +184,7 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> study.Pa
     if faults := [*faults, *no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
-                  "periods": values["periods"], **own.stated(names),
+                  "periods": values["periods"], **own.as_parameters(names),
                   "versions": versions()}  # fmt: skip
     tasks(parameters)  # a plan may be refused: before anything is written
     return parameters
@@ -229,7 +205,7 @@ def tasks(parameters: study.Parameters) -> list[str]:
     return [*(f"{text}/{start}" for text in texts for start in range(STARTS)), ROUNDS]
 
 
-def _asked(parameters: study.Parameters) -> list[MethodSetting]:
+def _asked(parameters: study.Parameters) -> list[MethodEntry]:
     """Return all that the names of a diagram ask for, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
@@ -280,17 +256,17 @@ def _derived(formulation: str) -> float:
     return clock() - began
 
 
-Rows = dict[MethodSetting, dict[int, dict[str, Any]]]
+Rows = dict[MethodEntry, dict[int, dict[str, Any]]]
 """By setting and number of the start what its runs gave."""
 
 
 def _measured(
     journal: study.Journal,
-    asked: Sequence[MethodSetting],
+    asked: Sequence[MethodEntry],
     budget: float,
     began: float,
     show: Callable[[float], object],
-) -> tuple[Rows, dict[MethodSetting, str]]:
+) -> tuple[Rows, dict[MethodEntry, str]]:
     """Run settings in turn, from one start after the other, in rounds: all feel what disturbs one.
 
     The first round shows errors; slow settings are in no more than two. A setting that fails from
@@ -308,8 +284,8 @@ def _measured(
         for each in _in_turn(asked)
     ]
     rows: Rows = {each: {} for each in asked}
-    ready: dict[tuple[MethodSetting, int], MethodRun] = {}
-    refused: dict[MethodSetting, str] = {}
+    ready: dict[tuple[MethodEntry, int], MethodRun] = {}
+    refused: dict[MethodEntry, str] = {}
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
     for done, (turn, start, each) in enumerate(places):
         show(done / len(places))
@@ -361,7 +337,7 @@ def _keep_times(journal: study.Journal, rows: Rows, *, whole: bool) -> None:
                 row["seconds"] = known[each.text][str(k)]
 
 
-def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: float) -> None:
+def _expect_return(scene: Scene, each: MethodEntry, periods: float, limit: float) -> None:
     """Let a method of one's own go first in a process that can be killed, if it can be had there.
 
     Raises
@@ -369,22 +345,22 @@ def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: flo
     TimedOut, Lost
         It does not return, or that process dies of it.
     """
-    if mine := own.passes([each.name]):
+    if mine := own.origins([each.name]):
         patience = SET_UP_S + 2 * limit
         TIMED_WORKER.call(_try, scene, each.text, mine, periods, limit, timeout=patience)
 
 
-def _try(scene: Scene, text: str, mine: own.Passes, periods: float, limit: float) -> None:
+def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: float) -> None:
     """In a worker: run a method once; what it raises is raised again where it is measured."""
-    own.let_pass(mine)
+    own.load(mine)
     with suppress(IntegrationFailed):
         found = set_up(scene, method(text))
         walk(found.stepper, _end(found, periods), limit)
 
 
-def _in_turn(tried: Sequence[MethodSetting]) -> list[MethodSetting]:
+def _in_turn(tried: Sequence[MethodEntry]) -> list[MethodEntry]:
     """The loosest setting of each method, then the next one of each, and so on."""
-    by_name: dict[str, list[MethodSetting]] = {}
+    by_name: dict[str, list[MethodEntry]] = {}
     for each in tried:
         by_name.setdefault(each.name, []).append(each)
     return [each for turn in zip_longest(*by_name.values()) for each in turn if each]
@@ -426,9 +402,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     }
 
 
-def _point(
-    each: MethodSetting, rows: dict[int, dict[str, Any]], derived_s: float
-) -> dict[str, Any]:
+def _point(each: MethodEntry, rows: dict[int, dict[str, Any]], derived_s: float) -> dict[str, Any]:
     """Return the medians and spreads over the starts."""
     first = rows[0]
     costs = [min(row["seconds"]) / row["periods"] * 1e6 for row in rows.values()]
@@ -461,7 +435,7 @@ def _point(
     }
 
 
-def _skipped(each: MethodSetting, reason: str) -> dict[str, Any]:
+def _skipped(each: MethodEntry, reason: str) -> dict[str, Any]:
     setting = {each.set_by: each.setting}
     return {"method": each.name, "setting": setting, "rival": each.is_rival, "reason": reason}
 
