@@ -69,7 +69,7 @@ def test_the_body_forms_are_the_equations_of_the_axis_form():
     stepper = set_up(own.Method(rk4, formulation="rotation"), 4000, steps=200)
     y = np.array(stepper.block(stepper.begin()).state)
     f, form, eps = (
-        own_steps._rates(stepper.form.derivatives, stepper.form.constants, 12),
+        own_steps.RightHandSide(stepper.form.derivatives, stepper.form.constants, None),
         stepper.form,
         1e-6,
     )

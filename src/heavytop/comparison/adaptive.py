@@ -13,8 +13,9 @@ import math
 import sys
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -33,6 +34,7 @@ from heavytop.comparison.steppers import (
 from heavytop.exact.pairs import Array, DoubleDouble, add
 
 if TYPE_CHECKING:
+    from heavytop.comparison.own_steps import BodyForm
     from heavytop.equations.formulation import Formulation
 
 RTOL_LEAST: Final = 100 * 2.0**-52  # scipy raises any smaller relative tolerance to this
@@ -80,7 +82,8 @@ class Taken(NamedTuple):
     times: Array  # with the start, shape (k + 1,)
     states: Array
     evaluations: int
-    carry: tuple[float, ...]  # the length of the step to go on with, if one can be given
+    carry: tuple[float, ...] = ()  # the length of the step to go on with, if one can be given
+    steps: int = 0  # where more were taken than are here
 
 
 Solver = Callable[..., Taken]
@@ -107,6 +110,10 @@ class AdaptiveStepper:
         A time that no block passes [s].
     on_steps : callable
         It is given the steps of each block.
+    form : BodyForm or None
+        Of the body's own rotation, where it computes in that.
+    warned : Counter of str
+        How often a method of one's own gave each warning.
     """
 
     solver: Solver
@@ -116,6 +123,8 @@ class AdaptiveStepper:
     compile_s: float = 0.0
     far: float = _FAR
     on_steps: Callable[[Taken], object] = id
+    form: BodyForm | None = None
+    warned: Counter[str] = field(default_factory=Counter)
 
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
@@ -126,7 +135,7 @@ class AdaptiveStepper:
         taken = self._block(at)
         self.on_steps(taken)
         time = add(at.time, (float(taken.times[-1]), 0.0))
-        count = len(taken.times) - 1
+        count = taken.steps or len(taken.times) - 1
         short = count < self.steps and abs(taken.times[-1]) < self.far
         if short or time == at.time:  # which LSODA takes for success
             raise IntegrationFailed("the solver gave up: its steps vanish, or its derivatives")
