@@ -46,6 +46,8 @@ Rates = Callable[[float, Any], Sequence[Any]]
 class Singular(IntegrationFailed):
     """Derivatives that are not finite."""
 
+    outcome = "singular"
+
     def __str__(self) -> str:
         return "the equations became singular or overflowed"
 

@@ -38,11 +38,15 @@ _KERNEL = "int64(float64, float64, float64[:, ::1], float64[::1], float64[::1], 
 
 
 class IntegrationFailed(Exception):
-    """A stepper that cannot go on; the message says why, for a person."""
+    """A stepper that cannot go on; the message says why, for a person, and `outcome` in a word."""
+
+    outcome = "stalled"
 
 
 class NotFinite(IntegrationFailed):
     """States that are no longer numbers."""
+
+    outcome = "diverged"
 
     def __str__(self) -> str:
         return "the numbers are no longer finite"
@@ -50,6 +54,8 @@ class NotFinite(IntegrationFailed):
 
 class MethodError(IntegrationFailed):
     """A method of one's own that raises something, or returns what is no state."""
+
+    outcome = "method-error"
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,15 +22,10 @@ import numpy as np
 
 from heavytop import errors
 from heavytop.comparison import own
-from heavytop.comparison.adaptive import Singular
 from heavytop.comparison.methods import MethodEntry, make_stepper
-from heavytop.comparison.steppers import (
-    InitialValueProblem,
-    IntegrationFailed,
-    MethodError,
-    NotFinite,
-)
+from heavytop.comparison.steppers import InitialValueProblem, IntegrationFailed
 from heavytop.doctor import versions
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.results.base import Row
@@ -40,6 +35,7 @@ from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
+from heavytop.scene.quantities import Need
 from heavytop.studies import study
 from heavytop.studies.methods import ANGLES, load_methods, stress_method, stress_methods
 from heavytop.studies.steppers import measured_order, top_constants
@@ -60,15 +56,8 @@ NUMBERS: Final = {
     "jobs": Range(1, 1024, whole=True),
 }
 EASY: Final = "ten-periods"  # the case at which the order of a method of one's own is measured
-FAILED: Final = {
-    MethodError: StressOutcome.METHOD_ERROR,
-    Singular: StressOutcome.SINGULAR,
-    NotFinite: StressOutcome.DIVERGED,
-}
 KEPT: Final = 0.5  # of the digits that conditioning leaves
-OWN_WARNINGS: Final = (errors.DoubtfulWarning,)
 WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
-WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
 
 # --- the study -------------------------------------------------------------------------------
 
@@ -202,13 +191,10 @@ def collect(journal: study.Journal, budget: float = BUDGET_S) -> Stress:
 def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Iterator[study.Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
-    asked, limit = (
-        (case, method, reference(case), parameters["step_limit"]),
-        parameters["time_limit"],
-    )
-    passes, limits = own.origins(parameters.get("own", {})), (SET_UP_S, limit)
+    limit, mine = parameters["time_limit"], own.origins(parameters.get("own", {}))
+    asked = case, method, reference(case), parameters["step_limit"], mine
     try:
-        [_, found] = TIMED_WORKER.stages(put_to_test, *asked, passes, limits=limits)
+        [_, found] = TIMED_WORKER.stages(put_to_test, *asked, limits=(SET_UP_S, limit))
     except TimedOut:
         form = stress_method(method).states
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
@@ -287,7 +273,7 @@ class Attempt:
     stopped: StressOutcome | None = None
     said: str = ""
     steps: int = 0
-    axis: tuple[float, float, float] | None = None
+    axis: tuple[float, ...] | None = None
     theta: float | None = None
     angles: tuple[float, ...] = ()
     energy_error: float | None = None
@@ -329,7 +315,10 @@ def run_case(
 
 
 def _taylor(case: Case, method: MethodEntry, step_limit: int) -> Attempt:
-    scene = replace(case.scene, quantities=WANTED.get(method.name, ("axis",)))
+    wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == ANGLES else ("axis",)
+    if method.formulation != AUTO and FORMULATIONS[method.formulation].gives is Need.TILT:
+        wanted = ("theta",)
+    scene = replace(case.scene, quantities=wanted)
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         try:
@@ -338,7 +327,9 @@ def _taylor(case: Case, method: MethodEntry, step_limit: int) -> Attempt:
             return Attempt(StressOutcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
         except errors.EndedEarly as early:
             found = early.trajectory
-    said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
+    said = "; ".join(
+        str(w.message) for w in heard if issubclass(w.category, errors.DoubtfulWarning)
+    )
     end, chosen = found.orbit.end, found.plan
     result = Attempt(said=said, steps=found.statistics.steps)
     if method.formulation == AUTO:
@@ -401,7 +392,7 @@ def _stepped(
             before, after = after, stepper.block(after)
         row = after.state if after.time == last else stepper.states_at(before, [last])[0]
     except IntegrationFailed as failure:
-        return Attempt(FAILED.get(type(failure), StressOutcome.STALLED), str(failure))
+        return Attempt(StressOutcome(failure.outcome), str(failure))
     form, known = ready.problem.equations, ready.problem.parameters
     body = getattr(stepper, "form", None)
     rows = np.array([ready.problem.start, row if body is None else body.axis_states(row)])
@@ -427,13 +418,12 @@ def _stepped(
 
 def _with_motion(result: Attempt, seen: Any) -> Attempt:
     """Return a result with axis and angles, as they were seen at the end."""
-    x, y, z = seen.axis[-1].tolist()
-    phi, psi = float(seen.phi[-1]), float(seen.psi[-1])
+    axis, angles = tuple(seen.axis[-1].tolist()), (float(seen.phi[-1]), float(seen.psi[-1]))
     return replace(
         result,
-        axis=None if math.isnan(x + y + z) else (x, y, z),
+        axis=None if math.isnan(sum(axis)) else axis,
         theta=float(seen.theta[-1]),
-        angles=(phi, psi) if math.isfinite(phi + psi) else (),
+        angles=angles if math.isfinite(sum(angles)) else (),
     )
 
 
@@ -450,12 +440,12 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodEntry)
     case : str
     method : MethodEntry
     """
-    told = partial(
+    found_so = partial(
         run_row, case=case, method=method.name, formulation=method.formulation, plan=found.plan,
         steps=found.steps, energy_error=found.energy_error, condition=min(truth.condition, 1e300),
     )  # fmt: skip
     if found.stopped:
-        return told(outcome=found.stopped, note=found.said, named=True)
+        return found_so(outcome=found.stopped, note=found.said, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
     if method.name == ANGLES:
         truth, error = truth.of_angles(), max(map(abs, off), default=math.nan)
@@ -464,25 +454,20 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodEntry)
     else:
         error = math.nan if found.theta is None else abs(found.theta - truth.theta)
     if not math.isfinite(error):
-        return told(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
-    lost = truth.digits_lost(error)
+        return found_so(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
     outcome, why = _outcome(found, truth, error)
     untold = truth.hopeless and not found.more_bits
-    turns = [round(angle / math.tau) for angle in off]
-    wrong = [  # which the axis does not see
-        f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"
-        for angle, n in zip("φψ", turns, strict=False)
-        if n
-    ]
-    untellable = "undetermined: no digits are left" if untold else ""
-    notes = [untellable, why, ", ".join(wrong), found.said]
-    return told(
+    turns = [round(angle / math.tau) for angle in off]  # which the axis does not see
+    pairs = zip("φψ", turns, strict=False)
+    wrong = [f"{name} is off by {n:+d} turn{'s'[: abs(n) > 1]}" for name, n in pairs if n]
+    notes = ["undetermined: no digits are left" * untold, why, ", ".join(wrong), found.said]
+    return found_so(
         outcome=outcome,
         error=error,
-        digits_lost=lost,
+        digits_lost=truth.digits_lost(error),
         named=bool(found.said),
         untold=untold,
-        turns=(turns[0], turns[1]) if turns else None,
+        turns=tuple(turns) or None,
         note="; ".join(filter(None, notes)),
     )
 
