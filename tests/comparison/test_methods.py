@@ -12,12 +12,6 @@ import pytest
 
 from heavytop.cli import Exit, exit_code
 from heavytop.comparison import METHODS, IntegrationFailed, make_stepper, named
-from heavytop.comparison.adaptive import (
-    AdaptiveStepper,
-    Singular,
-    Taken,
-    right_hand_side,
-)
 from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
@@ -53,12 +47,6 @@ def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     with pytest.raises(MissingPackage, match=said) as refusal:
         make_stepper(METHODS[name], *started(), 1.0)
     assert exit_code(refusal.value) is Exit.USAGE
-
-
-@pytest.mark.parametrize("period", [-1.0, math.inf, math.nan])
-def test_a_fixed_step_needs_a_period(period):
-    with pytest.raises(Impossible, match="parts of a period"):
-        set_up("strang", 100, period)
 
 
 @pytest.mark.slow
@@ -130,9 +118,8 @@ def test_backwards_is_the_past(name):
 
 
 @pytest.mark.parametrize("formulation", [f for f in FORMULATIONS if f != "axis"])
-@pytest.mark.parametrize("solver", ["dop853-scipy", "dop853-cyrk"])
-def test_any_formulation_can_be_integrated(solver, formulation):
-    state, t = at(set_up(f"{solver}-{formulation}", 1e-10), 1.3 * motion().period)
+def test_any_formulation_can_be_integrated(formulation):
+    state, t = at(set_up(f"dop853-cyrk-{formulation}", 1e-10), 1.3 * motion().period)
     exact, height = motion().at(t), np.cos(state[0])
     if formulation == "attitude":
         height = state[:4] ** 2 @ [1, -1, -1, 1]
@@ -223,17 +210,3 @@ def test_what_cannot_go_on_says_so_and_prints_nothing(name, start, setting, peri
     with pytest.raises(IntegrationFailed, match=said):
         taken.block(taken.begin())
     assert capfd.readouterr() == ("", "")
-
-
-def test_no_solver_is_given_what_is_no_number():
-    rates = right_hand_side(FORMULATIONS["axis"].build(), {"g": 1.0, "l_z": 1e200})
-    assert rates(0.0, np.array([0.0, 0.6, 0.8, 3.0, 4.0]))[3] == -0.6
-    with pytest.raises(Singular):
-        rates(0.0, np.array([0.0, 1e200, 0.8, 0.0, 0.0]))
-
-
-def test_steps_too_short_to_change_the_time_stop_it_in_words():
-    taken = Taken(np.array([0.0, 1e-40]), np.zeros((2, 1)), 1, ())
-    stepper = AdaptiveStepper(lambda *_, **__: taken, (0.0,), 1, 1)
-    with pytest.raises(IntegrationFailed, match="vanish"):
-        stepper.block(StepperState((1.0, 1e-20), (0.0,)))

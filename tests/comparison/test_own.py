@@ -55,15 +55,6 @@ def test_a_compiled_step_has_the_bits_of_the_plain_one():
     assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
 
 
-@pytest.mark.parametrize("formulation", ["rotation", "quaternion"])
-def test_a_compiled_step_has_the_bits_of_the_plain_one_in_the_body_forms(formulation):
-    numba = pytest.importorskip("numba")
-    compiled = own.Method(numba.njit(rk4), name="compiled", formulation=formulation)
-    plain = set_up(own.Method(rk4, formulation=formulation), 100, steps=30)
-    fast = set_up(compiled, 100, steps=30)
-    assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
-
-
 def test_the_body_forms_are_the_equations_of_the_axis_form():
     """Along a run of small steps the axis form's derivatives are those of what is computed."""
     stepper = set_up(own.Method(rk4, formulation="rotation"), 4000, steps=200)
@@ -112,19 +103,6 @@ def test_a_step_and_a_solver_may_read_the_top():
     for asked, setting in ((step, 100), (own.Method(solver, solver=True), 1e-6)):
         set_up(asked, setting, top=top)
     assert found[0] is found[-1] is top
-
-
-def test_what_a_first_step_takes_is_no_part_of_a_block():
-    taken = []
-
-    def step(f, y, h):
-        taken.append(h)
-        return y + h * f(y)
-
-    stepper = set_up(step, 100, steps=7)
-    assert len(taken) == 1
-    assert stepper.block(stepper.begin()).steps == 7
-    assert len(taken) == 8
 
 
 def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_stored():
@@ -227,13 +205,6 @@ def test_another_process_loads_the_same_file_or_none(file):
     own._REGISTERED.pop(name)
     with pytest.raises(Impossible, match="another file"):
         own.load(origins)
-
-
-def test_a_function_that_stands_nowhere_stays_here():
-    name = own.register(lambda f, y, h: y + h * f(y))
-    with pytest.raises(Impossible, match="must stand in a file"):
-        own.expect_anywhere([name])
-    assert own.origins([name]) == []
 
 
 def test_an_entry_point_is_named_as_any_method(monkeypatch):

@@ -11,7 +11,6 @@ from heavytop.classification.arrays import NAMES
 from heavytop.report.files import write_study
 from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
-from heavytop.studies.study import Journal
 
 from .toy import drop_line
 
@@ -76,14 +75,6 @@ def test_all_pixels_are_counted_and_proved(rows):
     assert rows.uncertified == 0
 
 
-def test_kinds_alone_are_the_kinds_of_whole_rows_and_axes_are_in_order(rows):
-    turned = ht.atlas(KICKED, AXES["y"], AXES["x"], only="kind", jobs=1)
-    for name in ("kind", "detail", "certified"):
-        assert np.array_equal(turned[name], rows[name].T)
-    with pytest.raises(KeyError):
-        turned["period"]
-
-
 def test_impossible_pixels_are_counted_and_have_no_numbers():
     scene = ht.load_scene("sicm-kicked", ["start.theta=0.9"])
     found = ht.atlas(scene, "E=0:2:21", "p_phi=-0.02:0.02:23", jobs=1)
@@ -113,13 +104,6 @@ def test_an_atlas_is_read_whole_or_not_at_all(rows, tmp_path):
     with pytest.raises(ht.ForeignFile, match="not computed yet; heavytop resume"):
         ht.load_atlas(tmp_path)
     assert same(rows, ht.resume(tmp_path))
-
-
-def test_another_kind_of_study_is_no_atlas(tmp_path):
-    with Journal.open(tmp_path, {"kind": "drift", "versions": {}}):
-        pass
-    with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
-        ht.load_atlas(tmp_path)
 
 
 # --- files ----------------------------------------------------------------------------------------

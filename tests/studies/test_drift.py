@@ -30,14 +30,6 @@ def rows_of(parameters, task, checkpoint=None):
 # --- the runs --------------------------------------------------------------------------------
 
 
-def test_more_bits_give_more_digits():
-    names = ["taylor-axis", "taylor-axis-mpfr"]
-    found = ht.drift(KICKED, methods=names, periods=30, samples=3)
-    double, many = (each.phase_s[-1] for each in found.methods)
-    assert 1e-16 < double < 1e-12
-    assert many < 1e-34
-
-
 def test_a_start_whose_taylor_coefficients_vanish():
     """Let go from rest at pi/2, the integrator's own first step would have no bound."""
     scene = ht.Scene(ht.Top(A=1, C=1, gMR=1), ht.State(theta="pi/2"), periods=1)
@@ -76,14 +68,6 @@ def test_a_power_law_is_found_with_its_error():
     assert 0.9 < np.std(off) < 1.3  # the stated error is the error that is made
 
 
-def test_only_the_last_three_decades_are_fitted():
-    n = [1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6]
-    errors = [1.0, 1.0, 1.0, 1e-3, 1e-2, 1e-1, 1.0]
-    assert growth(n, errors).exponent == pytest.approx(1)
-    known = growth(n, [*errors[:4], 1e-2, 1e-1, None])  # the decades end with what is known
-    assert (known.exponent, known.points) == (None, 4)
-
-
 def test_only_a_power_law_has_an_exponent():
     n = np.geomspace(1e3, 1e6, 13)
     draw = np.random.default_rng(1)
@@ -114,14 +98,6 @@ def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():
     assert 10 < len(known) < len(found.phase_s)
     assert found.axis[-1] is not None
     assert abs(found.phase_exponent - 1) < 0.2  # as a method of its kind loses it
-
-
-def test_phase_beside_the_vertical_is_read_from_the_horizontal():
-    """There the height has no digits: at 1e-7 rad cos(theta) is 1 within rounding."""
-    scene = ht.Scene(KICKED.top, ht.State(theta="1e-7", psidot=140), periods=1)
-    found = ht.drift(scene, methods=["taylor-axis"], periods=1000, samples=7)["taylor-axis"]
-    assert found.phase_s[-1] < 1e-8
-    assert found.axis[-1] < 1e-14
 
 
 def test_a_setting_is_used_and_keeps_all_its_digits():
@@ -171,13 +147,6 @@ def three():
     return ht.drift(KICKED, methods=METHODS, periods=60, samples=6, ensemble=3)
 
 
-def test_what_a_form_does_not_tell_is_none(three):
-    axis, cubic, _ = json.loads(json.dumps(three.document()))["methods"]
-    assert cubic["axis"] == [None] * 6
-    assert axis["p_phi"] == [None] * 6  # a constant of the equations
-    assert axis["invariants"]["length"][-1] > 0
-
-
 # --- members ---------------------------------------------------------------------------------
 
 
@@ -220,22 +189,6 @@ def test_the_initial_conditions_of_a_member_are_those_it_was_run_from(three):
     alone = ht.drift(scene, methods=METHODS, periods=60, samples=6)
     for name in METHODS:
         assert alone[name].members[0] == three[name].members[2]
-
-
-def test_the_dataset_has_the_members_too(three):
-    data, document = three.to_xarray(), three.document()
-    assert dict(data.sizes) == {"scheme": 3, "start": 3, "periods": 6}
-    for name in document["starts"][0]:
-        assert data[name].values.tolist() == [each[name] for each in document["starts"]]
-        assert data[name].attrs["units"] in ("rad", "rad s-1")
-    for each in document["methods"]:
-        mine = data.sel(scheme=each["name"])
-        for name, values in columns(each).items():
-            if values[0] is None:
-                assert name not in data or np.isnan(mine[f"member_{name}"]).all()
-                continue
-            alone = [list(columns(one)[name]) for one in each["members"]]
-            assert mine[f"member_{name}"].values.tolist() == alone
 
 
 @pytest.mark.parametrize("first", [0, 100])

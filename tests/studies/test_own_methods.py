@@ -112,14 +112,6 @@ def test_three_methods_of_ones_own_go_through_every_study(scene):
     assert outcomes == ["diverged", "ok", "ok"]  # Euler's has turned by a radian too much
 
 
-def test_compiling_is_no_part_of_the_time_of_a_period(scene):
-    numba = pytest.importorskip("numba")
-    mine = ht.Method(numba.njit(rk4), name="compiled", setting=100)
-    found = [ht.drift(scene, methods=[mine], periods=n, samples=2) for n in (5, 2000)]
-    short, long = (each["own:compiled"].us_per_period for each in found)
-    assert short < 20 * long  # compiling takes a second, 1e5 times a period
-
-
 def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(scene):
     one, other = ht.Method(rk4, setting=200), ht.Method(rk4, setting=200, formulation="rotation")
     with pytest.raises(BadScene, match="own:rk4: another method has this name"):
@@ -181,15 +173,6 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
     assert said == ["it did not return within 15 s", None, None]
 
 
-@pytest.mark.processes
-def test_a_method_that_ends_its_process_ends_the_study_with_4(mine):
-    mine.write_text("def leaves(f, y, h):\n    raise SystemExit(7)\n")
-    words = ("--periods", 5, "--samples", 2, "--methods", f"{mine}:leaves=20")
-    done = heavytop_("drift", "sicm-kicked", *words)
-    assert done.exit_code == 4
-    assert "mine.py:leaves=20: its process was lost" in done.stderr
-
-
 @pytest.mark.slow
 @pytest.mark.processes
 def test_stress_names_what_a_method_does(mine, monkeypatch):
@@ -202,22 +185,3 @@ def test_stress_names_what_a_method_does(mine, monkeypatch):
     assert lost[0] > max(2, lost[1])
     with pytest.raises(Impossible, match="must stand in a file"):
         ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])
-
-
-@pytest.mark.slow
-def test_work_and_precision_has_a_point_for_each_setting(scene, mine):
-    found = ht.work_precision(scene, methods=[f"{mine}:rk4", "taylor-axis"], periods=2, budget=60)
-    points = [point for point in found.points if point.method == "mine.py:rk4"]
-    errors = [point.error for point in sorted(points, key=lambda point: point.steps_a_period)]
-    assert errors == sorted(errors, reverse=True)
-    assert len(errors) > 4
-    assert all(point.rival for point in points)
-
-
-def test_faults_of_methods_are_told_at_once(scene, mine):
-    with pytest.raises(BadScene) as told:
-        ht.drift(scene, methods=[f"{mine}:rk5", "nowhere.py:rk4", "taylor-axis"], periods=5)
-    assert len(told.value.faults) == 2
-    named = heavytop_("drift", "sicm-kicked", "--methods", "nowhere.py:rk4", "--periods", "5")
-    assert named.exit_code == 2
-    assert "there is no such file" in named.stderr

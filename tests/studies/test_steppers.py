@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 
 import heavytop as ht
@@ -78,11 +77,6 @@ def velocity(reference, t):
     return [(b - a) / (2 * step) for a, b in zip(back, on, strict=True)]
 
 
-def test_both_words_of_a_time_count(axis):
-    row = words(axis.ctx, exact_row(axis, 3.7))
-    assert axis((3.7, 1e-17), row).phase_s == pytest.approx(-1e-17, rel=1e-4, abs=0)
-
-
 def test_energy_and_momentum_are_told_apart(axis):
     """A longer axis has another length, another p_psi and another height."""
     ctx, t = axis.ctx, 1.3
@@ -104,18 +98,6 @@ def test_every_form_starts_on_its_own_closed_form(name):
     assert abs(off.phase_s) < 1e-30
     assert off.energy == 0
     assert off.axis is None or off.axis < 1e-30
-
-
-def test_the_reference_agrees_with_the_witness_of_trajectories():
-    """Where both can see it, above the rounding of doubles."""
-    found = own("taylor-axis=1e-9")
-    t, row = state_near(found, 39.618 * found.period)
-    off = found.reference((t, 0.0), row)
-    exact = found.reference.truth.at(np.array([t]))
-    e = row[:3] / np.linalg.norm(row[:3])
-    assert np.linalg.norm(e - exact.axis[0]) == pytest.approx(off.axis, abs=1e-14)
-    by_height = (e[2] - exact.u[0]) / exact.udot[0]
-    assert off.phase_s == pytest.approx(by_height, rel=0.5)
 
 
 def test_the_tilt_of_a_state_beside_a_pole_is_a_number():
@@ -149,10 +131,3 @@ def test_more_bits_are_written_down_without_loss():
     stored = StepperState(one.time, one.state, one.carry, one.steps, one.evaluations)
     assert stepper.block(stored) == stepper.block(one)
     assert len(one.state) + len(one.carry) == 5 * 3 + 2
-
-
-def test_heyokas_recipe_for_brouwers_law_is_what_is_run():
-    """A tolerance of 1e-18 takes a higher order, and so other steps, than that of doubles."""
-    plain, tight = (own(f"taylor-axis{end}").stepper.engine.engine for end in ("", "-compensated"))
-    assert (tight.tolerance, tight.order) == (1e-18, 22)
-    assert plain.order == 20

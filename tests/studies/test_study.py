@@ -181,18 +181,6 @@ def test_a_second_ctrl_c_does_not_wait_for_the_chunk(jobs, tmp_path):
     assert process.returncode == 130
 
 
-def test_signals_are_given_back():
-    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
-    seen = []
-
-    def look(progress):
-        seen.append(signal.getsignal(signal.SIGINT))
-
-    run(Journal(ONE), on_progress=look)
-    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
-    assert before[0] not in seen[1:]
-
-
 @pytest.mark.slow
 def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     path = tmp_path / "study"
@@ -229,17 +217,6 @@ def test_a_full_disk_leaves_a_folder_that_goes_on(whole, tmp_path):
     assert results(path)
     assert finished(path, 2, log) == (0, "")
     assert results(path) == whole
-
-
-def test_a_folder_that_was_taken_away_is_not_made_again(tmp_path):
-    path = tmp_path / "study"
-    process = started(path, 1, tmp_path / "log", **SLOWLY)
-    wait_for(lambda: len(lines(tmp_path / "log")) > 2)
-    path.rename(tmp_path / "elsewhere")
-    errors = process.communicate(timeout=60)[1]
-    assert process.returncode == 4
-    assert "the folder has gone" in errors
-    assert not path.exists()
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

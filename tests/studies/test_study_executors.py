@@ -114,25 +114,6 @@ def test_after_a_loss_tasks_run_one_at_a_time_until_none_is_suspected():
     assert all(store.record(task).ended for task in NAMES)
 
 
-def test_no_more_than_two_slices_a_worker_are_sent():
-    class Slow(Here):
-        workers = 2
-        most = 0
-
-        def submit(self, fn, /, *args):
-            self.sent.append(Future())
-            self.most = max(self.most, sum(not f.done() for f in self.sent))
-            if self.most == 4:
-                for future in self.sent:
-                    future.set_exception(ModuleNotFoundError("no heavytop here"))
-            return self.sent[-1]
-
-    slow = Slow()
-    with pytest.raises(ModuleNotFoundError, match="no heavytop here"):
-        run(Journal(PARAMETERS), executor=slow)
-    assert slow.most == len(slow.sent) == 4
-
-
 def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
     other = {**PARAMETERS, "versions": {**versions(), "heyoka": "7.0.0"}}
     with pytest.raises(ForeignFile) as refusal, Threads(1) as pool:
