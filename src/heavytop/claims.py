@@ -25,7 +25,7 @@ from heavytop.errors import Exit, HeavyTopError
 from heavytop.results.base import Row
 from heavytop.results.validation import OURS, Validation
 from heavytop.scene.arguments import heard, path_of, whole, wrong_type
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
 from heavytop.text import LONGEST, duration, nearest
 
@@ -311,7 +311,7 @@ def validate(
         "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
         "code": _code(place), "versions": versions(),
     }  # fmt: skip
-    with open_journal(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         left = [known[name] for name in tasks(parameters) if not journal.record(name).ended]
         if note is not None:
             workers = 1 if proofs else jobs

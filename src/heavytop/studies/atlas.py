@@ -245,7 +245,7 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     how = {"executor": executor, "on_progress": progress}
-    with study.open_journal(folder, _parameters(plane, what)) as journal:
+    with study.Journal.open(folder, _parameters(plane, what)) as journal:
         return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
 
 

@@ -41,7 +41,7 @@ from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import heard, whole
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 
 KIND: Final = "certificate"
 PARTS: Final = 64  # of a run: what may be done at the same time
@@ -120,7 +120,7 @@ def certify(
     if isinstance(run, Scene):
         run = run_in_doubles(run)
     parameters = certificate_parameters(run)
-    with open_journal(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 

@@ -31,7 +31,7 @@ from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.methods import AUTO, load_methods, method, planned
 from heavytop.studies.steppers import MethodRun, measured_order, no_nutation, set_up
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
@@ -145,7 +145,7 @@ def drift(
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:
         own.expect_anywhere(parameters["methods"])
-    with open_journal(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 

@@ -138,7 +138,7 @@ def stress(
         "versions": versions(),
     }
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with study.open_journal(folder, parameters) as journal:
+    with study.Journal.open(folder, parameters) as journal:
         return complete(journal, on_progress=progress, **how)
 
 

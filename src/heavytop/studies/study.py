@@ -16,7 +16,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures import Executor, Future
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -151,8 +151,10 @@ class Journal:
 
     @classmethod
     @contextmanager
-    def open(cls, folder: str | os.PathLike[str], parameters: Parameters) -> Iterator[Self]:
+    def open(cls, folder: object, parameters: Parameters) -> Iterator[Self]:
         """Begin a study in a new or empty folder, or take up the one with these parameters.
+
+        Where there is no folder (None) it is in memory.
 
         Raises
         ------
@@ -165,7 +167,10 @@ class Journal:
         StoppedEarly
             Ctrl-C while it is open.
         """
-        path = Path(folder)
+        if folder is None:
+            yield cls(parameters)
+            return
+        path = path_of("folder", folder)
         if path.exists() and not path.is_dir():
             raise ForeignFile(f"{path}: not a folder")
         others = sorted(each.name for each in path.glob("*") if each.name != LOCK)
@@ -233,13 +238,6 @@ class Journal:
         record.last = last._replace(rows=())
         record.seconds += last.seconds
         record.places.append(place)
-
-
-def open_journal(folder: object, parameters: Parameters) -> AbstractContextManager[Journal]:
-    """Open the journal of a study for writing: in a folder, or in memory where there is none."""
-    if folder is None:
-        return nullcontext(Journal(parameters))
-    return Journal.open(path_of("folder", folder), parameters)
 
 
 def keep_budget(journal: Journal, budget: float | None, default: float) -> float:
@@ -616,16 +614,11 @@ def stop_signal(*, at_once: bool = False) -> Iterator[Event]:
     With `at_once` it raises KeyboardInterrupt too, which a library may swallow: the event stays.
     Only the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
     """
-    event = Event()
-    before: dict[int, Any] = {}
-
-    def restore() -> None:
-        while before:
-            signal.signal(*before.popitem())
+    event, before = Event(), dict[int, Any]()
 
     def stop(number: int, frame: FrameType | None) -> None:
         event.set()
-        restore()
+        signal.signal(number, before[number])
         if at_once:
             raise KeyboardInterrupt
 
@@ -636,4 +629,5 @@ def stop_signal(*, at_once: bool = False) -> Iterator[Event]:
     try:
         yield event
     finally:
-        restore()
+        for each, handler in before.items():
+            signal.signal(each, handler)

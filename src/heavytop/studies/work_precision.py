@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import chain, zip_longest
+from itertools import chain, product, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
 from typing import Any, Final
@@ -166,7 +166,7 @@ def work_precision(
     methods = load_methods(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
-    with study.open_journal(folder, parameters) as journal:
+    with study.Journal.open(folder, parameters) as journal:
         return complete(journal, budget=float(budget), on_progress=progress)
 
 
@@ -276,65 +276,64 @@ def _measured(
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + budget
-    again = () if journal.record(ROUNDS).ended else range(1, 1 + REPEATS)
-    places = [
-        (turn, start, each)
-        for turn in (0, *again)
-        for start in range(STARTS)
-        for each in _in_turn(asked)
-    ]
+    round_ = [*product(range(STARTS), _in_turn(asked))]
     rows: Rows = {each: {} for each in asked}
     ready: dict[tuple[MethodEntry, int], MethodRun] = {}
     refused: dict[MethodEntry, str] = {}
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
-    for done, (turn, start, each) in enumerate(places):
-        show(done / len(places))
-        known, task = rows[each], f"{each.text}/{start}"
-        if turn == 0 and journal.record(task).ended:
+
+    def run_of(each: MethodEntry, start: int) -> MethodRun:
+        if (each, start) not in ready:
+            ready[each, start] = set_up(starts[start], each)
+        return ready[each, start]
+
+    def repeat(each: MethodEntry, start: int, times: int) -> None:
+        run = run_of(each, start)
+        for _ in range(times):
+            rows[each][start]["seconds"].append(
+                walk(run.stepper, _end(run, periods), clock=clock)[2]
+            )
+
+    for place, (start, each) in enumerate(round_):
+        show(place / len(round_) / (1 + REPEATS))
+        known, task, late = rows[each], f"{each.text}/{start}", clock() > deadline
+        if journal.record(task).ended:
             [known[start]] = journal.rows(task)
             continue
-        rare = (turn - 1) * sum(row["seconds"][0] for row in known.values()) > REPEATS_S
-        late, slow = clock() > deadline, too_slow.get(each.name, "")
-        if each in refused or (turn and (rare or start not in known)) or (late and known):
+        if each in refused or (late and known):
             continue
         try:
             if late:
                 raise IntegrationFailed(f"not started: no time was left in {budget:g} s")
-            if slow and not known:
+            if (slow := too_slow.get(each.name)) and not known:
                 raise IntegrationFailed(f"not started: {slow} took too long")
-            if turn == start == 0:
+            if start == 0:
                 _expect_return(starts[0], each, periods, limit)
-            if (each, start) not in ready:
-                ready[each, start] = set_up(starts[start], each)
-            run = ready[each, start]
-            if turn == 0:
-                known[start] = first_run(run, periods, limit)
-            seconds = known[start]["seconds"]
-            for _ in range((1 if seconds[0] > SHORT_S else 2) - (turn == 0)):
-                seconds.append(walk(run.stepper, _end(run, periods), clock=clock)[2])
-            if turn == 0:
-                journal.append(task, study.Chunk(rows=[known[start]], done=True))
-        except StoppedEarly:
-            raise
+            known[start] = first_run(run_of(each, start), periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             refused[each] = " ".join(str(refusal).split())
             if isinstance(refusal, TooSlow):
                 too_slow[each.name] = each.label
                 refused[each] += f": more than {limit:g} s for a run"
-    _keep_times(journal, rows, whole=clock() <= deadline)
+            continue
+        repeat(each, start, known[start]["seconds"][0] <= SHORT_S)
+        journal.append(task, study.Chunk(rows=[known[start]], done=True))
+    if not journal.record(ROUNDS).ended:
+        for turn, place in product(range(REPEATS), range(len(round_))):
+            show((1 + turn + place / len(round_)) / (1 + REPEATS))
+            start, each = round_[place]
+            spent = turn * sum(row["seconds"][0] for row in rows[each].values())
+            if start in rows[each] and spent <= REPEATS_S and clock() <= deadline:
+                repeat(each, start, 1 if rows[each][start]["seconds"][0] > SHORT_S else 2)
+        if clock() <= deadline:
+            every = {x.text: {k: y["seconds"] for k, y in rows[x].items()} for x in asked}
+            journal.append(ROUNDS, study.Chunk(rows=[every], done=True))
+    for times in journal.rows(ROUNDS):
+        for setting, known in rows.items():
+            for k, row in known.items():
+                row["seconds"] = times[setting.text][str(k)]
     return rows, refused
-
-
-def _keep_times(journal: study.Journal, rows: Rows, *, whole: bool) -> None:
-    """Store the times of all rounds, or take those that are stored."""
-    if whole and not journal.record(ROUNDS).ended:
-        times = {x.text: {k: row["seconds"] for k, row in some.items()} for x, some in rows.items()}
-        journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
-    for known in journal.rows(ROUNDS):
-        for each, some in rows.items():
-            for k, row in some.items():
-                row["seconds"] = known[each.text][str(k)]
 
 
 def _expect_return(scene: Scene, each: MethodEntry, periods: float, limit: float) -> None:
