@@ -168,18 +168,6 @@ def test_the_double_nearest_pi_means_pi(gMR):
             assert bool((found["tags"][at] >> 5) & 1) == ("inverted-gravity" in motion.tags)
 
 
-def test_pixels_of_an_atlas_are_rows():
-    atlas = ht.atlas(KICKED, x="phidot=-30:40:4", y="theta=0.1:1.5:3", jobs=1)
-    table = atlas.to_pandas()
-    assert table.index.names == ["theta", "phidot"]
-    for name in atlas.map:
-        assert table[name].dtype == atlas[name].dtype
-        np.testing.assert_array_equal(table[name], atlas[name].ravel())
-    theta, phidot = (atlas.map[name].values for name in ("theta", "phidot"))
-    assert table.loc[(theta[2], phidot[1]), "period"] == atlas["period"][2, 1]
-    assert table.attrs["units"]["period"] == "s"
-
-
 # --- what is wrong --------------------------------------------------------------------------------
 
 

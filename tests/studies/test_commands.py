@@ -203,25 +203,6 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
     assert (tmp_path / "drift.svg").exists()
 
 
-def test_a_chart_that_cannot_be_drawn_is_named_and_costs_nothing(tmp_path, monkeypatch):
-    def overflowing(*_):
-        raise OverflowError("cannot convert float infinity to integer")
-
-    monkeypatch.setattr("heavytop.plots.studies.drift_figure", overflowing)
-    folder, page = tmp_path / "study", tmp_path / "page.html"
-    first = heavytop_("drift", *QUICK["drift"], "-o", folder)
-    again = heavytop_("resume", folder)
-    shown = heavytop_("report", folder, "-o", page)
-    for done in (first, again, shown):
-        assert done.exit_code == 0, done.stderr
-        assert "drift: not drawn (OverflowError" in read(done.stderr)
-    assert "taylor-axis" in first.stdout
-    assert "taylor-axis" in again.stdout
-    assert "taylor-axis" in page.read_text()
-    assert json.loads((folder / "drift.json").read_text())["files"].keys() == {"document", "errors"}
-    assert not list(folder.glob("drift.[sp]*g"))
-
-
 # --- what is refused -------------------------------------------------------------------------
 
 

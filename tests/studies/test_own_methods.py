@@ -51,17 +51,6 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
     assert exact.axis[-1] < 1e-12
 
 
-@pytest.mark.parametrize("formulation", ["rotation", "quaternion"])
-def test_a_body_frame_method_is_judged_by_its_own_momenta(scene, formulation):
-    """RK4 keeps omega3, whose rate is 0, exactly; what it loses is p_phi and the energy."""
-    mine = ht.Method(rk4, setting=200, formulation=formulation)
-    found = ht.drift(scene, methods=[mine], periods=20, samples=4)["own:rk4"]
-    assert found.formulation == formulation
-    assert max(map(abs, found.p_psi)) < 1e-15
-    assert 1e-9 < abs(found.p_phi[-1]) < 1e-1
-    assert 1e-9 < abs(found.energy[-1]) < 1e-1
-
-
 THREE = (
     ht.Method(semi_implicit_euler, setting=1600, formulation="quaternion"),
     ht.Method(munthe_kaas, setting=200, formulation="rotation"),

@@ -15,7 +15,6 @@ from heavytop.comparison.adaptive import right_hand_side, scipy_stepper
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.results.stress import Stress, StressOutcome, silently_wrong
-from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
@@ -53,42 +52,7 @@ def test_the_condition_is_that_of_integrated_variational_equations(name):
     assert 0.9 < reference(name).condition / CONDITIONS[name] < 1.01
 
 
-def test_the_condition_grows_with_the_time_beyond_what_is_followed():
-    hundred, all_of_it = reference("hundred-periods"), reference("1e5-periods")
-    assert 500 < all_of_it.condition / hundred.condition < 2000  # they end at other phases
-
-
 # --- how many events there are ---------------------------------------------------------------
-
-
-def counted(motion, end):
-    """Changes of sign of thetadot and of phidot in the closed form, on a grid; not at the ends."""
-    at = motion.at(np.linspace(0.0, end, 20_001)[1:])
-    turning, reversal = (
-        int(np.sum(np.diff(np.sign(rate)) != 0)) for rate in (at.thetadot, at.phidot)
-    )
-    return turning, reversal
-
-
-@pytest.mark.parametrize("end", [2.0, -2.7, 0.3])
-@pytest.mark.parametrize(
-    "scene", ["sicm-kicked", "sicm-forward", "inverted-gravity", "spherical-top", "force-free"]
-)
-def test_the_tally_is_what_the_closed_form_does(scene, end):
-    read = ht.load_scene(scene)
-    motion = closed_form_of(read)
-    turning, reversal = counted(motion, end)
-    turning += read.start.thetadot.sign() == 0  # a start exactly on an event counts
-    reversal += read.start.phidot.sign() == 0 and reversal > 0
-    found = {"turning": (turning,) * 2, "reversal": (reversal,) * 2, "cusp": (0, 0)}
-    assert tally(motion, end) == found
-
-
-def test_only_what_differs_is_told():
-    there = {"turning": (4, 5), "cusp": (0, 0)}
-    assert list(differences(there, {"turning": 4, "cusp": None})) == []
-    said = ["6 turning where there are 4 to 5", "1 cusp where there are 0"]
-    assert list(differences(there, {"turning": 6, "cusp": 1})) == said
 
 
 # --- how a run is judged ---------------------------------------------------------------------

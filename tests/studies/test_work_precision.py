@@ -81,23 +81,6 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
     assert last == (found["periods"], found["steps"], found["evaluations"])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("text", ["taylor-axis=1e-06", "taylor-cubic=1e-09"])
-def test_a_point_is_the_median_over_eight_starts_and_a_spread_holds_the_middle_half(found, text):
-    point = named(found, text)
-    runs = [first_run(set_up(started(k), method(text)), 20, 60) for k in range(8)]
-    theta, axis, energy = (
-        [one[f"{name}_error"] for one in runs] for name in ("theta", "axis", "energy")
-    )
-    errors = theta if "cubic" in text else axis
-    assert point.starts == 8
-    assert point.error == median(errors)
-    assert (point.theta_error, point.energy_error) == (median(theta), median(energy))
-    middle = sorted(errors)[2:6]
-    assert middle[-1] - middle[0] <= point.error_spread <= max(errors) - min(errors)
-    assert (point.steps, point.periods) == (runs[0]["steps"], runs[0]["periods"])
-
-
 # --- auto ------------------------------------------------------------------------------------
 
 
@@ -147,22 +130,6 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
             if not any((a <= us and b < off) or (a < us and b <= off) for a, b in known)
         ]
         assert [known[i] for i in front(points, "axis_error")] == unbeaten
-
-
-def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
-    cubic, axis = points = [made(1.0, None, 1e-9, "taylor-cubic"), made(2.0, 1e-9)]
-    diagram = diagram_of(points)
-    assert diagram.front == (1,)
-    assert diagram.cheapest(1e-6) == axis
-    assert diagram.cheapest(1e-6, "theta") == cubic
-    assert diagram.cheapest(1e-12) is None
-    with pytest.raises(
-        ht.HeavyTopError, match="'phi' is not measured; axis, theta, phase, energy are"
-    ):
-        diagram.cheapest(1e-9, "phi")
-    alone = diagram_of([cubic])
-    assert alone.front == (0,)
-    assert alone.document()["cheapest"]["1e-9"]["method"] == "taylor-cubic"
 
 
 # --- time ------------------------------------------------------------------------------------
@@ -260,15 +227,6 @@ def test_nothing_is_begun_after_the_budget(toys):
     assert found.points[0].runs == 1
     assert 130 < toys.now < 140 + 10 + 0.5
     assert 8 < len(toys.log) < 16
-
-
-def test_what_the_budget_does_not_allow_is_named(toys):
-    """All settings go from the scene's own start before any goes from another."""
-    found = measured([1.0, 2.0, 3.0], periods=1.3, budget=2.0)
-    assert [setting_of(point) for point in found.points] == [1.0, 2.0]
-    assert [point.starts for point in found.points] == [1, 1]
-    reason = "not started: no time was left in 2 s"
-    assert [(x.setting, x.reason) for x in found.skipped] == [({"steps a period": 3.0}, reason)]
 
 
 def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(toys):
