@@ -12,7 +12,7 @@ from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
 from heavytop.studies.drift import advance, drift_parameters
 from heavytop.studies.methods import load_methods, method, stress_method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.stress import judged, run_case
+from heavytop.studies.stress import judge, run_case
 from heavytop.studies.stress_cases import cases, reference
 
 from .. import integrators
@@ -97,7 +97,7 @@ def test_three_methods_of_ones_own_go_through_every_study(scene):
     for own_method in THREE:
         chosen, truth = stress_method(own.register(own_method)), reference("ten-periods")
         run = run_case(cases()["ten-periods"], chosen, truth, 10**6)
-        outcomes.append(str(judged(run, truth, "ten-periods", chosen).outcome))
+        outcomes.append(str(judge(run, truth, "ten-periods", chosen).outcome))
     assert outcomes == ["diverged", "ok", "ok"]  # Euler's has turned by a radian too much
 
 

@@ -31,7 +31,7 @@ def state_near(found, t):
 def exact_row(reference, t):
     """The states e, l of the axis form at a time, from the closed form at 60 digits."""
     ctx = reference.ctx
-    at, r = reference.truth.at(ctx.mpf(t), 60), reference.truth.reduced
+    at, r = reference.exact.at(ctx.mpf(t), 60), reference.exact.reduced
     s, c = ctx.sin(at.phi), ctx.cos(at.phi)
     # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
     n, sine = r.b, ctx.sin(at.theta)
@@ -73,7 +73,7 @@ def test_a_shift_in_time_is_a_phase_error(axis, ahead):
 def velocity(reference, t):
     ctx = reference.ctx
     step = ctx.mpf("1e-15")
-    back, on = (reference.truth.at(ctx.mpf(t) + s, 60).axis for s in (-step, step))
+    back, on = (reference.exact.at(ctx.mpf(t) + s, 60).axis for s in (-step, step))
     return [(b - a) / (2 * step) for a, b in zip(back, on, strict=True)]
 
 
@@ -84,7 +84,7 @@ def test_energy_and_momentum_are_told_apart(axis):
     longer = [*(x * (1 + ctx.mpf("1e-10")) for x in row[:3]), *row[3:]]
     off = axis((t, 0.0), words(ctx, longer))
     assert off.invariants["length"] == pytest.approx(2e-10, rel=1e-6)
-    r, l_z = axis.truth.reduced, ctx.mpf(axis.parameters["l_z"])
+    r, l_z = axis.exact.reduced, ctx.mpf(axis.parameters["l_z"])
     momentum = sum(x * y for x, y in zip(row[:3], [*row[3:], l_z], strict=True)) / 10**10
     assert off.invariants["p_psi"] * float(abs(r.b)) == pytest.approx(float(momentum), rel=1e-6)
     scale = max(abs(float(r.h)), abs(float(r.g)))

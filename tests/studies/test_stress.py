@@ -18,7 +18,7 @@ from heavytop.results.stress import Stress, StressOutcome, silently_wrong
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
-from heavytop.studies.stress import Attempt, judged, missed_events, run_case, run_row, stress
+from heavytop.studies.stress import CaseRun, judge, missed_events, run_case, run_row, stress
 from heavytop.studies.stress_cases import CaseReference, cases, reference
 
 LONG = ("1e5-periods",)
@@ -28,11 +28,11 @@ UNDER = 200_000  # steps
 
 def found(case, method, step_limit=UNDER):
     truth, chosen = reference(case), stress_methods()[method]
-    return judged(run_case(cases()[case], chosen, truth, step_limit), truth, case, chosen)
+    return judge(run_case(cases()[case], chosen, truth, step_limit), truth, case, chosen)
 
 
 def verdict(result, truth, method="auto"):
-    return judged(result, truth, "a case", stress_methods()[method])
+    return judge(result, truth, "a case", stress_methods()[method])
 
 
 # --- what a case allows ----------------------------------------------------------------------
@@ -62,7 +62,7 @@ HERE = CaseReference(1.0, 0.6, (0.0, -0.6, 0.8), 10.0, {"turning": (3, 3)}, None
 
 def arrived(off=0.0, **more):
     axis = (off, -0.6, 0.8)
-    return Attempt(axis=axis, **({"counted": {"turning": 3}} | more))
+    return CaseRun(axis=axis, **({"counted": {"turning": 3}} | more))
 
 
 @pytest.mark.parametrize(
@@ -72,16 +72,16 @@ def arrived(off=0.0, **more):
         (arrived(1e-6), StressOutcome.INACCURATE, False),
         (arrived(math.nan), StressOutcome.DIVERGED, False),
         (arrived(counted={"turning": 2}), StressOutcome.MISSED_EVENTS, False),
-        (arrived(said="a doubt"), StressOutcome.OK, True),
-        (Attempt(StressOutcome.REFUSED, "no"), StressOutcome.REFUSED, True),
-        (Attempt(StressOutcome.STEP_LIMIT), StressOutcome.STEP_LIMIT, True),
-        (Attempt(theta=0.7 + 1e-12), StressOutcome.DIVERGED, False),
+        (arrived(message="a doubt"), StressOutcome.OK, True),
+        (CaseRun(StressOutcome.REFUSED, "no"), StressOutcome.REFUSED, True),
+        (CaseRun(StressOutcome.STEP_LIMIT), StressOutcome.STEP_LIMIT, True),
+        (CaseRun(theta=0.7 + 1e-12), StressOutcome.DIVERGED, False),
     ],
 )
 def test_every_outcome_has_one_rule(raw, word, named):
     finding = verdict(raw, HERE)
     assert (finding.outcome, finding.named) == (word, named)
-    assert word is StressOutcome.OK or finding.note or raw.said == ""
+    assert word is StressOutcome.OK or finding.note or raw.message == ""
 
 
 def test_a_fixed_step_is_held_to_its_order_and_its_length():
@@ -128,21 +128,21 @@ def test_what_the_code_of_a_method_does_wrong_is_called_that(function, outcome, 
     chosen = stress_method(own.register(function))
     truth = reference("ten-periods")
     run = run_case(cases()["ten-periods"], chosen, truth, UNDER)
-    finding = judged(run, truth, "ten-periods", chosen)
+    finding = judge(run, truth, "ten-periods", chosen)
     assert (finding.outcome, said in finding.note) == (outcome, True)
 
 
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():
-    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
-    assert hopeless.hopeless
-    assert not HERE.hopeless
-    lost = verdict(Attempt(axis=(0.6, 0.0, 0.8)), hopeless)
+    undetermined = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
+    assert undetermined.undetermined
+    assert not HERE.undetermined
+    lost = verdict(CaseRun(axis=(0.6, 0.0, 0.8)), undetermined)
     assert (lost.outcome, lost.digits_lost) == (StressOutcome.DIVERGED, 0.0)
-    lucky = Attempt(axis=(1e-9, 0.0, 1.0))
-    finding = verdict(lucky, hopeless)
+    lucky = CaseRun(axis=(1e-9, 0.0, 1.0))
+    finding = verdict(lucky, undetermined)
     assert (finding.outcome, finding.untold) == (StressOutcome.OK, True)
     assert "undetermined: no digits are left" in finding.note
-    assert not verdict(replace(lucky, more_bits=True), hopeless).untold
+    assert not verdict(replace(lucky, more_bits=True), undetermined).untold
 
 
 def test_whole_turns_of_phi_and_psi_are_seen_though_the_axis_does_not_see_them():
@@ -262,7 +262,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 
 @pytest.mark.processes
 def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
-    monkeypatch.setattr("heavytop.studies.stress.put_to_test", os.abort)
+    monkeypatch.setattr("heavytop.studies.stress.run_task", os.abort)
     monkeypatch.setattr("heavytop.studies.stress.reference", lambda name: None)
     got = stress(cases=["cusp"], methods=["auto"])
     [skipped] = got.skipped

@@ -17,7 +17,7 @@ from heavytop.integration.bits import bits_of
 from heavytop.results.base import Row
 from heavytop.results.work_precision import WorkPrecision, front
 from heavytop.studies import work_precision as timing
-from heavytop.studies.drift import neighbour
+from heavytop.studies.drift import perturbed_start
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
 from heavytop.studies.work_precision import BEFORE, first_run, settings
@@ -48,7 +48,7 @@ def setting_of(point):
 
 def started(number):
     """The kicked top from one of the starts of every diagram of it."""
-    return ht.Scene(KICKED.top, neighbour(KICKED.start, 0, number), periods=1)
+    return ht.Scene(KICKED.top, perturbed_start(KICKED.start, 0, number), periods=1)
 
 
 @pytest.mark.parametrize(

@@ -29,8 +29,8 @@ from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
-from heavytop.studies.methods import AUTO, load_methods, method, planned
-from heavytop.studies.steppers import MethodRun, measured_order, no_nutation, set_up
+from heavytop.studies.methods import AUTO, load_methods, method, plan_auto
+from heavytop.studies.steppers import MethodRun, measured_order, set_up, why_no_nutation
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
@@ -160,7 +160,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     file = str(getattr(scene, "name", KIND))
     values, faults = parse_options(file, options, OPTIONS)
     names, wrong = parse_names(file, "methods", methods, _checked)
-    if faults := [*faults, *no_nutation(file, scene, "a drift study"), *wrong]:
+    if faults := [*faults, *why_no_nutation(file, scene, "a drift study"), *wrong]:
         raise BadScene(tuple(faults))
     jobs = values.pop("jobs")
     texts = [_auto(scene, values["periods"]) if name == AUTO else name for name in names]
@@ -206,7 +206,7 @@ def _chunks(
     own.load(mine)
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
-    start = neighbour(scene.start, parameters["seed"], int(number))
+    start = perturbed_start(scene.start, parameters["seed"], int(number))
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
     periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
     times = [found.stepper.output_time(n * found.period) for n in periods]
@@ -273,14 +273,14 @@ def _checked(text: str) -> str:
 
 def _auto(scene: Scene, periods: float) -> str:
     """The method that auto stands for in a run of this length."""
-    found = planned(AUTO, scene, periods)
+    found = plan_auto(AUTO, scene, periods)
     return f"taylor-{found.formulation}{'-projected' if found.projected else ''}"
 
 
 # --- starts and times ------------------------------------------------------------------------
 
 
-def neighbour(start: State, seed: int, number: int) -> State:
+def perturbed_start(start: State, seed: int, number: int) -> State:
     """Return a start beside the given one; number 0 is that itself.
 
     Tilt and rates are changed by one per cent at most, and the spin omega3 stays. A start depends
@@ -294,10 +294,10 @@ def neighbour(start: State, seed: int, number: int) -> State:
     Examples
     --------
     >>> start = State(theta=0.1, phidot=-15, psidot=140)
-    >>> neighbour(start, 1, 0) is start
+    >>> perturbed_start(start, 1, 0) is start
     True
-    >>> beside = neighbour(start, 1, 3)
-    >>> beside == neighbour(start, 1, 3), abs(float(beside.theta) / 0.1 - 1) < 0.01
+    >>> beside = perturbed_start(start, 1, 3)
+    >>> beside == perturbed_start(start, 1, 3), abs(float(beside.theta) / 0.1 - 1) < 0.01
     (True, True)
     """
     if number == 0:
@@ -344,7 +344,7 @@ def collect(journal: Journal) -> Drift:
     asked = journal.parameters
     scene = scene_of(asked["scene"])
     period = float(closed_form_of(scene).period or 0.0)
-    states = [neighbour(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
+    states = [perturbed_start(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
     return Drift(
         scene=asked["scene"],
         **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},

@@ -125,7 +125,7 @@ def auto_digits(text: str) -> int:
     return int(digits)
 
 
-def planned(text: str, scene: Scene, periods: float) -> MethodEntry:
+def plan_auto(text: str, scene: Scene, periods: float) -> MethodEntry:
     """Return the method that ``auto`` or ``auto=DIGITS`` stands for in a run of so many periods.
 
     Its name is the text.

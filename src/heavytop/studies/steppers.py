@@ -166,7 +166,7 @@ def top_constants(top: Top) -> TopConstants:
     return TopConstants(float(top.A), float(top.C), float(top.gMR))
 
 
-def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
+def why_no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
     """Yield why a scene has no nutation periods to be counted.
 
     Parameters
@@ -346,7 +346,7 @@ class ReferenceSolution:
     @property
     def period(self) -> float | None:
         """T [s] of the run's own motion; None where nothing nutates."""
-        period: float | None = self.truth.period
+        period: float | None = self.exact.period
         return period
 
     @cached_property
@@ -355,7 +355,7 @@ class ReferenceSolution:
         return context(self.digits)
 
     @cached_property
-    def truth(self) -> ClosedForm:
+    def exact(self) -> ClosedForm:
         """The closed form of the run's own start."""
         values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
         source = self.own(self.digits, self._states(self.start), values)
@@ -366,9 +366,9 @@ class ReferenceSolution:
         u, udot, values, axis = self._observed(row)
         exact, first = self._exact(t), self._first
         change = {name: values[name] - first[name] for name in values}
-        scale = max(abs(first["energy"]), abs(self.truth.reduced.g)) or 1
+        scale = max(abs(first["energy"]), abs(self.exact.reduced.g)) or 1
         energy = change.pop("energy") / scale
-        frequency = 2 * self.ctx.pi / self.truth.mpf("period", self.digits)
+        frequency = 2 * self.ctx.pi / self.exact.mpf("period", self.digits)
         return StateError(
             energy=float(energy),
             invariants={name: float(x / self._size(name)) for name, x in change.items()},
@@ -384,7 +384,7 @@ class ReferenceSolution:
         return float(self.ctx.acos(u) - self._exact(t).theta)
 
     def _exact(self, t: DoubleDouble) -> Any:
-        return self.truth.at(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]), self.digits)
+        return self.exact.at(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]), self.digits)
 
     def _states(self, row: Sequence[float]) -> list[Any]:
         n = len(self.formulation.states)

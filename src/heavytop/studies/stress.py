@@ -194,7 +194,7 @@ def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Ite
     limit, mine = parameters["time_limit"], own.origins(parameters.get("own", {}))
     asked = case, method, reference(case), parameters["step_limit"], mine
     try:
-        [_, found] = TIMED_WORKER.stages(put_to_test, *asked, limits=(SET_UP_S, limit))
+        [_, found] = TIMED_WORKER.stages(run_task, *asked, limits=(SET_UP_S, limit))
     except TimedOut:
         form = stress_method(method).states
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
@@ -202,7 +202,7 @@ def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Ite
     yield study.Chunk(rows=[found], done=True)
 
 
-def put_to_test(
+def run_task(
     case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Origins = ()
 ) -> Iterator[Row]:
     """In the worker: compile what a method needs; then do a run, and judge it."""
@@ -212,7 +212,7 @@ def put_to_test(
     chosen, asked = stress_method(method), all_cases()[case]
     ready = prepare(asked, chosen, truth) if chosen.is_rival else None
     yield Row()
-    yield judged(run_case(asked, chosen, truth, step_limit, ready), truth, case, chosen)
+    yield judge(run_case(asked, chosen, truth, step_limit, ready), truth, case, chosen)
 
 
 def run_row(*, case: str, method: str, formulation: str, outcome: str, **more: Any) -> Row:
@@ -243,14 +243,14 @@ def listing() -> StressCases:
 
 
 @dataclass(frozen=True, slots=True)
-class Attempt:
+class CaseRun:
     """What one run gave, before it is judged.
 
     Attributes
     ----------
     stopped : StressOutcome or None
         What stopped it on the way.
-    said : str
+    message : str
         What it said of that, or of a doubt.
     steps : int
     axis : tuple of 3 float, or None
@@ -271,7 +271,7 @@ class Attempt:
     """
 
     stopped: StressOutcome | None = None
-    said: str = ""
+    message: str = ""
     steps: int = 0
     axis: tuple[float, ...] | None = None
     theta: float | None = None
@@ -289,7 +289,7 @@ def run_case(
     truth: CaseReference,
     step_limit: int,
     ready: Prepared | None = None,
-) -> Attempt:
+) -> CaseRun:
     """Do one run.
 
     Parameters
@@ -309,36 +309,36 @@ def run_case(
     else:
         found = _taylor(case, method, step_limit)
     if found.stopped is None and found.steps > step_limit:
-        said = f"{found.steps} steps, more than its limit"
-        return replace(found, stopped=StressOutcome.STEP_LIMIT, said=said)
+        message = f"{found.steps} steps, more than its limit"
+        return replace(found, stopped=StressOutcome.STEP_LIMIT, message=message)
     return found
 
 
-def _taylor(case: Case, method: MethodEntry, step_limit: int) -> Attempt:
+def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
     wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == ANGLES else ("axis",)
     if method.formulation != AUTO and FORMULATIONS[method.formulation].gives is Need.TILT:
         wanted = ("theta",)
     scene = replace(case.scene, quantities=wanted)
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
         except errors.BadScene as refusal:
-            return Attempt(StressOutcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
+            return CaseRun(StressOutcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
         except errors.EndedEarly as early:
             found = early.trajectory
-    said = "; ".join(
-        str(w.message) for w in heard if issubclass(w.category, errors.DoubtfulWarning)
+    message = "; ".join(
+        str(w.message) for w in caught if issubclass(w.category, errors.DoubtfulWarning)
     )
     end, chosen = found.orbit.end, found.plan
-    result = Attempt(said=said, steps=found.statistics.steps)
+    result = CaseRun(message=message, steps=found.statistics.steps)
     if method.formulation == AUTO:
         parts = (chosen.formulation, chosen.precision, "projected" if chosen.projected else "")
         plan, more_bits = ", ".join(filter(None, parts)), chosen.precision != "double"
         result = replace(result, plan=plan, more_bits=more_bits)
     if found.outcome is not errors.Outcome.FINISHED:
-        why = said or f"{found.outcome.sentence}, at t = {end:.6g} s"
-        return replace(result, stopped=StressOutcome(found.outcome), said=why)
+        why = message or f"{found.outcome.sentence}, at t = {end:.6g} s"
+        return replace(result, stopped=StressOutcome(found.outcome), message=why)
     with np.errstate(all="ignore"):
         counted = {name: found.events.count(name) or 0 for name in scene.events}
         result = replace(result, energy_error=energy_error(found), counted=counted)
@@ -375,11 +375,11 @@ def prepare(case: Case, method: MethodEntry, truth: CaseReference) -> Prepared:
 
 def _stepped(
     case: Case, method: MethodEntry, ready: Prepared, truth: CaseReference, step_limit: int
-) -> Attempt:
+) -> CaseRun:
     """Let a method of others go to the end."""
     if ready.steps > step_limit:
-        said = f"it would take {ready.steps} steps"
-        return Attempt(StressOutcome.STEP_LIMIT, said, ready.steps)
+        message = f"it would take {ready.steps} steps"
+        return CaseRun(StressOutcome.STEP_LIMIT, message, ready.steps)
     stepper, trail = ready.stepper, list[Any]()
     if method.block == 0:  # called once: what it passes on the way shows events
         stepper = replace(stepper, steps=step_limit, on_steps=trail.append)
@@ -388,11 +388,11 @@ def _stepped(
     try:
         while abs(after.time[0]) < abs(last[0]):
             if after.steps >= step_limit:
-                return Attempt(StressOutcome.STEP_LIMIT, steps=after.steps)
+                return CaseRun(StressOutcome.STEP_LIMIT, steps=after.steps)
             before, after = after, stepper.block(after)
         row = after.state if after.time == last else stepper.states_at(before, [last])[0]
     except IntegrationFailed as failure:
-        return Attempt(StressOutcome(failure.outcome), str(failure))
+        return CaseRun(StressOutcome(failure.outcome), str(failure))
     form, known = ready.problem.equations, ready.problem.parameters
     body = getattr(stepper, "form", None)
     rows = np.array([ready.problem.start, row if body is None else body.axis_states(row)])
@@ -406,8 +406,8 @@ def _stepped(
                  for n in WATCHED}  # fmt: skip
         counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
     warned = getattr(stepper, "warned", {})
-    result = Attempt(
-        said="; ".join(f"{count}× {text}" for text, count in warned.items()),
+    result = CaseRun(
+        message="; ".join(f"{count}× {text}" for text, count in warned.items()),
         steps=ready.steps or after.steps,
         step_error=ready.step_error,
         energy_error=off if math.isfinite(off) else None,
@@ -416,7 +416,7 @@ def _stepped(
     return _with_motion(result, seen)
 
 
-def _with_motion(result: Attempt, seen: Any) -> Attempt:
+def _with_motion(result: CaseRun, seen: Any) -> CaseRun:
     """Return a result with axis and angles, as they were seen at the end."""
     axis, angles = tuple(seen.axis[-1].tolist()), (float(seen.phi[-1]), float(seen.psi[-1]))
     return replace(
@@ -430,22 +430,22 @@ def _with_motion(result: Attempt, seen: Any) -> Attempt:
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: Attempt, truth: CaseReference, case: str, method: MethodEntry) -> Row:
+def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) -> Row:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
     ----------
-    found : Attempt
+    found : CaseRun
     truth : CaseReference
     case : str
     method : MethodEntry
     """
-    found_so = partial(
+    row_of = partial(
         run_row, case=case, method=method.name, formulation=method.formulation, plan=found.plan,
         steps=found.steps, energy_error=found.energy_error, condition=min(truth.condition, 1e300),
     )  # fmt: skip
     if found.stopped:
-        return found_so(outcome=found.stopped, note=found.said, named=True)
+        return row_of(outcome=found.stopped, note=found.message, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
     if method.name == ANGLES:
         truth, error = truth.of_angles(), max(map(abs, off), default=math.nan)
@@ -454,34 +454,34 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodEntry)
     else:
         error = math.nan if found.theta is None else abs(found.theta - truth.theta)
     if not math.isfinite(error):
-        return found_so(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
+        return row_of(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
     outcome, why = _outcome(found, truth, error)
-    untold = truth.hopeless and not found.more_bits
+    chance = truth.undetermined and not found.more_bits
     turns = [round(angle / math.tau) for angle in off]  # which the axis does not see
     pairs = zip("φψ", turns, strict=False)
     wrong = [f"{name} is off by {n:+d} turn{'s'[: abs(n) > 1]}" for name, n in pairs if n]
-    notes = ["undetermined: no digits are left" * untold, why, ", ".join(wrong), found.said]
-    return found_so(
+    notes = ["undetermined: no digits are left" * chance, why, ", ".join(wrong), found.message]
+    return row_of(
         outcome=outcome,
         error=error,
         digits_lost=truth.digits_lost(error),
-        named=bool(found.said),
-        untold=untold,
+        named=bool(found.message),
+        untold=chance,
         turns=tuple(turns) or None,
         note="; ".join(filter(None, notes)),
     )
 
 
-def _outcome(found: Attempt, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
+def _outcome(found: CaseRun, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
     """Return the outcome of a run that has arrived, and what is wrong with it."""
     granted = replace(truth, rounding=max(truth.rounding, found.step_error))
     poor = granted.digits_lost(error) > (1 - KEPT) * granted.digits
     if poor or error >= ASTRAY:
         off = found.energy_error
-        said = "" if off is None else f"energy error {off:.0e}"
-        return StressOutcome.DIVERGED if error >= ASTRAY else StressOutcome.INACCURATE, said
+        message = "" if off is None else f"energy error {off:.0e}"
+        return StressOutcome.DIVERGED if error >= ASTRAY else StressOutcome.INACCURATE, message
     if missed := missed_events(found.counted, truth.counts):
-        return StressOutcome.MISSED_EVENTS, "" if "events: " in found.said else missed
+        return StressOutcome.MISSED_EVENTS, "" if "events: " in found.message else missed
     return StressOutcome.OK, ""
 
 

@@ -257,7 +257,7 @@ class CaseReference:
         return math.log10(AXIS / self.allowed)
 
     @property
-    def hopeless(self) -> bool:
+    def undetermined(self) -> bool:
         """Whether the condition leaves no digits: what is then right in doubles is so by chance."""
         return self.allowed >= AXIS
 

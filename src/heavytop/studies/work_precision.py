@@ -23,16 +23,16 @@ from heavytop.results.work_precision import ERRORS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import study
-from heavytop.studies.drift import LOST, neighbour
+from heavytop.studies.drift import LOST, perturbed_start
 from heavytop.studies.methods import (
     AUTO,
     auto_digits,
     is_auto,
     load_methods,
     method,
-    planned,
+    plan_auto,
 )
-from heavytop.studies.steppers import MethodRun, TooSlow, no_nutation, set_up, walk
+from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 KIND: Final = "work_precision"
@@ -89,7 +89,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]
     [('auto=6', 'axis')]
     """
     if is_auto(text):
-        return (planned(text, scene, periods),)
+        return (plan_auto(text, scene, periods),)
     found = method(text)
     if "=" in text:
         return (found,)
@@ -181,7 +181,7 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> study.Pa
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, NUMBERS)
     names, wrong = parse_names(file, "methods", methods, _checked)
-    if faults := [*faults, *no_nutation(file, scene, "a work-precision diagram"), *wrong]:
+    if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
                   "periods": values["periods"], **own.as_parameters(names),
@@ -273,7 +273,7 @@ def _measured(
     one start has no rows. Returned are the rows, and why settings have none.
     """
     scene, periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
-    states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
+    states = [perturbed_start(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + budget
     round_ = [*product(range(STARTS), _in_turn(asked))]
