@@ -56,6 +56,8 @@ class MethodEntry:
         Its order; None where it varies.
     source : str
         Where it is published; empty of the Taylor integrator and of one's own.
+    family : str
+        By which it has its colour: ``adaptive``, ``splitting`` or ``collocation``.
     block : int
         Steps in a block; 0 where the method itself chooses.
     needs : tuple of str
@@ -85,6 +87,7 @@ class MethodEntry:
     language: str
     order: int | None = None
     source: str = ""
+    family: str = "adaptive"
     block: int = 0
     needs: tuple[str, ...] = ()
     formulation: str = "axis"
@@ -167,7 +170,7 @@ _OWN_STEPS = tuple(12.5 * 2**k for k in range(8))
 
 _by_steps = partial(entry, set_by=STEPS, least=1.0, most=1e7, grid=_LOW_ORDER)
 _by_tolerance = partial(entry, set_by=TOLERANCE, least=1e-15, most=1e-2, grid=DECADES)
-_fixed = partial(_by_steps, language="numba", needs=("numba",))
+_fixed = partial(_by_steps, language="numba", needs=("numba",), family="splitting")
 _scipy = partial(_by_tolerance, language="python", needs=("scipy",))
 
 # Blocks take a fraction of a millisecond to a few of them, against microseconds around them; those
@@ -191,11 +194,11 @@ _ROWS: Final = (
         source="M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
     ),
     _fixed(
-        "implicit-midpoint", 100.0, partial(gauss, 1), order=2, block=8192,
+        "implicit-midpoint", 100.0, partial(gauss, 1), order=2, block=8192, family="collocation",
         source="E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, 2006",
     ),
     _fixed(
-        "gauss8", 8.0, partial(gauss, 8), order=16, block=1024,
+        "gauss8", 8.0, partial(gauss, 8), order=16, block=1024, family="collocation",
         grid=(2, 3, 4, 5, 6, 7, 8, 10, 12, 16), stress={"axis": 32.0}, short="gauss8",
         source="J. C. Butcher, Math. Comp. 18 (1964) 50",
     ),
