@@ -49,17 +49,6 @@ def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     assert exit_code(refusal.value) is Exit.USAGE
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["strang", "gauss8", "dop853-scipy", "dop853-cyrk"])
-def test_what_does_not_fit_the_equations_is_refused(name):
-    set_up(name)
-    state, parameters = started()
-    with pytest.raises(Impossible, match="l_z: is not given"):
-        make_stepper(METHODS[name], state, {"g": 1.0}, 1.0)
-    with pytest.raises(Impossible, match="4 states, where the equations have 5"):
-        make_stepper(METHODS[name], state[:4], parameters, 1.0)
-
-
 # --- order, invariants, accuracy -----------------------------------------------------------------
 
 STEPS = {  # steps in SPAN where the first term of the error rules, and rounding does not
@@ -155,10 +144,6 @@ def test_what_is_seen_is_the_orbit_itself(name):
         for _ in range(4):
             onward = single.block(onward)
         assert tuple(taken.states_at(place, [onward.time])[0]) == onward.state
-    with pytest.raises(ValueError, match="outside"):
-        taken.states_at(place, [taken.output_time(taken.h * 121)])
-    with pytest.raises(ValueError, match="not the end of a step"):
-        taken.states_at(place, [(ends[1][0] * (1 + 1e-9), 0.0)])
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -185,8 +170,6 @@ def test_a_look_is_as_good_as_the_steps_and_leaves_them(name):
     exact = motion().at([*inside, after.time[0], place.time[0]])
     off = np.abs(rows[:, :3] - exact.axis).max(axis=1)
     assert max(off[:4]) < 3 * max(off[4:]) + 1e-6
-    with pytest.raises(ValueError, match="outside"):
-        taken.states_at(place, [(after.time[0] * 1.01, 0.0)])
 
 
 # --- where they break, in words and silently -----------------------------------------------------

@@ -235,7 +235,7 @@ def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
     last = replace(stepper, on_steps=seen.append).block(stepper.begin())
     [taken] = seen
     assert last.time == (0.9, 0.0)
-    ours = solve_ivp(right_hand_side(form, parameters), (0, 0.9), start.state, method=solver,
+    ours = solve_ivp(right_hand_side(problem), (0, 0.9), start.state, method=solver,
                      rtol=1e-6, atol=1e-9)  # fmt: skip
     assert taken.times.tolist() == ours.t.tolist()
     assert taken.states.tolist() == ours.y.T.tolist()

@@ -14,7 +14,7 @@ import sys
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -28,7 +28,6 @@ from heavytop.comparison.steppers import (
     StepperState,
     compiled,
     compiled_function,
-    constants,
     derivatives,
 )
 from heavytop.exact.pairs import Array, DoubleDouble, add
@@ -52,19 +51,17 @@ class Singular(IntegrationFailed):
         return "the equations became singular or overflowed"
 
 
-def right_hand_side(
-    equations: Formulation, parameters: Mapping[str, float], *, guarded: bool = True
-) -> Rates:
+def right_hand_side(problem: InitialValueProblem, *, guarded: bool = True) -> Rates:
     """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers.
 
     Where it is not guarded it returns whatever numpy makes of a pole, as one does who writes it by
     hand.
     """
+    known = problem.constants.values()
     if not guarded:
-        bare = derivatives(equations, np.float64, np)
-        fixed = np.array([*constants(equations, parameters).values()])
+        bare, fixed = derivatives(problem.equations, np.float64, np), np.array([*known])
         return lambda _, y: bare(*y, *fixed)
-    rates, known = derivatives(equations), constants(equations, parameters).values()
+    rates = derivatives(problem.equations)
 
     def at(_: float, y: Any) -> Sequence[float]:
         try:
@@ -150,20 +147,11 @@ class AdaptiveStepper:
         )
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state: a run aside for each.
-
-        Raises
-        ------
-        ValueError
-            A time is not in the block.
-        """
+        """Return the states at times in the block after a state: a run aside for each."""
         local = [add(t, (-at.time[0], -at.time[1]))[0] for t in times]
         ahead = [self.direction * t for t in local]
         taken = self._block(at, until=max(ahead, default=0.0))
-        ends = self.direction * taken.times
-        if not all(0 <= t <= ends[-1] for t in ahead):
-            raise ValueError("a time is outside the block")
-        last = np.searchsorted(ends, ahead, "right") - 1
+        last = np.searchsorted(self.direction * taken.times, ahead, "right") - 1
         rows = [self._aside(taken, i, t) for i, t in zip(last, local, strict=True)]
         return np.array(rows).reshape(-1, len(self.start))
 
@@ -205,7 +193,7 @@ def scipy_stepper(
     """
     import scipy.integrate
 
-    rates = right_hand_side(problem.equations, problem.parameters, guarded=guarded)
+    rates = right_hand_side(problem, guarded=guarded)
     kind = getattr(scipy.integrate, name)
     bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance if atol is None else atol}
 

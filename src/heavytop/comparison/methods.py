@@ -270,8 +270,7 @@ def make_stepper(
     Raises
     ------
     Impossible
-        No period where one is needed, a parameter that is not given, too many states or too few,
-        or a package that does not import.
+        A package that the method needs does not import.
     MissingPackage
         A package the method needs is not installed.
     """
@@ -284,9 +283,7 @@ def make_stepper(
             rule = f"{package} does not import: {type(fault).__name__}: {fault}"
             raise Impossible([(method.name, " ".join(rule.split()))]) from fault
     equations = equations or FORMULATIONS[method.formulation].build()
-    state, n = tuple(float(x) for x in start), len(equations.states)
-    if len(state) != n:  # compiled code would read on
-        raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
+    state = tuple(float(x) for x in start)
     problem = InitialValueProblem(method.name, equations, parameters, state, direction, period, top)
     assert method.build is not None
     return method.build(problem, method.setting, method.block if steps is None else steps)
