@@ -16,7 +16,7 @@ from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 
-from .kicked import SPAN, at, axis_error, motion, set_up, started
+from .kicked import SPAN, at, axis_error, motion, problem, set_up, started
 
 FIXED = [name for name, method in METHODS.items() if method.fixed]
 ADAPTIVE = [name for name in METHODS if name not in FIXED]
@@ -45,7 +45,7 @@ def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     assert METHODS[name].absent == METHODS[name].needs != ()
     said = rf"{METHODS[name].needs[0]}.*pip install '\.\[rivals\]'"
     with pytest.raises(MissingPackage, match=said) as refusal:
-        make_stepper(METHODS[name], *started(), 1.0)
+        make_stepper(METHODS[name], problem(*started(), 1.0))
     assert exit_code(refusal.value) is Exit.USAGE
 
 
@@ -189,7 +189,7 @@ def test_what_cannot_go_on_says_so_and_prints_nothing(name, start, setting, peri
     set_up(name)
     method = named(name)
     method = method if setting is None else replace(method, setting=setting)
-    taken = make_stepper(method, *start, period)
+    taken = make_stepper(method, problem(*start, period, formulation=method.formulation))
     with pytest.raises(IntegrationFailed, match=said):
         taken.block(taken.begin())
     assert capfd.readouterr() == ("", "")

@@ -11,7 +11,7 @@ import pytest
 from heavytop.comparison import METHODS, make_stepper, symplectic
 from heavytop.comparison.collocation import coefficients
 
-from .kicked import set_up, started
+from .kicked import problem, set_up, started
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_without_gravity_a_splitting_is_the_rotation_itself(name, h):
     ell, e = np.array([3.0, -4.0, 25.0]), np.array([0.6, 0.0, 0.8])
     sign = 1 if h > 0 else -1
     method, known = replace(METHODS[name], setting=1.0), {"g": 0.0, "l_z": ell[2]}
-    taken = make_stepper(method, [*e, *ell[:2]], known, abs(h), sign, steps=3)
+    taken = make_stepper(method, problem([*e, *ell[:2]], known, abs(h), sign), 3)
     n, angle = ell / math.hypot(*ell), 3 * h * math.hypot(*ell)
     exact = e * math.cos(angle) + np.cross(n, e) * math.sin(angle)
     exact += n * (n @ e) * (1 - math.cos(angle))

@@ -229,7 +229,7 @@ def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
 
     form, scene = FORMULATIONS["lagrange"].build(), cases()["cusp"].scene
     parameters, start = binary_start(scene, Plan("lagrange"))
-    problem = InitialValueProblem(solver, form, parameters, tuple(start.state.tolist()))
+    problem = InitialValueProblem(form, parameters, tuple(start.state.tolist()))
     seen, problem = [], replace(problem, period=0.9)
     stepper = scipy_stepper(solver, problem, 1e-6, 0, atol=1e-9, guarded=False)
     last = replace(stepper, on_steps=seen.append).block(stepper.begin())

@@ -5,14 +5,14 @@ A new method is a row here, which carries all that studies ask of it, and a step
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from heavytop.comparison import symplectic
 from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
@@ -22,11 +22,6 @@ from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import InitialValueProblem, Stepper
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
-
-if TYPE_CHECKING:
-    from heavytop.comparison.steppers import TopConstants
-    from heavytop.equations.formulation import Formulation
-    from heavytop.exact.pairs import Array
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
 BITS: Final = 53  # of doubles
@@ -231,36 +226,16 @@ METHODS: Final[Mapping[str, MethodEntry]] = MappingProxyType({row.name: row for 
 
 
 def make_stepper(
-    method: MethodEntry,
-    start: Sequence[float] | Array,
-    parameters: Mapping[str, float],
-    period: float | None = None,
-    direction: int = 1,
-    *,
-    steps: int | None = None,
-    equations: Formulation | None = None,
-    top: TopConstants | None = None,
+    method: MethodEntry, problem: InitialValueProblem, steps: int | None = None
 ) -> Stepper:
     """Return a method set up for one start; what it compiles is compiled here.
 
     Parameters
     ----------
     method : MethodEntry
-    start : array_like, shape (n,)
-        The states at the start, in the order of the formulation, as doubles.
-    parameters : mapping from str to float
-        The formulation's parameters by name; those that the equations do not hold are not read.
-        The axis form needs ``g`` = gMR/A and ``l_z`` = p_phi/A [1/s^2, 1/s].
-    period : float, optional
-        The nutation period [s]; of a method of fixed step, h = period/setting.
-    direction : int
-        1 forwards, -1 backwards in time.
+    problem : InitialValueProblem
     steps : int, optional
         Steps in a block, for a run shorter than the method's own blocks.
-    equations : Formulation, optional
-        The equations themselves, where they are a variant of the method's formulation.
-    top : TopConstants, optional
-        What a method of one's own reads as ``f.top``.
 
     Returns
     -------
@@ -269,10 +244,10 @@ def make_stepper(
 
     Raises
     ------
-    Impossible
-        A package that the method needs does not import.
     MissingPackage
         A package the method needs is not installed.
+    Impossible
+        One does not import.
     """
     if method.absent:
         raise MissingPackage(method.name, method.absent)
@@ -282,9 +257,6 @@ def make_stepper(
         except Exception as fault:  # built for another numpy, hidden by a file of its name
             rule = f"{package} does not import: {type(fault).__name__}: {fault}"
             raise Impossible([(method.name, " ".join(rule.split()))]) from fault
-    equations = equations or FORMULATIONS[method.formulation].build()
-    state = tuple(float(x) for x in start)
-    problem = InitialValueProblem(method.name, equations, parameters, state, direction, period, top)
     assert method.build is not None
     return method.build(problem, method.setting, method.block if steps is None else steps)
 

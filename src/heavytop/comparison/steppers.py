@@ -125,8 +125,6 @@ class InitialValueProblem:
 
     Attributes
     ----------
-    method : str
-        The name of the method, for what is refused.
     equations : Formulation
     parameters : mapping from str to float
         The formulation's parameters by name, and perhaps others.
@@ -135,12 +133,11 @@ class InitialValueProblem:
     direction : int
         1 forwards, -1 backwards in time.
     period : float or None
-        The nutation period [s].
+        The nutation period, of which steps of one length are parts [s].
     top : TopConstants or None
         What a method of one's own may ask for.
     """
 
-    method: str
     equations: Formulation
     parameters: Mapping[str, float]
     start: tuple[float, ...]

@@ -24,7 +24,13 @@ from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import ReducedMotion
 from heavytop.comparison.methods import MethodEntry, make_stepper
 from heavytop.comparison.own_steps import OBSERVED, BodyForm
-from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState, TopConstants
+from heavytop.comparison.steppers import (
+    InitialValueProblem,
+    IntegrationFailed,
+    Stepper,
+    StepperState,
+    TopConstants,
+)
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
@@ -103,8 +109,9 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
         kind = PreciseStepper if method.bits > DOUBLE else TaylorStepper
         stepper = kind(integrator_of(chosen, parameters, start), start, FAR * period)
         return MethodRun(stepper, reference, period)
-    form, top = chosen.equations, top_constants(scene.top)
-    taken = make_stepper(method, start.state, parameters, period, equations=form, top=top)
+    state, top = tuple(start.state.tolist()), top_constants(scene.top)
+    problem = InitialValueProblem(chosen.equations, parameters, state, period=period, top=top)
+    taken = make_stepper(method, problem)
     body = getattr(taken, "form", None)
     if body is not None:
         reference = replace(reference, body=body, first_row=taken.begin().state)

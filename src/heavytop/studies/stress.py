@@ -365,12 +365,11 @@ def prepare(case: Case, method: MethodEntry, truth: CaseReference) -> Prepared:
         order = method.published_order or measured_order(all_cases()[EASY].scene, method)
         allowed = (math.tau / method.setting) ** order if order else 0.0
         method, block = replace(method, setting=float(steps)), min(steps, block)
-    ahead, top = 1 if truth.end >= 0 else -1, top_constants(case.scene.top)
-    numbers = start.state, parameters
-    stepper = make_stepper(method, *numbers, span, ahead, steps=block, top=top)
-    state = tuple(start.state.tolist())
-    problem = InitialValueProblem(method.name, chosen.equations, parameters, state)
-    return Prepared(problem, stepper, steps, allowed)
+    problem = InitialValueProblem(
+        chosen.equations, parameters, tuple(start.state.tolist()), period=span,
+        direction=1 if truth.end >= 0 else -1, top=top_constants(case.scene.top),
+    )  # fmt: skip
+    return Prepared(problem, make_stepper(method, problem, block), steps, allowed)
 
 
 def _stepped(
