@@ -25,7 +25,7 @@ from heavytop.errors import Exit, HeavyTopError
 from heavytop.results.base import Row
 from heavytop.results.validation import OURS, Validation
 from heavytop.scene.arguments import heard, path_of, whole, wrong_type
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
 from heavytop.text import LONGEST, duration, nearest
 
@@ -311,8 +311,8 @@ def validate(
         "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
         "code": _code(place), "versions": versions(),
     }  # fmt: skip
-    with open_journal(folder, parameters) as journal:
-        left = [known[name] for name in tasks(parameters) if not journal.state(name).ended]
+    with Journal.open(folder, parameters) as journal:
+        left = [known[name] for name in tasks(parameters) if not journal.record(name).ended]
         if note is not None:
             workers = 1 if proofs else jobs
             note(f"about {duration(sum(each.seconds for each in left) / workers)} to go")
@@ -392,8 +392,7 @@ def complete(
     run(journal, executor=executor or Processes(1 if parameters["proofs"] else jobs), **how)
     found: list[Any] = []
     for name, each in _claims(parameters).items():
-        record = journal.load(name)
         skipped = f"needs {each.needs}: pip install {each.needs}"
-        found += record.rows if record.done else [each.row(skipped=skipped)]
+        found += journal.rows(name) if journal.record(name).ended else [each.row(skipped=skipped)]
     asked = {name: parameters[name] for name in ("asked", "proofs")}
     return Validation(**asked, claims=tuple(found), versions=versions())

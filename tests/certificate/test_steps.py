@@ -8,7 +8,7 @@ import pytest
 from flint import arb
 
 from heavytop.certificate.bounds import _of_attitude, bound
-from heavytop.certificate.steps import BEYOND, Steps, defects
+from heavytop.certificate.steps import BEYOND, defects
 from heavytop.certificate.system import ONE
 from heavytop.exact.balls import working
 
@@ -102,13 +102,6 @@ def test_numpys_arctan2_is_off_by_at_most_one_unit_in_the_last_place():
         for a, b, found in zip(y, x, np.arctan2(y, x), strict=True):
             off = abs(arb.atan2(arb(float(a)), arb(float(b))) - arb(float(found)))
             assert off < np.spacing(abs(found))
-
-
-def test_some_of_the_steps_are_steps():
-    _, _, steps = steps_of(run_of("sicm-kicked"))
-    few = steps.where(slice(3, 5))
-    assert isinstance(few, Steps)
-    assert few.length.tolist() == steps.length[3:5].tolist()
 
 
 def test_the_axis_of_a_quaternion_is_rounded_within_its_bound():

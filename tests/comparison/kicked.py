@@ -1,5 +1,6 @@
 """The kicked top of the book, which every method starts from, and its exact motion."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.comparison import make_stepper, named
+from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
 from heavytop.run.planning import start_values
@@ -30,13 +32,24 @@ def started(formulation="axis"):
     return tuple(state), dict(zip((p.name for p in form.parameters), known, strict=True))
 
 
-def set_up(name, setting=None, period=None, **more):
+def set_up(name, setting=None, period=None, steps=None, **more):
     """The stepper of a method, or a test that is skipped by name where its packages are missing."""
     method = named(name)
     if missing := method.absent:
         pytest.skip(f"{name} needs {' and '.join(missing)}")
+    if setting is not None:
+        method = replace(method, setting=float(setting))
     period = motion().period if period is None else period
-    return make_stepper(name, *started(method.formulation), setting, period, **more)
+    return make_stepper(
+        method,
+        problem(*started(method.formulation), period, formulation=method.formulation, **more),
+        steps,
+    )
+
+
+def problem(start, parameters, period, direction=1, top=None, formulation="axis"):
+    form = FORMULATIONS[formulation].build()
+    return InitialValueProblem(form, parameters, tuple(start), direction, period, top)
 
 
 def at(stepper, t):

@@ -4,6 +4,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -11,17 +12,11 @@ import pytest
 
 from heavytop.cli import Exit, exit_code
 from heavytop.comparison import METHODS, IntegrationFailed, make_stepper, named
-from heavytop.comparison.adaptive import (
-    AdaptiveStepper,
-    Singular,
-    Taken,
-    right_hand_side,
-)
 from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 
-from .kicked import SPAN, at, axis_error, motion, set_up, started
+from .kicked import SPAN, at, axis_error, motion, problem, set_up, started
 
 FIXED = [name for name, method in METHODS.items() if method.fixed]
 ADAPTIVE = [name for name in METHODS if name not in FIXED]
@@ -50,33 +45,8 @@ def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     assert METHODS[name].absent == METHODS[name].needs != ()
     said = rf"{METHODS[name].needs[0]}.*pip install '\.\[rivals\]'"
     with pytest.raises(MissingPackage, match=said) as refusal:
-        make_stepper(name, *started(), None, 1.0)
+        make_stepper(METHODS[name], problem(*started(), 1.0))
     assert exit_code(refusal.value) is Exit.USAGE
-
-
-OUT_OF_BOUNDS = [
-    ("strang", 0.5, 1.0, "strang.*is not from"),
-    ("dop853-scipy", 1e-16, 1.0, "dop853-scipy.*is not from"),
-    ("gauss8", math.nan, 1.0, "gauss8.*is not from"),
-    *(("strang", 100, period, "parts of a period") for period in (-1.0, math.inf, math.nan)),
-]
-
-
-@pytest.mark.parametrize(("name", "setting", "period", "said"), OUT_OF_BOUNDS)
-def test_settings_out_of_bounds_are_refused(name, setting, period, said):
-    with pytest.raises(Impossible, match=said):
-        set_up(name, setting, period)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["strang", "gauss8", "dop853-scipy", "dop853-cyrk"])
-def test_what_does_not_fit_the_equations_is_refused(name):
-    set_up(name)
-    state, parameters = started()
-    with pytest.raises(Impossible, match="l_z: is not given"):
-        make_stepper(name, state, {"g": 1.0}, None, 1.0)
-    with pytest.raises(Impossible, match="4 states, where the equations have 5"):
-        make_stepper(name, state[:4], parameters, None, 1.0)
 
 
 # --- order, invariants, accuracy -----------------------------------------------------------------
@@ -137,9 +107,8 @@ def test_backwards_is_the_past(name):
 
 
 @pytest.mark.parametrize("formulation", [f for f in FORMULATIONS if f != "axis"])
-@pytest.mark.parametrize("solver", ["dop853-scipy", "dop853-cyrk"])
-def test_any_formulation_can_be_integrated(solver, formulation):
-    state, t = at(set_up(f"{solver}-{formulation}", 1e-10), 1.3 * motion().period)
+def test_any_formulation_can_be_integrated(formulation):
+    state, t = at(set_up(f"dop853-cyrk-{formulation}", 1e-10), 1.3 * motion().period)
     exact, height = motion().at(t), np.cos(state[0])
     if formulation == "attitude":
         height = state[:4] ** 2 @ [1, -1, -1, 1]
@@ -175,10 +144,6 @@ def test_what_is_seen_is_the_orbit_itself(name):
         for _ in range(4):
             onward = single.block(onward)
         assert tuple(taken.states_at(place, [onward.time])[0]) == onward.state
-    with pytest.raises(ValueError, match="outside"):
-        taken.states_at(place, [taken.output_time(taken.h * 121)])
-    with pytest.raises(ValueError, match="not the end of a step"):
-        taken.states_at(place, [(ends[1][0] * (1 + 1e-9), 0.0)])
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -205,8 +170,6 @@ def test_a_look_is_as_good_as_the_steps_and_leaves_them(name):
     exact = motion().at([*inside, after.time[0], place.time[0]])
     off = np.abs(rows[:, :3] - exact.axis).max(axis=1)
     assert max(off[:4]) < 3 * max(off[4:]) + 1e-6
-    with pytest.raises(ValueError, match="outside"):
-        taken.states_at(place, [(after.time[0] * 1.01, 0.0)])
 
 
 # --- where they break, in words and silently -----------------------------------------------------
@@ -224,21 +187,9 @@ BREAK = [  # a pole of Euler's angles; numbers that overflow; steps too long for
 @pytest.mark.parametrize(("name", "start", "setting", "period", "said"), BREAK)
 def test_what_cannot_go_on_says_so_and_prints_nothing(name, start, setting, period, said, capfd):
     set_up(name)
-    taken = make_stepper(name, *start, setting, period)
+    method = named(name)
+    method = method if setting is None else replace(method, setting=setting)
+    taken = make_stepper(method, problem(*start, period, formulation=method.formulation))
     with pytest.raises(IntegrationFailed, match=said):
         taken.block(taken.begin())
     assert capfd.readouterr() == ("", "")
-
-
-def test_no_solver_is_given_what_is_no_number():
-    rates = right_hand_side(FORMULATIONS["axis"].build(), {"g": 1.0, "l_z": 1e200})
-    assert rates(0.0, np.array([0.0, 0.6, 0.8, 3.0, 4.0]))[3] == -0.6
-    with pytest.raises(Singular):
-        rates(0.0, np.array([0.0, 1e200, 0.8, 0.0, 0.0]))
-
-
-def test_steps_too_short_to_change_the_time_stop_it_in_words():
-    taken = Taken(np.array([0.0, 1e-40]), np.zeros((2, 1)), 1, ())
-    stepper = AdaptiveStepper(lambda *_, **__: taken, (0.0,), 1, 1)
-    with pytest.raises(IntegrationFailed, match="vanish"):
-        stepper.block(StepperState((1.0, 1e-20), (0.0,)))

@@ -25,7 +25,7 @@ def euler(f, y, h):
 
 
 def set_up(asked, setting, **more):
-    return kicked.set_up(own.admit(asked), setting, **more)
+    return kicked.set_up(own.register(asked), setting, **more)
 
 
 def axis_error(asked, setting):
@@ -55,21 +55,12 @@ def test_a_compiled_step_has_the_bits_of_the_plain_one():
     assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
 
 
-@pytest.mark.parametrize("formulation", ["rotation", "quaternion"])
-def test_a_compiled_step_has_the_bits_of_the_plain_one_in_the_body_forms(formulation):
-    numba = pytest.importorskip("numba")
-    compiled = own.Method(numba.njit(rk4), name="compiled", formulation=formulation)
-    plain = set_up(own.Method(rk4, formulation=formulation), 100, steps=30)
-    fast = set_up(compiled, 100, steps=30)
-    assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
-
-
 def test_the_body_forms_are_the_equations_of_the_axis_form():
     """Along a run of small steps the axis form's derivatives are those of what is computed."""
     stepper = set_up(own.Method(rk4, formulation="rotation"), 4000, steps=200)
     y = np.array(stepper.block(stepper.begin()).state)
     f, form, eps = (
-        own_steps._rates(stepper.form.derivatives, stepper.form.constants, 12),
+        own_steps.RightHandSide(stepper.form.derivatives, stepper.form.constants, None),
         stepper.form,
         1e-6,
     )
@@ -112,19 +103,6 @@ def test_a_step_and_a_solver_may_read_the_top():
     for asked, setting in ((step, 100), (own.Method(solver, solver=True), 1e-6)):
         set_up(asked, setting, top=top)
     assert found[0] is found[-1] is top
-
-
-def test_what_a_first_step_takes_is_no_part_of_a_block():
-    taken = []
-
-    def step(f, y, h):
-        taken.append(h)
-        return y + h * f(y)
-
-    stepper = set_up(step, 100, steps=7)
-    assert len(taken) == 1
-    assert stepper.block(stepper.begin()).steps == 7
-    assert len(taken) == 8
 
 
 def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_stored():
@@ -192,9 +170,9 @@ def file(tmp_path):
 
 
 def test_a_file_is_named_by_its_last_part(file):
-    assert own.admit(f"{file}:euler=500") == "mine.py:euler=500"
+    assert own.register(f"{file}:euler=500") == "mine.py:euler=500"
     assert named("mine.py:euler").set_by == "steps a period"
-    assert own.admitted("mine.py:euler").digest
+    assert own.registered("mine.py:euler").digest
 
 
 def test_nothing_runs_that_nobody_named():
@@ -216,29 +194,22 @@ def test_what_cannot_be_loaded_is_told(file, text, said, monkeypatch):
     file.with_name("bad.py").write_text("1 / 0\n")
     monkeypatch.chdir(file.parent)
     with pytest.raises(Impossible, match=said):
-        own.admit(text)
+        own.register(text)
 
 
 def test_another_process_loads_the_same_file_or_none(file):
-    name = own.admit(f"{file}:euler")
-    passes = own.passes([name])
-    own.let_pass(passes)
+    name = own.register(f"{file}:euler")
+    origins = own.origins([name])
+    own.load(origins)
     file.write_text(FILE + "\n# changed\n")
-    own._ADMITTED.pop(name)
+    own._REGISTERED.pop(name)
     with pytest.raises(Impossible, match="another file"):
-        own.let_pass(passes)
-
-
-def test_a_function_that_stands_nowhere_stays_here():
-    name = own.admit(lambda f, y, h: y + h * f(y))
-    with pytest.raises(Impossible, match="must stand in a file"):
-        own.expect_anywhere([name])
-    assert own.passes([name]) == ()
+        own.load(origins)
 
 
 def test_an_entry_point_is_named_as_any_method(monkeypatch):
     offered = SimpleNamespace(name="their-rk4", value=f"{__name__}:rk4")
     monkeypatch.setattr(own, "entry_points", lambda group: [offered] * (group == own.GROUP))
     monkeypatch.setitem(sys.modules, __name__, sys.modules[rk4.__module__])
-    assert own.admit("their-rk4=50") == f"{__name__}:rk4=50"
-    assert own.admit("gauss8=32") == "gauss8=32"
+    assert own.register("their-rk4=50") == f"{__name__}:rk4=50"
+    assert own.register("gauss8=32") == "gauss8=32"

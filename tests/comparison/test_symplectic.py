@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from heavytop.comparison import make_stepper, symplectic
+from heavytop.comparison import METHODS, make_stepper, symplectic
 from heavytop.comparison.collocation import coefficients
 
-from .kicked import set_up, started
+from .kicked import problem, set_up, started
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,8 @@ def test_without_gravity_a_splitting_is_the_rotation_itself(name, h):
     pytest.importorskip("numba")
     ell, e = np.array([3.0, -4.0, 25.0]), np.array([0.6, 0.0, 0.8])
     sign = 1 if h > 0 else -1
-    taken = make_stepper(name, [*e, *ell[:2]], {"g": 0.0, "l_z": ell[2]}, 1, abs(h), sign, steps=3)
+    method, known = replace(METHODS[name], setting=1.0), {"g": 0.0, "l_z": ell[2]}
+    taken = make_stepper(method, problem([*e, *ell[:2]], known, abs(h), sign), 3)
     n, angle = ell / math.hypot(*ell), 3 * h * math.hypot(*ell)
     exact = e * math.cos(angle) + np.cross(n, e) * math.sin(angle)
     exact += n * (n @ e) * (1 - math.cos(angle))

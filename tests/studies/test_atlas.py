@@ -1,6 +1,5 @@
 """An atlas says of every pixel what is said of it alone, however the work is shared out."""
 
-import json
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -12,9 +11,8 @@ from heavytop.classification.arrays import NAMES
 from heavytop.report.files import write_study
 from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
-from heavytop.studies.study import Journal
 
-from .toy import change_parameters, drop_line
+from .toy import drop_line
 
 KICKED = ht.load_scene("sicm-kicked")
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
@@ -77,14 +75,6 @@ def test_all_pixels_are_counted_and_proved(rows):
     assert rows.uncertified == 0
 
 
-def test_kinds_alone_are_the_kinds_of_whole_rows_and_axes_are_in_order(rows):
-    turned = ht.atlas(KICKED, AXES["y"], AXES["x"], only="kind", jobs=1)
-    for name in ("kind", "detail", "certified"):
-        assert np.array_equal(turned[name], rows[name].T)
-    with pytest.raises(KeyError):
-        turned["period"]
-
-
 def test_impossible_pixels_are_counted_and_have_no_numbers():
     scene = ht.load_scene("sicm-kicked", ["start.theta=0.9"])
     found = ht.atlas(scene, "E=0:2:21", "p_phi=-0.02:0.02:23", jobs=1)
@@ -116,32 +106,6 @@ def test_an_atlas_is_read_whole_or_not_at_all(rows, tmp_path):
     assert same(rows, ht.resume(tmp_path))
 
 
-def test_another_kind_of_study_is_no_atlas(tmp_path):
-    with Journal.open(tmp_path, {"kind": "drift", "versions": {}}):
-        pass
-    with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
-        ht.load_atlas(tmp_path)
-
-
-@pytest.mark.parametrize(
-    "change", [{"x": "phidot=0:1"}, {"scene": None}, {"what": "all"}, {"tile": "large"}]
-)
-def test_parameters_of_no_atlas_are_refused(change, tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    change_parameters(tmp_path, lambda known: known.update(change))
-    with pytest.raises(ht.ForeignFile, match=r"study\.jsonl: damaged"):
-        ht.load_atlas(tmp_path)
-
-
-@pytest.mark.parametrize("key", ["x", "scene", "what", "tile"])
-def test_parameters_without_a_key_are_refused(key, tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    change_parameters(tmp_path, lambda known: known.pop(key))
-    for read in (ht.load_atlas, ht.resume):
-        with pytest.raises(ht.ForeignFile, match=r"study\.jsonl: damaged"):
-            read(tmp_path)
-
-
 # --- files ----------------------------------------------------------------------------------------
 
 
@@ -159,19 +123,6 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
             assert np.array_equal(stored[name].values, rows[name], equal_nan=True)
     assert rows.document()["shape"] == (29, 33)
     assert rows.to_xarray()["kind"].attrs["flag_meanings"].split() == list(NAMES)
-
-
-@pytest.mark.parametrize("rows", [[], [{"counts": 7}], 7, [{"tile": "!!!!"}], [{"tile": "cut"}]])
-def test_a_damaged_record_is_refused(rows, tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
-    path = tmp_path / "study.jsonl"
-    first, record = map(json.loads, path.read_text().splitlines())
-    if rows and rows != 7 and "tile" in rows[0]:
-        whole = record["rows"][0]
-        rows = [whole | ({"tile": whole["tile"][:-400]} if rows[0]["tile"] == "cut" else rows[0])]
-    path.write_text(f"{json.dumps(first)}\n{json.dumps(record | {'rows': rows})}\n")
-    with pytest.raises(ht.ForeignFile, match="damaged"):
-        ht.load_atlas(tmp_path)
 
 
 def test_an_atlas_is_what_its_files_say(rows, tmp_path):
@@ -215,18 +166,6 @@ def test_the_double_nearest_pi_means_pi(gMR):
             assert found["theta_max"][at] == pytest.approx(motion.theta_max, abs=1e-13)
             assert found["theta_min"][at] == pytest.approx(motion.theta_min, abs=1e-13)
             assert bool((found["tags"][at] >> 5) & 1) == ("inverted-gravity" in motion.tags)
-
-
-def test_pixels_of_an_atlas_are_rows():
-    atlas = ht.atlas(KICKED, x="phidot=-30:40:4", y="theta=0.1:1.5:3", jobs=1)
-    table = atlas.to_pandas()
-    assert table.index.names == ["theta", "phidot"]
-    for name in atlas.map:
-        assert table[name].dtype == atlas[name].dtype
-        np.testing.assert_array_equal(table[name], atlas[name].ravel())
-    theta, phidot = (atlas.map[name].values for name in ("theta", "phidot"))
-    assert table.loc[(theta[2], phidot[1]), "period"] == atlas["period"][2, 1]
-    assert table.attrs["units"]["period"] == "s"
 
 
 # --- what is wrong --------------------------------------------------------------------------------

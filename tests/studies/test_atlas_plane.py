@@ -41,14 +41,6 @@ def test_values_are_the_doubles_nearest_the_exact_ones():
     assert axis.values[300] == 0
 
 
-def test_a_logarithmic_axis_has_equal_ratios_and_its_own_ends():
-    axis = Axis.of("C=1e-6:1e-4:201:log")
-    values = axis.values
-    assert (values[0], values[-1]) == (1e-6, 1e-4)
-    assert np.ptp(np.log(values[1:] / values[:-1])) < 1e-14
-    assert Axis.of("gMR=-4:-1:3:log").values.tolist() == [-4, -2, -1]
-
-
 @pytest.mark.parametrize(
     "text", ["phidot=-20:20:2000", "C=1e-6:1e-4:5:log", "theta=0:pi:7", "theta=0:180 deg:3"]
 )
@@ -83,18 +75,6 @@ def test_what_is_no_axis_is_refused_with_the_rule(given, rule):
 # --- pixels ---------------------------------------------------------------------------------------
 
 
-def test_start_values_replace_those_of_the_scene():
-    found = at(plane("phidot=-20:20:5", "psidot=0:150:5"), 3, 70)
-    start = {"theta": 0.1, "thetadot": 0, "phidot": 3, "psidot": 70}
-    assert found == start | {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
-
-
-def test_what_the_scene_holds_is_held():
-    forward = ht.load_scene("sicm-forward")  # says omega3
-    assert at(plane("phidot=-20:20:5", "theta=0:1:5", forward), 3, 0.5)["omega3"] == 140
-    assert "psidot" not in at(plane("phidot=-20:20:5", "omega3=0:150:5"), 3, 70)
-
-
 @pytest.mark.parametrize("held", ["psidot", "omega3"])
 @pytest.mark.parametrize(
     ("x", "y"),
@@ -112,13 +92,6 @@ def test_energy_and_momenta_are_those_asked_for(x, y, held):
     motion = motion_of(at(plane(x, y, scene), *(values[name] for name in names)))
     for name in {*names} - {"thetadot"}:
         assert float(getattr(motion.constants, name)) == pytest.approx(values[name], rel=1e-13)
-
-
-def test_a_given_energy_starts_on_the_side_of_the_scene():
-    for thetadot, sign in ((1, 1), (0, 1), (-1, -1)):
-        scene = ht.load_scene("sicm-kicked", [f"start.thetadot={thetadot}"])
-        found = at(plane("E=0.5:2:5", "theta=0.05:1:5", scene), 1.5, 0.3)
-        assert np.sign(found["thetadot"]) == sign
 
 
 def test_what_no_start_has_is_impossible():
@@ -141,16 +114,6 @@ def test_a_pole_reached_with_p_phi_equal_to_p_psi_is_possible():
     found = classify_many(**tops)
     assert not found.impossible.any()
     assert found.names[found.kind[0]] == "sleeping"
-
-
-@pytest.mark.parametrize("most", [1, 7, 50, 10_000])
-def test_tiles_cover_the_plane_once(most):
-    where = plane("phidot=-20:20:23", "psidot=0:150:17")
-    seen = np.zeros(where.shape, int)
-    for tile in where.tiles(most).values():
-        seen[tile.rows, tile.columns] += 1
-        assert tile.shape[0] * tile.shape[1] <= max(most, 23)
-    assert (seen == 1).all()
 
 
 # --- boundaries -----------------------------------------------------------------------------------

@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.certificate.balls import TooCoarse
-from heavytop.certificate.flow import Flow
 from heavytop.errors import ForeignFile, NotCertified, WrongType
 from heavytop.run.events import Events
 from heavytop.run.own_motion import own_motion
 from heavytop.studies.certificate import certify
 
-from ..certificates import flow_of, run_of
+from ..certificates import run_of
 from ..views import Digits
 from .toy import drop_line
 
@@ -116,69 +114,6 @@ def test_a_turn_too_many_is_seen(form):
         found = certify(wrong)
         assert found.turns is False
         assert "whole turns are not proved" in " ".join(found.why)
-
-
-def test_a_run_of_other_numbers_than_its_scene_is_refused():
-    trajectory = run_of("sicm-kicked", periods=30)
-    other = dict(trajectory.orbit.parameters)
-    other["g"] = np.nextafter(other["g"], 0)
-    orbit = trajectory.orbit
-    for wrong in (
-        replace(orbit, integrator=integrator_with(orbit.integrator, other)),
-        replace(orbit, checkpoints=(replace(orbit.checkpoints[0], time=(0.0, 1e-30)),)),
-    ):
-        with pytest.raises(ForeignFile, match="not those of its scene"):
-            certify(replace(trajectory, orbit=wrong))
-
-
-def integrator_with(integrator, parameters):
-    other = copy(integrator)
-    other.parameters = parameters
-    return other
-
-
-@pytest.mark.parametrize("periods", [3, 300])
-def test_a_run_whose_steps_do_not_reach_its_end_is_refused(periods):
-    trajectory = run_of("sicm-kicked", periods=periods)
-    orbit = replace(trajectory.orbit, steps=trajectory.orbit.steps * 9 // 10)
-    with pytest.raises(ForeignFile, match="others"):
-        certify(replace(trajectory, orbit=orbit))
-
-
-@pytest.mark.parametrize("steps", [0, 255, 256, 5000])
-def test_steps_are_counted_from_the_last_checkpoint(steps):
-    trajectory = run_of("sicm-kicked", periods=60)
-    assert [c.steps for c in trajectory.orbit.checkpoints] == [0, 256]
-    wrong = replace(trajectory.orbit, steps=steps)
-    with pytest.raises(ForeignFile, match="steps"):
-        certify(replace(trajectory, orbit=wrong))
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
-def test_a_checkpoint_of_another_number_of_steps_is_refused():
-    """Of these the length of a block, and of a first step, depends."""
-    trajectory = run_of("sicm-kicked", periods=19_700, samples=2)
-    points = list(trajectory.orbit.checkpoints)
-    assert len(points) > 64
-    points[41] = replace(points[41], steps=0)
-    wrong = replace(trajectory.orbit, checkpoints=tuple(points))
-    with pytest.raises(ForeignFile, match="its bits are others"):
-        certify(replace(trajectory, orbit=wrong))
-
-
-@pytest.mark.parametrize("periods", [3, 300])
-def test_the_last_steps_lead_to_the_end_that_the_run_has(periods):
-    trajectory = run_of("sicm-kicked", periods=periods)
-    own, _ = flow_of(trajectory)
-    point = trajectory.orbit.checkpoints[-1]
-    steps, _ = own.steps(point, trajectory.orbit.steps - point.steps)
-    state = trajectory.orbit.samples.states[-1, :5]
-    assert not own.ends_elsewhere(steps, state)
-    for k in range(3):
-        wrong = steps.coefficients.copy()
-        wrong[0, k] += 1e-10
-        assert own.ends_elsewhere(replace(steps, coefficients=wrong), state)
 
 
 def test_psi_is_bounded_in_the_attitude_form_and_a_scene_that_wants_it_is_run_in_that():
@@ -297,34 +232,6 @@ def test_a_run_shorter_than_a_period_has_the_table_of_one(form, periods):
             assert error <= found.bound[quantity]
 
 
-@pytest.mark.parametrize("form", ["axis", "attitude"])
-def test_a_turning_point_at_the_start_of_a_short_run_is_one(form):
-    found = certify(run_of("sicm-dropped", form, periods=0.1))
-    assert found.events.turning.count == 1
-    assert found.proved
-
-
-def test_without_known_turning_points_none_is_not_proved(monkeypatch):
-    """A run shorter than a period does without; that it found no event is then no proof."""
-
-    def unknown(*_):
-        raise TooCoarse("a zero of turning")
-
-    monkeypatch.setattr(Flow, "_zero", unknown)
-    trajectory = run_of("sicm-kicked", periods=0.9)
-    bare = replace(trajectory, events=_without(trajectory.events, slice(None)))
-    found = certify(bare)
-    assert found.events.turning.proved is None
-    assert found.events.turning.count == 0
-
-
-def test_turns_are_not_proved_where_the_angles_may_be_off_by_much(monkeypatch):
-    monkeypatch.setattr("heavytop.studies.certificate.ASTRAY", 1e-16)
-    found = certify(run_of("sicm-kicked"))
-    assert found.turns is False
-    assert "whole turns are not proved" in " ".join(found.why)
-
-
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize("form", ["axis", "attitude"])
 @pytest.mark.parametrize(("phi", "psi"), [(0, 1e6), (-1e6, 0), (1e3, -1e9)])
@@ -338,21 +245,6 @@ def test_angles_that_begin_far_from_zero_are_rounded_more(form, phi, psi):
         if found.bound[quantity] is not None:
             assert error <= found.bound[quantity]
     assert found.bound["phi"] < 1e-15 * (10 + 2 * abs(phi) + abs(psi))
-
-
-def test_a_planar_attitude_has_bounds_of_its_angles():
-    """Two components of its quaternion are zero throughout."""
-    scene = ht.Scene(ht.Top(2, 1, 1), ht.State(1.0), time=2, quantities=ANGLES)
-    found = certify(ht.propagate(scene, formulation="attitude"))
-    assert found.bound["phi"] < 1e-14
-    assert found.bound["psi"] < 2e-14
-    assert found.turns
-
-
-def test_a_top_at_rest_is_at_rest_before_too():
-    found = certify(run_of("sleeping", time=-2))
-    assert found.bound["theta"] < 1e-8
-    assert found.proved
 
 
 @pytest.mark.slow

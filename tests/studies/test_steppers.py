@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 
 import heavytop as ht
@@ -32,7 +31,7 @@ def state_near(found, t):
 def exact_row(reference, t):
     """The states e, l of the axis form at a time, from the closed form at 60 digits."""
     ctx = reference.ctx
-    at, r = reference.truth.at(ctx.mpf(t), 60), reference.truth.reduced
+    at, r = reference.exact.at(ctx.mpf(t), 60), reference.exact.reduced
     s, c = ctx.sin(at.phi), ctx.cos(at.phi)
     # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
     n, sine = r.b, ctx.sin(at.theta)
@@ -74,13 +73,8 @@ def test_a_shift_in_time_is_a_phase_error(axis, ahead):
 def velocity(reference, t):
     ctx = reference.ctx
     step = ctx.mpf("1e-15")
-    back, on = (reference.truth.at(ctx.mpf(t) + s, 60).axis for s in (-step, step))
+    back, on = (reference.exact.at(ctx.mpf(t) + s, 60).axis for s in (-step, step))
     return [(b - a) / (2 * step) for a, b in zip(back, on, strict=True)]
-
-
-def test_both_words_of_a_time_count(axis):
-    row = words(axis.ctx, exact_row(axis, 3.7))
-    assert axis((3.7, 1e-17), row).phase_s == pytest.approx(-1e-17, rel=1e-4, abs=0)
 
 
 def test_energy_and_momentum_are_told_apart(axis):
@@ -90,7 +84,7 @@ def test_energy_and_momentum_are_told_apart(axis):
     longer = [*(x * (1 + ctx.mpf("1e-10")) for x in row[:3]), *row[3:]]
     off = axis((t, 0.0), words(ctx, longer))
     assert off.invariants["length"] == pytest.approx(2e-10, rel=1e-6)
-    r, l_z = axis.truth.reduced, ctx.mpf(axis.parameters["l_z"])
+    r, l_z = axis.exact.reduced, ctx.mpf(axis.parameters["l_z"])
     momentum = sum(x * y for x, y in zip(row[:3], [*row[3:], l_z], strict=True)) / 10**10
     assert off.invariants["p_psi"] * float(abs(r.b)) == pytest.approx(float(momentum), rel=1e-6)
     scale = max(abs(float(r.h)), abs(float(r.g)))
@@ -104,18 +98,6 @@ def test_every_form_starts_on_its_own_closed_form(name):
     assert abs(off.phase_s) < 1e-30
     assert off.energy == 0
     assert off.axis is None or off.axis < 1e-30
-
-
-def test_the_reference_agrees_with_the_witness_of_trajectories():
-    """Where both can see it, above the rounding of doubles."""
-    found = own("taylor-axis=1e-9")
-    t, row = state_near(found, 39.618 * found.period)
-    off = found.reference((t, 0.0), row)
-    exact = found.reference.truth.at(np.array([t]))
-    e = row[:3] / np.linalg.norm(row[:3])
-    assert np.linalg.norm(e - exact.axis[0]) == pytest.approx(off.axis, abs=1e-14)
-    by_height = (e[2] - exact.u[0]) / exact.udot[0]
-    assert off.phase_s == pytest.approx(by_height, rel=0.5)
 
 
 def test_the_tilt_of_a_state_beside_a_pole_is_a_number():
@@ -149,10 +131,3 @@ def test_more_bits_are_written_down_without_loss():
     stored = StepperState(one.time, one.state, one.carry, one.steps, one.evaluations)
     assert stepper.block(stored) == stepper.block(one)
     assert len(one.state) + len(one.carry) == 5 * 3 + 2
-
-
-def test_heyokas_recipe_for_brouwers_law_is_what_is_run():
-    """A tolerance of 1e-18 takes a higher order, and so other steps, than that of doubles."""
-    plain, tight = (own(f"taylor-axis{end}").stepper.engine.engine for end in ("", "-compensated"))
-    assert (tight.tolerance, tight.order) == (1e-18, 22)
-    assert plain.order == 20

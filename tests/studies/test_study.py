@@ -13,7 +13,7 @@ import pytest
 
 import heavytop
 from heavytop.errors import InUse
-from heavytop.studies.study import Chunk, Journal, run
+from heavytop.studies.study import Journal, run
 
 from .toy import TOYS, alive, done, lines, results, tears, wait_for
 
@@ -106,12 +106,15 @@ def test_killed_in_any_line_it_goes_on(whole, tmp_path, monkeypatch):
 def test_the_number_of_workers_changes_nothing(whole, tmp_path):
     journal = Journal.read(done(tmp_path / "three", PARAMETERS, jobs=3, slice_s=SLICE))
     assert results(tmp_path / "three") == whole
-    memory = Journal.in_memory(PARAMETERS)
-    run(memory, jobs=2)
-    rows = {task: memory.load(task).rows for task in NAMES}
-    assert rows == {task: journal.load(task).rows for task in NAMES}
+    memory, seen = Journal(PARAMETERS), []
+    run(memory, jobs=2, on_progress=seen.append, slice_s=0.0)
+    rows = {task: memory.rows(task) for task in NAMES}
+    assert rows == {task: journal.rows(task) for task in NAMES}
     assert [row["steps"] for row in rows[NAMES[1]]] == list(range(50, STEPS + 1, 50))
-    assert min(memory.state(task).seconds for task in NAMES) > 0
+    assert min(memory.record(task).seconds for task in NAMES) > 0
+    fractions = [now.fraction for now in seen]
+    assert fractions == sorted(fractions)
+    assert (seen[-1].fraction, seen[-1].gained, seen[-1].ended, seen[-1].tasks) == (1, 1, 3, 3)
 
 
 def test_workers_die_with_the_one_that_writes(tmp_path):
@@ -163,57 +166,17 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_a_second_ctrl_c_does_not_wait_for_the_chunk(jobs, tmp_path):
-    path = tmp_path / "study"
-    process = started(path, jobs, tmp_path / "log", TOY_PAUSE="60")
-    wait_for((path / "study.jsonl").exists)
-    time.sleep(2.0)
-    process.send_signal(signal.SIGINT)
-    time.sleep(0.5)
-    if jobs == 1:
-        assert process.poll() is None
-        process.send_signal(signal.SIGINT)
-    process.communicate(timeout=40)
-    assert process.returncode == 130
-
-
-def test_signals_are_given_back():
-    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
-    seen = []
-
-    def look(progress):
-        seen.append(signal.getsignal(signal.SIGINT))
-
-    run(Journal.in_memory(ONE), on_progress=look)
-    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
-    assert before[0] not in seen[1:]
-
-
-@pytest.mark.slow
 def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     path = tmp_path / "study"
     process = started(path, 2, tmp_path / "log", TOY_PAUSE="1")
     wait_for(lambda: lines(tmp_path / "log"))
-    with (
-        pytest.raises(InUse, match=rf"is being written by process {process.pid} on \S+$"),
-        Journal.open(path, PARAMETERS),
-    ):
+    refused = rf"is being written by process {process.pid} on \S+$"
+    with pytest.raises(InUse, match=refused), Journal.open(path, PARAMETERS):
         pass
-    code, errors = finished(path, 1, tmp_path / "log")
-    assert code == 2
-    assert f"process {process.pid} on" in errors
     assert Journal.read(path).parameters == PARAMETERS  # reading is for everybody
     killed(process)
     with Journal.open(path, PARAMETERS):  # what a killed writer left is no lock
-        child = os.fork()
-        if child == 0:
-            time.sleep(60)
-            os._exit(0)
-    with Journal.open(path, PARAMETERS):  # nor what a forked child has
-        assert alive(child)  # had it died, its hold would have gone with it
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
+        pass
 
 
 @pytest.mark.slow
@@ -228,27 +191,15 @@ def test_a_full_disk_leaves_a_folder_that_goes_on(whole, tmp_path):
     assert results(path) == whole
 
 
-def test_a_folder_that_was_taken_away_is_not_made_again(tmp_path):
-    path = tmp_path / "study"
-    process = started(path, 1, tmp_path / "log", **SLOWLY)
-    wait_for(lambda: len(lines(tmp_path / "log")) > 2)
-    path.rename(tmp_path / "elsewhere")
-    errors = process.communicate(timeout=60)[1]
-    assert process.returncode == 4
-    assert "cannot write" in errors
-    assert "No such file" in errors
-    assert not path.exists()
-
-
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_task_that_fails_stops_no_other_and_stays_so(jobs, tmp_path, monkeypatch):
     monkeypatch.setenv("TOY_REFUSES", NAMES[1])
     for _ in range(2):
         journal = Journal.read(done(tmp_path, PARAMETERS, jobs=jobs))
-        records = [journal.load(task) for task in NAMES]
-        assert [record.failed for record in records] == [None, "too steep", None]
-        assert [record.done for record in records] == [True, False, True]
-        assert records[1].rows  # what it gave before is kept
+        last = [journal.record(task).last for task in NAMES]
+        assert [each.failed for each in last] == [None, "too steep", None]
+        assert [each.done for each in last] == [True, False, True]
+        assert journal.rows(NAMES[1])  # what it gave before is kept
         monkeypatch.delenv("TOY_REFUSES", raising=False)
 
 
@@ -256,37 +207,15 @@ def test_a_task_that_fails_stops_no_other_and_stays_so(jobs, tmp_path, monkeypat
 def test_a_bug_in_a_task_is_raised(jobs, monkeypatch):
     monkeypatch.setenv("TOY_BUG", NAMES[1])
     with pytest.raises(ZeroDivisionError, match="a slip") as bug:
-        run(Journal.in_memory(PARAMETERS), jobs=jobs)
-    told = str(bug.value.__cause__) if jobs > 1 else str(bug.traceback[-1])
-    assert "_misbehave" in told
-
-
-def test_what_a_library_prints_is_not_printed_among_results(whole, tmp_path):
-    code, errors = finished(tmp_path / "study", 2, tmp_path / "log", TOY_NOISE="1", TOY_PAUSE="0")
-    assert code == 0
-    assert "printed by a library" in errors
-    assert results(tmp_path / "study") == whole
+        run(Journal(PARAMETERS), jobs=jobs)
+    cause = str(bug.value.__cause__) if jobs > 1 else str(bug.traceback[-1])
+    assert "_misbehave" in cause
 
 
 def test_nothing_in_the_current_folder_is_imported(tmp_path, monkeypatch):
     for name in ("json", "queue", "ctypes"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('executed')")
     monkeypatch.chdir(tmp_path)
-    journal = Journal.in_memory(ONE)
+    journal = Journal(ONE)
     run(journal, jobs=2)
-    assert journal.load(NAMES[0]).done
-
-
-def test_progress_grows_and_its_rate_is_that_of_this_process(monkeypatch):
-    monkeypatch.setenv("TOY_PAUSE", "0.003")
-    journal, seen = Journal.in_memory(PARAMETERS), []
-    journal.append(NAMES[0], Chunk(done=True))
-    run(journal, on_progress=seen.append, slice_s=0.0)
-    first, last = seen[0], seen[-1]
-    assert (first.fraction, first.gained, first.per_s) == pytest.approx((1 / 3, 0, 0))
-    assert last.gained == pytest.approx(2 / 3)
-    assert (last.fraction, last.ended, last.tasks) == (1, 3, 3)
-    fractions = [p.fraction for p in seen]
-    assert fractions == sorted(fractions)
-    half = next(p for p in seen if p.fraction > 0.5)
-    assert half.per_s == pytest.approx(half.gained / half.elapsed_s)
+    assert journal.record(NAMES[0]).ended

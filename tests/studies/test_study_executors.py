@@ -1,7 +1,6 @@
 """Whoever does the tasks, threads, processes or strangers, the files are those of one process."""
 
 import os
-import signal
 from concurrent.futures import BrokenExecutor, Executor, Future
 from concurrent.futures import ThreadPoolExecutor as Threads
 
@@ -10,7 +9,6 @@ import pytest
 from heavytop.cli import exit_code
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, Stop, StoppedEarly
-from heavytop.studies import study
 from heavytop.studies.study import Journal, run
 
 from . import toy
@@ -88,7 +86,7 @@ def test_a_task_that_loses_its_worker_twice_ends_the_study(whole, tmp_path):
     assert lost.value.outcome is Stop.WORKER_LOST
     assert f"the worker on {bad} was lost twice (KilledWorker: four died)" in str(lost.value)
     assert away.sent.count(bad) == 2
-    assert any(Journal.read(tmp_path / "study").load(task).done for task in NAMES[:2])
+    assert any(Journal.read(tmp_path / "study").record(task).ended for task in NAMES[:2])
     assert results(done(tmp_path / "study", executor=Here())) == whole
 
 
@@ -110,29 +108,10 @@ def test_after_a_loss_tasks_run_one_at_a_time_until_none_is_suspected():
                 future.set_result(fn(*args))
             return future
 
-    store = Journal.in_memory(PARAMETERS)
+    store = Journal(PARAMETERS)
     run(store, executor=Pool(), slice_s=0.01)
     assert {task for task, _ in sent[4:8]} == set(NAMES)
-    assert all(store.load(task).done for task in NAMES)
-
-
-def test_no_more_than_two_slices_a_worker_are_sent():
-    class Slow(Here):
-        workers = 2
-        most = 0
-
-        def submit(self, fn, /, *args):
-            self.sent.append(Future())
-            self.most = max(self.most, sum(not f.done() for f in self.sent))
-            if self.most == 4:
-                for future in self.sent:
-                    future.set_exception(ModuleNotFoundError("no heavytop here"))
-            return self.sent[-1]
-
-    slow = Slow()
-    with pytest.raises(ModuleNotFoundError, match="no heavytop here"):
-        run(Journal.in_memory(PARAMETERS), executor=slow)
-    assert slow.most == len(slow.sent) == 4
+    assert all(store.record(task).ended for task in NAMES)
 
 
 def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
@@ -146,47 +125,10 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
     assert results(tmp_path / "study") == {}
 
 
-def test_ctrl_c_calls_off_what_waits_and_keeps_what_is_done(whole, tmp_path):
-    class Stuck(Here):
-        """It does the first slices, and begins no other."""
-
-        waiting = ()
-
-        def submit(self, fn, /, *args):
-            if len(self.sent) < 3:
-                return super().submit(fn, *args)
-            self.waiting = (*self.waiting, Future())
-            return self.waiting[-1]
-
-    seen = []
-
-    def interrupt(progress):
-        seen.append(progress)
-        if len(seen) == 2:  # the first chunk of the first slice
-            os.kill(os.getpid(), signal.SIGINT)
-
-    path, pool = tmp_path / "study", Stuck()
-    with pytest.raises(StoppedEarly) as stopped:
-        done(path, executor=pool, on_progress=interrupt)
-    assert stopped.value.outcome is Stop.INTERRUPTED
-    assert exit_code(stopped.value) == 130
-    assert all(future.cancelled() for future in pool.waiting)
-    assert Journal.read(path).load(NAMES[0]).checkpoint
-    assert results(done(path, executor=Here())) == whole
-
-
 def test_a_process_does_one_slice_at_a_time():
     """The precision of the libraries below is global: threads would change each other's."""
     import lonely
 
     with Threads(4) as pool:
-        run(Journal.in_memory({"kind": "lonely", "versions": {}}), executor=pool)
+        run(Journal({"kind": "lonely", "versions": {}}), executor=pool)
     assert lonely.MOST == [1]
-
-
-def test_what_an_executor_does_not_say_is_counted_here(monkeypatch):
-    monkeypatch.setattr(study, "usable_cpus", lambda: 7)
-    assert study.count_sent(Executor()) == 14
-    with Threads(3) as pool:
-        assert study.count_sent(pool) == 6
-    assert study.count_sent(type("Gone", (Executor,), {"workers": 0})()) == 2

@@ -8,7 +8,6 @@ import sys
 import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -93,39 +92,17 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(sched
     assert there == done(tmp_path / "here")
 
 
-def test_an_executor_of_an_address_connects_for_a_study_and_closes(scheduler, tmp_path):
+def test_an_executor_of_an_address_serves_studies_until_it_is_closed(scheduler, tmp_path):
     place, address = scheduler
     with worker(place, address):
-        executor = workers.executor_at(address, timeout_s=60)
-        assert executor.workers == 0
-        assert done(tmp_path / "there", executor=executor) == done(tmp_path / "here")
-        assert executor.workers == 0
-        with executor:  # several studies have one connection
-            client = executor._client
-            done(tmp_path / "again", executor=executor)
-            assert executor._client is client
+        with workers.executor_at(address, timeout_s=60) as executor:
+            here = done(tmp_path / "here")
+            for name in ("there", "again"):  # several studies have one connection
+                assert done(tmp_path / name, executor=executor) == here
             assert executor.workers == 1
-        assert client.status == "closed"
-
-
-def test_an_executor_is_closed_after_a_study_that_fails(monkeypatch, tmp_path):
-    closed, address = [], "tcp://192.0.2.1:8786"
-
-    class Pool:
-        def submit(self, *_):
-            raise KeyboardInterrupt
-
-    @contextmanager
-    def connected(*_):
-        try:
-            yield SimpleNamespace(nthreads=lambda: {address: 1}), Pool()
-        finally:
-            closed.append(True)
-
-    monkeypatch.setattr(workers, "_connected", connected)
-    with pytest.raises(errors.StoppedEarly):
-        done(tmp_path, executor=workers.executor_at(address))
-    assert closed == [True]
+        assert executor.workers == 0
+        with pytest.raises(errors.StoppedEarly):
+            done(tmp_path / "late", executor=executor)
 
 
 def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):
@@ -133,7 +110,7 @@ def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(schedule
     nobody = f"tcp://127.0.0.1:{free_port()}"
     for wrong in (address, nobody, "nonsense", "smoke://hill:1"):
         with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler with a worker"):
-            workers.executor_at(wrong, timeout_s=0.5).__enter__()
+            workers.executor_at(wrong, timeout_s=0.5)
 
 
 # --- calls with a limit of time --------------------------------------------------------------

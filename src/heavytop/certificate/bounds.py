@@ -31,8 +31,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import MARGIN, READ, Flow
+from heavytop.certificate.flow import MARGIN, Flow
 from heavytop.certificate.steps import UP, Steps, defects
+from heavytop.certificate.system import CERTIFIED
 from heavytop.exact.pairs import add
 
 Array = NDArray[np.float64]
@@ -318,7 +319,7 @@ def _room(
     """
     fastest, bend = derivatives
     rates = flow.system.field(points.states)
-    own = rates[: READ[flow.form.name]]
+    own = rates[: CERTIFIED[flow.form.name].read]
     half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
     gone = np.minimum(fastest * half, speed * half + bend * half**2 / 2)
     return UP * (gone + spare), rates

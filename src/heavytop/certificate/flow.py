@@ -37,7 +37,7 @@ from heavytop.certificate.balls import (
     up,
     upper,
 )
-from heavytop.certificate.system import QuadraticSystem
+from heavytop.certificate.system import CERTIFIED, QuadraticSystem
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
 from heavytop.exact.balls import working
@@ -62,12 +62,6 @@ FINEST: Final = 2.0**-64  # of a piece: nearer to a pole angles are not followed
 # bits, the order of the polynomials, and how many of them there are while what is fastest at the
 # start turns by a radian: later something else may be faster
 SETTINGS: Final = ((192, 24, 16), (384, 40, 32), (1024, 90, 64))
-
-PAIRS: Final = {  # states that turn together: how often by the angles of alpha and of beta
-    "axis": {(0, 1): (1, 1), (3, 4): (1, 1)},
-    "attitude": {(0, 3): (1, 0), (1, 2): (0, 1), (4, 5): (1, 1)},
-}
-READ: Final = {"axis": 3, "attitude": 4}  # states from which outputs are computed
 
 
 class Bounds(NamedTuple):
@@ -153,6 +147,7 @@ class Flow:
         period: float | None = None,
     ) -> None:
         self.form, self.constants, self.start, self.end = form, dict(constants), start, end
+        self.pairs = CERTIFIED[form.name].pairs
         self.system = QuadraticSystem.of(form, constants, _rate(form, constants, start))
         for self.bits, self.order, self.fine in SETTINGS:
             try:
@@ -319,7 +314,7 @@ class Flow:
         if not (turns + self._few) * wide <= TURNED:
             raise TooCoarse("the angles after many periods")
         self._first = {turn: self._rotations(turn, range(self._few)) for turn in self.angles}
-        for (i, j), turn in PAIRS[self.form.name].items():
+        for (i, j), turn in self.pairs.items():
             s, c = self.angles[turn].sin_cos()
             start[i], start[j] = c * start[i] - s * start[j], s * start[i] + c * start[j]
         apart = self.system.norm([v - w for v, w in zip(last, start, strict=True)])
@@ -328,7 +323,7 @@ class Flow:
 
     def _angles(self, last: Sequence[arb]) -> dict[tuple[int, int], arb]:
         """Return by which angles pairs of states have turned, from those that are not zero."""
-        turns, known = PAIRS[self.form.name], {}
+        turns, known = self.pairs, {}
         for i, j in turns:
             if self.start[i] or self.start[j]:
                 z = acb(last[i], last[j]) / acb(self.start[i], self.start[j])
@@ -372,7 +367,7 @@ class Flow:
         if self.period is None:
             return Argument(times, angles, 0.0)
         last = angles[np.searchsorted(times, self.period[0], "right") - 1]
-        advance = float(self.angles[PAIRS[self.form.name][i, j]])
+        advance = float(self.angles[self.pairs[i, j]])
         return Argument(times, angles, _nearest(advance, last - angles[0]))
 
     def _looks(self, z: acb_poly, error: arb) -> Iterator[tuple[float, acb]]:
@@ -476,7 +471,7 @@ class Flow:
     def _advanced(self, x: Words, n: Array) -> Any:
         """Return what a state has become n periods later."""
         turned, states = {turn: self._turned(turn, n) for turn in self.angles}, np.array(x)
-        for places, turn in PAIRS[self.form.name].items():
+        for places, turn in self.pairs.items():
             z = _times(turned[turn], states[:, places].swapaxes(0, 1))
             states[:, places] = z.swapaxes(0, 1)
         return states

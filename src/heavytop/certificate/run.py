@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import READ, Flow
+from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import Steps
+from heavytop.certificate.system import CERTIFIED
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import add
@@ -98,7 +99,7 @@ class BinaryRun:
             label,
             length,
             _clock(start, kept, own.pace, self.block * own.pace),
-            READ[self.formulation],
+            CERTIFIED[self.formulation].read,
         )
         return steps.where(slice(np.count_nonzero(length))), end
 
@@ -108,7 +109,9 @@ class BinaryRun:
         if i < 0 or not abs(steps.begun[i] + steps.length[i]) >= last:
             return True
         (high, low), more, plain = steps.at(np.array([i]), steps.length[[i]])
-        read = READ[self.formulation]  # of these the speed is bounded, and they have no unit
+        read = CERTIFIED[
+            self.formulation
+        ].read  # of these the speed is bounded, and they have no unit
         off = (more + plain)[:read, 0] + (2 * steps.clock[i] + 16 * UNIT * last) * steps.speed[i]
         return not bool(np.all(np.abs((high + low)[:read, 0] - state[:read]) <= 2 * off))
 

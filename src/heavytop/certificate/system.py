@@ -18,13 +18,45 @@ import numpy as np
 from flint import arb, arb_mat, arb_poly
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import upper
+from heavytop.certificate.balls import UNIT, upper
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import quadratic_terms
 
 Array = NDArray[np.float64]
 
 ONE: Final = -1  # the place of a factor that is 1, behind all states
+
+
+class CertifiedForm(NamedTuple):
+    """What certificates know of a form that they are made of.
+
+    Attributes
+    ----------
+    read : int
+        From so many states, the first ones, outputs are computed.
+    pairs : mapping
+        States that turn together: how often by the angles of alpha and of beta.
+    angles : tuple of str
+        What follows from the arguments of pairs with all its turns.
+    rest : float
+        What an angle is off beside half a unit in the last place of its turns: an argument, or a
+        sum of two, added to whole turns; and what those of the rounded start are off the angles
+        that the run begins with [rad].
+    """
+
+    read: int
+    pairs: Mapping[tuple[int, int], tuple[int, int]]
+    angles: tuple[str, ...]
+    rest: float
+
+
+CERTIFIED: Final[Mapping[str, CertifiedForm]] = {
+    "axis": CertifiedForm(3, {(0, 1): (1, 1), (3, 4): (1, 1)}, ("phi",), 9 * UNIT),
+    "attitude": CertifiedForm(
+        4, {(0, 3): (1, 0), (1, 2): (0, 1), (4, 5): (1, 1)}, ("phi", "psi"), 20 * UNIT
+    ),
+}
+"""The forms that certificates are made of; `heavytop.certificate.bounds` has their outputs."""
 
 
 class Term(NamedTuple):

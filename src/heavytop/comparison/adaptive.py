@@ -10,10 +10,12 @@ DOP853 and Radau are of lower order than their steps.
 from __future__ import annotations
 
 import math
+import sys
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -26,12 +28,12 @@ from heavytop.comparison.steppers import (
     StepperState,
     compiled,
     compiled_function,
-    constants,
     derivatives,
 )
 from heavytop.exact.pairs import Array, DoubleDouble, add
 
 if TYPE_CHECKING:
+    from heavytop.comparison.own_steps import BodyForm
     from heavytop.equations.formulation import Formulation
 
 RTOL_LEAST: Final = 100 * 2.0**-52  # scipy raises any smaller relative tolerance to this
@@ -43,23 +45,23 @@ Rates = Callable[[float, Any], Sequence[Any]]
 class Singular(IntegrationFailed):
     """Derivatives that are not finite."""
 
+    outcome = "singular"
+
     def __str__(self) -> str:
         return "the equations became singular or overflowed"
 
 
-def right_hand_side(
-    equations: Formulation, parameters: Mapping[str, float], *, guarded: bool = True
-) -> Rates:
+def right_hand_side(problem: InitialValueProblem, *, guarded: bool = True) -> Rates:
     """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers.
 
     Where it is not guarded it returns whatever numpy makes of a pole, as one does who writes it by
     hand.
     """
+    known = problem.constants.values()
     if not guarded:
-        bare = derivatives(equations, np.float64, np)
-        fixed = np.array([*constants(equations, parameters).values()])
+        bare, fixed = derivatives(problem.equations, np.float64, np), np.array([*known])
         return lambda _, y: bare(*y, *fixed)
-    rates, known = derivatives(equations), constants(equations, parameters).values()
+    rates = derivatives(problem.equations)
 
     def at(_: float, y: Any) -> Sequence[float]:
         try:
@@ -79,7 +81,8 @@ class Taken(NamedTuple):
     times: Array  # with the start, shape (k + 1,)
     states: Array
     evaluations: int
-    carry: tuple[float, ...]  # the length of the step to go on with, if one can be given
+    carry: tuple[float, ...] = ()  # the length of the step to go on with, if one can be given
+    steps: int = 0  # where more were taken than are here
 
 
 Solver = Callable[..., Taken]
@@ -99,9 +102,17 @@ class AdaptiveStepper:
     direction : int
         1 forwards, -1 backwards.
     steps : int
-        Steps in a block.
+        Steps in a block, unless it ends earlier: at `far`.
     compile_s : float
         What compiling took, whenever that was [s].
+    far : float
+        A time that no block passes [s].
+    on_steps : callable
+        It is given the steps of each block.
+    form : BodyForm or None
+        Of the body's own rotation, where it computes in that.
+    warned : Counter of str
+        How often a method of one's own gave each warning.
     """
 
     solver: Solver
@@ -109,6 +120,10 @@ class AdaptiveStepper:
     direction: int
     steps: int
     compile_s: float = 0.0
+    far: float = _FAR
+    on_steps: Callable[[Taken], object] = id
+    form: BodyForm | None = None
+    warned: Counter[str] = field(default_factory=Counter)
 
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
@@ -117,32 +132,26 @@ class AdaptiveStepper:
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps."""
         taken = self._block(at)
+        self.on_steps(taken)
         time = add(at.time, (float(taken.times[-1]), 0.0))
-        if len(taken.times) <= self.steps or time == at.time:  # which LSODA takes for success
+        count = taken.steps or len(taken.times) - 1
+        short = count < self.steps and abs(taken.times[-1]) < self.far
+        if short or time == at.time:  # which LSODA takes for success
             raise IntegrationFailed("the solver gave up: its steps vanish, or its derivatives")
         return StepperState(
             time=time,
             state=tuple(taken.states[-1].tolist()),
             carry=taken.carry,
-            steps=at.steps + self.steps,
+            steps=at.steps + count,
             evaluations=at.evaluations + taken.evaluations,
         )
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state: a run aside for each.
-
-        Raises
-        ------
-        ValueError
-            A time is not in the block.
-        """
+        """Return the states at times in the block after a state: a run aside for each."""
         local = [add(t, (-at.time[0], -at.time[1]))[0] for t in times]
         ahead = [self.direction * t for t in local]
         taken = self._block(at, until=max(ahead, default=0.0))
-        ends = self.direction * taken.times
-        if not all(0 <= t <= ends[-1] for t in ahead):
-            raise ValueError("a time is outside the block")
-        last = np.searchsorted(ends, ahead, "right") - 1
+        last = np.searchsorted(self.direction * taken.times, ahead, "right") - 1
         rows = [self._aside(taken, i, t) for i, t in zip(last, local, strict=True)]
         return np.array(rows).reshape(-1, len(self.start))
 
@@ -151,7 +160,7 @@ class AdaptiveStepper:
         return t, 0.0
 
     def _block(self, at: StepperState, until: float = _FAR) -> Taken:
-        return self._taken(np.array(at.state), self.direction * _FAR, *at.carry, until=until)
+        return self._taken(np.array(at.state), self.direction * self.far, *at.carry, until=until)
 
     def _aside(self, taken: Taken, i: int, t: float) -> Array:
         state: Array = taken.states[i]
@@ -178,10 +187,13 @@ def scipy_stepper(
     atol: float | None = None,
     guarded: bool = True,
 ) -> AdaptiveStepper:
-    """Return the stepper of a solver of `scipy.integrate`, by its name there."""
+    """Return the stepper of a solver of `scipy.integrate`, by its name there.
+
+    With 0 steps in a block it is called once, as its users do, for the span of the problem.
+    """
     import scipy.integrate
 
-    rates = right_hand_side(problem.equations, problem.parameters, guarded=guarded)
+    rates = right_hand_side(problem, guarded=guarded)
     kind = getattr(scipy.integrate, name)
     bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance if atol is None else atol}
 
@@ -204,7 +216,8 @@ def scipy_stepper(
         carry = () if name == "LSODA" else (float(run.h_abs),)
         return Taken(np.array(times), np.array(states), run.nfev, carry)
 
-    return AdaptiveStepper(solver, problem.start, problem.direction, steps)
+    far, steps = (_FAR, steps) if steps else (abs(problem.span), sys.maxsize)
+    return AdaptiveStepper(solver, problem.start, problem.direction, steps, far=far)
 
 
 def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:

@@ -1,79 +1,97 @@
-"""The methods of others: what each is, how it is set, what it needs, and how it is set up."""
+"""The methods of others: what each is, how it is set, what it needs, and how it is set up.
+
+A new method is a row here, which carries all that studies ask of it, and a stepper.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Any, Final
 
 from heavytop.comparison import symplectic
 from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
 from heavytop.comparison.collocation import gauss
-from heavytop.comparison.own import BODY, admitted
+from heavytop.comparison.own import BODY, registered
 from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import InitialValueProblem, Stepper
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 
-if TYPE_CHECKING:
-    from heavytop.comparison.steppers import TopConstants
-    from heavytop.equations.formulation import Formulation
-    from heavytop.exact.pairs import Array
-
 STEPS, TOLERANCE = "steps a period", "tolerance"
+BITS: Final = 53  # of doubles
+SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MethodEntry:
-    """One method.
+    """One method of integration, with its setting.
 
     Attributes
     ----------
     name : str
         The name users type.
-    order : int, optional
-        Its order; None where it varies.
-    default : float
-        The setting when none is given.
-    block : int
-        Steps in a block; 0 where the method itself chooses.
     build : callable or None
         Returns the stepper of a problem, from that, a setting and the number of steps in a block;
         None for the Taylor integrator.
-    source : str
-        Where it is published.
     set_by : str
         What is set: ``steps a period`` or ``tolerance`` (relative and absolute alike).
+    default, setting : float
+        The setting when none is given, and that which is.
     least, most : float
         The bounds a setting may have.
     language : str
         What its steps and its right-hand side run in.
+    order : int, optional
+        Its order; None where it varies.
+    source : str
+        Where it is published; empty of the Taylor integrator and of one's own.
+    family : str
+        By which it has its colour: ``adaptive``, ``splitting`` or ``collocation``.
+    block : int
+        Steps in a block; 0 where the method itself chooses.
     needs : tuple of str
         The packages it imports.
     formulation : str
         The equations it integrates.
     variables : str
         What its states are called, where they are not those of a formulation.
+    grid : tuple of float
+        The settings of a work-precision diagram, from the loosest to the tightest.
+    stress : mapping from str to float
+        The settings of a stress test, by the formulation that is integrated there.
+    short : str
+        Its heading in a stress test.
+    bits : int
+        Of the numbers it computes in.
+    projected : bool
     """
 
     name: str
-    order: int | None
-    default: float
-    block: int
     build: Callable[[InitialValueProblem, float, int], Stepper] | None = field(compare=False)
-    source: str
     set_by: str
+    default: float
+    setting: float
     least: float
     most: float
     language: str
+    order: int | None = None
+    source: str = ""
+    family: str = "adaptive"
+    block: int = 0
     needs: tuple[str, ...] = ()
     formulation: str = "axis"
     variables: str = ""
+    grid: tuple[float, ...] = ()
+    stress: Mapping[str, float] = field(default_factory=dict, hash=False)
+    short: str = ""
+    bits: int = BITS
+    projected: bool = False
 
     @property
     def fixed(self) -> bool:
@@ -85,54 +103,121 @@ class MethodEntry:
         """Packages it needs that are not installed; none of them is imported."""
         return tuple(package for package in self.needs if find_spec(package) is None)
 
+    @property
+    def is_rival(self) -> bool:
+        """Whether it is a method of others, or one's own."""
+        return self.build is not None
+
+    @property
+    def published_order(self) -> int | None:
+        """Its order; None where it varies, and of one's own, of which it is measured."""
+        return self.order if self.source else None
+
+    @property
+    def states(self) -> str:
+        """What its states are: a formulation, or the variables of a method of one's own."""
+        return self.variables or self.formulation
+
+    @property
+    def reach(self) -> float:
+        """The longest run [nutation periods]: a slow method goes no farther."""
+        return SLOW if self.bits > BITS or self.language == "python" else float("inf")
+
+    @property
+    def text(self) -> str:
+        """What asks for this method: its name, with the setting where it is not the usual one."""
+        setting = repr(self.setting).removesuffix(".0")
+        return self.name if self.setting == self.default else f"{self.name}={setting}"
+
+    @property
+    def label(self) -> str:
+        """The name with the setting, for a person."""
+        return f"{self.name}={self.setting:.3g}"
+
+    @property
+    def set_to(self) -> str:
+        """The setting in a few letters; empty of auto, which chooses.
+
+        Examples
+        --------
+        >>> METHODS["gauss8"].set_to, METHODS["dop853-scipy"].set_to
+        ('8/period', '1e-12')
+        """
+        if self.fixed or not self.setting:
+            return f"{self.setting:g}/period" if self.setting else ""
+        mantissa, _, power = f"{self.setting:.1e}".partition("e")
+        return f"{float(mantissa):g}e{int(power)}"
+
+
+def entry(name: str, setting: float, build: Any, **about: Any) -> MethodEntry:
+    """Return a method with its default setting."""
+    return MethodEntry(name=name, default=setting, setting=setting, build=build, **about)
+
 
 _DORMAND_PRINCE = (
     "J. R. Dormand & P. J. Prince's pair of order 8 as in E. Hairer, S. P. Nørsett & G. Wanner, "
     "Solving Ordinary Differential Equations I, Springer 1993"
 )
-_by_steps = partial(MethodEntry, set_by=STEPS, least=1.0, most=1e7)
-_by_tolerance = partial(MethodEntry, set_by=TOLERANCE, least=1e-15, most=1e-2, language="python")
-_fixed = partial(_by_steps, language="numba", needs=("numba",))
-_scipy = partial(_by_tolerance, needs=("scipy",))
+DECADES: Final = tuple(10.0**-k for k in range(3, 16))
+HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))  # a decade costs more than us
+_LOW_ORDER = tuple(25.0 * 2**k for k in range(10))
+_OWN_STEPS = tuple(12.5 * 2**k for k in range(8))
+
+_by_steps = partial(entry, set_by=STEPS, least=1.0, most=1e7, grid=_LOW_ORDER)
+_by_tolerance = partial(entry, set_by=TOLERANCE, least=1e-15, most=1e-2, grid=DECADES)
+_fixed = partial(_by_steps, language="numba", needs=("numba",), family="splitting")
+_scipy = partial(_by_tolerance, language="python", needs=("scipy",))
 
 # Blocks take a fraction of a millisecond to a few of them, against microseconds around them; those
-# in Python tens, and LSODA's are longer, since each starts at order 1.
-_ROWS: Final = (  # order, the default setting, steps in a block
+# in Python tens, and LSODA's are longer, since each starts at order 1. In a grid are two or three
+# settings a decade of error, where there are so many; scipy's solvers are put under stress with
+# tolerances as tight as each goes in good time.
+_ROWS: Final = (
     _fixed(
-        "strang", 2, 100.0, 16384, symplectic.STRANG.stepper,
-        "G. Strang, SIAM J. Numer. Anal. 5 (1968) 506",
+        "strang", 100.0, symplectic.STRANG.stepper, order=2, block=16384,
+        source="G. Strang, SIAM J. Numer. Anal. 5 (1968) 506",
     ),
     _fixed(
-        "blanes-moan-rkn6", 6, 32.0, 4096, symplectic.BLANES_MOAN.stepper,
-        "S. Blanes & P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313",
+        "blanes-moan-rkn6", 32.0, symplectic.BLANES_MOAN.stepper, order=6, block=4096,
+        grid=(6, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 48, 57, 68, 80, 96, 114, 136),
+        stress={"axis": 64.0}, short="rkn6",
+        source="S. Blanes & P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313",
     ),
     _fixed(
-        "sofroniou-spaletta10", 10, 16.0, 2048, symplectic.SOFRONIOU_SPALETTA.stepper,
-        "M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
+        "sofroniou-spaletta10", 16.0, symplectic.SOFRONIOU_SPALETTA.stepper, order=10, block=2048,
+        grid=(3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 22, 25, 28, 32),
+        source="M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
     ),
     _fixed(
-        "implicit-midpoint", 2, 100.0, 8192, partial(gauss, 1),
-        "E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, 2006",
+        "implicit-midpoint", 100.0, partial(gauss, 1), order=2, block=8192, family="collocation",
+        source="E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, 2006",
     ),
     _fixed(
-        "gauss8", 16, 8.0, 1024, partial(gauss, 8),
-        "J. C. Butcher, Math. Comp. 18 (1964) 50",
+        "gauss8", 8.0, partial(gauss, 8), order=16, block=1024, family="collocation",
+        grid=(2, 3, 4, 5, 6, 7, 8, 10, 12, 16), stress={"axis": 32.0}, short="gauss8",
+        source="J. C. Butcher, Math. Comp. 18 (1964) 50",
     ),
     _fixed(
-        "bobenko-suris", 2, 100.0, 32768, symplectic.BOBENKO_SURIS.stepper,
-        "A. I. Bobenko & Y. B. Suris, Comm. Math. Phys. 204 (1999) 147",
+        "bobenko-suris", 100.0, symplectic.BOBENKO_SURIS.stepper, order=2, block=32768,
+        source="A. I. Bobenko & Y. B. Suris, Comm. Math. Phys. 204 (1999) 147",
     ),
-    _scipy("dop853-scipy", 8, 1e-12, 500, partial(scipy_stepper, "DOP853"), _DORMAND_PRINCE),
     _scipy(
-        "lsoda-scipy", None, 1e-9, 4000, partial(scipy_stepper, "LSODA"),
-        "L. Petzold, SIAM J. Sci. Statist. Comput. 4 (1983) 136",
+        "dop853-scipy", 1e-12, partial(scipy_stepper, "DOP853"), order=8, block=500,
+        stress={"axis": 1e-12, "lagrange": 1e-12}, short="dop853", source=_DORMAND_PRINCE,
     ),
     _scipy(
-        "radau-scipy", 5, 1e-6, 200, partial(scipy_stepper, "Radau"),
-        "E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 1996",
+        "lsoda-scipy", 1e-9, partial(scipy_stepper, "LSODA"), block=4000,
+        stress={"axis": 1e-11, "lagrange": 1e-11}, short="lsoda",
+        source="L. Petzold, SIAM J. Sci. Statist. Comput. 4 (1983) 136",
+    ),
+    _scipy(
+        "radau-scipy", 1e-6, partial(scipy_stepper, "Radau"), order=5, block=200,
+        stress={"axis": 1e-8, "lagrange": 1e-8}, short="radau",
+        source="E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 1996",
     ),
     _by_tolerance(
-        "dop853-cyrk", 8, 1e-12, 1000, cyrk_stepper, _DORMAND_PRINCE,
+        "dop853-cyrk", 1e-12, cyrk_stepper, order=8, block=1000, grid=HALF_DECADES,
+        stress={"axis": 1e-12}, short="cyrk", source=_DORMAND_PRINCE,
         language="compiled by CyRK", needs=("CyRK", "numba"),
     ),
 )  # fmt: skip
@@ -141,40 +226,16 @@ METHODS: Final[Mapping[str, MethodEntry]] = MappingProxyType({row.name: row for 
 
 
 def make_stepper(
-    name: str,
-    start: Sequence[float] | Array,
-    parameters: Mapping[str, float],
-    setting: float | None = None,
-    period: float | None = None,
-    direction: int = 1,
-    *,
-    steps: int | None = None,
-    formulation: Formulation | None = None,
-    top: TopConstants | None = None,
+    method: MethodEntry, problem: InitialValueProblem, steps: int | None = None
 ) -> Stepper:
     """Return a method set up for one start; what it compiles is compiled here.
 
     Parameters
     ----------
-    name : str
-        A name of `METHODS`, or an adaptive one of them followed by ``-FORMULATION``.
-    start : array_like, shape (n,)
-        The states at the start, in the order of the formulation, as doubles.
-    parameters : mapping from str to float
-        The formulation's parameters by name; those that the equations do not hold are not read.
-        The axis form needs ``g`` = gMR/A and ``l_z`` = p_phi/A [1/s^2, 1/s].
-    setting : float, optional
-        Steps a period, or the tolerance; the method's default when left out.
-    period : float, optional
-        The nutation period [s]; of a method of fixed step, h = period/setting.
-    direction : int
-        1 forwards, -1 backwards in time.
+    method : MethodEntry
+    problem : InitialValueProblem
     steps : int, optional
         Steps in a block, for a run shorter than the method's own blocks.
-    formulation : Formulation, optional
-        The equations themselves, where they are a variant of what the name says.
-    top : TopConstants, optional
-        What a method of one's own reads as ``f.top``.
 
     Returns
     -------
@@ -183,25 +244,21 @@ def make_stepper(
 
     Raises
     ------
-    Impossible
-        No such method, a setting out of its bounds, no period where one is needed, a parameter
-        that is not given, or too many states or too few.
     MissingPackage
-        A package the method needs is not installed, or does not import.
+        A package the method needs is not installed.
+    Impossible
+        One does not import.
     """
-    method = named(name)
-    imported(method)
-    setting = method.default if setting is None else setting
-    if not method.least <= setting <= method.most:
-        rule = f"{setting!r} is not from {method.least:g} to {method.most:g} ({method.set_by})"
-        raise Impossible([(name, rule)])
-    equations = formulation or FORMULATIONS[method.formulation].build()
-    state, n = tuple(float(x) for x in start), len(equations.states)
-    if len(state) != n:  # compiled code would read on
-        raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
-    problem = InitialValueProblem(name, equations, parameters, state, direction, period, top)
+    if method.absent:
+        raise MissingPackage(method.name, method.absent)
+    for package in method.needs:
+        try:
+            import_module(package)
+        except Exception as fault:  # built for another numpy, hidden by a file of its name
+            rule = f"{package} does not import: {type(fault).__name__}: {fault}"
+            raise Impossible([(method.name, " ".join(rule.split()))]) from fault
     assert method.build is not None
-    return method.build(problem, float(setting), method.block if steps is None else steps)
+    return method.build(problem, method.setting, method.block if steps is None else steps)
 
 
 def named(name: str) -> MethodEntry:
@@ -222,7 +279,7 @@ def named(name: str) -> MethodEntry:
     if name in METHODS:
         return METHODS[name]
     if ":" in name:
-        return _own(name)
+        return _own_entry(name)
     stem, _, formulation = name.rpartition("-")
     row = METHODS.get(stem)
     if row and not row.fixed and formulation in FORMULATIONS:
@@ -231,49 +288,21 @@ def named(name: str) -> MethodEntry:
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])
 
 
-def _own(name: str) -> MethodEntry:
+def _own_entry(name: str) -> MethodEntry:
     """Return a method of one's own, which a person has named."""
-    found = admitted(name).method
-    row = partial(_by_tolerance, most=1e-1) if found.solves else _by_steps
+    own = registered(name).method
+    if own.solves:
+        row = partial(_by_tolerance, most=1e-1, grid=HALF_DECADES if own.compiled else DECADES)
+    else:
+        row = partial(_by_steps, grid=_OWN_STEPS)
+    body = own.formulation in BODY
     return row(
         name,
-        found.order,
-        found.usual_setting,
-        0,
-        partial(own_stepper, found),
-        source="",
-        language="numba" if found.compiled else "python",
-        formulation="axis" if found.formulation in BODY else found.formulation,
-        variables=found.formulation if found.formulation in BODY else "",
+        own.usual_setting,
+        partial(own_stepper, own),
+        order=own.order,
+        language="numba" if own.compiled else "python",
+        formulation="axis" if body else own.formulation,
+        variables=own.formulation if body else "",
+        short=name.rpartition(":")[2],
     )
-
-
-class Unimportable(MissingPackage):
-    """A package that is there, and that does not import; `fault` says why."""
-
-    def __init__(self, method: str, package: str, fault: str) -> None:
-        super().__init__(method, (package,))
-        self.args, self.fault = (method, package, fault), fault
-
-    def __str__(self) -> str:
-        return f"{self.method} needs {self.packages[0]}, which does not import: {self.fault}"
-
-
-def imported(method: MethodEntry) -> None:
-    """Import the packages a method needs.
-
-    Raises
-    ------
-    MissingPackage
-        One is not installed.
-    Unimportable
-        One is, and raises something: built for another numpy, hidden by a file of its name.
-    """
-    if method.absent:
-        raise MissingPackage(method.name, method.absent)
-    for package in method.needs:
-        try:
-            import_module("scipy.integrate" if package == "scipy" else package)
-        except Exception as fault:  # whatever it raises, it is not ours
-            why = " ".join(f"{type(fault).__name__}: {fault}".split())
-            raise Unimportable(method.name, package, why) from fault

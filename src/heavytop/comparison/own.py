@@ -4,7 +4,7 @@
     mypackage.integrators:rk4       a function of a module
     rk4                             an entry point of the group ``heavytop.methods``
 
-Code runs only because a person names it, on the command line or in Python: `admit` loads it.
+Code runs only because a person names it, on the command line or in Python: `register` loads it.
 Nothing that is read from a file does that, so that a stored study or a scene never starts code.
 """
 
@@ -15,12 +15,12 @@ import inspect
 import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
@@ -111,17 +111,14 @@ class Method:
         return hasattr(self.function, "py_func")
 
 
-# --- what a person admits ------------------------------------------------------------------------
+# --- what a person registers ---------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Admitted:
+class Registered(NamedTuple):
     """A method that may run in this process, and what another process finds it by.
 
     Attributes
     ----------
-    name : str
-        As it is called in a study: ``mine.py:rk4``, ``package.module:rk4``, ``own:rk4``.
     method : Method
     digest : str
         SHA-256 of the file it stands in; empty where there is none.
@@ -129,19 +126,19 @@ class Admitted:
         What loads it elsewhere; empty for a function that cannot be had elsewhere.
     """
 
-    name: str
     method: Method
-    digest: str = ""
-    place: str = ""
+    digest: str
+    place: str
 
 
-Passes = Sequence[tuple[str, str, str]]
-"""Name, place and digest of methods, which let another process load them."""
+Origins = Sequence[tuple[str, str, str]]
+"""Name, digest and place of methods, by which another process loads them."""
 
-_ADMITTED: Final[dict[str, Admitted]] = {}
+_REGISTERED: Final[dict[str, Registered]] = {}
+"""By the name in a study: ``mine.py:rk4``, ``package.module:rk4``, ``own:rk4``."""
 
 
-def admit(asked: str | Method | Callable[..., Any]) -> str:
+def register(asked: str | Method | Callable[..., Any]) -> str:
     """Let a method run in this process because a person named it, and return its name in studies.
 
     A text without a method of one's own is returned as it is.
@@ -158,23 +155,23 @@ def admit(asked: str | Method | Callable[..., Any]) -> str:
         There is no such file, module or name; or the code raises something.
     """
     if not isinstance(asked, str):
-        found = _as_method(asked)
-        return _kept(Admitted(f"own:{found.label}", found, *_origin(found.function)))
+        method = _as_method(asked)
+        name = f"own:{method.label}"
+        _REGISTERED[name] = Registered(method, *_origin(method.function))
+        return name
     place, equals, setting = asked.partition("=")
     if ":" not in place:
         offered = [each for each in entry_points(group=GROUP) if each.name == place]
         if not offered:
             return asked
         place = offered[0].value
-    return _kept(_loaded(place)) + equals + setting
+    where, _, name = place.rpartition(":")
+    name = f"{Path(where).name}:{name}" if where.endswith(".py") else place
+    _REGISTERED[name] = _loaded(place)
+    return name + equals + setting
 
 
-def _kept(found: Admitted) -> str:
-    _ADMITTED[found.name] = found
-    return found.name
-
-
-def admitted(name: str) -> Admitted:
+def registered(name: str) -> Registered:
     """Return a method that a person named.
 
     Raises
@@ -182,22 +179,27 @@ def admitted(name: str) -> Admitted:
     Impossible
         Nobody did.
     """
-    if name not in _ADMITTED:
+    if name not in _REGISTERED:
         rule = f"{name} is your own code, which runs only if you name it (--methods)"
         raise Impossible([("method", rule)])
-    return _ADMITTED[name]
+    return _REGISTERED[name]
 
 
-def stated(texts: Iterable[str]) -> dict[str, dict[str, str]]:
+def _own_names(texts: Iterable[str]) -> list[str]:
+    names = dict.fromkeys(text.partition("=")[0] for text in texts)
+    return [name for name in names if name in _REGISTERED]
+
+
+def as_parameters(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     """Return what a study remembers of methods of one's own: nothing where there are none."""
-    found = digests(texts)
+    found = {name: _REGISTERED[name].digest for name in _own_names(texts)}
     return {"own": found} if found else {}
 
 
-def digests(texts: Iterable[str]) -> dict[str, str]:
-    """Return the fingerprints of those of some methods that are a person's own, by their names."""
-    names = dict.fromkeys(text.partition("=")[0] for text in texts)
-    return {name: _ADMITTED[name].digest for name in names if name in _ADMITTED}
+def origins(texts: Iterable[str]) -> Origins:
+    """Return where those methods come from that are one's own and can be loaded elsewhere."""
+    found = [(name, *_REGISTERED[name][1:]) for name in _own_names(texts)]
+    return [origin for origin in found if origin[2]]
 
 
 def expect_anywhere(texts: Iterable[str]) -> None:
@@ -208,18 +210,12 @@ def expect_anywhere(texts: Iterable[str]) -> None:
     Impossible
         A function stands in no file or module.
     """
-    if homeless := [name for name in digests(texts) if not _ADMITTED[name].place]:
-        rule = "must stand in a file or a module, as it runs in another process"
-        raise Impossible([(name, rule) for name in homeless])
+    rule = "must stand in a file or a module, as it runs in another process"
+    if homeless := [(n, rule) for n in _own_names(texts) if not _REGISTERED[n].place]:
+        raise Impossible(homeless)
 
 
-def passes(names: Iterable[str]) -> Passes:
-    """Return what lets another process load methods: name, place and digest of each."""
-    found = (_ADMITTED[name] for name in names if name in _ADMITTED)
-    return tuple((each.name, each.place, each.digest) for each in found if each.place)
-
-
-def let_pass(those: Passes) -> None:
+def load(those: Origins) -> None:
     """Load in this process what a person named in another one.
 
     Raises
@@ -227,55 +223,45 @@ def let_pass(those: Passes) -> None:
     Impossible
         The code is another one here.
     """
-    for name, place, digest in those:
-        if name not in _ADMITTED or _ADMITTED[name].digest != digest:
+    for name, digest, place in those:
+        if name not in _REGISTERED or _REGISTERED[name].digest != digest:
             found = _loaded(place)
             if found.digest != digest:
                 raise Impossible([(name, "is another file in a worker")])
-            _ADMITTED[name] = replace(found, name=name)
+            _REGISTERED[name] = found
 
 
-def _loaded(place: str) -> Admitted:
+def _loaded(place: str) -> Registered:
     """Load FILE.py:NAME or MODULE:NAME."""
     where, _, name = place.rpartition(":")
-    is_file = where.endswith(".py")
+    path = Path(where).resolve() if where.endswith(".py") else None
+    if path and not path.is_file():
+        raise Impossible([("method", f"{where}: there is no such file")])
     try:
-        module = _run_file(Path(where)) if is_file else importlib.import_module(where)
-        found = getattr(module, name)
-    except FileNotFoundError:
-        raise Impossible([("method", f"{where}: there is no such file")]) from None
-    except AttributeError as missing:
-        if getattr(missing, "name", None) != name:
-            raise _raised(where, missing) from missing
-        raise Impossible([("method", f"{where} has no {name!r}")]) from None
+        module = _run_file(path) if path else importlib.import_module(where)
     except Exception as fault:  # whatever it raises, it is not ours
-        raise _raised(where, fault) from fault
+        why = " ".join(f"{type(fault).__name__}: {fault}".split())
+        raise Impossible([("method", f"{where} raises {why}")]) from fault
+    if not hasattr(module, name):
+        raise Impossible([("method", f"{where} has no {name!r}")])
     digest = _digest(getattr(module, "__file__", None))
-    shown = f"{Path(where).name}:{name}" if is_file else place
-    place = f"{Path(where).resolve()}:{name}" if is_file else place
-    return Admitted(shown, _as_method(found), digest, place)
-
-
-def _raised(where: str, fault: Exception) -> Impossible:
-    why = " ".join(f"{type(fault).__name__}: {fault}".split())
-    return Impossible([("method", f"{where} raises {why}")])
+    method = _as_method(getattr(module, name))
+    return Registered(method, digest, f"{path}:{name}" if path else place)
 
 
 def _run_file(path: Path) -> Any:
     """The module that a file is; what stands beside it can be imported by it."""
-    if not path.is_file():
-        raise FileNotFoundError(path)
-    name = f"heavytop_own_{sha256(str(path.resolve()).encode()).hexdigest()[:12]}"
+    name = f"heavytop_own_{sha256(str(path).encode()).hexdigest()[:12]}"
     spec = spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)
     sys.modules[name] = module  # numba and pickle look there
-    sys.path.insert(0, str(path.resolve().parent))
+    sys.path.insert(0, str(path.parent))
     try:
         spec.loader.exec_module(module)
     finally:
-        sys.path.remove(str(path.resolve().parent))
+        sys.path.remove(str(path.parent))
     return module
 
 
@@ -286,14 +272,11 @@ def _as_method(found: Any) -> Method:
 def _origin(function: Callable[..., Any]) -> tuple[str, str]:
     """The digest of the file of a function, and what loads it elsewhere, if that is known."""
     function = getattr(function, "py_func", function)
-    try:
-        file = inspect.getsourcefile(function)
-    except TypeError:
-        file = None
     module, name = getattr(function, "__module__", ""), getattr(function, "__qualname__", ".")
-    found = getattr(sys.modules.get(module), name, None) if "." not in name else None
+    home = sys.modules.get(module)
+    found = getattr(home, name, None)
     here = getattr(found, "py_func", found) is function and module != "__main__"
-    return _digest(file), f"{module}:{name}" if here else ""
+    return _digest(getattr(home, "__file__", None)), f"{module}:{name}" if here else ""
 
 
 def _digest(file: str | None) -> str:

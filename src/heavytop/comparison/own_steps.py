@@ -10,11 +10,11 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
+from heavytop.comparison.adaptive import AdaptiveStepper, Solver, Taken
 from heavytop.comparison.own import BODY, Method
 from heavytop.comparison.steppers import (
     Advance,
@@ -24,12 +24,11 @@ from heavytop.comparison.steppers import (
     MethodError,
     NotFinite,
     Stepper,
-    StepperState,
     TopConstants,
     compiled_function,
     derivatives,
 )
-from heavytop.exact.pairs import Array, DoubleDouble, two_product
+from heavytop.exact.pairs import Array
 
 Rates = Callable[[Array], Array]
 T = TypeVar("T")
@@ -57,44 +56,24 @@ def own_stepper(
     else:
         constants = tuple(problem.constants.values())
         function = derivatives(problem.equations)
-    stepper: OwnSolver | FixedStep
+    warned, f = Counter[str](), RightHandSide(function, constants, problem.top)
     if method.solves:
-        rates = RightHandSide(_rates(function, constants, len(start)), problem.top)
-        span = problem.span * (1.0 if steps else SOLVED)
-        warned = Counter[str]()
-        solver = _watched(method.function, warned)
-        stepper = OwnSolver(solver, rates, setting, start, span, form, warned=warned)
+        span, ahead = problem.span * (1.0 if steps else SOLVED), problem.direction
+        solve = _solver(_watched(method.function, warned), f, setting)
         with suppress(IntegrationFailed):
-            stepper.solve(np.array(start), span * FIRST_CALL)
-        return stepper
-    h = problem.span / setting
-    block = steps or BLOCKS["numba" if method.compiled else "python"]
+            solve(np.array(start), span * FIRST_CALL)
+        return AdaptiveStepper(solve, start, ahead, 1, far=abs(span), form=form, warned=warned)
+    h, block = problem.span / setting, steps or BLOCKS["numba" if method.compiled else "python"]
     if method.compiled:
         take = _compiled_steps(method.function, _compiled_rates(function, constants, len(start)), h)
     else:
-        python = RightHandSide(_rates(function, constants, len(start)), problem.top)
-        take = _steps(method.function, python, h)
-    warned = Counter[str]()
-    stepper = FixedStep(start, h, _watched(take, warned), block, form=form, warned=warned)
+        take = _steps(method.function, f, h)
     with suppress(IntegrationFailed):
         take(np.array(start), np.empty(0), 1)
-    return stepper
+    return FixedStep(start, h, _watched(take, warned), block, form=form, warned=warned)
 
 
 # --- the right-hand side that it is given --------------------------------------------------------
-
-
-def _rates(function: Callable[..., Any], constants: tuple[float, ...], n: int) -> Rates:
-    """Return f(y) for arrays; on a pole of the angles its numbers are nan."""
-    nothing = np.full(n, np.nan)
-
-    def f(y: Array) -> Array:
-        try:
-            return np.array(function(*np.asarray(y, float).tolist(), *constants))
-        except (ZeroDivisionError, OverflowError, ValueError):
-            return nothing.copy()
-
-    return f
 
 
 def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], n: int) -> Any:
@@ -113,7 +92,7 @@ def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], 
 
 
 class RightHandSide:
-    """The f(y) of a step: it counts its calls, and knows its top.
+    """The f(y) of a step: it counts its calls, and knows its top; on a pole its numbers are nan.
 
     Attributes
     ----------
@@ -122,13 +101,18 @@ class RightHandSide:
     calls : int
     """
 
-    def __init__(self, f: Rates, top: TopConstants | None) -> None:
-        self.f, self.top, self.calls = f, top, 0
+    def __init__(
+        self, function: Callable[..., Any], constants: Sequence[float], top: TopConstants | None
+    ) -> None:
+        self.function, self.constants, self.top, self.calls = function, constants, top, 0
 
     def __call__(self, y: Array) -> Array:
         """Return the derivatives."""
         self.calls += 1
-        return self.f(y)
+        try:
+            return np.array(self.function(*np.asarray(y, float).tolist(), *self.constants))
+        except (ZeroDivisionError, OverflowError, ValueError):
+            return np.full(len(y), np.nan)
 
 
 # --- steps ---------------------------------------------------------------------------------------
@@ -188,7 +172,7 @@ def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
     given = y.copy()
     with _named():
         after = _real(step(f, y, h))
-    _unchanged(given, y)
+    _expect_unchanged(given, y)
     if after.shape != y.shape:
         raise MethodError(f"it returns an array of shape {after.shape}, not {y.shape}")
     if np.isnan(after).any() and (np.abs([y, f(y)]) < HUGE).all():
@@ -204,7 +188,7 @@ def _real(found: Any) -> Array:
     return array.astype(float)
 
 
-def _unchanged(given: Array, y: Array) -> None:
+def _expect_unchanged(given: Array, y: Array) -> None:
     if y.tobytes() != given.tobytes():
         raise MethodError("it changes the states it is given")
 
@@ -224,72 +208,20 @@ def _named() -> Iterator[None]:
 # --- a solver ------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnSolver:
-    """A solver of one's own, called for spans of one length.
+def _solver(solver: Callable[..., Any], rates: RightHandSide, tolerance: float) -> Solver:
+    """Return what calls a solver of one's own once for a span: only its end is looked at."""
 
-    Attributes
-    ----------
-    solver : callable
-        With the signature of `scipy.integrate.solve_ivp`.
-    rates : RightHandSide
-    tolerance : float
-    start : tuple of float
-    span : float
-        How far it goes in one call [s].
-    form : BodyForm or None
-        Of the body's own rotation, where it computes in that.
-    warned : Counter of str
-        How often it gave each warning.
-    """
+    def fun(_: float, y: Array) -> Array:
+        return rates(y)
 
-    solver: Callable[..., Any]
-    rates: RightHandSide
-    tolerance: float
-    start: tuple[float, ...]
-    span: float
-    form: BodyForm | None = None
-    compile_s: float = 0.0
-    warned: Counter[str] = field(default_factory=Counter)
+    fun.top = rates.top  # type: ignore[attr-defined]
 
-    def begin(self) -> StepperState:
-        """Return the start."""
-        return StepperState((0.0, 0.0), self.start, (0.0,))
-
-    def block(self, at: StepperState) -> StepperState:
-        """Call the solver once; spans are counted, so that no time is summed."""
-        before, count = self.rates.calls, at.carry[0] + 1
-        state, steps = self.solve(np.array(at.state), self.span)
-        return StepperState(
-            time=two_product(self.span, count),
-            state=tuple(state.tolist()),
-            carry=(count,),
-            steps=at.steps + steps,
-            evaluations=at.evaluations + self.rates.calls - before,
-        )
-
-    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times, each by a call that ends there."""
-        state = np.array(at.state)
-        spans = [(t[0] - at.time[0]) + (t[1] - at.time[1]) for t in times]
-        return np.array([self.solve(state, x)[0] if x else state for x in spans])
-
-    def output_time(self, t: float) -> DoubleDouble:
-        """Return the time itself."""
-        return t, 0.0
-
-    def solve(self, state: Array, span: float) -> tuple[Array, int]:
-        """Return the states at the end of a span and the steps, and tell what went wrong."""
-        y, bounds = state.copy(), {"rtol": self.tolerance, "atol": self.tolerance}
-
-        def fun(_: float, y: Array) -> Array:
-            return self.rates(y)
-
-        fun.top = self.rates.top  # type: ignore[attr-defined]
+    def solve(state: Array, span: float, *_: float, **_until: float) -> Taken:
+        y, before = state.copy(), rates.calls
         with _named():
-            found = self.solver(fun, (0.0, span), y, **bounds)
+            found = solver(fun, (0.0, span), y, rtol=tolerance, atol=tolerance)
             times, end = _real(found.t), _real(found.y)[:, -1]
-        _unchanged(state, y)
+        _expect_unchanged(state, y)
         if not getattr(found, "success", True) or not math.isclose(times[-1], span):
             why = str(getattr(found, "message", "")).strip().rstrip(".")
             stop = f"it stops after {times[-1]:.6g} of {span:.6g} s"
@@ -298,7 +230,10 @@ class OwnSolver:
             raise MethodError(f"it returns {end.size} states, not {state.size}")
         if not np.isfinite(end).all():
             raise NotFinite
-        return end, times.size - 1
+        rows, evaluations = np.array([state, end]), rates.calls - before
+        return Taken(np.array([0.0, span]), rows, evaluations, steps=times.size - 1)
+
+    return solve
 
 
 # --- the body's own rotation ---------------------------------------------------------------------

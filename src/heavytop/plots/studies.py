@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.ask import fact_quantity
@@ -142,13 +143,10 @@ def _guides(ax: Axes, periods: Sequence[float]) -> None:
 # --- work and precision: what a period costs against the error, with the front -------------------
 
 DOUBLE: Final = 53  # bits
-FORMS: Final = {
-    "cubic": style.BLUE, "axis": style.GREEN, "attitude": style.SKY, "routh": style.PURPLE,
-    "subsystem": style.YELLOW, "lagrange": style.BLACK,
-}  # fmt: skip
+COLOURS = style.BLUE, style.PURPLE, style.YELLOW, style.GREEN, style.SKY, style.BLACK
+FORMS: Final = dict(zip(FORMULATIONS, COLOURS, strict=False))
 OURS: Final = {"": "o", "-projected": "s", "-mpfr": "D"}
-COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", style.ORANGE, "#808080"
-FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
+FAMILIES: Final = {"collocation": "#8C510A", "splitting": style.ORANGE, "adaptive": "#808080"}
 ASTRAY: Final = 10.0  # error: a method has left the top, and the others could not be read
 OWN: Final = ("#E7298A", "#00A3A3", "#7A3DF0", "#A6761D", "#5A8F00")  # of one's own methods
 PER: Final = {
@@ -198,7 +196,7 @@ def workprec_figure(found: Found) -> Figure:
 
 def _looks(points: Sequence[Known]) -> Looks:
     """How each method is drawn: ours by formulation and precision, theirs hollow, by family."""
-    markers = {colour: cycle(style.MARKERS[:7]) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
+    markers = {colour: cycle(style.MARKERS[:7]) for colour in FAMILIES.values()}
     colours = cycle(OWN)
     found: Looks = {}
     for point in points:
@@ -210,12 +208,12 @@ def _looks(points: Sequence[Known]) -> Looks:
         elif ":" in name:
             found[name] = {"color": next(colours), "marker": "o", "lw": 2.0, "ms": 5, "zorder": 5}
         elif point["rival"]:
-            colour = FAMILIES.get(name, FAMILIES.get(point["language"], ADAPTIVE))
+            colour = FAMILIES[point.get("family", "adaptive")]
             found[name] = {"color": colour, "marker": next(markers[colour]), "linestyle": "--",
                            "markerfacecolor": "white"}  # fmt: skip
         else:
             precision = name.removeprefix(f"taylor-{point['formulation']}")
-            found[name] = {"color": FORMS[point["formulation"]],
+            found[name] = {"color": FORMS.get(point["formulation"], style.FAINT),
                            "marker": OURS.get(precision, OURS["-mpfr"]),
                            "linestyle": ":" if precision == "-projected" else "-"}  # fmt: skip
     return found

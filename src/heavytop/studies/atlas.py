@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import time
 from base64 import b64decode, b64encode
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
@@ -56,11 +55,8 @@ BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
 def _plane(parameters: study.Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
-    with study.reading(study.STUDY):
-        x, y = (Axis.of(parameters[side]) for side in "xy")
-        if parameters["what"] not in SETS or not isinstance(parameters["tile"], int):
-            raise ValueError("its columns or the size of its tiles are unknown")
-        return Plane(scene_of(parameters["scene"]), x, y)
+    x, y = (Axis.of(parameters[side]) for side in "xy")
+    return Plane(scene_of(parameters["scene"]), x, y)
 
 
 def tasks(parameters: study.Parameters) -> tuple[str, ...]:
@@ -72,16 +68,10 @@ def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iter
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
-    columns, escalated = _computed(plane.tops(tile), tile.shape, parameters["what"])
-    pairs = np.bincount(
-        columns["kind"].ravel() * np.int64(len(DETAILS)) + columns["detail"].ravel()
-    )
-    row = {
-        "counts": {_words(code): int(pairs[code]) for code in np.flatnonzero(pairs).tolist()},
-        "sent": escalated,
-        "uncertified": int(np.count_nonzero(columns["certified"] == 0)),
-        "tile": _packed(columns),
-    }
+    columns, sent = _computed(plane.tops(tile), tile.shape, parameters["what"])
+    file = BytesIO()  # compressed where that is worth its time
+    (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
+    row = {"sent": sent, "tile": b64encode(file.getvalue()).decode()}
     yield study.Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
@@ -100,19 +90,6 @@ def _computed(tops: dict[str, Any], shape: tuple[int, int], what: str) -> tuple[
     return {name: each.astype(TYPES[name]) for name, each in columns.items()}, verdicts.sent
 
 
-def _words(code: int) -> str:
-    """A kind and, where it has one, its detail."""
-    kind, detail = divmod(code, len(DETAILS))
-    return NAMES[kind] + (f", {DETAILS[detail]}" if detail else "")
-
-
-def _packed(columns: Columns) -> str:
-    """The columns of a tile as the text of an npz file, compressed where that is worth its time."""
-    file = BytesIO()
-    (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
-    return b64encode(file.getvalue()).decode()
-
-
 # --- the result -----------------------------------------------------------------------------------
 
 
@@ -127,41 +104,40 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     parameters, plane = journal.parameters, _plane(journal.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
     columns = {name: np.empty(plane.shape, TYPES[name]) for name in SETS[what]}
-    pairs, others = Counter[str](), Counter[str]()
+    pairs, sent = np.zeros((len(NAMES), len(DETAILS)), np.int64), 0
     for task, tile in tiles.items():
-        record = journal.load(task)
-        if not record.done:
-            why = record.failed or f"not computed yet; heavytop resume {journal.path} goes on"
-            raise ForeignFile(f"tile {task}: {why}")
-        with study.reading(f"tile {task}"):
-            [row] = record.rows
-            pairs.update(row["counts"])
-            others.update({name: row[name] for name in ("sent", "uncertified")})
-            found = np.load(BytesIO(b64decode(row["tile"], validate=True)))
-            for name, column in columns.items():
-                column[tile] = found[name]
-    kinds = Counter[str]()
-    for pair, count in pairs.items():
-        kinds[pair.partition(",")[0]] += count
-    seconds = sum(journal.state(task).seconds for task in tiles)
-    rate = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
+        if not journal.record(task).last.done:
+            why = f"not computed yet; heavytop resume {journal.folder} goes on"
+            raise ForeignFile(f"tile {task}: {journal.record(task).last.failed or why}")
+        [row] = journal.rows(task)
+        sent += row["sent"]
+        found = np.load(BytesIO(b64decode(row["tile"])))
+        for name, column in columns.items():
+            column[tile] = found[name]
+        codes = found["kind"].ravel() * np.int64(len(DETAILS)) + found["detail"].ravel()
+        pairs += np.bincount(codes, minlength=pairs.size).reshape(pairs.shape)
+    kinds = dict(zip(NAMES, pairs.sum(axis=1).tolist(), strict=True))
+    details = {
+        f"{NAMES[k]}, {DETAILS[d]}": int(pairs[k, d]) for k, d in np.argwhere(pairs) if DETAILS[d]
+    }
+    seconds = sum(journal.record(task).seconds for task in tiles)
     return Atlas(
         scene=parameters["scene"],
         axes={"x": plane.x.range, "y": plane.y.range},
         shape=plane.shape,
         what=what,
-        counts={name: kinds[name] for name in NAMES if name in kinds},
-        details={pair: count for pair, count in pairs.items() if "," in pair},
-        sent=others["sent"],
-        uncertified=others["uncertified"],
+        counts={name: count for name, count in kinds.items() if count},
+        details=details,
+        sent=sent,
+        uncertified=int(np.count_nonzero(columns["certified"] == 0)),
         curves=tuple(
             {"name": name, "x": x.tolist(), "y": y.tolist()} for name, x, y in curves(plane)
         ),
-        pixels_per_s=rate,
+        pixels_per_s=float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0,
         jobs=jobs,
         versions=parameters["versions"],
         map=_dataset(plane, columns, parameters),
-    )  # fmt: skip
+    )
 
 
 def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xarray.Dataset:
@@ -269,7 +245,7 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     how = {"executor": executor, "on_progress": progress}
-    with study.open_journal(folder, _parameters(plane, what)) as journal:
+    with study.Journal.open(folder, _parameters(plane, what)) as journal:
         return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
 
 

@@ -16,7 +16,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from fractions import Fraction
 from functools import lru_cache
-from hashlib import sha256
 from typing import Any, Final
 
 import numpy as np
@@ -24,9 +23,10 @@ import numpy as np
 from heavytop.certificate.balls import UNIT, TooCoarse
 from heavytop.certificate.bounds import bound
 from heavytop.certificate.events import Proof, match_events
-from heavytop.certificate.flow import READ, Flow
+from heavytop.certificate.flow import Flow
 from heavytop.certificate.run import BinaryRun, binary_run
 from heavytop.certificate.steps import LEAD
+from heavytop.certificate.system import CERTIFIED
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
 from heavytop.integration.blocks import Checkpoint
@@ -36,12 +36,12 @@ from heavytop.run.estimates import MOST_DIGITS
 from heavytop.run.events import KINDS_OF
 from heavytop.run.own_motion import own_motion
 from heavytop.run.planning import plan
-from heavytop.run.propagation import binary_start, propagate
+from heavytop.run.propagation import propagate
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import heard, whole
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 
 KIND: Final = "certificate"
 PARTS: Final = 64  # of a run: what may be done at the same time
@@ -49,10 +49,6 @@ BLOCKS: Final = 16  # done at a time: each of them would be stored
 LONG: Final = 4_000_000  # steps, of which a few more take little time
 SMALLEST: Final = 1e-6  # rad: a nutation that a run in doubles can have events of
 ASTRAY: Final = 1.0  # rad: angles farther off than this do not tell their turns
-ANGLES: Final = {"axis": ("phi",), "attitude": ("phi", "psi")}  # of these there are bounds
-# Beside half a unit in the last place: an argument, or a sum of two, added to whole turns; and what
-# those of the rounded start are off the angles that the run begins with.
-REST: Final = {"axis": 9 * UNIT, "attitude": 20 * UNIT}
 
 
 def certify(
@@ -124,7 +120,7 @@ def certify(
     if isinstance(run, Scene):
         run = run_in_doubles(run)
     parameters = certificate_parameters(run)
-    with open_journal(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 
@@ -136,8 +132,9 @@ def run_in_doubles(scene: Scene) -> Trajectory:
     chosen = plan(scene)
     if chosen.precision != "double" and scene.digits > MOST_DIGITS:
         return propagate(scene)
-    spins = need_of(scene.quantities) >= Need.PSI
-    form = "attitude" if spins or chosen.formulation == "attitude" else "axis"
+    wanted = {"psi"} if need_of(scene.quantities) >= Need.PSI else set[str]()
+    able = [name for name, each in CERTIFIED.items() if wanted <= {*each.angles}]
+    form = chosen.formulation if chosen.formulation in able else able[0]
     short = chosen.formulation != "none" and chosen.precision == "double"
     return propagate(scene, formulation=form, projected=chosen.projected or not short)
 
@@ -155,23 +152,21 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     if reason := why_not(trajectory):
         raise NotCertified(reason)
     own, orbit = binary_run(trajectory, own_motion(trajectory).period), trajectory.orbit
-    _check_ends(trajectory, own)
+    width = len(own.start)
+    seen, kept = orbit.at(orbit.samples.t).states, orbit.samples.states
+    if not np.array_equal(seen[:, :width], kept[:, :width], equal_nan=True):
+        raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
     run = asdict(own)
-    own, flow = _prepared(_key(run))
+    own, flow = _prepared(json.dumps(run, sort_keys=True))
     if orbit.steps == 0 and not flow.rests:
         raise NotCertified("the run took no step, though the axis moves")
-    points, width = orbit.checkpoints, len(own.start)
-    every = math.ceil(len(points) / PARTS)
-    legs = [
-        _place(points[i], width) | {"print": _print("", points[i + 1 : i + every + 1], width)}
-        for i in range(0, len(points), every)
-    ]
+    legs = orbit.checkpoints[:: math.ceil(len(orbit.checkpoints) / PARTS)]
     rounding, events = _rounding(trajectory, own, flow), trajectory.events
     return {
         "kind": KIND,
         "scene": trajectory.scene.problem(),
         "run": run,
-        "legs": legs,
+        "legs": [_as_json(point, width) for point in legs],
         "steps": orbit.steps,
         "final": orbit.samples.states[-1, : len(own.core.states)].tolist(),
         "rounding": rounding,
@@ -192,28 +187,12 @@ def why_not(trajectory: Trajectory) -> str:
         return f"the run ended early ({trajectory.outcome}): only a whole one is certified"
     if not trajectory.in_doubles:
         return "the run has more digits than doubles: its digits are held to the closed form"
-    if chosen.formulation not in ANGLES:
-        forms = " and ".join(ANGLES)
+    if chosen.formulation not in CERTIFIED:
+        forms = " and ".join(CERTIFIED)
         return f"the {chosen.formulation} form is not certified; of all forms, {forms} are"
     if (order := trajectory.orbit.integrator.engine.order) < LEAD:
         return f"its Taylor polynomials have order {order}: {LEAD} is the least"
     return ""
-
-
-def _check_ends(trajectory: Trajectory, own: BinaryRun) -> None:
-    """Refuse a run whose numbers are not those of its scene, or whose samples are not its own."""
-    name, orbit, width = trajectory.scene.name, trajectory.orbit, len(own.start)
-    numbers, begun = binary_start(trajectory.scene, trajectory.plan)
-    first, last = orbit.checkpoints[0], orbit.checkpoints[-1]
-    same = numbers == orbit.parameters and np.array_equal(begun.state[:width], own.start)
-    if not (same and (first.time, first.steps) == ((0.0, 0.0), 0)):
-        raise ForeignFile(f"{name}: its numbers are not those of its scene")
-    rests = orbit.steps == last.steps == 0
-    if not (rests or 0 < orbit.steps - last.steps <= last.block_steps):
-        raise ForeignFile(f"{name}: its steps do not lead from its last checkpoint")
-    seen, kept = orbit.at(orbit.samples.t).states, orbit.samples.states
-    if not np.array_equal(seen[:, :width], kept[:, :width], equal_nan=True):
-        raise ForeignFile(f"{name}: integrated again, its samples are others")
 
 
 def _rounding(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, float]:
@@ -223,7 +202,7 @@ def _rounding(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, f
     """
     rounding = dict.fromkeys(("axis", "theta"), 0.0)
     try:
-        phi = UNIT * flow.largest_angle + REST[own.formulation]
+        phi = UNIT * flow.largest_angle + CERTIFIED[own.formulation].rest
     except TooCoarse:
         return rounding
     uniform = 4 * UNIT * abs(own.constants["kappa"] * own.end)
@@ -233,7 +212,7 @@ def _rounding(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, f
 
 def _followed(trajectory: Trajectory) -> list[str]:
     """Return the angles with turns that a run has, as far as there are bounds of them."""
-    names = ANGLES[trajectory.plan.formulation]
+    names = CERTIFIED[trajectory.plan.formulation].angles
     return [name for name in names if getattr(trajectory, name) is not None]
 
 
@@ -244,7 +223,9 @@ def _start_errors(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
     """
     start = np.array([own.start[: len(own.core.states)]])
     tilt = sample(own.core, start, trajectory.orbit.parameters, np.zeros(1)).theta[0]
-    axis = own.start[: READ[own.formulation]]  # or a quaternion, the square of which it is long
+    axis = own.start[
+        : CERTIFIED[own.formulation].read
+    ]  # or a quaternion, the square of which it is long
     square = sum((Fraction(x) ** 2 for x in axis), Fraction(-1))
     off = abs(float(trajectory(0.0).theta - tilt))
     return {"theta": off, "axis": abs(float(square)) * (1 + 2 * UNIT)}
@@ -304,40 +285,35 @@ def tasks(parameters: Parameters) -> list[str]:
 
 def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
     """Yield some blocks of a part of the run at a time; the last chunk has what was found."""
-    place = int(task.rpartition("/")[2])
-    legs, width = parameters["legs"], len(parameters["run"]["start"])
-    own, flow = _prepared(_key(parameters["run"]))
-    first, whole = legs[place], place + 1 == len(legs)
-    last = parameters["steps"] if whole else legs[place + 1]["steps"]
-    left = checkpoint or {**first, "found": {}, "proved": {}, "print": ""}
-    point, done = _point(left), False
+    place, legs = int(task.rpartition("/")[2]), parameters["legs"]
+    own, flow = _prepared(json.dumps(parameters["run"], sort_keys=True))
+    begun, after = legs[place]["steps"], legs[place + 1] if place + 1 < len(legs) else None
+    last = after["steps"] if after else parameters["steps"]
+    found = checkpoint or {"at": legs[place], "found": {}, "proved": {}}
+    point, done = _from_json(found["at"]), False
     while not done:
-        clock = time.perf_counter()
+        clock, same = time.perf_counter(), True
         for _ in range(BLOCKS):
-            count, before = min(point.block_steps, last - point.steps), point.steps
-            if count > 0:
-                steps, point = own.steps(point, count)
-                with _known_well():
-                    here = bound(flow, steps, parameters["floor"], parameters["rounding"])
-                for name, values in zip(("found", "proved"), here, strict=True):
-                    left[name] = _larger(left[name], values)
-            done, same = point.steps >= last, True
-            if not (done and whole):  # where a run ends is no checkpoint
-                left["print"] = _print(left["print"], [point], width)
-            elif count > 0:
-                same = not own.ends_elsewhere(steps, np.array(parameters["final"]))
-            else:
-                same = parameters["steps"] == 0
-            same &= left["print"] == first["print"] if done else point.steps > before
-            if not same:
-                name = parameters["scene"]["name"]
-                raise ForeignFile(f"{name}: integrated again, its bits are others")
-            if done:
+            if point.steps >= last:
                 break
-        left |= _place(point, width)
-        gone = (point.steps - first["steps"]) / max(last - first["steps"], 1)
-        rows = [{"found": left["found"], "proved": left["proved"]}] if done else []
-        yield Chunk({**left}, rows, done, gone, time.perf_counter() - clock)
+            before = point
+            steps, point = own.steps(point, min(point.block_steps, last - point.steps))
+            with _known_well():
+                here = bound(flow, steps, parameters["floor"], parameters["rounding"])
+            for name, values in zip(("found", "proved"), here, strict=True):
+                found[name] = {n: _largest([x, found[name].get(n, 0.0)]) for n, x in values.items()}
+            same &= point.steps > before.steps
+        done, found["at"] = point.steps >= last, _as_json(point, len(own.start))
+        if done and after:
+            same &= found["at"] == after
+        elif done and last > 0:
+            same &= not own.ends_elsewhere(steps, np.array(parameters["final"]))
+        if not same:
+            name = parameters["scene"]["name"]
+            raise ForeignFile(f"{name}: integrated again, its bits are others")
+        rows = [{name: found[name] for name in ("found", "proved")}] if done else []
+        fraction = (point.steps - begun) / max(last - begun, 1)
+        yield Chunk({**found}, rows, done, fraction, time.perf_counter() - clock)
 
 
 def complete(journal: Journal, **how: Any) -> Certificate:
@@ -346,35 +322,19 @@ def complete(journal: Journal, **how: Any) -> Certificate:
     return collect(journal)
 
 
-def _place(point: Checkpoint, width: int) -> dict[str, Any]:
+def _as_json(point: Checkpoint, width: int) -> dict[str, Any]:
     state = point.state[:width].tolist()
     return {"time": list(point.time), "state": state, "steps": point.steps}
 
 
-def _point(known: Mapping[str, Any]) -> Checkpoint:
+def _from_json(known: Mapping[str, Any]) -> Checkpoint:
     return Checkpoint(tuple(known["time"]), np.array(known["state"]), known["steps"])
 
 
-def _print(before: str, points: Sequence[Checkpoint], width: int) -> str:
-    """Return the fingerprint of states and times that follow others, whose fingerprint is known."""
-    for point in points:
-        numbers = ",".join(x.hex() for x in (*point.time, *point.state[:width].tolist()))
-        before = sha256(f"{before},{point.steps},{numbers}".encode()).hexdigest()[:32]
-    return before
-
-
-def _larger(a: Mapping[str, float | None], b: Mapping[str, float]) -> dict[str, float | None]:
-    """The larger of two bounds of each: none, where one of them is none or infinite."""
-    return {n: _most([x if math.isfinite(x) else None, a.get(n, 0.0)]) for n, x in b.items()}
-
-
-def _most(values: Sequence[float | None]) -> float | None:
-    """Return the largest of some bounds: none, if there is one that is none."""
-    return None if None in values else max((x for x in values if x is not None), default=0.0)
-
-
-def _key(run: Mapping[str, Any]) -> str:
-    return json.dumps(run, sort_keys=True)
+def _largest(values: Sequence[float | None]) -> float | None:
+    """Return the largest of some bounds: none, where one of them is none or infinite."""
+    numbers = [x for x in values if x is not None and math.isfinite(x)]
+    return max(numbers, default=0.0) if len(numbers) == len(values) else None
 
 
 @lru_cache(maxsize=2)
@@ -400,14 +360,13 @@ def _known_well() -> Iterator[None]:
 def collect(journal: Journal) -> Certificate:
     """Return the certificate that all parts of a run add up to."""
     asked = journal.parameters
-    records = [journal.load(task) for task in tasks(asked)]
-    for record in records:
-        if record.failed:
-            raise ForeignFile(record.failed)
+    for task in tasks(asked):
+        if failed := journal.record(task).last.failed:
+            raise ForeignFile(failed)
     rounding, formulation = asked["rounding"], asked["run"]["formulation"]
-    rows = [row for record in records for row in record.rows]
-    observed = {n: _most([row["found"].get(n, 0.0) for row in rows]) for n in rounding}
-    proved = {n: _most([row["proved"].get(n, 0.0) for row in rows]) for n in rounding}
+    rows = [row for task in tasks(asked) for row in journal.rows(task)]
+    observed = {n: _largest([row["found"].get(n, 0.0) for row in rows]) for n in rounding}
+    proved = {n: _largest([row["proved"].get(n, 0.0) for row in rows]) for n in rounding}
     bounds = {
         n: None if (x := proved.get(n)) is None else x + rounding[n] + asked["start"].get(n, 0.0)
         for n in QUANTITIES

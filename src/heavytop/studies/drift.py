@@ -29,14 +29,22 @@ from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
-from heavytop.studies.methods import AUTO, DEFAULT, admitted, method, planned
-from heavytop.studies.steppers import MethodRun, measured_order, no_nutation, set_up
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, open_journal, run
+from heavytop.studies.methods import AUTO, load_methods, method, plan_auto
+from heavytop.studies.steppers import MethodRun, measured_order, set_up, why_no_nutation
+from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
 
 KIND: Final = "drift"
+DEFAULT: Final = (
+    "taylor-axis",
+    "taylor-axis-projected",
+    "taylor-cubic",
+    "dop853-cyrk",
+    "sofroniou-spaletta10",
+    "gauss8",
+)
 OPTIONS: Final = {
     "periods": Range(1, 1e12),
     "ensemble": Range(1, 10_000, whole=True),
@@ -133,11 +141,11 @@ def drift(
     """
     heard("progress", progress)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
-    methods = admitted(methods, str(getattr(scene, "name", KIND)))
+    methods = load_methods(methods, str(getattr(scene, "name", KIND)))
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:
         own.expect_anywhere(parameters["methods"])
-    with open_journal(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
 
@@ -152,7 +160,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     file = str(getattr(scene, "name", KIND))
     values, faults = parse_options(file, options, OPTIONS)
     names, wrong = parse_names(file, "methods", methods, _checked)
-    if faults := [*faults, *no_nutation(file, scene, "a drift study"), *wrong]:
+    if faults := [*faults, *why_no_nutation(file, scene, "a drift study"), *wrong]:
         raise BadScene(tuple(faults))
     jobs = values.pop("jobs")
     texts = [_auto(scene, values["periods"]) if name == AUTO else name for name in names]
@@ -161,7 +169,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
         "scene": scene.problem(),
         "methods": list(dict.fromkeys(texts)),
         **values,
-        **own.stated(texts),
+        **own.as_parameters(texts),
         "versions": versions(),
     }
     return parameters, jobs
@@ -181,7 +189,7 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     handed over, which stays where it is.
     """
     name = task.rpartition("/")[0].partition("=")[0]
-    mine, asked = own.passes([name]), (parameters, task, checkpoint)
+    mine, asked = own.origins([name]), (parameters, task, checkpoint)
     if mine and not name.startswith("own:"):
         limits = chain([SET_UP_S], repeat(LIMIT_S))
         chunks = TIMED_WORKER.stages(_chunks, *asked, mine, limits=limits)
@@ -192,13 +200,13 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
 
 
 def _chunks(
-    parameters: Parameters, task: str, checkpoint: Any, mine: own.Passes = ()
+    parameters: Parameters, task: str, checkpoint: Any, mine: own.Origins = ()
 ) -> Iterator[Chunk]:
     """Yield the chunks of a run in this process; first an empty one, once it is set up."""
-    own.let_pass(mine)
+    own.load(mine)
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
-    start = neighbour(scene.start, parameters["seed"], int(number))
+    start = perturbed_start(scene.start, parameters["seed"], int(number))
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
     periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
     times = [found.stepper.output_time(n * found.period) for n in periods]
@@ -265,14 +273,14 @@ def _checked(text: str) -> str:
 
 def _auto(scene: Scene, periods: float) -> str:
     """The method that auto stands for in a run of this length."""
-    found = planned(AUTO, scene, periods)
+    found = plan_auto(AUTO, scene, periods)
     return f"taylor-{found.formulation}{'-projected' if found.projected else ''}"
 
 
 # --- starts and times ------------------------------------------------------------------------
 
 
-def neighbour(start: State, seed: int, number: int) -> State:
+def perturbed_start(start: State, seed: int, number: int) -> State:
     """Return a start beside the given one; number 0 is that itself.
 
     Tilt and rates are changed by one per cent at most, and the spin omega3 stays. A start depends
@@ -286,10 +294,10 @@ def neighbour(start: State, seed: int, number: int) -> State:
     Examples
     --------
     >>> start = State(theta=0.1, phidot=-15, psidot=140)
-    >>> neighbour(start, 1, 0) is start
+    >>> perturbed_start(start, 1, 0) is start
     True
-    >>> beside = neighbour(start, 1, 3)
-    >>> beside == neighbour(start, 1, 3), abs(float(beside.theta) / 0.1 - 1) < 0.01
+    >>> beside = perturbed_start(start, 1, 3)
+    >>> beside == perturbed_start(start, 1, 3), abs(float(beside.theta) / 0.1 - 1) < 0.01
     (True, True)
     """
     if number == 0:
@@ -336,7 +344,7 @@ def collect(journal: Journal) -> Drift:
     asked = journal.parameters
     scene = scene_of(asked["scene"])
     period = float(closed_form_of(scene).period or 0.0)
-    states = [neighbour(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
+    states = [perturbed_start(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
     return Drift(
         scene=asked["scene"],
         **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
@@ -355,12 +363,12 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     """What was found of a method, as a row of the result."""
     chosen = method(text)
     tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
-    records = [] if chosen.absent else [journal.load(task) for task in tasks]
-    failed = [record.failed for record in records if record.failed]
+    records = [] if chosen.absent else [journal.record(task) for task in tasks]
+    failed = [record.last.failed for record in records if record.last.failed]
     absent = str(MissingPackage(chosen.name, chosen.absent)) if chosen.absent else None
     skipped = next(iter(failed), absent)
-    known = [record.checkpoint for record in ([] if skipped else records)]
-    columns = [_columns(record.rows, lost) for record in records[: len(known)]]
+    known = [record.last.checkpoint for record in ([] if skipped else records)]
+    columns = [_columns(journal.rows(task), lost) for task in tasks[: len(known)]]
     gone, seconds = sum(x["periods"] for x in known), sum(each.seconds for each in records)
     row: dict[str, Any] = {
         "name": chosen.text,

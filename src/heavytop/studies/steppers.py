@@ -22,8 +22,15 @@ import numpy as np
 
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import ReducedMotion
+from heavytop.comparison.methods import MethodEntry, make_stepper
 from heavytop.comparison.own_steps import OBSERVED, BodyForm
-from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState, TopConstants
+from heavytop.comparison.steppers import (
+    InitialValueProblem,
+    IntegrationFailed,
+    Stepper,
+    StepperState,
+    TopConstants,
+)
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
@@ -41,7 +48,6 @@ from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.scene.top import Top
-from heavytop.studies.methods import MethodSetting
 
 DIGITS: Final = 40  # of the reference solution
 EVEN: Final = 0.7  # of |z|, above which x and y determine it better
@@ -72,7 +78,7 @@ class MethodRun:
     period: float
 
 
-def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
+def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     """Return a method set up for the start of a scene.
 
     Raises
@@ -87,40 +93,39 @@ def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
     chosen = plan(wants, method.formulation, projected=method.projected)
     tolerance = EPSILON if method.is_rival or method.bits > DOUBLE else method.setting
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
-    form, own = chosen.equations, partial(motion_of, chosen)
     parameters, start = binary_start(scene, chosen)
+    known, digits = parameters, DIGITS
     if method.bits > DOUBLE:
-        stepper = PreciseStepper(integrator_of(chosen, parameters, start), start, FAR)
         known = {name: text(x) for name, x in parameters.items()}
         digits = max(DIGITS, digits_of(method.bits) + SPARE_DIGITS)
-        reference = ReferenceSolution(form, known, stepper.words(stepper.begin()), own, digits)
-        period = _period(scene, reference)
-        return MethodRun(replace(stepper, far=FAR * period), reference, period)
-    reference = ReferenceSolution(form, parameters, tuple(start.state.tolist()), own)
-    period = _period(scene, reference)
-    if method.is_rival:
-        from heavytop.comparison.methods import make_stepper
+    words, own = _words(start.state, method.bits), partial(motion_of, chosen)
+    reference = ReferenceSolution(chosen.equations, known, words, own, digits)
+    period = reference.period
+    if period is None:  # the scene's own start nutates, but its rounded one does not
+        rule = f"so close to a pole that, as it is rounded here, nothing nutates ({DIGITS} digits)"
+        theta = str(scene.start.theta)
+        raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
+    if not method.is_rival:
+        kind = PreciseStepper if method.bits > DOUBLE else TaylorStepper
+        stepper = kind(integrator_of(chosen, parameters, start), start, FAR * period)
+        return MethodRun(stepper, reference, period)
+    state, top = tuple(start.state.tolist()), top_constants(scene.top)
+    problem = InitialValueProblem(chosen.equations, parameters, state, period=period, top=top)
+    taken = make_stepper(method, problem)
+    body = getattr(taken, "form", None)
+    if body is not None:
+        reference = replace(reference, body=body, first_row=taken.begin().state)
+    return MethodRun(taken, reference, period)
 
-        taken = make_stepper(
-            method.name, start.state, parameters, method.setting, period,
-            formulation=form, top=top_constants(scene.top),
-        )  # fmt: skip
-        body = getattr(taken, "form", None)
-        if body is not None:
-            reference = replace(reference, body=body, first_row=taken.begin().state)
-        return MethodRun(taken, reference, period)
-    engine = integrator_of(chosen, parameters, start)
-    return MethodRun(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
 
-
-def measured_order(scene: Scene, method: MethodSetting) -> float | None:
+def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     """Return the order of a method of fixed steps, by how its error falls with their number.
 
     Parameters
     ----------
     scene : Scene
         Its start is followed for a sixteenth of a nutation period.
-    method : MethodSetting
+    method : MethodEntry
     """
     errors = {}
     for steps in ORDER_STEPS:
@@ -168,7 +173,7 @@ def top_constants(top: Top) -> TopConstants:
     return TopConstants(float(top.A), float(top.C), float(top.gMR))
 
 
-def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
+def why_no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
     """Yield why a scene has no nutation periods to be counted.
 
     Parameters
@@ -189,72 +194,12 @@ def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
         yield Fault(file, None, "start", "", rule, f"{study} takes a top that nutates")
 
 
-def _period(scene: Scene, reference: ReferenceSolution) -> float:
-    if reference.period is None:  # the scene's own start nutates, but its rounded one does not
-        rule = f"so close to a pole that, as it is rounded here, nothing nutates ({DIGITS} digits)"
-        theta = str(scene.start.theta)
-        raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
-    return reference.period
-
-
 # --- the Taylor integrator as a stepper ------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class TaylorStepper:
     """The Taylor integrator in doubles, with the very blocks of steps of a trajectory.
-
-    Attributes
-    ----------
-    engine : Integrator
-    start : ndarray, shape (n,)
-    far : float
-        A time that no step reaches [s].
-    """
-
-    engine: Integrator
-    start: Array
-    far: float
-
-    def begin(self) -> StepperState:
-        """Return the start."""
-        return StepperState((0.0, 0.0), tuple(self.start.tolist()))
-
-    def block(self, at: StepperState) -> StepperState:
-        """Take a block of natural steps, as `Stepper` says."""
-        done = self._block(at)
-        if done.singular or done.steps == 0:
-            raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
-        return StepperState(
-            time=done.end.time,
-            state=tuple(done.end.state.tolist()),
-            steps=done.end.steps,
-            evaluations=at.evaluations + done.steps,
-        )
-
-    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state, from its Taylor polynomials."""
-        local = [add(t, (-at.time[0], -at.time[1])) for t in times]
-        inside = np.array([high + low for high, low in local])
-        return self._block(replace(at, time=(0.0, 0.0)), inside).samples.states
-
-    def output_time(self, t: float) -> DoubleDouble:
-        """Return the time itself."""
-        return (t, 0.0)
-
-    def _block(self, at: StepperState, samples: Array = NEVER) -> Observed:
-        start = Checkpoint(at.time, np.array(at.state), at.steps)
-        longest = None if at.steps else self._first_steps
-        return self.engine.block(start, start.block_steps, self.far, samples, longest)
-
-    @cached_property
-    def _first_steps(self) -> float | None:
-        return self.engine.cautious_step(Checkpoint((0.0, 0.0), self.start, 0), self.far)
-
-
-@dataclass(frozen=True, eq=False)
-class PreciseStepper:
-    """The Taylor integrator in more bits than doubles have.
 
     Attributes
     ----------
@@ -274,53 +219,72 @@ class PreciseStepper:
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
-        done = self._block(at)
+        done = self._block(self._checkpoint(at))
         if done.singular or done.steps == 0:
-            raise IntegrationFailed(f"singular, or overflow, after {at.steps} steps")
+            raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
         return self._state(done.end)
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state, laid out as `words`."""
-        wanted = [self.engine.engine.number(self._sum(t)) for t in times]
-        seen = self._block(at, np.array(wanted, self.start.state.dtype)).samples
-        return np.array([self._words(row) for row in seen.states])
+        """Return the states at times in the block after a state, from its Taylor polynomials."""
+        local = [add(t, (-at.time[0], -at.time[1])) for t in times]
+        inside = np.array([high + low for high, low in local])
+        return self._block(self._checkpoint(replace(at, time=(0.0, 0.0))), inside).samples.states
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
-    def words(self, at: StepperState) -> tuple[float, ...]:
-        """Return the doubles whose sums are the states."""
-        return (*at.state, *at.carry[:-LATE_WORDS])
+    def _block(self, start: Checkpoint, samples: Array = NEVER) -> Observed:
+        longest = None if start.steps else self._first_steps
+        return self.engine.block(start, start.block_steps, self.far, samples, longest)
 
-    def _block(self, at: StepperState, samples: Any = None) -> Observed:
-        number, n, words = self.engine.engine.number, self.start.state.size, self.words(at)
-        t = self._sum((*at.time, *at.carry[-LATE_WORDS:]))
-        time = number(t), number(t - number(t))
-        numbers = [sum(map(number, words[i::n][::-1]), number(0)) for i in range(n)]
-        start = Checkpoint(time, np.array(numbers, self.start.state.dtype), at.steps)
-        none = start.state[:0]
-        longest = self.engine.cautious_step(start, self.far)
-        asked = none if samples is None else samples
-        return self.engine.block(start, start.block_steps, self.far, asked, longest)
+    @cached_property
+    def _first_steps(self) -> float | None:
+        return self.engine.cautious_step(self.start, self.far)
 
-    def _sum(self, words: Sequence[float]) -> Any:
-        wide = 2 * self.engine.engine.bits + 64
-        return sum((hy.real(word, wide) for word in words[::-1]), hy.real(0, wide))
+    def _checkpoint(self, at: StepperState) -> Checkpoint:
+        return Checkpoint(at.time, np.array(at.state), at.steps)
 
     def _state(self, at: Checkpoint) -> StepperState:
-        n, words = self.start.state.size, self._words(at.state)
-        high, low = at.time
-        wide, instant = hy.real(high, 2 * self.engine.engine.bits + 64) + low, list[float]()
+        return StepperState(at.time, tuple(at.state.tolist()), (), at.steps, at.steps)
+
+
+class PreciseStepper(TaylorStepper):
+    """The Taylor integrator in more bits than doubles have."""
+
+    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states at times in the block after a state, laid out as `_words`."""
+        engine, kind = self.engine.engine, self.start.state.dtype
+        wanted = [engine.number(self._sum(t)) for t in times]
+        seen = self._block(self._checkpoint(at), np.array(wanted, kind)).samples
+        return np.array([_words(row, engine.bits) for row in seen.states])
+
+    def _checkpoint(self, at: StepperState) -> Checkpoint:
+        number, n = self.engine.engine.number, self.start.state.size
+        words, t = (*at.state, *at.carry[:-LATE_WORDS]), (*at.time, *at.carry[-LATE_WORDS:])
+        numbers = [sum(map(number, words[i::n][::-1]), number(0)) for i in range(n)]
+        high = number(self._sum(t))
+        time = high, number(self._sum(t) - high)
+        return Checkpoint(time, np.array(numbers, self.start.state.dtype), at.steps)
+
+    def _state(self, at: Checkpoint) -> StepperState:
+        n, words = self.start.state.size, _words(at.state, self.engine.engine.bits)
+        wide, instant = self._sum(()) + at.time[0] + at.time[1], list[float]()
         for _ in range(2 + LATE_WORDS):
             instant.append(float(wide - self._sum(instant)))
         carry = (*words[n:], *instant[2:])
         return StepperState((instant[0], instant[1]), words[:n], carry, at.steps, at.steps)
 
-    def _words(self, row: Any) -> tuple[float, ...]:
-        count = math.ceil(self.engine.engine.bits / DOUBLE)
-        columns = [_expansion(Fraction(text(x)), count) for x in row]
-        return tuple(word for row in zip(*columns, strict=True) for word in row)
+    def _sum(self, words: Sequence[float]) -> Any:
+        wide = 2 * self.engine.engine.bits + 64
+        return sum((hy.real(word, wide) for word in words[::-1]), hy.real(0, wide))
+
+
+def _words(row: Any, bits: int) -> tuple[float, ...]:
+    """Doubles whose sums are numbers: the first words of all of them, then their second words."""
+    count = math.ceil(bits / DOUBLE)
+    columns = [_expansion(Fraction(text(x)), count) for x in row]
+    return tuple(word for each in zip(*columns, strict=True) for word in each)
 
 
 def _expansion(x: Fraction, words: int) -> list[float]:
@@ -389,7 +353,7 @@ class ReferenceSolution:
     @property
     def period(self) -> float | None:
         """T [s] of the run's own motion; None where nothing nutates."""
-        period: float | None = self.truth.period
+        period: float | None = self.exact.period
         return period
 
     @cached_property
@@ -398,7 +362,7 @@ class ReferenceSolution:
         return context(self.digits)
 
     @cached_property
-    def truth(self) -> ClosedForm:
+    def exact(self) -> ClosedForm:
         """The closed form of the run's own start."""
         values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
         source = self.own(self.digits, self._states(self.start), values)
@@ -409,9 +373,9 @@ class ReferenceSolution:
         u, udot, values, axis = self._observed(row)
         exact, first = self._exact(t), self._first
         change = {name: values[name] - first[name] for name in values}
-        scale = max(abs(first["energy"]), abs(self.truth.reduced.g)) or 1
+        scale = max(abs(first["energy"]), abs(self.exact.reduced.g)) or 1
         energy = change.pop("energy") / scale
-        frequency = 2 * self.ctx.pi / self.truth.mpf("period", self.digits)
+        frequency = 2 * self.ctx.pi / self.exact.mpf("period", self.digits)
         return StateError(
             energy=float(energy),
             invariants={name: float(x / self._size(name)) for name, x in change.items()},
@@ -427,7 +391,7 @@ class ReferenceSolution:
         return float(self.ctx.acos(u) - self._exact(t).theta)
 
     def _exact(self, t: DoubleDouble) -> Any:
-        return self.truth.at(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]), self.digits)
+        return self.exact.at(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]), self.digits)
 
     def _states(self, row: Sequence[float]) -> list[Any]:
         n = len(self.formulation.states)

@@ -22,15 +22,10 @@ import numpy as np
 
 from heavytop import errors
 from heavytop.comparison import own
-from heavytop.comparison.adaptive import Singular, scipy_stepper
-from heavytop.comparison.methods import make_stepper
-from heavytop.comparison.steppers import (
-    InitialValueProblem,
-    IntegrationFailed,
-    MethodError,
-    NotFinite,
-)
+from heavytop.comparison.methods import MethodEntry, make_stepper
+from heavytop.comparison.steppers import InitialValueProblem, IntegrationFailed
 from heavytop.doctor import versions
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.results.base import Row
@@ -38,10 +33,11 @@ from heavytop.results.stress import ASTRAY, AUTO, NOTHING, Stress, StressCases, 
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
-from heavytop.run.verify import energy_error
+from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
+from heavytop.scene.quantities import Need
 from heavytop.studies import study
-from heavytop.studies.methods import ANGLES, MethodSetting, admitted, stress_method, stress_methods
+from heavytop.studies.methods import ANGLES, load_methods, stress_method, stress_methods
 from heavytop.studies.steppers import measured_order, top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
@@ -60,17 +56,8 @@ NUMBERS: Final = {
     "jobs": Range(1, 1024, whole=True),
 }
 EASY: Final = "ten-periods"  # the case at which the order of a method of one's own is measured
-FAILED: Final = {
-    MethodError: StressOutcome.METHOD_ERROR,
-    Singular: StressOutcome.SINGULAR,
-    NotFinite: StressOutcome.DIVERGED,
-}
 KEPT: Final = 0.5  # of the digits that conditioning leaves
-BLOCK: Final = 1000  # steps of a fixed step between two looks,
-CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
-OWN_WARNINGS: Final = (errors.DoubtfulWarning,)
 WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
-WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
 
 # --- the study -------------------------------------------------------------------------------
 
@@ -135,7 +122,7 @@ def stress(
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, NUMBERS)
     some = all_cases() if cases is None else cases
-    asked = stress_methods() if methods is None else admitted(methods, KIND)
+    asked = stress_methods() if methods is None else load_methods(methods, KIND)
     chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
     known, no_methods = parse_names(KIND, "methods", asked, stress_method)
     if faults := [*faults, *no_cases, *no_methods]:
@@ -147,11 +134,11 @@ def stress(
         "cases": list(dict.fromkeys(each.name for each in chosen)),
         "methods": names,
         **{name: values[name] for name in LIMITS},
-        **own.stated(names),
+        **own.as_parameters(names),
         "versions": versions(),
     }
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with study.open_journal(folder, parameters) as journal:
+    with study.Journal.open(folder, parameters) as journal:
         return complete(journal, on_progress=progress, **how)
 
 
@@ -181,11 +168,10 @@ def collect(journal: study.Journal, budget: float = BUDGET_S) -> Stress:
     methods = [stress_method(name) for name in parameters["methods"]]
     for method in methods:
         for case in parameters["cases"]:
-            record = journal.load(f"{case}/{method.name}")
+            task = f"{case}/{method.name}"
+            record = journal.record(task).last
             if record.done:
-                with study.reading(f"run {record.task}"):
-                    [row] = record.rows
-                    runs.append(run_row(**row))
+                runs += [run_row(**row) for row in journal.rows(task)]
                 continue
             absent = method.absent and f"{', '.join(method.absent)} is not installed"
             reason = absent or record.failed or "the budget was spent"
@@ -205,13 +191,10 @@ def collect(journal: study.Journal, budget: float = BUDGET_S) -> Stress:
 def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Iterator[study.Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
-    asked, limit = (
-        (case, method, reference(case), parameters["step_limit"]),
-        parameters["time_limit"],
-    )
-    passes, limits = own.passes(parameters.get("own", {})), (SET_UP_S, limit)
+    limit, mine = parameters["time_limit"], own.origins(parameters.get("own", {}))
+    asked = case, method, reference(case), parameters["step_limit"], mine
     try:
-        [_, found] = TIMED_WORKER.stages(put_to_test, *asked, passes, limits=limits)
+        [_, found] = TIMED_WORKER.stages(run_task, *asked, limits=(SET_UP_S, limit))
     except TimedOut:
         form = stress_method(method).states
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
@@ -219,17 +202,17 @@ def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Ite
     yield study.Chunk(rows=[found], done=True)
 
 
-def put_to_test(
-    case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Passes = ()
+def run_task(
+    case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Origins = ()
 ) -> Iterator[Row]:
     """In the worker: compile what a method needs; then do a run, and judge it."""
-    own.let_pass(methods)
+    own.load(methods)
     with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # the Fortran and C of solvers
         os.dup2(nothing.fileno(), 2)
     chosen, asked = stress_method(method), all_cases()[case]
     ready = prepare(asked, chosen, truth) if chosen.is_rival else None
     yield Row()
-    yield judged(run_case(asked, chosen, truth, step_limit, ready), truth, case, chosen)
+    yield judge(run_case(asked, chosen, truth, step_limit, ready), truth, case, chosen)
 
 
 def run_row(*, case: str, method: str, formulation: str, outcome: str, **more: Any) -> Row:
@@ -260,14 +243,14 @@ def listing() -> StressCases:
 
 
 @dataclass(frozen=True, slots=True)
-class Attempt:
+class CaseRun:
     """What one run gave, before it is judged.
 
     Attributes
     ----------
     stopped : StressOutcome or None
         What stopped it on the way.
-    said : str
+    message : str
         What it said of that, or of a doubt.
     steps : int
     axis : tuple of 3 float, or None
@@ -288,9 +271,9 @@ class Attempt:
     """
 
     stopped: StressOutcome | None = None
-    said: str = ""
+    message: str = ""
     steps: int = 0
-    axis: tuple[float, float, float] | None = None
+    axis: tuple[float, ...] | None = None
     theta: float | None = None
     angles: tuple[float, ...] = ()
     energy_error: float | None = None
@@ -302,17 +285,17 @@ class Attempt:
 
 def run_case(
     case: Case,
-    method: MethodSetting,
+    method: MethodEntry,
     truth: CaseReference,
     step_limit: int,
     ready: Prepared | None = None,
-) -> Attempt:
+) -> CaseRun:
     """Do one run.
 
     Parameters
     ----------
     case : Case
-    method : MethodSetting
+    method : MethodEntry
         One of `heavytop.studies.methods.stress_methods`.
     truth : CaseReference
         Of the case; only its end and its period are used.
@@ -326,31 +309,36 @@ def run_case(
     else:
         found = _taylor(case, method, step_limit)
     if found.stopped is None and found.steps > step_limit:
-        said = f"{found.steps} steps, more than its limit"
-        return replace(found, stopped=StressOutcome.STEP_LIMIT, said=said)
+        message = f"{found.steps} steps, more than its limit"
+        return replace(found, stopped=StressOutcome.STEP_LIMIT, message=message)
     return found
 
 
-def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
-    scene = replace(case.scene, quantities=WANTED.get(method.name, ("axis",)))
-    with warnings.catch_warnings(record=True) as heard:
+def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
+    wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == ANGLES else ("axis",)
+    if method.formulation != AUTO and FORMULATIONS[method.formulation].gives is Need.TILT:
+        wanted = ("theta",)
+    scene = replace(case.scene, quantities=wanted)
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
         except errors.BadScene as refusal:
-            return Attempt(StressOutcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
+            return CaseRun(StressOutcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
         except errors.EndedEarly as early:
             found = early.trajectory
-    said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
+    message = "; ".join(
+        str(w.message) for w in caught if issubclass(w.category, errors.DoubtfulWarning)
+    )
     end, chosen = found.orbit.end, found.plan
-    result = Attempt(said=said, steps=found.statistics.steps)
+    result = CaseRun(message=message, steps=found.statistics.steps)
     if method.formulation == AUTO:
         parts = (chosen.formulation, chosen.precision, "projected" if chosen.projected else "")
         plan, more_bits = ", ".join(filter(None, parts)), chosen.precision != "double"
         result = replace(result, plan=plan, more_bits=more_bits)
     if found.outcome is not errors.Outcome.FINISHED:
-        why = said or f"{found.outcome.sentence}, at t = {end:.6g} s"
-        return replace(result, stopped=StressOutcome(found.outcome), said=why)
+        why = message or f"{found.outcome.sentence}, at t = {end:.6g} s"
+        return replace(result, stopped=StressOutcome(found.outcome), message=why)
     with np.errstate(all="ignore"):
         counted = {name: found.events.count(name) or 0 for name in scene.events}
         result = replace(result, energy_error=energy_error(found), counted=counted)
@@ -366,124 +354,97 @@ class Prepared(NamedTuple):
     step_error: float = 0.0
 
 
-def prepare(case: Case, method: MethodSetting, truth: CaseReference) -> Prepared:
-    """Return a method of others set up for a case; what it compiles is compiled here.
-
-    scipy's solvers begin at any start: at a pole nothing warns their user either.
-    """
+def prepare(case: Case, method: MethodEntry, truth: CaseReference) -> Prepared:
+    """Return a method of others set up for a case; what it compiles is compiled here."""
     chosen = Plan(method.formulation)
     parameters, start = binary_start(case.scene, chosen)
-    numbers = chosen.equations, parameters, tuple(start.state.tolist())
-    problem, setting = InitialValueProblem(method.name, *numbers), method.setting
-    if method.solver:
-        how: dict[str, Any] = {"atol": method.atol, "guarded": False}
-        return Prepared(problem, scipy_stepper(method.solver, problem, setting, CALL, **how))
-    span, steps, block, allowed = abs(truth.end), 0, CALL, 0.0
+    span, steps, block, allowed = abs(truth.end), 0, method.block, 0.0
     if method.fixed:
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
-        steps = math.ceil(span / period * setting)
+        steps = math.ceil(span / period * method.setting)
         order = method.published_order or measured_order(all_cases()[EASY].scene, method)
-        allowed = (math.tau / setting) ** order if order else 0.0
-        setting, block = float(steps), min(steps, BLOCK)
-    name, ahead = method.name.partition("=")[0], 1 if truth.end >= 0 else -1
-    top = top_constants(case.scene.top)
-    stepper = make_stepper(
-        name, problem.start, parameters, setting, span, ahead, steps=block, top=top
-    )
-    return Prepared(problem, stepper, steps, allowed)
+        allowed = (math.tau / method.setting) ** order if order else 0.0
+        method, block = replace(method, setting=float(steps)), min(steps, block)
+    problem = InitialValueProblem(
+        chosen.equations, parameters, tuple(start.state.tolist()), period=span,
+        direction=1 if truth.end >= 0 else -1, top=top_constants(case.scene.top),
+    )  # fmt: skip
+    return Prepared(problem, make_stepper(method, problem, block), steps, allowed)
 
 
 def _stepped(
-    case: Case, method: MethodSetting, ready: Prepared, truth: CaseReference, step_limit: int
-) -> Attempt:
+    case: Case, method: MethodEntry, ready: Prepared, truth: CaseReference, step_limit: int
+) -> CaseRun:
     """Let a method of others go to the end."""
     if ready.steps > step_limit:
-        said = f"it would take {ready.steps} steps"
-        return Attempt(StressOutcome.STEP_LIMIT, said, ready.steps)
+        message = f"it would take {ready.steps} steps"
+        return CaseRun(StressOutcome.STEP_LIMIT, message, ready.steps)
+    stepper, trail = ready.stepper, list[Any]()
+    if method.block == 0:  # called once: what it passes on the way shows events
+        stepper = replace(stepper, steps=step_limit, on_steps=trail.append)
+    last = two_product(stepper.h, float(ready.steps)) if method.fixed else (truth.end, 0.0)
+    before = after = stepper.begin()
     try:
-        times, states, taken = (_called if method.solver else _in_blocks)(ready, truth, step_limit)
+        while abs(after.time[0]) < abs(last[0]):
+            if after.steps >= step_limit:
+                return CaseRun(StressOutcome.STEP_LIMIT, steps=after.steps)
+            before, after = after, stepper.block(after)
+        row = after.state if after.time == last else stepper.states_at(before, [last])[0]
     except IntegrationFailed as failure:
-        return Attempt(FAILED.get(type(failure), StressOutcome.STALLED), str(failure))
-    warned = getattr(ready.stepper, "warned", {})
-    result = Attempt(
-        said="; ".join(f"{count}× {text}" for text, count in warned.items()),
-        steps=ready.steps or taken,
-        step_error=ready.step_error,
-    )
-    if times[-1] != truth.end:
-        return replace(result, stopped=StressOutcome.STEP_LIMIT)
+        return CaseRun(StressOutcome(failure.outcome), str(failure))
     form, known = ready.problem.equations, ready.problem.parameters
-    if method.solver and case.counted:
-        signs = {n: np.sign(event_function(form, n, states, known, times)[0]) for n in WATCHED}
-        counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
-        result = replace(result, counted=counted)
-    rows = np.array([ready.problem.start, states[-1]])
-    if not np.isfinite(rows).all():
-        return result
+    body = getattr(stepper, "form", None)
+    rows = np.array([ready.problem.start, row if body is None else body.axis_states(row)])
     ends = np.array([0.0, truth.end])
     with np.errstate(all="ignore"):
         seen = sample(form, rows, known, ends)
-        first, last = invariants(form, rows, known, ends)["energy"].tolist()
-    weight = known["g"] if "g" in known else known["gMR"] / known["A"]
-    off = abs(last - first) / max(abs(first), abs(weight))
-    return _with_motion(replace(result, energy_error=off), seen)
+        off = conserved(invariants(form, rows, known, ends), known)["energy"]
+    counted = {}
+    for taken in trail if case.counted else ():
+        signs = {n: np.sign(event_function(form, n, taken.states, known, taken.times)[0])
+                 for n in WATCHED}  # fmt: skip
+        counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
+    warned = getattr(stepper, "warned", {})
+    result = CaseRun(
+        message="; ".join(f"{count}× {text}" for text, count in warned.items()),
+        steps=ready.steps or after.steps,
+        step_error=ready.step_error,
+        energy_error=off if math.isfinite(off) else None,
+        counted=counted,
+    )
+    return _with_motion(result, seen)
 
 
-Walk = tuple[Any, Any, int]
-"""Times, the states there, and how many steps that took; the last time may be short of the end."""
-
-
-def _called(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
-    """Call a solver once, as its user does."""
-    taken = ready.stepper.solver(np.array(ready.problem.start), truth.end, step_limit)
-    return taken.times, taken.states, taken.times.size - 1
-
-
-def _in_blocks(ready: Prepared, truth: CaseReference, step_limit: int) -> Walk:
-    """Take blocks of steps until one holds the end, with which the last of equal steps ends."""
-    stepper = ready.stepper
-    last = two_product(stepper.h, float(ready.steps)) if hasattr(stepper, "h") else None
-    end = last or stepper.output_time(truth.end)
-    before = after = stepper.begin()
-    while abs(after.time[0]) < abs(end[0]):
-        if after.steps >= step_limit:
-            return after.time[:1], (), after.steps
-        before, after = after, stepper.block(after)
-    states, form = stepper.states_at(before, [end]), getattr(stepper, "form", None)
-    return (truth.end,), states if form is None else [form.axis_states(states[0])], after.steps
-
-
-def _with_motion(result: Attempt, seen: Any) -> Attempt:
+def _with_motion(result: CaseRun, seen: Any) -> CaseRun:
     """Return a result with axis and angles, as they were seen at the end."""
-    x, y, z = seen.axis[-1].tolist()
-    phi, psi = float(seen.phi[-1]), float(seen.psi[-1])
+    axis, angles = tuple(seen.axis[-1].tolist()), (float(seen.phi[-1]), float(seen.psi[-1]))
     return replace(
         result,
-        axis=None if math.isnan(x + y + z) else (x, y, z),
+        axis=None if math.isnan(sum(axis)) else axis,
         theta=float(seen.theta[-1]),
-        angles=(phi, psi) if math.isfinite(phi + psi) else (),
+        angles=angles if math.isfinite(sum(angles)) else (),
     )
 
 
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSetting) -> Row:
+def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) -> Row:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
     ----------
-    found : Attempt
+    found : CaseRun
     truth : CaseReference
     case : str
-    method : MethodSetting
+    method : MethodEntry
     """
-    told = partial(
+    row_of = partial(
         run_row, case=case, method=method.name, formulation=method.formulation, plan=found.plan,
         steps=found.steps, energy_error=found.energy_error, condition=min(truth.condition, 1e300),
     )  # fmt: skip
     if found.stopped:
-        return told(outcome=found.stopped, note=found.said, named=True)
+        return row_of(outcome=found.stopped, note=found.message, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
     if method.name == ANGLES:
         truth, error = truth.of_angles(), max(map(abs, off), default=math.nan)
@@ -492,39 +453,34 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     else:
         error = math.nan if found.theta is None else abs(found.theta - truth.theta)
     if not math.isfinite(error):
-        return told(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
-    lost = truth.digits_lost(error)
+        return row_of(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
     outcome, why = _outcome(found, truth, error)
-    untold = truth.hopeless and not found.more_bits
-    turns = [round(angle / math.tau) for angle in off]
-    wrong = [  # which the axis does not see
-        f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"
-        for angle, n in zip("φψ", turns, strict=False)
-        if n
-    ]
-    untellable = "undetermined: no digits are left" if untold else ""
-    notes = [untellable, why, ", ".join(wrong), found.said]
-    return told(
+    chance = truth.undetermined and not found.more_bits
+    turns = [round(angle / math.tau) for angle in off]  # which the axis does not see
+    pairs = zip("φψ", turns, strict=False)
+    wrong = [f"{name} is off by {n:+d} turn{'s'[: abs(n) > 1]}" for name, n in pairs if n]
+    notes = ["undetermined: no digits are left" * chance, why, ", ".join(wrong), found.message]
+    return row_of(
         outcome=outcome,
         error=error,
-        digits_lost=lost,
-        named=bool(found.said),
-        untold=untold,
-        turns=(turns[0], turns[1]) if turns else None,
+        digits_lost=truth.digits_lost(error),
+        named=bool(found.message),
+        untold=chance,
+        turns=tuple(turns) or None,
         note="; ".join(filter(None, notes)),
     )
 
 
-def _outcome(found: Attempt, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
+def _outcome(found: CaseRun, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
     """Return the outcome of a run that has arrived, and what is wrong with it."""
     granted = replace(truth, rounding=max(truth.rounding, found.step_error))
     poor = granted.digits_lost(error) > (1 - KEPT) * granted.digits
     if poor or error >= ASTRAY:
         off = found.energy_error
-        said = "" if off is None else f"energy error {off:.0e}"
-        return StressOutcome.DIVERGED if error >= ASTRAY else StressOutcome.INACCURATE, said
+        message = "" if off is None else f"energy error {off:.0e}"
+        return StressOutcome.DIVERGED if error >= ASTRAY else StressOutcome.INACCURATE, message
     if missed := missed_events(found.counted, truth.counts):
-        return StressOutcome.MISSED_EVENTS, "" if "events: " in found.said else missed
+        return StressOutcome.MISSED_EVENTS, "" if "events: " in found.message else missed
     return StressOutcome.OK, ""
 
 

@@ -16,31 +16,24 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures import Executor, Future
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass, field, replace
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
-from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Protocol, Self, cast
-from zipfile import BadZipFile
+from typing import IO, Any, Final, NamedTuple, Protocol, Self, cast
 
 from heavytop import errors
 from heavytop.comparison import own
 from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import ForeignFile
 from heavytop.files import locked, make_folder
-from heavytop.results.base import typed
+from heavytop.results.base import Result, typed
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.workers import GRACE_S, TIMED_WORKER, Cluster, Processes
-
-if TYPE_CHECKING:
-    from heavytop.results.atlas import Atlas
-    from heavytop.results.drift import Drift
-    from heavytop.results.stress import Stress
-    from heavytop.results.work_precision import WorkPrecision
+from heavytop.studies.workers import TIMED_WORKER, Processes
 
 Parameters = dict[str, Any]
 STUDY, LOCK = "study.jsonl", "lock"
@@ -96,51 +89,22 @@ class Chunk(NamedTuple):
     seconds: float = 0.0
     failed: str | None = None
 
-    def after(self, before: Chunk) -> Chunk:
-        """Return the chunk of both."""
-        rows = [*before.rows, *self.rows]
-        return self._replace(rows=rows, seconds=before.seconds + self.seconds)
+
+_NOT_BEGUN: Final = Chunk(fraction=0.0)
 
 
 @dataclass(slots=True)
 class TaskRecord:
-    """One task, as far as it is.
+    """One task, as far as it is: its last chunk, the time of all of them, and where they stand."""
 
-    Attributes
-    ----------
-    task : str
-    checkpoint : object
-        Where it goes on; None at its start.
-    done : bool
-    failed : str or None
-        Why it cannot go on.
-    fraction : float
-        Part of it that is done.
-    seconds : float
-        Time it took so far [s].
-    rows : list of dict
-        Its results so far, where `Journal.load` read them.
-    """
-
-    task: str
-    checkpoint: Any = None
-    done: bool = False
-    failed: str | None = None
-    fraction: float = 0.0
+    last: Chunk = _NOT_BEGUN
     seconds: float = 0.0
-    rows: list[dict[str, Any]] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list, repr=False, compare=False)
+    places: list[int] = field(default_factory=list)
 
     @property
     def ended(self) -> bool:
         """Whether there is nothing left to do."""
-        return self.done or self.failed is not None
-
-    def add(self, chunk: Chunk) -> None:
-        """Take one more chunk, but not its rows, which stay in the file."""
-        self.checkpoint, self.done, self.failed = chunk.checkpoint, chunk.done, chunk.failed
-        self.fraction = 1.0 if chunk.done else chunk.fraction
-        self.seconds += chunk.seconds
+        return self.last.done or self.last.failed is not None
 
 
 class Journal:
@@ -150,18 +114,14 @@ class Journal:
     ----------
     parameters : dict
         All that makes this study another one, as JSON: kind, scene, options, versions.
-    path : Path or None
-        The folder, if there is one.
+    folder : Path or None
     """
 
-    def __init__(self, path: Path | None, file: IO[bytes], parameters: Parameters) -> None:
-        self.path, self._file, self.parameters = path, file, parameters
+    def __init__(self, parameters: Parameters, folder: Path | None = None) -> None:
+        self.parameters: Parameters = json.loads(canonical_json(parameters))
+        self.folder = folder
+        self._file: IO[bytes] = BytesIO()
         self._records: dict[str, TaskRecord] = {}
-
-    @classmethod
-    def in_memory(cls, parameters: Parameters) -> Self:
-        """Begin a study without a folder."""
-        return cls(None, BytesIO(), json.loads(canonical_json(parameters)))
 
     @classmethod
     def read(cls, folder: str | os.PathLike[str]) -> Self:
@@ -172,17 +132,29 @@ class Journal:
         ForeignFile
             It is not the folder of a study, or damaged.
         """
-        path = Path(folder) / STUDY
+        path, number = Path(folder) / STUDY, 1
         try:
             with path.open("rb") as file:
-                return cls._indexed(Path(folder), file)
+                journal = cls(json.loads(file.readline())["parameters"], Path(folder))
+                if not {"kind", "versions"} <= journal.parameters.keys():
+                    raise ValueError("no kind of study, or no versions")
+                place = file.tell()
+                for number, line in enumerate(file, 2):  # noqa: B007
+                    if line.endswith(b"\n"):  # a kill may have cut the last line short
+                        journal._add(place, **json.loads(line))
+                    place += len(line)
         except OSError as fault:
             raise ForeignFile(f"{path}: not readable ({fault.strerror})") from None
+        except (LookupError, TypeError, ValueError, AttributeError) as fault:
+            raise ForeignFile(f"{path}: line {number}: damaged ({fault})") from None
+        return journal
 
     @classmethod
     @contextmanager
-    def open(cls, folder: str | os.PathLike[str], parameters: Parameters) -> Iterator[Self]:
+    def open(cls, folder: object, parameters: Parameters) -> Iterator[Self]:
         """Begin a study in a new or empty folder, or take up the one with these parameters.
+
+        Where there is no folder (None) it is in memory.
 
         Raises
         ------
@@ -195,12 +167,20 @@ class Journal:
         StoppedEarly
             Ctrl-C while it is open.
         """
-        path = Path(folder)
-        _refuse_others(path)
+        if folder is None:
+            yield cls(parameters)
+            return
+        path = path_of("folder", folder)
+        if path.exists() and not path.is_dir():
+            raise ForeignFile(f"{path}: not a folder")
+        others = sorted(each.name for each in path.glob("*") if each.name != LOCK)
+        if others and STUDY not in others:
+            names = ", ".join(others[:3])
+            raise ForeignFile(f"{path}: not empty and not the folder of a study ({names})")
         make_folder(path)
         with locked(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
             end = (path / STUDY).read_bytes().rfind(b"\n") + 1
-            file.truncate(end)  # a kill may have cut the last line short
+            file.truncate(end)
             if not end:
                 _write_line(file, {"command": typed(), "parameters": parameters})
             journal = cls.read(path)
@@ -211,24 +191,6 @@ class Journal:
             except KeyboardInterrupt:
                 raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", path) from None
 
-    @classmethod
-    def _indexed(cls, folder: Path, file: IO[bytes]) -> Self:
-        """The study of a file, with the place of each line; rows are not kept in memory."""
-        file.seek(0)
-        with reading(f"{folder / STUDY}: line 1"):
-            parameters = json.loads(file.readline())["parameters"]
-            named = [type(parameters[name]) for name in ("kind", "versions")]
-            if named != [str, dict]:
-                raise TypeError("no kind of study, or no versions")
-            journal = cls(folder, file, parameters)
-        number, place = 1, file.tell()
-        while (line := file.readline()).endswith(b"\n"):
-            number += 1
-            with reading(f"{folder / STUDY}: line {number}"):
-                journal._add(place, **json.loads(line))
-            place = file.tell()
-        return journal
-
     def expect(self, parameters: Parameters) -> None:
         """Refuse parameters other than those of the folder.
 
@@ -237,22 +199,21 @@ class Journal:
         ForeignFile
         """
         if found := differences(self.parameters, json.loads(canonical_json(parameters))):
-            raise ForeignFile(f"{self.path}: holds another study: {'; '.join(found)}")
+            raise ForeignFile(f"{self.folder}: holds another study: {'; '.join(found)}")
 
-    def state(self, task: str) -> TaskRecord:
-        """Return how far a task is, without its rows."""
-        return self._records.setdefault(task, TaskRecord(task))
+    def record(self, task: str) -> TaskRecord:
+        """Return how far a task is; an empty record before it began."""
+        return self._records.setdefault(task, TaskRecord())
 
-    def load(self, task: str) -> TaskRecord:
-        """Return the record of a task with its rows; an empty one before it began."""
-        record, rows = replace(self.state(task)), []
-        with (self.path / STUDY).open("rb") if self.path else nullcontext(self._file) as file:
-            for place in record.lines:
+    def rows(self, task: str) -> list[dict[str, Any]]:
+        """Return the results of a task so far; they are not kept in memory."""
+        found: list[dict[str, Any]] = []
+        path = self.folder and self.folder / STUDY
+        with path.open("rb") if path else nullcontext(self._file) as file:
+            for place in self.record(task).places:
                 file.seek(place)
-                with reading(f"{STUDY}: {task}"):
-                    rows += json.loads(file.readline())["rows"]
-        record.rows = rows
-        return record
+                found += json.loads(file.readline())["rows"]
+        return found
 
     def append(self, task: str, chunk: Chunk) -> None:
         """Add what was done of a task; on return it is safe.
@@ -264,52 +225,27 @@ class Journal:
         """
         line = {"task": task, **chunk._asdict()}
         try:
-            if self.path is not None and not (self.path / STUDY).exists():
-                raise FileNotFoundError(2, "No such file or directory")
+            if self.folder:
+                (self.folder / STUDY).stat()  # what has gone would be written to all the same
             place = _write_line(self._file, line)
         except OSError as fault:
-            folder = self.path if self.path and self.path.exists() else None
-            file = (self.path or Path()) / STUDY
-            raise errors.StoppedEarly.unwritable(fault, file, folder) from fault
+            file = (self.folder or Path()) / STUDY
+            raise errors.StoppedEarly.unwritable(fault, file, self.folder) from fault
         self._add(place, **line)
 
     def _add(self, place: int, task: str, **chunk: Any) -> None:
-        record = self.state(task)
-        record.add(Chunk(**chunk))
-        record.lines.append(place)
-
-
-def open_journal(folder: object, parameters: Parameters) -> AbstractContextManager[Journal]:
-    """Open the journal of a study for writing: in a folder, or in memory where there is none."""
-    if folder is None:
-        return nullcontext(Journal.in_memory(parameters))
-    return Journal.open(path_of("folder", folder), parameters)
+        record, last = self.record(task), Chunk(**chunk)
+        record.last = last._replace(rows=())
+        record.seconds += last.seconds
+        record.places.append(place)
 
 
 def keep_budget(journal: Journal, budget: float | None, default: float) -> float:
     """Write the budget of a study down; of one that is resumed (None) return what was written."""
     if budget is not None:
         journal.append(BUDGET, Chunk(budget))
-        return budget
-    written = journal.state(BUDGET).checkpoint
-    with reading(f"record {BUDGET}"):
-        return default if written is None else float(written)
-
-
-@contextmanager
-def reading(what: object) -> Iterator[None]:
-    """Name what does not hold what was written there.
-
-    Raises
-    ------
-    ForeignFile
-    """
-    try:
-        yield
-    except (LookupError, TypeError, ValueError, AttributeError, BadZipFile) as fault:
-        if isinstance(fault, ForeignFile):
-            raise
-        raise ForeignFile(f"{what}: damaged ({fault})") from None
+    written = journal.record(BUDGET).last.checkpoint
+    return default if written is None else float(written)
 
 
 def canonical_json(value: Any) -> str:
@@ -323,7 +259,7 @@ def canonical_json(value: Any) -> str:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def differences(there: Any, here: Any) -> tuple[str, ...]:
+def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
     """Return what two JSON values say differently, each by its name.
 
     Examples
@@ -331,34 +267,12 @@ def differences(there: Any, here: Any) -> tuple[str, ...]:
     >>> differences({"scene": {"theta": "0.1"}}, {"scene": {"theta": "0.2"}})
     ('scene.theta: "0.1" there, "0.2" here',)
     """
-    a, b = _leaves("", there), _leaves("", here)
-    names = sorted(name for name in {*a, *b} if a.get(name) != b.get(name))
-    return tuple(
-        f"{name}: {a.get(name, 'nothing'):.80} there, {b.get(name, 'nothing'):.80} here"
-        for name in names
-    )
-
-
-def _leaves(name: str, value: Any) -> dict[str, str]:
-    """The numbers and texts of a JSON value, each by its name."""
-    if isinstance(value, dict) and value:
-        inner = {f"{name}.{key}".removeprefix("."): x for key, x in value.items()}
-    elif isinstance(value, list) and value:
-        inner = {f"{name}[{i}]": x for i, x in enumerate(value)}
-    else:
-        return {name: canonical_json(value)}
-    return {leaf: text for key, x in inner.items() for leaf, text in _leaves(key, x).items()}
-
-
-def _refuse_others(folder: Path) -> None:
-    """Refuse a file, and a folder that holds something other than a study."""
-    if folder.exists() and not folder.is_dir():
-        raise ForeignFile(f"{folder}: not a folder")
-    if (folder / STUDY).exists():
-        return
-    if found := sorted(p.name for p in folder.glob("*") if p.name != LOCK):
-        some = ", ".join(found[:3])
-        raise ForeignFile(f"{folder}: not empty and not the folder of a study ({some})")
+    if isinstance(there, dict) and isinstance(here, dict):
+        every = ((key, there.get(key), here.get(key)) for key in sorted({*there, *here}))
+        found = (differences(a, b, f"{name}.{key}".removeprefix(".")) for key, a, b in every)
+        return tuple(difference for each in found for difference in each)
+    a, b = ("nothing" if each is None else canonical_json(each) for each in (there, here))
+    return () if a == b else (f"{name}: {a:.80} there, {b:.80} here",)
 
 
 def _write_line(file: IO[bytes], line: dict[str, Any]) -> int:
@@ -389,7 +303,7 @@ class Study(Protocol):
         HeavyTopError ends the task as failed.
         """
 
-    def complete(self, journal: Journal, **how: Any) -> Any:
+    def complete(self, journal: Journal, **how: Any) -> Result:
         """Do what is left, with arguments of `run`, and return the result of the study."""
 
 
@@ -455,7 +369,8 @@ def run(
         A worker has other versions than the study; its kind is unknown, or a record cannot be read.
     """
     study = study_of(journal.parameters)
-    records = [journal.state(task) for task in study.tasks(journal.parameters)]
+    tasks = list(study.tasks(journal.parameters))
+    records = [journal.record(task) for task in tasks]
     started, before = time.monotonic(), _fraction(records)
 
     def show() -> None:
@@ -465,19 +380,17 @@ def run(
             on_progress(Progress(done, ended, len(records), elapsed, done - before))
 
     show()
-    waiting = deque(record.task for record in records if not record.ended)
+    waiting = deque(task for task in tasks if not journal.record(task).ended)
     running: dict[Future[Chunk], str] = {}
     lost = Counter[str]()
-    connected = executor if isinstance(executor, Cluster) else nullcontext()
-    with stop_signal() as stop, TIMED_WORKER, connected:
+    with stop_signal() as stop, TIMED_WORKER:
         pool = executor or (_Here(stop) if jobs == 1 else Processes(jobs))
         try:
             while (waiting or running) and not stop.is_set():
                 if budget is not None and time.monotonic() >= started + budget:
                     waiting.clear()
                 # After a loss all tasks it may be due to run alone, each for a slice.
-                room = 1 if lost else count_sent(pool)
-                while waiting and len(running) < room:
+                while waiting and len(running) < (1 if lost else count_sent(pool)):
                     task = waiting.popleft()
                     running[_submit(pool, study, journal, task, slice_s)] = task
                 for future in futures.wait(running, TICK_S, futures.FIRST_COMPLETED).done:
@@ -487,24 +400,24 @@ def run(
                         if lost[task] > 1:
                             why = f"the worker on {task} was lost twice ({_words(fault)})"
                             stopped = errors.Stop.WORKER_LOST
-                            raise errors.StoppedEarly(stopped, why, journal.path) from fault
+                            raise errors.StoppedEarly(stopped, why, journal.folder) from fault
                         waiting.appendleft(task)
                         if isinstance(pool, Processes):
-                            pool.kill(GRACE_S)
+                            pool.kill()
                             pool = Processes(jobs)
                         continue
                     del lost[task]
                     journal.append(task, future.result())
-                    if not journal.state(task).ended:
+                    if not journal.record(task).ended:
                         (waiting.append if lost else waiting.appendleft)(task)
                     show()
         finally:
             for future in running:
                 future.cancel()
             if isinstance(pool, Processes):
-                pool.kill(GRACE_S)
+                pool.kill()
     if stop.is_set() and not all(record.ended for record in records):
-        raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", journal.path)
+        raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", journal.folder)
 
 
 def resume(
@@ -514,7 +427,7 @@ def resume(
     jobs: int = 1,
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
-) -> Drift | Atlas | Stress | WorkPrecision:
+) -> Result:
     """Take up a study of any kind where its folder says it was left.
 
     A budget is that with which it was begun, and counts from now on.
@@ -566,21 +479,22 @@ def resume(
     """
     heard("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
-    parameters = with_versions_here(Journal.read(path).parameters)
-    study = study_of(parameters)
+    parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:
-        from heavytop.studies.methods import admitted
+        from heavytop.studies.methods import load_methods
 
-        admitted(methods, str(path))
+        load_methods(methods, str(path))
     for name, digest in parameters.get("own", {}).items():
-        if own.admitted(name).digest != digest:
+        if own.registered(name).digest != digest:
             raise ForeignFile(f"{path}: {name} is not the code with which it was begun")
-    with reading(path / STUDY):
+    try:
+        study = study_of(parameters)
         study.tasks(parameters)
+    except (LookupError, TypeError, ValueError, AttributeError) as fault:
+        raise ForeignFile(f"{path / STUDY}: no study of this package ({fault})") from None
     how = {"jobs": jobs, "executor": executor, "on_progress": progress}
     with Journal.open(path, parameters) as journal:
-        found: Drift | Atlas | Stress | WorkPrecision = study.complete(journal, **how)
-    return found
+        return study.complete(journal, **how)
 
 
 def study_of(parameters: Parameters) -> Study:
@@ -597,19 +511,18 @@ def study_of(parameters: Parameters) -> Study:
     return cast(Study, import_module(KINDS[kind]))
 
 
-def with_versions_here(parameters: Parameters) -> Parameters:
+def _with_own_versions(parameters: Parameters) -> Parameters:
     """Return parameters with the versions of this process, of the libraries that they name."""
     here = _versions()
     return {**parameters, "versions": {name: here.get(name) for name in parameters["versions"]}}
 
 
-@cache
-def _versions() -> dict[str, str | None]:
-    return versions()
+_versions = cache(versions)
 
 
 def _fraction(records: Sequence[TaskRecord]) -> float:
-    return sum(r.fraction for r in records) / len(records) if records else 1.0
+    done = sum(1.0 if r.ended else r.last.fraction for r in records)
+    return done / len(records) if records else 1.0
 
 
 def count_sent(executor: Executor) -> int:
@@ -648,11 +561,11 @@ def _submit(
     pool: Executor, study: Study, journal: Journal, task: str, slice_s: float
 ) -> Future[Chunk]:
     """The future of a slice; one that is lost already where the pool takes no more."""
-    record = journal.state(task)
+    record = journal.record(task)
     seconds = max(slice_s, KILL_COST * record.seconds)
-    work = (study.__name__, journal.parameters, task, record.checkpoint, seconds)
+    work = (study.__name__, journal.parameters, task, record.last.checkpoint, seconds)
     try:
-        return pool.submit(advance_task, *work, own.passes(journal.parameters.get("own", {})))
+        return pool.submit(advance_task, *work, own.origins(journal.parameters.get("own", {})))
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[Chunk] = Future()
         future.set_exception(futures.BrokenExecutor(f"no new work is accepted: {_words(fault)}"))
@@ -661,23 +574,24 @@ def _submit(
 
 def advance_task(
     module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float,
-    methods: own.Passes = (), stop: Event | None = None,
+    methods: own.Origins = (), stop: Event | None = None,
 ) -> Chunk:  # fmt: skip
     """Advance a task for about so many seconds; in a worker, which may be far away."""
-    own.let_pass(methods)
-    if found := differences(with_versions_here(parameters), parameters):
+    own.load(methods)
+    if found := differences(_with_own_versions(parameters), parameters):
         worker = f"process {os.getpid()} on {platform.node()}"
         raise ForeignFile(f"{worker}: this worker does not match the study: {'; '.join(found)}")
-    slice_ = Chunk(checkpoint)
+    last, rows, spent = Chunk(checkpoint), list[dict[str, Any]](), 0.0
     with _ONE_AT_A_TIME:
         end = time.monotonic() + seconds
         try:
-            for chunk in cast(Study, import_module(module)).advance(parameters, task, checkpoint):
-                slice_ = chunk.after(slice_)
-                if chunk.done or time.monotonic() >= end or (stop and stop.is_set()):
-                    return slice_
+            for last in cast(Study, import_module(module)).advance(parameters, task, checkpoint):
+                rows += last.rows
+                spent += last.seconds
+                if last.done or time.monotonic() >= end or (stop and stop.is_set()):
+                    return last._replace(rows=rows, seconds=spent)
         except errors.HeavyTopError as refusal:
-            return slice_._replace(failed=str(refusal), fraction=1.0)
+            return last._replace(rows=rows, seconds=spent, fraction=1.0, failed=str(refusal))
     raise RuntimeError(f"{task}: ended before it was done")
 
 
@@ -700,16 +614,11 @@ def stop_signal(*, at_once: bool = False) -> Iterator[Event]:
     With `at_once` it raises KeyboardInterrupt too, which a library may swallow: the event stays.
     Only the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
     """
-    event = Event()
-    before: dict[int, Any] = {}
-
-    def restore() -> None:
-        while before:
-            signal.signal(*before.popitem())
+    event, before = Event(), dict[int, Any]()
 
     def stop(number: int, frame: FrameType | None) -> None:
         event.set()
-        restore()
+        signal.signal(number, before[number])
         if at_once:
             raise KeyboardInterrupt
 
@@ -720,4 +629,5 @@ def stop_signal(*, at_once: bool = False) -> Iterator[Event]:
     try:
         yield event
     finally:
-        restore()
+        for each, handler in before.items():
+            signal.signal(each, handler)

@@ -6,13 +6,14 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from itertools import chain, zip_longest
+from dataclasses import replace
+from itertools import chain, product, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
 from typing import Any, Final
 
 from heavytop.comparison import own
-from heavytop.comparison.methods import METHODS
+from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
@@ -22,17 +23,16 @@ from heavytop.results.work_precision import ERRORS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import study
-from heavytop.studies.drift import LOST, neighbour
+from heavytop.studies.drift import LOST, perturbed_start
 from heavytop.studies.methods import (
     AUTO,
-    MethodSetting,
-    admitted,
     auto_digits,
     is_auto,
+    load_methods,
     method,
-    planned,
+    plan_auto,
 )
-from heavytop.studies.steppers import MethodRun, TooSlow, no_nutation, set_up, walk
+from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 KIND: Final = "work_precision"
@@ -49,18 +49,6 @@ clock: Callable[[], float] = perf_counter  # [s]
 
 # --- the grid of settings --------------------------------------------------------------------
 
-DECADES: Final = tuple(10.0**-k for k in range(3, 16))
-HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))
-OWN_STEPS: Final[Sequence[float]] = tuple(12.5 * 2**k for k in range(8))
-LOW_ORDER: Final = tuple(25.0 * 2**k for k in range(10))
-STEPS: Final = {  # a period; two or three settings a decade of error, where there are so many
-    "strang": LOW_ORDER,
-    "implicit-midpoint": LOW_ORDER,
-    "bobenko-suris": LOW_ORDER,
-    "blanes-moan-rkn6": (6, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 48, 57, 68, 80, 96, 114, 136),
-    "sofroniou-spaletta10": (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 22, 25, 28, 32),
-    "gauss8": (2, 3, 4, 5, 6, 7, 8, 10, 12, 16),
-}
 IN_PYTHON: Final = tuple(name for name, row in METHODS.items() if row.language == "python")
 DEFAULT: Final = (
     AUTO,
@@ -73,7 +61,7 @@ DEFAULT: Final = (
 )
 
 
-def settings(text: str, scene: Scene, periods: float) -> tuple[MethodSetting, ...]:
+def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]:
     """Return what a text asks for: one setting of a method, or all of the grid.
 
     Parameters
@@ -101,23 +89,11 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodSetting, ..
     [('auto=6', 'axis')]
     """
     if is_auto(text):
-        return (planned(text, scene, periods),)
+        return (plan_auto(text, scene, periods),)
     found = method(text)
     if "=" in text:
         return (found,)
-    return tuple(method(f"{text}={setting!r}") for setting in grid(found))
-
-
-def grid(found: MethodSetting) -> Sequence[float]:
-    """Return the settings of a method, from the loosest to the tightest."""
-    if found.fixed:
-        usual = OWN_STEPS if ":" in found.name else (found.setting,)
-        return STEPS.get(found.name, usual)
-    if found.least == found.most:
-        return (found.setting,)
-    finer = found.is_rival and found.language != "python"  # a decade costs them more than us
-    inside = [x for x in (HALF_DECADES if finer else DECADES) if found.least <= x <= found.most]
-    return inside if found.is_rival else [*inside, found.least]
+    return tuple(replace(found, setting=float(setting)) for setting in found.grid)
 
 
 # --- measuring -------------------------------------------------------------------------------
@@ -187,10 +163,10 @@ def work_precision(
     closed form says of the same state.
     """
     heard("progress", progress)
-    methods = admitted(methods, str(getattr(scene, "name", "workprec")))
+    methods = load_methods(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
-    with study.open_journal(folder, parameters) as journal:
+    with study.Journal.open(folder, parameters) as journal:
         return complete(journal, budget=float(budget), on_progress=progress)
 
 
@@ -205,10 +181,10 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> study.Pa
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, NUMBERS)
     names, wrong = parse_names(file, "methods", methods, _checked)
-    if faults := [*faults, *no_nutation(file, scene, "a work-precision diagram"), *wrong]:
+    if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
-                  "periods": values["periods"], **own.stated(names),
+                  "periods": values["periods"], **own.as_parameters(names),
                   "versions": versions()}  # fmt: skip
     tasks(parameters)  # a plan may be refused: before anything is written
     return parameters
@@ -229,7 +205,7 @@ def tasks(parameters: study.Parameters) -> list[str]:
     return [*(f"{text}/{start}" for text in texts for start in range(STARTS)), ROUNDS]
 
 
-def _asked(parameters: study.Parameters) -> list[MethodSetting]:
+def _asked(parameters: study.Parameters) -> list[MethodEntry]:
     """Return all that the names of a diagram ask for, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
@@ -252,7 +228,7 @@ def complete(
         if stop.is_set():
             raise KeyboardInterrupt
         if on_progress is not None:
-            done, count = (1.0 if journal.state(ROUNDS).done else fraction), len(asked)
+            done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(asked)
             on_progress(study.Progress(done, int(done * count), count, clock() - began, done))
 
     try:
@@ -261,7 +237,7 @@ def complete(
             derived = {each.formulation: _derived(each.formulation) for each in asked}
             rows, refused = _measured(journal, asked, budget, began, show)
     except KeyboardInterrupt:
-        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.path) from None
+        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder) from None
     return WorkPrecision(
         scene=parameters["scene"],
         periods=parameters["periods"],
@@ -280,88 +256,87 @@ def _derived(formulation: str) -> float:
     return clock() - began
 
 
-Rows = dict[MethodSetting, dict[int, dict[str, Any]]]
+Rows = dict[MethodEntry, dict[int, dict[str, Any]]]
 """By setting and number of the start what its runs gave."""
 
 
 def _measured(
     journal: study.Journal,
-    asked: Sequence[MethodSetting],
+    asked: Sequence[MethodEntry],
     budget: float,
     began: float,
     show: Callable[[float], object],
-) -> tuple[Rows, dict[MethodSetting, str]]:
+) -> tuple[Rows, dict[MethodEntry, str]]:
     """Run settings in turn, from one start after the other, in rounds: all feel what disturbs one.
 
     The first round shows errors; slow settings are in no more than two. A setting that fails from
     one start has no rows. Returned are the rows, and why settings have none.
     """
     scene, periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
-    states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
+    states = [perturbed_start(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + budget
-    again = () if journal.state(ROUNDS).done else range(1, 1 + REPEATS)
-    places = [
-        (turn, start, each)
-        for turn in (0, *again)
-        for start in range(STARTS)
-        for each in _in_turn(asked)
-    ]
+    round_ = [*product(range(STARTS), _in_turn(asked))]
     rows: Rows = {each: {} for each in asked}
-    ready: dict[tuple[MethodSetting, int], MethodRun] = {}
-    refused: dict[MethodSetting, str] = {}
+    ready: dict[tuple[MethodEntry, int], MethodRun] = {}
+    refused: dict[MethodEntry, str] = {}
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
-    for done, (turn, start, each) in enumerate(places):
-        show(done / len(places))
-        known, task = rows[each], f"{each.text}/{start}"
-        if turn == 0 and journal.state(task).done:
-            [known[start]] = journal.load(task).rows
+
+    def run_of(each: MethodEntry, start: int) -> MethodRun:
+        if (each, start) not in ready:
+            ready[each, start] = set_up(starts[start], each)
+        return ready[each, start]
+
+    def repeat(each: MethodEntry, start: int, times: int) -> None:
+        run = run_of(each, start)
+        for _ in range(times):
+            rows[each][start]["seconds"].append(
+                walk(run.stepper, _end(run, periods), clock=clock)[2]
+            )
+
+    for place, (start, each) in enumerate(round_):
+        show(place / len(round_) / (1 + REPEATS))
+        known, task, late = rows[each], f"{each.text}/{start}", clock() > deadline
+        if journal.record(task).ended:
+            [known[start]] = journal.rows(task)
             continue
-        rare = (turn - 1) * sum(row["seconds"][0] for row in known.values()) > REPEATS_S
-        late, slow = clock() > deadline, too_slow.get(each.name, "")
-        if each in refused or (turn and (rare or start not in known)) or (late and known):
+        if each in refused or (late and known):
             continue
         try:
             if late:
                 raise IntegrationFailed(f"not started: no time was left in {budget:g} s")
-            if slow and not known:
+            if (slow := too_slow.get(each.name)) and not known:
                 raise IntegrationFailed(f"not started: {slow} took too long")
-            if turn == start == 0:
+            if start == 0:
                 _expect_return(starts[0], each, periods, limit)
-            if (each, start) not in ready:
-                ready[each, start] = set_up(starts[start], each)
-            run = ready[each, start]
-            if turn == 0:
-                known[start] = first_run(run, periods, limit)
-            seconds = known[start]["seconds"]
-            for _ in range((1 if seconds[0] > SHORT_S else 2) - (turn == 0)):
-                seconds.append(walk(run.stepper, _end(run, periods), clock=clock)[2])
-            if turn == 0:
-                journal.append(task, study.Chunk(rows=[known[start]], done=True))
-        except StoppedEarly:
-            raise
+            known[start] = first_run(run_of(each, start), periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             refused[each] = " ".join(str(refusal).split())
             if isinstance(refusal, TooSlow):
                 too_slow[each.name] = each.label
                 refused[each] += f": more than {limit:g} s for a run"
-    _keep_times(journal, rows, whole=clock() <= deadline)
+            continue
+        repeat(each, start, known[start]["seconds"][0] <= SHORT_S)
+        journal.append(task, study.Chunk(rows=[known[start]], done=True))
+    if not journal.record(ROUNDS).ended:
+        for turn, place in product(range(REPEATS), range(len(round_))):
+            show((1 + turn + place / len(round_)) / (1 + REPEATS))
+            start, each = round_[place]
+            spent = turn * sum(row["seconds"][0] for row in rows[each].values())
+            if start in rows[each] and spent <= REPEATS_S and clock() <= deadline:
+                repeat(each, start, 1 if rows[each][start]["seconds"][0] > SHORT_S else 2)
+        if clock() <= deadline:
+            every = {x.text: {k: y["seconds"] for k, y in rows[x].items()} for x in asked}
+            journal.append(ROUNDS, study.Chunk(rows=[every], done=True))
+    for times in journal.rows(ROUNDS):
+        for setting, known in rows.items():
+            for k, row in known.items():
+                row["seconds"] = times[setting.text][str(k)]
     return rows, refused
 
 
-def _keep_times(journal: study.Journal, rows: Rows, *, whole: bool) -> None:
-    """Store the times of all rounds, or take those that are stored."""
-    if whole and not journal.state(ROUNDS).done:
-        times = {x.text: {k: row["seconds"] for k, row in some.items()} for x, some in rows.items()}
-        journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
-    for known in journal.load(ROUNDS).rows:
-        for each, some in rows.items():
-            for k, row in some.items():
-                row["seconds"] = known[each.text][str(k)]
-
-
-def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: float) -> None:
+def _expect_return(scene: Scene, each: MethodEntry, periods: float, limit: float) -> None:
     """Let a method of one's own go first in a process that can be killed, if it can be had there.
 
     Raises
@@ -369,22 +344,22 @@ def _expect_return(scene: Scene, each: MethodSetting, periods: float, limit: flo
     TimedOut, Lost
         It does not return, or that process dies of it.
     """
-    if mine := own.passes([each.name]):
+    if mine := own.origins([each.name]):
         patience = SET_UP_S + 2 * limit
         TIMED_WORKER.call(_try, scene, each.text, mine, periods, limit, timeout=patience)
 
 
-def _try(scene: Scene, text: str, mine: own.Passes, periods: float, limit: float) -> None:
+def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: float) -> None:
     """In a worker: run a method once; what it raises is raised again where it is measured."""
-    own.let_pass(mine)
+    own.load(mine)
     with suppress(IntegrationFailed):
         found = set_up(scene, method(text))
         walk(found.stepper, _end(found, periods), limit)
 
 
-def _in_turn(tried: Sequence[MethodSetting]) -> list[MethodSetting]:
+def _in_turn(tried: Sequence[MethodEntry]) -> list[MethodEntry]:
     """The loosest setting of each method, then the next one of each, and so on."""
-    by_name: dict[str, list[MethodSetting]] = {}
+    by_name: dict[str, list[MethodEntry]] = {}
     for each in tried:
         by_name.setdefault(each.name, []).append(each)
     return [each for turn in zip_longest(*by_name.values()) for each in turn if each]
@@ -426,9 +401,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     }
 
 
-def _point(
-    each: MethodSetting, rows: dict[int, dict[str, Any]], derived_s: float
-) -> dict[str, Any]:
+def _point(each: MethodEntry, rows: dict[int, dict[str, Any]], derived_s: float) -> dict[str, Any]:
     """Return the medians and spreads over the starts."""
     first = rows[0]
     costs = [min(row["seconds"]) / row["periods"] * 1e6 for row in rows.values()]
@@ -445,6 +418,7 @@ def _point(
         "bits": each.bits,
         "measures": "axis" if axis else "theta",
         "rival": each.is_rival,
+        "family": each.family,
         "has_order": each.is_rival and (each.order is not None or not each.source),
         "us_per_period": median(costs),
         "us_spread": _spread(costs),
@@ -461,7 +435,7 @@ def _point(
     }
 
 
-def _skipped(each: MethodSetting, reason: str) -> dict[str, Any]:
+def _skipped(each: MethodEntry, reason: str) -> dict[str, Any]:
     setting = {each.set_by: each.setting}
     return {"method": each.name, "setting": setting, "rival": each.is_rival, "reason": reason}
 

@@ -7,44 +7,30 @@ started with one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.
 
 from __future__ import annotations
 
-import gc
 import multiprocessing
 import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, MutableMapping
-from concurrent import futures
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, Final, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
-GRACE_S: Final = 2.0  # for workers to end processes of their own
-TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
+TIMEOUT_S: Final = 10.0  # until a scheduler answers, and until there is a worker
 
 T = TypeVar("T")
 
 # --- worker processes ------------------------------------------------------------------------
-
-
-@contextmanager
-def _changed(table: MutableMapping[str, T], key: str, value: T) -> Iterator[None]:
-    """Let a key have another value inside this block."""
-    before = table.get(key)
-    table[key] = value
-    try:
-        yield
-    finally:
-        if before is None:
-            del table[key]
-        else:
-            table[key] = before
 
 
 @contextmanager
@@ -55,27 +41,22 @@ def starting() -> Iterator[None]:
     "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process. A worker
     of dask, which is a daemon, may start them too, as they end with it.
     """
-    mine = getattr(multiprocessing.current_process(), "_config", {})
-    with (
-        _uninterrupted(),
-        _changed(sys.modules, "__main__", ModuleType("__main__")),
-        _changed(os.environ, "PYTHONSAFEPATH", "1"),
-        _changed(mine, "daemon", False),
-    ):
-        yield
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hear no Ctrl-C inside this block, nor ever in a process that is started there."""
-    if not hasattr(signal, "pthread_sigmask"):  # not POSIX
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    config = getattr(multiprocessing.current_process(), "_config", {})
+    tables: tuple[Any, ...] = sys.modules, os.environ, config
+    keys = "__main__", "PYTHONSAFEPATH", "daemon"
+    before = [table.get(key) for table, key in zip(tables, keys, strict=True)]
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
+        for table, key, value in zip(tables, keys, (ModuleType(keys[0]), "1", False), strict=True):
+            table[key] = value
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for table, key, value in zip(tables, keys, before, strict=True):
+            if value is None:
+                del table[key]
+            else:
+                table[key] = value
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 class Processes(ProcessPoolExecutor):
@@ -89,35 +70,18 @@ class Processes(ProcessPoolExecutor):
         with starting():
             return super().submit(fn, *args, **kwargs)
 
-    def kill(self, grace_s: float = 0.0) -> list[int | None]:
-        """End all workers, whatever they are at; return how each of them left.
-
-        In a time of grace those that have a process of their own end it, and leave nothing behind.
-        """
-        there = list((self._processes or {}).values())
-        if grace_s:
-            for process in there:
-                process.terminate()
-            for process in there:
-                process.join(grace_s)
-        for process in there:
+    def kill(self) -> None:
+        """End all workers, whatever they are at."""
+        for process in list((self._processes or {}).values()):
             process.kill()
         self.shutdown(cancel_futures=True)
-        return [process.exitcode for process in there]
 
 
 def follow_parent() -> None:
     """In a worker: end with the parent, and print where it does not disturb results."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    signal.signal(signal.SIGTERM, _end)
     with suppress(OSError):  # stderr may be closed
         os.dup2(2, 1)
-
-
-def _end(*_: object) -> None:
-    TIMED_WORKER.close()
-    gc.collect()  # what is left of its pools gives their semaphores back
-    os._exit(1)
 
 
 def _end_with_parent() -> None:
@@ -140,24 +104,11 @@ class Lost(HeavyTopError):
     """A process that died of a call, or an exception in it; the message says which."""
 
 
-_AT_WORK: Final[list[Iterator[Any]]] = []  # in a worker: what it goes through
-
-
-def _begin(function: Callable[..., Iterator[T]], *args: Any) -> T:
-    """In a worker: begin with what a function yields."""
-    _AT_WORK[:] = [function(*args)]
-    return next(_AT_WORK[0])  # type: ignore[no-any-return]
-
-
-def _go_on() -> Any:
-    return next(_AT_WORK[0])
-
-
 class TimedWorker:
     """One process for calls; after one that had to be killed, or died, the next call starts one."""
 
-    def __init__(self) -> None:
-        self._pool: Processes | None = None
+    _process: Any = None
+    _pipe: Connection
 
     def __enter__(self) -> Self:
         """Return the worker."""
@@ -179,19 +130,25 @@ class TimedWorker:
         Lost
             The process died of it, or it raised something; what is a HeavyTopError is raised here.
         """
-        if self._pool is None:
-            self._pool = Processes(1)
-            self._pool.submit(os.getpid).result()  # it is ready
-        future = self._pool.submit(function, *args)
-        if not futures.wait([future], timeout).done:
+        if self._process is None:
+            self._start()
+        try:
+            self._pipe.send((function, args))
+            if not self._pipe.poll(timeout):
+                self.close()
+                raise TimedOut(f"it did not return within {timeout:g} s")
+            found, fault = self._pipe.recv()
+        except (EOFError, OSError):
+            self._process.join(1.0)
+            code = self._process.exitcode or 0
             self.close()
-            raise TimedOut(f"it did not return within {timeout:g} s")
-        fault = future.exception()
-        if isinstance(fault, futures.BrokenExecutor):
-            raise Lost(f"its process was lost: {_how_it_left(*self.close())}")
-        if fault is not None and not isinstance(fault, HeavyTopError):
-            raise Lost(f"its process was lost: {type(fault).__name__}: {fault}")
-        return future.result()  # type: ignore[no-any-return]
+            how = (
+                f"killed by {signal.Signals(-code).name}" if code < 0 else f"left with code {code}"
+            )
+            raise Lost(f"its process was lost: {how}") from None
+        if fault is not None:
+            raise fault
+        return found  # type: ignore[no-any-return]
 
     def stages(
         self, function: Callable[..., Iterator[T]], *args: Any, limits: Iterable[float]
@@ -206,18 +163,53 @@ class TimedWorker:
         each = iter(limits)
         yield self.call(_begin, function, *args, timeout=next(each))
         for limit in each:
-            yield self.call(_go_on, timeout=limit)
+            yield self.call(_continue, timeout=limit)
 
-    def close(self) -> list[int | None]:
-        """End the process, at once; return how it left."""
-        pool, self._pool = self._pool, None
-        return [] if pool is None else pool.kill()
+    def close(self) -> None:
+        """End the process, at once."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._pipe.close()
+            self._process = None
+
+    def _start(self) -> None:
+        self._pipe, there = SPAWN.Pipe()
+        self._process = SPAWN.Process(target=_serve, args=(there,), daemon=True)
+        with starting():
+            self._process.start()
+        there.close()
+        self._pipe.recv()  # it is ready
 
 
-def _how_it_left(code: int | None = None) -> str:
-    if code is not None and code < 0:
-        return f"killed by {signal.Signals(-code).name}"
-    return f"left with code {code or 0}"
+def _serve(pipe: Connection) -> None:
+    """In a worker: do one call after the other, until the parent has gone."""
+    follow_parent()
+    pipe.send("ready")
+    with suppress(EOFError):
+        while True:
+            function, args = pipe.recv()
+            answer: tuple[Any, HeavyTopError | None]
+            try:
+                answer = function(*args), None
+            except HeavyTopError as refusal:
+                answer = None, refusal
+            except Exception as fault:
+                answer = None, Lost(f"its process was lost: {type(fault).__name__}: {fault}")
+            pipe.send(answer)
+
+
+_AT_WORK: Final[list[Iterator[Any]]] = []  # in a worker: what it goes through
+
+
+def _begin(function: Callable[..., Iterator[T]], *args: Any) -> T:
+    """In a worker: begin with what a function yields."""
+    _AT_WORK[:] = [function(*args)]
+    return next(_AT_WORK[0])  # type: ignore[no-any-return]
+
+
+def _continue() -> Any:
+    return next(_AT_WORK[0])
 
 
 TIMED_WORKER: Final = TimedWorker()
@@ -227,7 +219,7 @@ TIMED_WORKER: Final = TimedWorker()
 
 
 def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Cluster:
-    """The executor of a dask scheduler, connected while a study or a ``with`` block uses it.
+    """The executor of a dask scheduler, connected until it is shut down or its ``with`` block ends.
 
     Parameters
     ----------
@@ -239,67 +231,38 @@ def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Cluster:
     Returns
     -------
     concurrent.futures.Executor
-        For the argument ``executor`` of `drift`, `stress`, `atlas`, `certify` and `resume`. In a
-        ``with`` block several studies share one connection.
+        For the argument ``executor`` of `drift`, `stress`, `atlas`, `certify` and `resume`, one
+        after the other.
 
     Raises
     ------
     NoScheduler
-        When it connects: nobody answers there in time, or there is no worker.
+        Nobody answers there in time, or there is no worker.
     MissingPackage
-        When it connects: dask is not installed here.
-
-    Examples
-    --------
-    >>> executor = executor_at("tcp://192.168.0.2:8786")
-    >>> executor.workers  # it is not connected yet
-    0
+        dask is not installed here.
     """
-    return Cluster(address, timeout_s)
-
-
-@contextmanager
-def _connected(address: str, timeout_s: float) -> Iterator[tuple[Any, Executor]]:
-    """A client of a dask scheduler and its executor, closed in the end."""
     if find_spec("distributed") is None:
         raise MissingPackage("a cluster", ["distributed"], "cluster")
     from distributed import Client
 
-    with ExitStack() as stack:
-        try:
-            client = stack.enter_context(Client(address, timeout=timeout_s, set_as_default=False))
-            client.wait_for_workers(1, timeout=timeout_s)
-        except (OSError, ValueError, TypeError) as fault:  # not reached; not an address; no worker
-            why = "no dask scheduler with a worker answers there"
-            raise NoScheduler(f"{address}: {why} ({fault})") from None
-        yield client, client.get_executor(pure=False)  # no result of an earlier call
+    client = None
+    try:
+        client = Client(address, timeout=timeout_s, set_as_default=False)
+        client.wait_for_workers(1, timeout=timeout_s)
+    except (OSError, ValueError, TypeError) as fault:  # not reached; not an address; no worker
+        if client is not None:
+            client.close()
+        why = "no dask scheduler with a worker answers there"
+        raise NoScheduler(f"{address}: {why} ({fault})") from None
+    return Cluster(client)
 
 
 class Cluster(Executor):
-    """The workers of a scheduler, as many as there are at the moment.
+    """The workers of a scheduler, as many as there are at the moment."""
 
-    It is connected inside ``with`` blocks, of which each study has one: the outermost closes it.
-    """
-
-    def __init__(self, address: str, timeout_s: float) -> None:
-        self._where = address, timeout_s
-        self._blocks = 0  # that are entered
-        self._client: Any = None
-
-    def __enter__(self) -> Self:
-        """Connect, unless it is connected."""
-        if not self._blocks:
-            self._connection = _connected(*self._where)
-            self._client, self._executor = self._connection.__enter__()
-        self._blocks += 1
-        return self
-
-    def __exit__(self, *fault: Any) -> None:
-        """Close the connection, if no other block uses it."""
-        self._blocks -= 1
-        if not self._blocks:
-            self._client = None
-            self._connection.__exit__(*fault)
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._executor = client.get_executor(pure=False)  # no result of an earlier call
 
     @property
     def workers(self) -> int:
@@ -311,6 +274,8 @@ class Cluster(Executor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
-        if not self._blocks:
-            raise RuntimeError("not connected: submit inside a with block")
-        return self._executor.submit(fn, *args, **kwargs)
+        return self._executor.submit(fn, *args, **kwargs)  # type: ignore[no-any-return]
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Close the connection."""
+        self._client.close()
