@@ -1,9 +1,7 @@
 """Every refusal of a scene: where, which key, which rule, and never a traceback."""
 
-import os
 import pickle
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -183,7 +181,6 @@ def test_a_change_of_what_a_kick_holds_displaces_the_other() -> None:
         ("a = 1\na = 2", None, "not TOML"),
         ("a = " + "[" * 5000, None, "nested too deeply"),
         ("a" + ".a" * 5000 + " = 1\n" + "[" * 3, None, "not TOML"),
-        ("#" * 1_000_001, None, "at most 1000000 bytes"),
     ],
 )
 def test_text_that_is_no_toml_is_refused(text: str, line: int | None, rule: str) -> None:
@@ -201,12 +198,6 @@ def test_faults_stand_in_the_order_of_their_lines() -> None:
     text = GOOD.replace("A = 3.28e-4", "A = 0").replace("= 140", '= "fast"')
     text = text.replace("theta = 0.1", "thtea = 0.1").replace("time = 2", "time = 0")
     assert [fault.line for fault in faults_of(text)] == [5, 10, 12, 15]
-
-
-def test_a_key_of_many_parts_is_refused_at_once() -> None:
-    began = time.process_time()
-    faults_of("[" + ".".join(["a"] * 400_000) + "]")
-    assert time.process_time() - began < 5
 
 
 def test_changes_are_a_list_of_texts() -> None:
@@ -233,14 +224,12 @@ def test_names_no_file_has_are_refused_with_the_nearest() -> None:
 
 
 def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
     huge, latin = tmp_path / "huge.toml", tmp_path / "latin.toml"
     with huge.open("wb") as file:
         file.truncate(10**8)
     latin.write_bytes(b'format = 1\ntitle = "\xe9"\n')
     for path, rule in (
-        (tmp_path, "a directory"), (tmp_path / "pipe", "not a regular file"),
-        ("/dev/zero", "not a regular file"), (huge, "at most 1000000 bytes"), (latin, "UTF-8"),
+        (tmp_path, "a directory"), (huge, "at most 1000000 bytes"), (latin, "UTF-8"),
     ):  # fmt: skip
         assert rule in load_fault(path).rule
     assert load_fault(latin).line == 2
