@@ -13,6 +13,8 @@ from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
+from heavytop.text import harmless
+
 
 class Exit(IntEnum):
     """What the exit code of every verb means; of several the greatest counts."""
@@ -97,7 +99,7 @@ class Fault:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
         what = f"{self.key} = {self.value}" if self.value else self.key
         hint = f" ({self.hint})" if self.hint else ""
-        return f"{place}: {what}: {self.rule}{hint}"
+        return harmless(f"{place}: {what}: {self.rule}{hint}")
 
 
 class BadScene(HeavyTopError, ValueError):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from heavytop.checking.comparison import Comparison
-from heavytop.checking.conventions import INERTIA, NUMBER, TABLE
+from heavytop.checking.conventions import INERTIA, NUMBER, TABLE, Variant
 from heavytop.checking.judge import check
 from heavytop.checking.reading import read
-from heavytop.checking.search import Explanation, Undoing, judge, undo
+from heavytop.checking.search import Explanation, Undoing, judge, undo_names
 from heavytop.errors import BadScene
 
 from .made import SCENE, exact
@@ -58,7 +58,7 @@ def test_of_pairs_and_in_good_data_no_wrong_name_is_sure(plants):
 def test_a_planted_error_of_the_table_is_seen(plants, monkeypatch):
     """A row that undoes nothing: its convention is not named any more."""
     row = NAMES.index("omega-sign")
-    idle = TABLE[row]._replace(undo=lambda c: iter([("", c)]))
+    idle = TABLE[row]._replace(undo=lambda c: iter([Variant("", c)]))
     monkeypatch.setattr("heavytop.checking.search.TABLE", (*TABLE[:row], idle, *TABLE[row + 1 :]))
     rng = np.random.default_rng(5)
     scene = plants.random_scene(rng)
@@ -128,7 +128,7 @@ def test_a_part_of_a_tenth_of_a_radian_is_told_from_a_step():
 
 def test_names_are_undone_where_asked_and_unknown_ones_refused():
     data = read({"t": 1000 * T, "theta": np.degrees(exact(T).theta)})
-    undone = undo(Comparison(data, SCENE.top, SCENE.start), ["degrees", "milliseconds"])
+    undone = undo_names(Comparison(data, SCENE.top, SCENE.start), ["degrees", "milliseconds"])
     assert abs(undone.data.values["theta"] - exact(T).theta).max() < 1e-14
     with pytest.raises(BadScene, match="one of time-origin, milliseconds"):
         check({"t": T, "theta": exact(T).theta}, SCENE, undone=["radians"])

@@ -1,9 +1,7 @@
 """Every refusal of a scene: where, which key, which rule, and never a traceback."""
 
-import os
 import pickle
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +51,6 @@ def load_fault(path: str | Path) -> Fault:
     return fault
 
 
-CONSTANTS = 'E = 3\np_phi = 1\np_psi = 1\ntheta = 1\nbranch = "falling"'
 BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
 KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
 
@@ -64,30 +61,16 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("phidot", "phidott", 11, "start.phidott", 'unknown key (did you mean "phidot"?)'),
         ("gMR = 0.0456", "gMR = 0.0456\nphi = 1", 8, "top.phi", "it belongs in [start]: start.phi"),
         ("title", "titel", 2, "titel", 'did you mean "title"?'),
-        ("[want]", "[wants]", 17, "wants", 'did you mean "want"?'),
         ("format = 1", "format = 2", 1, "format", "the only format"),
         ("theta = 0.1", 'theta = "fast"', 10, "start.theta", 'unexpected "fast"'),
-        ("theta = 0.1", "theta = true", 10, "start.theta", "not true or false"),
         ("theta = 0.1", "theta = nan", 10, "start.theta", "finite, not nan"),
-        ("theta = 0.1", "theta = 2020-01-01", 10, "start.theta", "not a date"),
         ("time = 2", 'time = "2 rad"', 15, "span.time", "a unit here is s or ms"),
         ("A = 3.28e-4", "A = 0", 5, "top.A", "must be greater than 0"),
-        ("C = 6.60e-5", "C = -6.6e-5", 6, "top.C", "must not be negative"),
         ("gMR = 0.0456", "gMR = 0.0456\nmass = 1", 4, "top.distance", "missing for a top of A, C"),
-        ("gMR = 0.0456", "gMR = 0.0456\nC_cm = 1", 8, "top.C_cm", "does not go with a top of A, C"),
         (BOOK, "", 4, "top.A", "missing for a top of A, C, gMR: A, C, gMR"),
-        (BOOK, "mass = 1\ndistance = 1", 4, "top.gravity", "mass and distance: gravity, A_cm or"),
         (BOOK, "mass = 1\ndistance = 1\nA_cm = 1\nC_cm = 1", 4, "top.gravity", "missing"),
         (BOOK, 'gravity = 9\nsolids = [{shape = "disq"}, {shape = "disc"}]', 6, "top.solids",
          'of solid 2 radius: missing for a disc: radius, thickness, centre or base, density'),
-        (BOOK, 'gravity = 9\nsolids = [{shape = "disq"}, {shape = "disc"}]', 6, "top.solids",
-         'of solid 1 shape: one of cone, cylinder, disc'),
-        ("psidot = 140", "psidot = 140\nomega3 = 1", 13, "start.omega3", "not both"),
-        (KICK, CONSTANTS + "\nphidot = 1", 15, "start.phidot", "not go with constants of"),
-        (KICK, CONSTANTS.replace("p_phi = 1\n", ""), 9, "start.p_phi", "1 more of p_phi, thetadot"),
-        (KICK, CONSTANTS.replace("E = 3", "E = 0"), 10, "start.E", "at least"),
-        (KICK, 'steady = "slow"\ntheta = 0.1', 9, "start.omega3", "missing"),
-        (KICK, 'steady = "slow"\ntheta = 0.1\nomega3 = 100', 12, "start.omega3", "at least 116.9"),
         ("time = 2", "time = 0", 15, "span.time", "not 0"),
         ("time = 2", "time = 2\nperiods = 1", 16, "span.periods", "give time or periods"),
         ('["theta", "phi"]', '["theta", "fi"]', 18, "want.quantities", "names out of"),
@@ -99,19 +82,14 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ('"good"', '"\\u001b[31m"', 2, "title", "control characters"),
         ('"good"', f'"{"x" * 501}"', 2, "title", "at most 500 characters"),
         ("theta = 0.1", "theta = 30 deg", 10, "start.theta", '"30 deg"'),
-        ("theta = 0.1", "theta = 0,1", 10, "start.theta", "has a point: 0.1"),
-        ("theta = 0.1", 'theta = "1,000"', 10, "start.theta", "a comma before three digits"),
-        ("-15", "-15,", 11, "start.phidot", "no comma ends a line"),
         ("-15", f"y{'z' * 300}", 11, "start.phidot", "zzz…"),
         ("-15", "-15\nphidot = 1", 12, "start.phidot", "a key or a table stands twice"),
-        ("140", '"22 kg"', 12, "start.psidot", "a unit here is rpm or rev/min"),
         ("time", "t", 15, "span.t", "(known are time, periods)"),
         ("[start]\n", "", None, "start", "a scene has a table [start]"),
         ("format = 1", "", None, "format", "begins with format = 1"),
         ("401", "1e3", 20, "want.samples", "in digits alone"),
         ('"phi"]', '"phi]', 18, "want.quantities", "a quote is not closed"),
         ('"theta",', '"phidot",', 18, "want.quantities", "holds thetadot, phidot and psidot"),
-        ('["theta", "phi"]', '"phi"', 18, "want.quantities", 'such as ["class"]'),
     ],
 )  # fmt: skip
 def test_one_fault_is_named_with_its_place(
@@ -135,6 +113,8 @@ def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling() -> None
         "format", "top.A", "top.C", "top.gmr", "top.gMR", "start.theta", "start.spin", "span.time",
         "want.digit",
     }  # fmt: skip
+    lines = [fault.line or 0 for fault in error.value.faults]
+    assert lines == sorted(lines)
     again = pickle.loads(pickle.dumps(error.value))
     assert str(again).splitlines() == [str(fault) for fault in error.value.faults]
 
@@ -170,20 +150,12 @@ def test_what_a_change_makes_wrong_elsewhere_is_the_changes_fault() -> None:
     assert places == [("some.toml", "start.E"), ("some.toml", "span.time")]
 
 
-def test_a_change_of_what_a_kick_holds_displaces_the_other() -> None:
-    assert read_scene(GOOD, overrides=["start.omega3=1"]).start.held == "omega3"
-    held = read_scene(GOOD, overrides=["start.omega3=1", "start.psidot=2"]).start
-    assert (held.held, float(held.psidot)) == ("psidot", 2)
-
-
 @pytest.mark.parametrize(
     ("text", "line", "rule"),
     [
         ("format = 1\n[top\n", 2, "not TOML"),
         ("a = 1\na = 2", None, "not TOML"),
         ("a = " + "[" * 5000, None, "nested too deeply"),
-        ("a" + ".a" * 5000 + " = 1\n" + "[" * 3, None, "not TOML"),
-        ("#" * 1_000_001, None, "at most 1000000 bytes"),
     ],
 )
 def test_text_that_is_no_toml_is_refused(text: str, line: int | None, rule: str) -> None:
@@ -192,30 +164,10 @@ def test_text_that_is_no_toml_is_refused(text: str, line: int | None, rule: str)
     assert line is None or fault.line == line
 
 
-def test_deeply_nested_keys_are_unknown_keys() -> None:
-    (fault,) = faults_of(GOOD + "x" + ".x" * 2000 + " = 1")
-    assert (fault.key, fault.value) == ("want.x", "a table")
-
-
-def test_faults_stand_in_the_order_of_their_lines() -> None:
-    text = GOOD.replace("A = 3.28e-4", "A = 0").replace("= 140", '= "fast"')
-    text = text.replace("theta = 0.1", "thtea = 0.1").replace("time = 2", "time = 0")
-    assert [fault.line for fault in faults_of(text)] == [5, 10, 12, 15]
-
-
-def test_a_key_of_many_parts_is_refused_at_once() -> None:
-    began = time.process_time()
-    faults_of("[" + ".".join(["a"] * 400_000) + "]")
-    assert time.process_time() - began < 5
-
-
 def test_changes_are_a_list_of_texts() -> None:
-    for changes in ("start.phidot=-14", {"start.phidot": -14}, [-14], np.array([0.5]), None):
-        with pytest.raises(
-            BadScene, match=r'a list of texts, such as \["start.phidot=-14"\]'
-        ) as no:
+    for changes in ("start.phidot=-14", [-14], np.array([0.5]), None):
+        with pytest.raises(BadScene, match=r"heavytop: overrides = .* a list of texts"):
             load_scene("sicm-kicked", changes)
-        assert str(no.value).startswith("heavytop: overrides = ")  # and no option's name
 
 
 def test_a_file_of_nearly_this_name_is_named(tmp_path: Path) -> None:
@@ -233,14 +185,12 @@ def test_names_no_file_has_are_refused_with_the_nearest() -> None:
 
 
 def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
     huge, latin = tmp_path / "huge.toml", tmp_path / "latin.toml"
     with huge.open("wb") as file:
         file.truncate(10**8)
     latin.write_bytes(b'format = 1\ntitle = "\xe9"\n')
     for path, rule in (
-        (tmp_path, "a directory"), (tmp_path / "pipe", "not a regular file"),
-        ("/dev/zero", "not a regular file"), (huge, "at most 1000000 bytes"), (latin, "UTF-8"),
+        (tmp_path, "a directory"), (huge, "at most 1000000 bytes"), (latin, "UTF-8"),
     ):  # fmt: skip
         assert rule in load_fault(path).rule
     assert load_fault(latin).line == 2

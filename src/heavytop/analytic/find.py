@@ -141,7 +141,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     """
     arguments.expect("scene", scene, Scene, "load_scene gives one")
     readers: dict[str, Reader] = {"vary": read_range, "so_that": _read_wish}
-    read, faults = arguments.read_values({"vary": vary, "so_that": so_that}, readers, scene.name)
+    read, faults = arguments.parse_options(scene.name, {"vary": vary, "so_that": so_that}, readers)
     if faults:
         raise BadScene(tuple(faults))
     (key, points), (name, relation, wanted) = read["vary"], read["so_that"]

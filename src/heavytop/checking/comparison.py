@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from types import SimpleNamespace
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -14,11 +12,10 @@ import numpy as np
 from heavytop.analytic.motion import Motion
 from heavytop.checking.reading import POSITIONS, Array, Data
 from heavytop.errors import HeavyTopError, Impossible
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-ANGLES: Final = ("theta", "phi", "psi")
-RATES: Final = ("thetadot", "phidot", "psidot")
 FIRST_FITTED: Final = 12  # rows that a fit begins with
 FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
@@ -31,10 +28,10 @@ MOVES: Final = 0.05  # rad that a motion moves at least, to say anything
 OCTAVE_ROWS: Final = 8  # that are looked at of each octave
 SLOWEST: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
 START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
-LACKING: Final = "none follows from {} alone: give a scene with a start, or theta and phi"
-
-MANY: Final = 100_000
-FIELDS: Final = (*ANGLES, *RATES, "phi_mod", "psi_mod", "axis", "quaternion", "omega", "omega3")
+VECTORS: Final = {"axis": 1.0, "vertical": 1.0} | dict.fromkeys(
+    ("omega", "omega_body", "momentum_body")
+)
+"""The vectors that are compared, with what their errors are relative to: the largest if None."""
 
 Origin = Literal["scene", "first row", "fitted"]
 
@@ -44,64 +41,53 @@ class ExactMotion:
 
     def __init__(self, motion: Motion, t: Array) -> None:
         self.record: Any = motion.at(t)
-        if t.size > MANY:  # in parts, so that what they are computed from is not kept
-            parts: dict[str, list[Array]] = {name: [] for name in FIELDS}
-            for k in range(0, t.size, MANY):
-                part = motion.at(t[k : k + MANY])
-                for name, arrays in parts.items():
-                    arrays.append(getattr(part, name))
-            whole = {name: np.concatenate(arrays) for name, arrays in parts.items()}
-            self.record = SimpleNamespace(**whole)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.record, name)
 
     @cached_property
     def sine(self) -> Array:
         """Of the tilt."""
-        return np.asarray(np.sin(self.record.theta))
+        return np.asarray(np.sin(self.theta))
 
     @cached_property
     def rotation(self) -> Array:
         """The attitude as matrices."""
-        return matrices(self.record.quaternion)
+        return matrices(self.quaternion)
+
+    @property
+    def vertical(self) -> Array:
+        """The upward vertical in the body."""
+        return self.rotation[:, 2]
 
     @cached_property
     def omega_body(self) -> Array:
         """The angular velocity in the body."""
-        found: Array = np.einsum("nji,nj->ni", self.rotation, self.record.omega)
+        found: Array = np.einsum("nji,nj->ni", self.rotation, self.omega)
         return found
 
     @cached_property
     def fastest(self) -> float:
         """The largest angular velocity."""
-        return float(norm(self.record.omega).max()) or 1.0
+        return float(norm(self.omega).max()) or 1.0
 
     def angle(self, name: str) -> Array:
         """An Euler angle, φ and ψ modulo 2π."""
-        found: Array = getattr(self.record, name if name == "theta" else f"{name}_mod")
+        found: Array = getattr(self, name if name == "theta" else f"{name}_mod")
         return found
 
     @cached_property
     def moved(self) -> tuple[Array, Array]:
         """How far the axis, and the attitude, are from those of the first time."""
-        axis = self.record.axis
-        return norm(axis - axis[0]), norm(self.rotation - self.rotation[0]) / np.sqrt(2)
+        turned = norm(self.rotation - self.rotation[0]) / np.sqrt(2)
+        return norm(self.axis - self.axis[0]), turned
 
 
-VECTORS: Final[Mapping[str, Callable[[ExactMotion, Top], Array]]] = {
-    "axis": lambda at, top: at.record.axis,
-    "vertical": lambda at, top: at.rotation[:, 2],
-    "omega": lambda at, top: at.record.omega,
-    "omega_body": lambda at, top: at.omega_body,
-    "momentum_body": lambda at, top: at.omega_body * moments(top),
-}
+_motion = lru_cache(maxsize=64)(Motion)
 
 
 @lru_cache(maxsize=64)
-def _motion(top: Top, start: State) -> Motion:
-    return Motion(top, start)
-
-
-@lru_cache(maxsize=64)
-def _reference(top: Top, start: State, times: bytes) -> ExactMotion:
+def _exact(top: Top, start: State, times: bytes) -> ExactMotion:
     return ExactMotion(_motion(top, start), np.frombuffer(times))
 
 
@@ -138,22 +124,17 @@ class Comparison:
         return self.data.t - (0.0 if self.given is not None else self.data.t[0])
 
     @cached_property
-    def reference(self) -> ExactMotion:
+    def exact(self) -> ExactMotion:
         """The exact motion at the times of the data."""
         if self.data.t.size > FITTED:
             return ExactMotion(self.motion, self.since)
-        return _reference(self.top, self.start, self.since.tobytes())
-
-    @property
-    def exact(self) -> Any:
-        """The record of that."""
-        return self.reference.record
+        return _exact(self.top, self.start, self.since.tobytes())
 
     def updated(self, **values: Array | None) -> Comparison:
         """The same of data with other values; None takes one away."""
         other = replace(self, data=self.data.updated(**values))
         if self.given is not None:  # the same motion at the same times
-            other.__dict__["reference"] = self.reference
+            other.__dict__["exact"] = self.exact
         return other
 
     def rows(self, which: Any) -> Comparison:
@@ -164,14 +145,29 @@ class Comparison:
         return replace(self, data=data, given=self.start)
 
     @cached_property
+    def folded(self) -> Comparison:
+        """The same with θ in [0, π]: beyond, φ and ψ turn by π and θ̇ changes its sign."""
+        theta, values = self.data.values.get("theta"), self.data.values
+        if theta is None or ((theta > -FOLDED) & (theta < np.pi + FOLDED)).all():
+            return self
+        reduced = np.mod(theta, 2 * np.pi)
+        out = reduced > np.pi
+        turned = {name: values[name] + np.pi * out for name in ("phi", "psi") if name in values}
+        if "thetadot" in values:
+            turned["thetadot"] = values["thetadot"] * (1 - 2 * out)
+        return self.updated(theta=np.where(out, 2 * np.pi - reduced, reduced), **turned)
+
+    # --- what the data give, or what follows from it; None where nothing does ----------------
+
+    @cached_property
     def matrix(self) -> Any:
-        """The attitude as matrices (n, 3, 3) from body to space, or None."""
+        """The attitude as matrices (n, 3, 3) from body to space."""
         q = self.data.values.get("quaternion")
         return self.data.values.get("matrix") if q is None else matrices(q)
 
     @cached_property
     def axis(self) -> Any:
-        """The symmetry axis (n, 3) in space, or None."""
+        """The symmetry axis (n, 3) in space."""
         if self.matrix is not None:
             return self.matrix[:, :, 2]
         if "axis" in self.data.values:
@@ -180,30 +176,31 @@ class Comparison:
         return None if theta is None or phi is None else axes(theta, phi)
 
     def angle(self, name: str) -> Any:
-        """An Euler angle [rad], or None; continuous only where it is given."""
+        """An Euler angle [rad]; continuous only where it is given."""
         values = self.data.values
         if name in values:
             return values[name]
         if name == "theta" and "elevation" in values:
             return np.pi / 2 - values["elevation"]
-        across = self.matrix[:, 2] if self.matrix is not None else values.get("vertical")
+        axis, vertical = values.get("axis"), values.get("vertical")
+        if self.matrix is not None:
+            axis, vertical = self.matrix[:, :, 2], self.matrix[:, 2]
         if name == "psi":
-            return None if across is None else np.arctan2(across[:, 0], across[:, 1])
-        e = self.matrix[:, :, 2] if self.matrix is not None else values.get("axis")
+            return None if vertical is None else np.arctan2(vertical[:, 0], vertical[:, 1])
         if name == "phi":
-            return None if e is None else np.arctan2(e[:, 0], -e[:, 1])
-        e = across if e is None else e
+            return None if axis is None else np.arctan2(axis[:, 0], -axis[:, 1])
+        e = vertical if axis is None else axis
         return None if e is None else np.arctan2(np.hypot(e[:, 0], e[:, 1]), e[:, 2])
 
     def rate(self, name: str) -> Any:
-        """The rate of an Euler angle [rad/s], or None."""
+        """The rate of an Euler angle [rad/s]."""
         if name == "thetadot" and "elevationdot" in self.data.values:
             return -self.data.values["elevationdot"]
         return self.data.values.get(name)
 
     @cached_property
     def omega_body(self) -> Any:
-        """The angular velocity (n, 3) in the body [rad/s], or None."""
+        """The angular velocity (n, 3) in the body [rad/s]."""
         values = self.data.values
         if "omega" in values and self.attitude is not None:
             return np.einsum("nji,nj->ni", self.attitude, values["omega"])
@@ -213,7 +210,7 @@ class Comparison:
 
     @cached_property
     def attitude(self) -> Any:
-        """The attitude as matrices, also from angles, or None."""
+        """The attitude as matrices, also from angles."""
         angles = [self.angle(name) for name in ANGLES]
         if self.matrix is not None or any(x is None for x in angles):
             return self.matrix
@@ -221,7 +218,7 @@ class Comparison:
 
     @cached_property
     def spin(self) -> tuple[Array, Array, Array, Array] | None:
-        """Return cosθ, |ė|², ω₃ and ω_z: what energy and momenta are made of, or None."""
+        """Return cosθ, |ė|², ω₃ and ω_z: what energy and momenta are made of."""
         theta, rates = self.angle("theta"), [self.rate(name) for name in RATES]
         if theta is not None and not any(x is None for x in rates):
             thetadot, phidot, psidot = rates
@@ -238,26 +235,28 @@ class Comparison:
             return None
         return g[:, 2], w[:, 0] ** 2 + w[:, 1] ** 2, w[:, 2], (w * g).sum(axis=1)
 
+    # --- how far off they are ----------------------------------------------------------------
+
     @cached_property
     def errors(self) -> dict[str, Array]:
         """How far off the data are at each time, by what they give [rad, or of the largest]."""
-        folded = replace(self, data=fold(self.data))
-        exact, values, reference = self.exact, folded.data.values, self.reference
+        folded, exact, values = self.folded, self.exact, self.data.values
         found = dict[str, Array]()
         if self.matrix is not None:
-            found["attitude"] = norm(self.matrix - reference.rotation) / np.sqrt(2)
+            found["attitude"] = norm(self.matrix - exact.rotation) / np.sqrt(2)
         for name in ANGLES:
             if name in values or (name == "theta" and "elevation" in values):
-                weight = 1.0 if name == "theta" else reference.sine
-                found[name] = weight * abs(wrapped(folded.angle(name) - reference.angle(name)))
+                weight = 1.0 if name == "theta" else exact.sine
+                found[name] = weight * abs(wrapped(folded.angle(name) - exact.angle(name)))
         for name in RATES:
             if (mine := folded.rate(name)) is not None:
                 other = getattr(exact, name)
-                scale = max(float(abs(other).max()), SLOWEST * reference.fastest)
+                scale = max(float(abs(other).max()), SLOWEST * exact.fastest)
                 found[name] = abs(mine - other) / scale
         for name in [name for name in VECTORS if name in values]:
-            other = VECTORS[name](reference, self.top)
-            scale = 1.0 if name in ("axis", "vertical") else float(norm(other).max()) or 1.0
+            other = getattr(exact, name.replace("momentum", "omega"))
+            other = other * moments(self.top) if name == "momentum_body" else other
+            scale = VECTORS[name] or float(norm(other).max()) or 1.0
             found[name] = norm(values[name] - other) / scale
         return found
 
@@ -266,11 +265,6 @@ class Comparison:
         """How far off the first row is, where it is the start itself [rad]."""
         there = [x[0] for name, x in self.errors.items() if name in POSITIONS or name == "attitude"]
         return float(max(there, default=0.0)) if self.since[0] == 0 else 0.0
-
-    def off(self) -> Array:
-        """How far the axis is off, a row at each time."""
-        off: Array = self.axis - self.exact.axis
-        return off
 
 
 class Octaves(NamedTuple):
@@ -300,7 +294,7 @@ def decades(c: Comparison, windows: Octaves) -> dict[str, float]:
     there from the first row on, or as large as the motion.
     """
     errors = np.array([*c.errors.values()]) + FLOOR
-    axis, attitude = c.reference.moved
+    axis, attitude = c.exact.moved
     moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
     squares = (errors / (errors + moved + STILL)) ** 2
     if moved.max() < MOVES:  # as if time were frozen: everything fits that
@@ -339,15 +333,12 @@ def axes(theta: Array, phi: Array) -> Array:
 def matrices(quaternion: Array) -> Array:
     """The rotation of quaternions, scalar first, of any length."""
     w, x, y, z = (quaternion / norm(quaternion)[:, None]).T
-    found = np.empty((len(quaternion), 9))
     entries = (
         *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
         *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
         *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
     )
-    for k, entry in enumerate(entries):
-        found[:, k] = entry
-    return found.reshape(-1, 3, 3)
+    return np.stack(entries, axis=-1).reshape(-1, 3, 3)
 
 
 def rotations(theta: Array, phi: Array, psi: Array) -> Array:
@@ -355,18 +346,6 @@ def rotations(theta: Array, phi: Array, psi: Array) -> Array:
     plus, minus, c, s = (phi + psi) / 2, (phi - psi) / 2, np.cos(theta / 2), np.sin(theta / 2)
     parts = c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)
     return matrices(np.stack(parts, axis=-1))
-
-
-def fold(data: Data) -> Data:
-    """The data with θ in [0, π]: beyond, φ and ψ turn by π and θ̇ changes its sign."""
-    theta = data.values.get("theta")
-    if theta is None or ((theta > -FOLDED) & (theta < np.pi + FOLDED)).all():
-        return data
-    reduced = np.mod(theta, 2 * np.pi)
-    out = reduced > np.pi
-    turned = {n: data.values[n] + np.pi * out for n in ("phi", "psi") if n in data.values}
-    turned |= {n: data.values[n] * (1 - 2 * out) for n in ("thetadot",) if n in data.values}
-    return data.updated(theta=np.where(out, 2 * np.pi - reduced, reduced), **turned)
 
 
 # --- the start -----------------------------------------------------------------------------------
@@ -396,7 +375,8 @@ def _fitted(c: Comparison) -> State:
     from scipy.optimize import least_squares
 
     if c.axis is None:
-        raise Impossible([("start", LACKING.format(", ".join(c.data.values)))])
+        lacking = f"none follows from {', '.join(c.data.values)} alone"
+        raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
     guess = first_row(c.updated(omega=_omega(c), axis=c.axis))
     some = c.data.rows(np.s_[:: -(-c.data.t.size // FITTED)])
     some = replace(some, t=some.t - some.t[0])
@@ -404,13 +384,15 @@ def _fitted(c: Comparison) -> State:
     def state(p: Array) -> State:
         return State(**dict(zip(START, p, strict=True)), psi=guess.psi)
 
-    def off(p: Array, rows: int) -> Array:
-        return Comparison(some.rows(slice(0, rows)), c.top, state(p)).off().ravel()
+    def axis_error(p: Array, rows: int) -> Array:
+        near = Comparison(some.rows(slice(0, rows)), c.top, state(p))
+        off: Array = near.axis - near.exact.axis
+        return off.ravel()
 
     p, rows = np.array([float(getattr(guess, name)) for name in START]), FIRST_FITTED
     try:
         while True:
-            found = least_squares(off, p, x_scale="jac", args=(rows,), **CLOSELY)
+            found = least_squares(axis_error, p, x_scale="jac", args=(rows,), **CLOSELY)
             p, misfit = found.x, np.sqrt(2 * found.cost / min(rows, some.t.size))
             if rows >= some.t.size or misfit > FITS:
                 break

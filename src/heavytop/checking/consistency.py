@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from heavytop.checking.comparison import FOLDED, fold, norm
+from heavytop.checking.comparison import FOLDED, Comparison, norm
 from heavytop.checking.reading import Data
 
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
@@ -19,47 +20,39 @@ def prepare(data: Data) -> Data:
     Lengths are divided by their first, so that a drift of them stays in the data.
     """
     remarks, values = [*data.remarks], dict(data.values)
-    for name, what in (("axis", "axis"), ("quaternion", "quaternion"), ("vertical", "vertical")):
-        if name in values:
-            length = norm(values[name])
-            first = float(np.median(length[:5]))
-            values[name] = values[name] / first
-            if abs(first - 1) > LENGTH:
-                remarks.append(f"the {what} is scaled to length 1: it has {first:.6g}")
-            if (drift := float(abs(length / first - 1).max())) > LENGTH:
-                row = int(abs(length / first - 1).argmax()) + 1
-                remarks.append(f"the length of the {what} changes by {drift:.2g} (row {row})")
+    for name in [name for name in ("axis", "quaternion", "vertical") if name in values]:
+        length = norm(values[name])
+        first = float(np.median(length[:5]))
+        values[name] = values[name] / first
+        if abs(first - 1) > LENGTH:
+            remarks.append(f"the {name} is scaled to length 1: it has {first:.6g}")
+        drift = abs(length / first - 1)
+        if drift.max() > LENGTH:
+            row = int(drift.argmax()) + 1
+            remarks.append(f"the length of the {name} changes by {drift.max():.2g} (row {row})")
     if "quaternion" in values:
         q = values["quaternion"]
-        flips = int((np.einsum("ni,ni->n", q[1:], q[:-1]) < 0).sum())
-        remarks += [f"the quaternion changes its sign {flips} times, which is no motion"] * (
-            flips > 0
-        )
+        if flips := int((np.einsum("ni,ni->n", q[1:], q[:-1]) < 0).sum()):
+            remarks.append(f"the quaternion changes its sign {flips} times, which is no motion")
     if "matrix" in values:
-        product = np.einsum("nij,nik->njk", values["matrix"], values["matrix"])
-        off = norm(product - np.eye(3))
+        R = values["matrix"]
+        off = norm(np.einsum("nij,nik->njk", R, R) - np.eye(3))
         if off.max() > LENGTH:
             remarks.append(f"R is not orthogonal by {off.max():.2g} (row {int(off.argmax()) + 1})")
-        if (np.linalg.det(values["matrix"]) < 0).any():
+        if (np.linalg.det(R) < 0).any():
             remarks.append("R is improper: its determinant is −1")
-    return Data(data.name, data.t, values, data.scene, data.columns, data.declared, (*remarks,))
+    return replace(data, values=values, remarks=tuple(remarks))
 
 
-def angle_remarks(data: Data) -> list[str]:
+def remark_angles(c: Comparison) -> list[str]:
     """That θ is folded, with the first row, and that angles are unwrapped."""
-    remarks = []
-    theta = data.values.get("theta")
-    if theta is not None and fold(data) is not data:
-        out = (theta < -FOLDED) | (theta > np.pi + FOLDED)
-        row = int(np.argmax(out))
-        remarks.append(
-            f"θ leaves [0, π] in row {row + 1} (t = {data.t[row]:g} s, {theta[row]:.6g}): folded"
-        )
-    wrapped = [
-        name
-        for name in ("phi", "psi")
-        if name in data.values and (abs(np.diff(data.values[name])) > JUMP * 2 * np.pi).any()
-    ]
-    if wrapped:
+    remarks, data = [], c.data
+    if c.folded is not c:
+        theta = data.values["theta"]
+        row = int(np.argmax((theta < -FOLDED) | (theta > np.pi + FOLDED)))
+        where = f"row {row + 1} (t = {data.t[row]:g} s, {theta[row]:.6g})"
+        remarks.append(f"θ leaves [0, π] in {where}: folded")
+    jumps = {x: abs(np.diff(data.values[x])) for x in ("phi", "psi") if x in data.values}
+    if wrapped := [name for name, step in jumps.items() if (step > JUMP * 2 * np.pi).any()]:
         remarks.append(f"unwrapped: {', '.join(wrapped)}")
     return remarks

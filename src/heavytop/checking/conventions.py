@@ -9,22 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final, NamedTuple
+from itertools import permutations
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import (
-    ANGLES,
-    RATES,
-    Comparison,
-    axes,
-    decades,
-    norm,
-    octaves,
-    wrapped,
-)
+from heavytop.checking.comparison import Comparison, axes, decades, norm, octaves, wrapped
 from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -40,129 +33,157 @@ IDENTITY: Final = np.eye(3)
 BELOW: Final = ("thetadot", "elevation", "elevationdot")
 TILTS: Final = (*ANGLES, "elevation")
 TURNS: Final = (*RATES, "elevationdot")
-Undone = Iterator[tuple[str, Comparison]]
+SPINS: Final = ("omega", "omega_body")
+
+MOMENTS: Final = ("A", "C", "gMR")
+
+
+class Variant(NamedTuple):
+    """The data without a convention, words for its sentence, and what it costs beside its row."""
+
+    words: str
+    data: Comparison
+    cost: float = 0.0
+
+
+Variants = Iterator[Variant]
+Undo = Callable[[Comparison], Variants]
 
 
 class Convention(NamedTuple):
-    """A name, a sentence with a place for words of the undo, and the undo."""
+    """A name, a sentence with a place for words of the undo, the undo, and what it is about.
+
+    An origin, a clock or physics another start, or another number, may have as well; of physics
+    there is one error at a time.
+    """
 
     name: str
     sentence: str
-    undo: Callable[[Comparison], Undone]
-    physics: bool = False  # whether the motion is another one, not its description
+    undo: Undo
+    about: Literal["description", "origin", "physics", "number"] = "description"
     cost: float = 1.0  # above 1 where it stands back behind others that do the same
     rare: bool = False  # not tried in pairs, but on top of the best
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether another start, or another number, may do the same."""
+        return self.about in ("origin", "physics")
+
+    @property
+    def physics(self) -> bool:
+        """Whether the motion is another one, not its description."""
+        return self.about in ("physics", "number")
 
 
 # --- values, one by one --------------------------------------------------------------------------
 
-Mapped = dict[str, Callable[[Array], Any]]
-SPINS: Final = ("omega", "omega_body")
+Change = dict[str, Callable[[Array], Any]]
 
 
-def _mapped(*variants: tuple[str, Mapped]) -> Callable[[Comparison], Undone]:
+def _map(*variants: tuple[str, Change]) -> Undo:
     """Other values of some quantities; no two variants change the same ones."""
 
-    def undo(c: Comparison) -> Undone:
+    def undo(c: Comparison) -> Variants:
         before: set[tuple[str, ...]] = {()}
-        for words, functions in variants:
-            changed = {x: functions[x](c.data.values[x]) for x in functions if x in c.data.values}
+        for words, change in variants:
+            changed = {x: change[x](c.data.values[x]) for x in change if x in c.data.values}
             if (names := tuple(changed)) not in before:
                 before.add(names)
-                yield words, c.updated(**changed)
+                yield Variant(words, c.updated(**changed))
 
     return undo
 
 
-def _all(function: Callable[[Array], Any], *names: str) -> Mapped:
+def _all(function: Callable[[Array], Any], *names: str) -> Change:
     return dict.fromkeys(names, function)
 
 
-def _times(*factors: float) -> Callable[[Comparison], Undone]:
-    def undo(c: Comparison) -> Undone:
+def _scale_times(*factors: float) -> Undo:
+    def undo(c: Comparison) -> Variants:
         for factor in factors:
-            yield f"{factor:g}", replace(c, data=replace(c.data, t=c.data.t * factor))
+            yield Variant(f"{factor:g}", _at_times(c, c.data.t * factor))
 
     return undo
 
 
-def _time_origin(c: Comparison) -> Undone:
+def _at_times(c: Comparison, t: Array) -> Comparison:
+    return replace(c, data=replace(c.data, t=t))
+
+
+def _shift_times(c: Comparison) -> Variants:
     first = float(c.data.t[0])
     if c.given is not None and first:
-        yield f"{first:g}", replace(c, data=replace(c.data, t=c.data.t - first))
+        yield Variant(f"{first:g}", _at_times(c, c.data.t - first))
 
 
-def _omega_frame(c: Comparison) -> Undone:
+def _exchange_frames(c: Comparison) -> Variants:
     for name, other, words in (
         ("omega", "omega_body", "in the body, not in space"),
         ("omega_body", "omega", "in space, not in the body"),
     ):
         if name in c.data.values and other not in c.data.values:
-            yield words, c.updated(**{other: c.data.values[name], name: None})
+            yield Variant(words, c.updated(**{other: c.data.values[name], name: None}))
 
 
-def _exchanged(c: Comparison) -> Undone:
+def _exchange_angles(c: Comparison) -> Variants:
     values = c.data.values
-    for order in ("θψφ", "φθψ", "ψφθ", "φψθ", "ψθφ"):
-        others = [dict(zip("θφψ", ANGLES, strict=True))[letter] for letter in order]
-        pairs = [(n, o) for n, o in zip(ANGLES, others, strict=True) if n != o]
+    for order in permutations(ANGLES):
+        pairs = [(name, other) for name, other in zip(ANGLES, order, strict=True) if name != other]
         swapped = {n + dot: values.get(o + dot) for n, o in pairs for dot in ("", "dot")}
         there = {name for name, other in swapped.items() if other is not None}
         if there and there == swapped.keys() & values.keys():
-            yield ", ".join(f"{o} is {n}" for n, o in pairs), c.updated(**swapped)
+            yield Variant(", ".join(f"{o} is {n}" for n, o in pairs), c.updated(**swapped))
 
 
-# --- the motion ----------------------------------------------------------------------------------
+# --- another motion ------------------------------------------------------------------------------
 
 
-def _start(c: Comparison, **changed: Any) -> Comparison:
-    spin = () if changed.keys() & {"psidot", "omega3"} else (c.start.held,)
-    names = (*ANGLES, "thetadot", "phidot", *spin)
-    values = {name: getattr(c.start, name) for name in names} | changed
-    return replace(c, given=State(**{name: float(x) for name, x in values.items()}))
+def _with(c: Comparison, **numbers: float) -> Comparison:
+    """The same data, of a top or of a start with other numbers."""
+    top, given = c.top, c.given
+    if numbers.keys() & {*MOMENTS}:
+        top = Top.of_numbers(**{name: float(getattr(top, name)) for name in MOMENTS} | numbers)
+    elif given is not None:
+        spin = () if numbers.keys() & {"psidot", "omega3"} else (given.held,)
+        names = (*ANGLES, "thetadot", "phidot", *spin)
+        given = State(**{name: float(getattr(given, name)) for name in names} | numbers)
+    return replace(c, top=top, given=given)
 
 
-def _with_top(c: Comparison, **numbers: float) -> Comparison:
-    values = {name: float(getattr(c.top, name)) for name in ("A", "C", "gMR")} | numbers
-    return replace(c, top=Top.of_numbers(**values))
+def _moments(change: Callable[[Top], dict[str, float]]) -> Undo:
+    """Other moments of the top, where they are others and there is such a top."""
 
-
-def _spin_held(c: Comparison) -> Undone:
-    if c.given is not None:
-        held, other = sorted(("omega3", "psidot"), key=lambda name: name != c.start.held)
-        words = f"{held} of the scene was taken for {other}"
-        yield words, _start(c, **{other: c.given.spin})
-
-
-def _spin_sign(c: Comparison) -> Undone:
-    if c.given is not None and c.given.spin != 0:
-        yield "the body spins the other way round", _start(c, **{c.given.held: -c.given.spin})
-    words = "ψ is counted the other way round"
-    yield from _mapped((words, _all(np.negative, "psi", "psidot")))(c)
-
-
-def _top(change: Callable[[Top], dict[str, Any]]) -> Callable[[Comparison], Undone]:
-    def undo(c: Comparison) -> Undone:
-        there = _with_top(c, **change(c.top))
-        if there.top != c.top and float(there.top.C) >= 0:
-            yield "", there
+    def undo(c: Comparison) -> Variants:
+        other = _with(c, **change(c.top))
+        if other.top != c.top and float(other.top.C) >= 0:
+            yield Variant("", other)
 
     return undo
 
 
+def _hold_other_spin(c: Comparison) -> Variants:
+    if c.given is not None:
+        held, other = sorted(("omega3", "psidot"), key=lambda name: name != c.start.held)
+        words = f"{held} of the scene was taken for {other}"
+        yield Variant(words, _with(c, **{other: float(c.given.spin)}))
+
+
+def _reverse_spin(c: Comparison) -> Variants:
+    if c.given is not None and c.given.spin != 0:
+        words = "the body spins the other way round"
+        yield Variant(words, _with(c, **{c.given.held: -float(c.given.spin)}))
+    yield from _map(("ψ is counted the other way round", _all(np.negative, "psi", "psidot")))(c)
+
+
 # --- worlds --------------------------------------------------------------------------------------
 
-WORLDS: Final = {  # the data's x, y, z in those of the package
-    "": "x y z",
-    "y-up": "x z -y",
-    "z-down": "x -y -z",
-    "y-down": "x -z y",
-    "x-up": "z x y",
-    "x-down": "-z y x",
-}
-UPSIDE: Final = ", the body's axis too"
+Y_UP: Final = "x z -y"  # the data's x, y, z in those of the package
+Z_DOWN: Final = "x -y -z"
+PERMUTED: Final = ("x -z y", "z x y", "-z y x")
 MIRROR: Final = np.diag([1.0, -1.0, 1.0])
 IN_BODY: Final = {"matrix", "quaternion", "omega_body", "vertical"}
+QUARTER_TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
+UPSIDE_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
 
 
 def _world(spelled: str) -> Array:
@@ -182,54 +203,66 @@ def _about(angle: float) -> Array:
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
-def _turned(c: Comparison, space: Array, body: Array = IDENTITY) -> Comparison:
+def _turn(c: Comparison, space: Array, body: Array = IDENTITY) -> Comparison:
     """The data in another space, `space` e, and of a body with other axes, R `body`."""
-    turned: dict[str, Any] = {}
+    values, turned = c.data.values, dict[str, Any]()
     if c.matrix is not None:
         turned = {"matrix": space @ c.matrix @ body, "quaternion": None}
-    outer, inner = np.linalg.det(space), np.linalg.det(body)
-    for names, by, improper in (
-        (("axis",), space.T, 1.0),
-        (("omega",), space.T, np.sign(outer)),
-        (("omega_body", "momentum_body"), body, np.sign(inner)),
-        (("vertical",), body, 1.0),
+    outer, inner = (np.sign(np.linalg.det(each)) for each in (space, body))
+    for name, by, sign in (
+        ("axis", space.T, 1.0),
+        ("omega", space.T, outer),
+        ("omega_body", body, inner),
+        ("momentum_body", body, inner),
+        ("vertical", body, 1.0),
     ):
-        turned |= {x: improper * c.data.values[x] @ by for x in names if x in c.data.values}
+        if name in values:
+            turned[name] = sign * values[name] @ by
     return c.updated(**turned)
 
 
-def _worlds(names: tuple[str, ...], mirrored: bool) -> Callable[[Comparison], Undone]:
-    def undo(c: Comparison) -> Undone:
-        there = c.data.values.keys() & (IN_BODY | {"axis"})
-        if not there and mirrored and names == ("",):
-            yield from _mapped(
-                ("φ and ψ count the other way round",
-                 _all(np.negative, "phi", "phidot", "psi", "psidot")),
-                ("φ counts the other way round", _all(np.negative, "phi", "phidot")),
-            )(c)  # fmt: skip
-        for name in names if there else ():
-            up = _world(WORLDS[name])
+def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
+    """Other axes of space, with those of the body or without."""
+
+    def undo(c: Comparison) -> Variants:
+        given = c.data.values.keys() & (IN_BODY | {"axis"})
+        for up in map(_world, spelled if given else ()):
             space = MIRROR @ up.T if mirrored else up.T
-            bodies = [space.T, IDENTITY] if there & IN_BODY else [IDENTITY]
+            bodies = [space.T, IDENTITY] if given & IN_BODY else [IDENTITY]
             if c.matrix is not None and mirrored and np.linalg.det(c.matrix[0]) > 0:
                 bodies = [space.T]
             for body in bodies:
-                down = UPSIDE * (body is not IDENTITY and name in ("y-down", "x-down"))
-                first = _turned(c, space, body)
-                quarter = round(_azimuth(first) / QUARTER) * QUARTER
-                if _upright(first):
-                    yield f"{_letters(space.T)}{down}", first
-                if _upright(first) and quarter:
+                carried = body is not IDENTITY
+                upside = carried and bool(up[:2, 2].min() < 0)
+                down, extra = ", the body's axis too" * upside, UPSIDE_COST * upside
+                turned = _turn(c, space, body)
+                if not _may_begin(turned):
+                    continue
+                yield Variant(f"{_letters(space.T)}{down}", turned, extra)
+                if quarter := round(_azimuth(turned) / QUARTER) * QUARTER:
                     about = np.rint(_about(quarter))
-                    other = _turned(first, about, IDENTITY if body is IDENTITY else about.T)
-                    yield f"{_letters((about @ space).T)}{down} ", other
-            if not mirrored and c.matrix is not None and _upright(_turned(c, IDENTITY, up)):
-                yield f"{_letters(up)} in the body", _turned(c, IDENTITY, up)
+                    other = _turn(turned, about, about.T if carried else IDENTITY)
+                    words = f"{_letters((about @ space).T)}{down}"
+                    yield Variant(words, other, extra + QUARTER_TURN_COST)
+            if not mirrored and c.matrix is not None and _may_begin(_turn(c, IDENTITY, up)):
+                yield Variant(f"{_letters(up)} in the body", _turn(c, IDENTITY, up))
 
     return undo
 
 
-def _upright(c: Comparison) -> bool:
+def _mirror(c: Comparison) -> Variants:
+    """The mirrored world; of angles alone φ counts the other way round, ψ too or not."""
+    if c.data.values.keys() & (IN_BODY | {"axis"}):
+        yield from _worlds("x y z", mirrored=True)(c)
+    else:
+        both = _all(np.negative, "phi", "phidot", "psi", "psidot")
+        yield from _map(
+            ("φ and ψ count the other way round", both),
+            ("φ counts the other way round", _all(np.negative, "phi", "phidot")),
+        )(c)
+
+
+def _may_begin(c: Comparison) -> bool:
     """Whether the first row may have the tilt of the start, which no azimuth changes."""
     if c.axis is None or c.given is None or c.since[0]:
         return True
@@ -250,57 +283,57 @@ def _azimuth(c: Comparison) -> float:
     return float(np.arctan2(x * v - y * u, x * u + y * v))
 
 
-def _shift(c: Comparison, name: str) -> float:
+def _offset(c: Comparison, name: str) -> float:
     """By how much an angle differs in the first rows [rad]."""
     if name not in c.data.values:
         return 0.0
-    sine = c.reference.sine
+    sine = c.exact.sine
     row = int(np.argmax(sine > min(UPRIGHT, float(sine.max()) / 2)))
-    return float(wrapped(c.reference.angle(name)[row] - c.data.values[name][row]))
+    return float(wrapped(c.exact.angle(name)[row] - c.data.values[name][row]))
 
 
-def _azimuth_origin(c: Comparison) -> Undone:
+def _turn_azimuth(c: Comparison) -> Variants:
     if c.given is None:
         return
     vectors = c.data.values.keys() & {"axis", "matrix", "quaternion", "omega"}
-    turn, shift = _azimuth(c) if vectors else 0.0, _shift(c, "phi")
-    turned, words = _turned(c, _about(turn)), f"{np.degrees(turn):.4g}"
+    turn, offset = _azimuth(c) if vectors else 0.0, _offset(c, "phi")
+    turned, words = _turn(c, _about(turn)), f"{np.degrees(turn):.4g}"
     if abs(turn) > TURNED:
-        yield words, turned
+        yield Variant(words, turned)
         if c.matrix is not None:  # the axes of the body are turned with those of space
-            both = _turned(c, _about(turn), _about(-turn))
-            yield f"{words}° in space and in the body: {words}", both
-    if abs(shift) > TURNED:
-        phi = c.data.values["phi"] + shift
-        yield f"{np.degrees(shift):.4g}", c.updated(phi=phi)
+            both = _turn(c, _about(turn), _about(-turn))
+            yield Variant(f"{words}° in space and in the body: {words}", both)
+    if abs(offset) > TURNED:
+        phi = c.data.values["phi"] + offset
+        yield Variant(f"{np.degrees(offset):.4g}", c.updated(phi=phi))
         if abs(turn) > TURNED:
-            yield words, turned.updated(phi=phi)
+            yield Variant(words, turned.updated(phi=phi))
 
 
-def _spin_origin(c: Comparison) -> Undone:
+def _turn_spin(c: Comparison) -> Variants:
     if c.given is None:
         return
-    turn, shift = 0.0, _shift(c, "psi")
+    turn, offset = 0.0, _offset(c, "psi")
     if c.matrix is not None:
-        between = c.matrix[0].T @ c.reference.rotation[0]
+        between = c.matrix[0].T @ c.exact.rotation[0]
         turn = float(np.arctan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1]))
     elif "vertical" in c.data.values:
         turn = float(wrapped(c.exact.psi_mod[0] - c.angle("psi")[0]))
     if abs(turn) > TURNED:
-        yield f"{np.degrees(turn):.4g}", _turned(c, IDENTITY, _about(turn))
-    if abs(shift) > TURNED:
-        yield f"{np.degrees(shift):.4g}", c.updated(psi=c.data.values["psi"] + shift)
+        yield Variant(f"{np.degrees(turn):.4g}", _turn(c, IDENTITY, _about(turn)))
+    if abs(offset) > TURNED:
+        yield Variant(f"{np.degrees(offset):.4g}", c.updated(psi=c.data.values["psi"] + offset))
 
 
-def _axis_with_spin(c: Comparison) -> Undone:
+def _take_spin_off(c: Comparison) -> Variants:
     axis = c.data.values.get("axis")
     if axis is None or c.given is None:
         return
-    psi, phi = (c.data.values.get(name, c.reference.angle(name)) for name in ("psi", "phi"))
+    psi, phi = (c.data.values.get(name, c.exact.angle(name)) for name in ("psi", "phi"))
     azimuth, theta = np.arctan2(axis[:, 0], -axis[:, 1]), np.arctan2(norm(axis[:, :2]), axis[:, 2])
     for sign, words in ((1, "with ψ"), (-1, "against ψ")):
         turned = azimuth - sign * psi
-        yield words, c.updated(axis=axes(theta, phi + turned - turned[0]))
+        yield Variant(words, c.updated(axis=axes(theta, phi + turned - turned[0])))
 
 
 # --- numbers of the problem ----------------------------------------------------------------------
@@ -310,33 +343,34 @@ OTHERS: Final = {"A": (0.0, 1.0)} | dict.fromkeys(
     ("C", "gMR", "the clock", "the time of the first row", "theta", "thetadot", "phidot", "spin"),
     (1.0, 1.0),
 )
+"""How far each number is changed at most, down and up: see `_changed`."""
 
 
 def _changed(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
     """One number changed by x, most by a factor 2^x, rates by x of twice what is usual."""
-    factor, t = 2.0**x, c.data.t
+    factor = 2.0**x
     if name == "the clock":
-        return factor, replace(c, data=replace(c.data, t=t * factor))
+        return factor, _at_times(c, c.data.t * factor)
     if name == "the time of the first row":
-        shift = x * (c.motion.period or float(t[-1]))
-        return shift, replace(c, data=replace(c.data, t=t + shift))
-    if name in ("A", "C", "gMR"):
+        shift = x * (c.motion.period or float(c.data.t[-1]))
+        return shift, _at_times(c, c.data.t + shift)
+    if name in MOMENTS:
         least = float(c.top.C) / 2 if name == "A" else 0.0
         value = least + (float(getattr(c.top, name)) - least) * factor
-        return value, _with_top(c, **{name: value})
-    key = c.given.held if name == "spin" and c.given else name
-    value = float(getattr(c.given, key))
+        return value, _with(c, **{name: value})
+    key = c.start.held if name == "spin" else name
+    value = float(getattr(c.start, key))
     if name == "theta":
         value = float(np.clip(value + x / 2, 0, np.pi))
     else:
-        value += 2 * x * max(abs(value), SLOW * c.reference.fastest)
-    return value, _start(c, **{key: value})
+        value += 2 * x * max(abs(value), SLOW * c.exact.fastest)
+    return value, _with(c, **{key: value})
 
 
-def _numbers(bounds: Mapping[str, tuple[float, float]]) -> Callable[[Comparison], Undone]:
+def _fit(bounds: Mapping[str, tuple[float, float]]) -> Undo:
     """Each number as it fits best, where it explains anything."""
 
-    def undo(c: Comparison) -> Undone:
+    def undo(c: Comparison) -> Variants:
         if c.given is None:
             return
         windows = octaves(c.data.t.size)
@@ -348,13 +382,13 @@ def _numbers(bounds: Mapping[str, tuple[float, float]]) -> Callable[[Comparison]
             except HeavyTopError:
                 return np.inf
 
-        here = misfit(0.0, "C")
+        wanted = misfit(0.0, "C") - AHEAD
         for name, (down, up) in bounds.items():
             grid = [*-EIGHT * down, 0.0, *EIGHT[::-1] * up]
-            x, left = _smallest(partial(misfit, name=name), grid, here - AHEAD)
-            if left < here - AHEAD:
-                value, there = _changed(c, name, x)
-                yield f"{name} = {value:.6g}", there
+            x, least = _smallest(partial(misfit, name=name), grid, wanted)
+            if least < wanted:
+                value, other = _changed(c, name, x)
+                yield Variant(f"{name} = {value:.6g}", other)
 
     return undo
 
@@ -375,69 +409,63 @@ def _smallest(
     return (x, least) if least < values[k] else (grid[k], values[k])
 
 
-ANOTHER_MOTION: Final = {  # names that the start, or another number, may have as well
-    *("azimuth-origin", "spin-origin", "spin-held", "spin-sign", "time-scale", "gravity-sign"),
-    *("gyroscopic-sign", "no-gyroscopic-term", "inertia-about-centre"),
-}
-_SCALES: Final = (10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
-_PERMUTED: Final = ("y-down", "x-up", "x-down")
+# --- the table -----------------------------------------------------------------------------------
+
+SCALES: Final = (10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
 
 TABLE: Final = (
-    Convention("time-origin", "the start of the scene is the first row, at t = {} s", _time_origin),
-    Convention("milliseconds", "the times are in milliseconds{:.0}", _times(1e-3)),
-    Convention("time-scale", "time runs backwards: {}", _times(-1), cost=1.5, rare=True),
-    Convention("time-scale", "the times have to be multiplied by {}", _times(2, 0.5)),
-    Convention("time-scale", "the times need the factor {}", _times(*_SCALES), rare=True),
+    Convention("time-origin", "the start of the scene is the first row, at t = {} s", _shift_times),
+    Convention("milliseconds", "the times are in milliseconds{:.0}", _scale_times(1e-3)),
+    Convention("time-scale", "time runs backwards: {}", _scale_times(-1), "origin", 1.5, rare=True),
+    Convention("time-scale", "the times have to be multiplied by {}", _scale_times(2, 0.5),
+               "origin"),
+    Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin",
+               rare=True),
     Convention("gravity-sign", "gravity has the other sign: gMR and −gMR are exchanged{}",
-               _top(lambda top: {"gMR": -float(top.gMR)}), True, 1.3),
-    Convention("spin-held", "the spin: {}", _spin_held, True),
-    Convention("spin-sign", "the spin has the other sign: {}", _spin_sign, True),
+               _moments(lambda top: {"gMR": -float(top.gMR)}), "physics", 1.3),
+    Convention("spin-held", "the spin: {}", _hold_other_spin, "physics"),
+    Convention("spin-sign", "the spin has the other sign: {}", _reverse_spin, "physics"),
     Convention("gyroscopic-sign", "the gyroscopic term of Euler's equations has the wrong sign{}",
-               _top(lambda top: {"C": float(2 * top.A - top.C)}), True),
+               _moments(lambda top: {"C": float(2 * top.A - top.C)}), "physics"),
     Convention("no-gyroscopic-term", "the gyroscopic term of Euler's equations is missing{}",
-               _top(lambda top: {"C": float(top.A)}), True),
-    Convention("degrees", "{} are in degrees", _mapped(
+               _moments(lambda top: {"C": float(top.A)}), "physics"),
+    Convention("degrees", "{} are in degrees", _map(
         ("angles", _all(np.radians, *TILTS)),
         ("angles and rates", _all(np.radians, *TILTS, *TURNS)),
         ("rates", _all(np.radians, *TURNS)),
         ("ω", _all(np.radians, *SPINS)),
         ("angles, rates and ω", _all(np.radians, *TILTS, *TURNS, *SPINS)))),
-    Convention("rpm", "{} in turns a minute", _mapped(
+    Convention("rpm", "{} in turns a minute", _map(
         *((", ".join(names), _all(lambda x: x * RPM, *names))
           for names in (RATES, ("psidot",), ("omega",), ("omega_body",))))),
     Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}",
-               _mapped(("", {"quaternion": lambda q: np.roll(q, 1, axis=1)}))),
-    Convention("omega-body", "the angular velocity is {}", _omega_frame),
+               _map(("", {"quaternion": lambda q: np.roll(q, 1, axis=1)}))),
+    Convention("omega-body", "the angular velocity is {}", _exchange_frames),
     Convention("omega-sign", "ω has the other sign than the attitude's own derivative{}",
-               _mapped(("", _all(np.negative, *SPINS)))),
-    Convention("inverse-rotation", "the rotation leads from space to body{}", _mapped(
+               _map(("", _all(np.negative, *SPINS)))),
+    Convention("inverse-rotation", "the rotation leads from space to body{}", _map(
         ("", {"matrix": lambda R: np.swapaxes(R, 1, 2),
               "quaternion": lambda q: q * [1, -1, -1, -1]}))),
-    Convention("exchanged-angles", "angles are exchanged: {}", _exchanged),
-    Convention("elevation", "the tilt is an elevation above the horizontal{}", _mapped(
+    Convention("exchanged-angles", "angles are exchanged: {}", _exchange_angles),
+    Convention("elevation", "the tilt is an elevation above the horizontal{}", _map(
         ("", {"theta": lambda x: QUARTER - x, "thetadot": np.negative}))),
-    Convention("from-below", "the tilt is counted from below{}", _mapped(
+    Convention("from-below", "the tilt is counted from below{}", _map(
         ("", {"theta": lambda x: np.pi - x} | _all(np.negative, *BELOW)))),
-    Convention("y-up", "y is up: {}", _worlds(("y-up",), False)),
-    Convention("z-down", "z is down: {}", _worlds(("z-down",), False), cost=1.5),
-    Convention("axes-permuted", "{}", _worlds(_PERMUTED, False)),
-    Convention("mirrored", "the world is mirrored: {}", _worlds(("",), True)),
+    Convention("y-up", "y is up: {}", _worlds(Y_UP)),
+    Convention("z-down", "z is down: {}", _worlds(Z_DOWN), cost=1.5),
+    Convention("axes-permuted", "{}", _worlds(*PERMUTED)),
+    Convention("mirrored", "the world is mirrored: {}", _mirror),
     Convention("y-up+mirrored", "y is up, and the world is mirrored: {}",
-               _worlds(("y-up",), True), cost=2.0),
+               _worlds(Y_UP, mirrored=True), cost=2.0),
     Convention("axis-with-spin", "the axis is drawn with the spin angle: it turns {}",
-               _axis_with_spin),
-    Convention("azimuth-origin", "φ is counted from another axis, turned by {}°", _azimuth_origin),
-    Convention("spin-origin", "ψ is counted from another mark, turned by {}°", _spin_origin),
+               _take_spin_off),
+    Convention("azimuth-origin", "φ is counted from another axis, turned by {}°", _turn_azimuth,
+               "origin"),
+    Convention("spin-origin", "ψ is counted from another mark, turned by {}°", _turn_spin,
+               "origin"),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
-               _numbers(SMALLER), True, rare=True),
-    Convention("another-number", "another number does the same: {}", _numbers(OTHERS), True,
+               _fit(SMALLER), "physics", rare=True),
+    Convention("another-number", "another number does the same: {}", _fit(OTHERS), "number",
                cost=2.0, rare=True),
 )  # fmt: skip
 INERTIA, NUMBER = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer
-TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
-DOWN_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
-
-
-def cost(row: int, words: str) -> float:
-    """How many names a variant counts for: above 1 where others are likelier to do the same."""
-    return TABLE[row].cost + TURN_COST * words.endswith(" ") + DOWN_COST * (UPSIDE in words)

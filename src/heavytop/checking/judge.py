@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from heavytop.checking import method
-from heavytop.checking.comparison import ANGLES, Comparison, fold, norm, wrapped
-from heavytop.checking.consistency import angle_remarks, prepare
-from heavytop.checking.conventions import NUMBER, TABLE
+from heavytop.checking.comparison import Comparison, norm, wrapped
+from heavytop.checking.consistency import prepare, remark_angles
+from heavytop.checking.conventions import TABLE
 from heavytop.checking.reading import Array, Data, read
 from heavytop.checking.result import Check, Finding, Size, Slip
-from heavytop.checking.search import Judgement, explain, is_fitting, undo
+from heavytop.checking.search import Judgement, explain, undo, undo_names
 from heavytop.errors import BadScene, Fault, HeavyTopError
+from heavytop.scene.quantities import ANGLES
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -89,23 +89,31 @@ def check(
     counts what is said of planted conventions.
     """
     given = prepare(read(data, columns))
-    unknown = sorted({*undone} - {row.name for row in TABLE})
-    if unknown:
-        names = ", ".join(dict.fromkeys(row.name for row in TABLE))
-        raise BadScene(
-            tuple(Fault("check", None, "as", name, f"one of {names}") for name in unknown)
-        )
-    comparison = undo(Comparison(given, *_motion_of(scene, given)), undone)
+    if unknown := sorted({*undone} - {row.name for row in TABLE}):
+        rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
+        raise BadScene(tuple(Fault("check", None, "as", name, rule) for name in unknown))
+    comparison = Comparison(given, *_motion_of(scene, given))
+    if undone:
+        comparison = undo_names(comparison, undone)
     verdict = explain(comparison)
-    conventions, judged, agent = _agent(verdict, comparison)
+    found, judged, agent = _undo_what_is_sure(verdict, comparison)
     curves = error_curves(judged)
-    phase_t, shifts, phase, growth, no_phase = method.measure_phase(judged)
-    powers = {name: method.measure_growth(judged, curves.get(name)) for name in ("axis", "energy")}
-    as_given = _digits(comparison)
-    declared = tuple(Finding(name, words, None) for name, words in given.declared.items())
-    named = (*conventions, *(x for x in declared if x.name not in {y.name for y in conventions}))
-    before, after = _rms(comparison), max(_rms(judged) or 0.0, LEAST)
-    slip = Slip(named[0].name, named[0].sentence, before, after) if named else None
+    phase = method.measure_phase(judged)
+    growth = {name: method.measure_growth(judged, curves.get(name)) for name in ("axis", "energy")}
+    named = {each.name for each in found}
+    declared = [Finding(x, words, None) for x, words in given.declared.items() if x not in named]
+    conventions = (*found, *declared)
+    alternatives = tuple(
+        tuple(Finding(x, step.sentence, None) for step in each.steps for x in step.names)
+        for each in verdict.alike
+    )
+    assumed = [*given.remarks, *remark_angles(judged), *(f"undone: {x}" for x in undone)]
+    if verdict.alike:
+        assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
+    slip = None
+    if conventions:
+        first, left = conventions[0], _rms_error(judged) or 0.0
+        slip = Slip(first.name, first.sentence, _rms_error(comparison), max(left, LEAST))
     return Check(
         name=given.name,
         top=judged.top,
@@ -113,45 +121,40 @@ def check(
         origin=comparison.origin,
         errors={name: _size(given.t, curve) for name, curve in curves.items()},
         digits=_digits(judged),
-        digits_as_given=as_given,
-        phase=phase,
-        growth={"phase": growth, **powers},
+        digits_as_given=_digits(comparison),
+        phase=phase.phase,
+        growth={"phase": phase.growth, **growth},
         events=method.count_events(judged),
         condition=method.measure_condition(judged),
         columns=given.columns,
-        conventions=named,
-        alternatives=tuple(
-            tuple(Finding(x, step.sentence, None) for step in each.steps for x in step.names)
-            for each in verdict.alike
-        ),
-        method=method.describe_method(judged, curves, agent) | {"no_phase": no_phase},
-        assumed=(
-            *(*given.remarks, *angle_remarks(judged.data), *(f"undone: {x}" for x in undone)),
-            *[f"judged as {' and '.join(sorted(verdict.best.names))}"] * bool(verdict.alike),
-        ),
+        conventions=conventions,
+        alternatives=alternatives,
+        method=method.describe_method(judged, curves, agent) | {"no_phase": phase.why},
+        assumed=tuple(assumed),
         slip=slip,
-        curves={"t": given.t, **curves, "phase_t": phase_t, "phase": shifts},
+        curves={"t": given.t, **curves, "phase_t": phase.t, "phase": phase.shifts},
     )
 
 
-def _agent(
+def _undo_what_is_sure(
     verdict: Judgement, comparison: Comparison
-) -> tuple[tuple[Finding, ...], Comparison, str]:
+) -> tuple[list[Finding], Comparison, str]:
     """The conventions that are sure, the data without them, and what else acts, in words."""
-    steps = [step for step in verdict.best.steps if step.row != NUMBER]
+    numbers = [step for step in verdict.best.steps if step.convention.about == "number"]
+    steps = [step for step in verdict.best.steps if step not in numbers]
     sure = [step for step in steps if verdict.sure.issuperset(step.names)]
-    described = [step for step in sure if not TABLE[step.row].physics]
+    described = [step for step in sure if not step.convention.physics]
     turned = [step for step in sure if step in described or "spin-sign" in step.names]
     # What else acts explains what other physics seemed to, but not what fits already.
-    for some in () if is_fitting(verdict.best) else (described, turned):
+    for some in () if verdict.best.fits else (described, turned):
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
-            named = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
-            return (*named, Finding(*agent, None)), judged, agent[1]
+            found = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
+            return [*found, Finding(*agent, None)], judged, agent[1]
     found = [Finding(x, s.sentence, verdict.gain(s)) for s in sure for x in s.names]
     found.sort(key=lambda x: -(x.gain or 0))
-    other = [s.sentence for s in verdict.best.steps if s.row == NUMBER and not verdict.alike]
-    return tuple(found), undo(comparison, steps), "".join(other)
+    other = "" if verdict.alike else "".join(step.sentence for step in numbers)
+    return found, undo(comparison, steps), other
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:
@@ -181,6 +184,9 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     return scene.top, scene.start
 
 
+# --- how large the errors are --------------------------------------------------------------------
+
+
 def _size(t: Array, curve: Array) -> Size:
     at = int(np.nanargmax(abs(curve)))
     return Size(abs(float(curve[at])), float(np.sqrt(np.nanmean(curve**2))), float(t[at]))
@@ -201,7 +207,8 @@ def _digits(c: Comparison) -> float:
     return max(0.0, -float(np.log10(max(largest, LEAST))))
 
 
-def _rms(c: Comparison) -> float | None:
+def _rms_error(c: Comparison) -> float | None:
+    """The RMS error of the first quantity; None where there is no motion."""
     try:
         return float(np.sqrt(np.mean(next(iter(c.errors.values())) ** 2)))
     except HeavyTopError:
@@ -213,11 +220,10 @@ def error_curves(c: Comparison) -> dict[str, Array]:
     exact, found = c.exact, dict[str, Array]()
     if c.axis is not None:
         found["axis"] = norm(c.axis - exact.axis)
-    folded = replace(c, data=fold(c.data))
     for name in ANGLES:
-        if (mine := folded.angle(name)) is not None:
-            off = wrapped(mine - c.reference.angle(name))
-            clear = off == off if name == "theta" else c.reference.sine > UPRIGHT
+        if (mine := c.folded.angle(name)) is not None:
+            off = wrapped(mine - exact.angle(name))
+            clear = off == off if name == "theta" else exact.sine > UPRIGHT
             if clear.any():
                 off[clear], off[~clear] = np.unwrap(off[clear]), np.nan
                 found[name] = off

@@ -10,9 +10,11 @@ import numpy as np
 
 from heavytop.analytic.events import EVENTS, EventTimes
 from heavytop.analytic.motion import Motion
-from heavytop.checking.comparison import ANGLES, FIRST, Comparison, wrapped
+from heavytop.checking.comparison import FIRST, Comparison, wrapped
+from heavytop.checking.conventions import MOMENTS
 from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
+from heavytop.scene.quantities import ANGLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -84,6 +86,16 @@ class Count(NamedTuple):
 # --- phase and growth ----------------------------------------------------------------------------
 
 
+class PhaseCurve(NamedTuple):
+    """How far the data run ahead [s] at some times, its summary and power; or why there is none."""
+
+    t: Array
+    shifts: Array
+    phase: Phase | None
+    growth: float | None
+    why: str
+
+
 def nutates(c: Comparison) -> bool:
     """Whether the exact tilt swings above rounding."""
     if (roots := c.motion.roots) is None:
@@ -91,21 +103,24 @@ def nutates(c: Comparison) -> bool:
     return bool(np.ptp(np.arccos(np.clip(roots[:2], -1, 1))) > STEADY)
 
 
-def measure_phase(c: Comparison) -> tuple[Array, Array, Phase | None, float | None, str]:
-    """How far the data run ahead [s]: times, shifts, a summary, their power, or why there is none.
+def measure_phase(c: Comparison) -> PhaseCurve:
+    """How far the data run ahead.
 
     In windows of whole periods the shift is that with which the exact tilt fits best, found by
     Newton's steps from that of the window before.
     """
-    nothing = np.empty(0), np.empty(0), None, None
+
+    def none(why: str) -> PhaseCurve:
+        return PhaseCurve(np.empty(0), np.empty(0), None, None, why)
+
     theta, period = c.angle("theta"), c.motion.period
     if theta is None:
-        return *nothing, "the data have no tilt"
+        return none("the data have no tilt")
     if not nutates(c) or not period:
-        return *nothing, "no nutation: no phase"
+        return none("no nutation: no phase")
     turns = np.exp(2j * np.pi * c.since / period)
     if abs(turns.mean()) > ONE_PHASE:
-        return *nothing, "not told by these rows, which show one phase of the period"
+        return none("not told by these rows, which show one phase of the period")
     shift, found = 0.0, []
     for rows in _windows(c.since, period):
         before = shift
@@ -118,15 +133,16 @@ def measure_phase(c: Comparison) -> tuple[Array, Array, Phase | None, float | No
             if abs(step) <= 1e-6 * abs(shift) or abs(shift - before) > period / 4:
                 break
         if abs(shift - before) > LOST * period or abs(shift) > abs(c.since[-1] - c.since[0]):
-            return *nothing, "not told by these rows: they fit no shift in time"
+            return none("not told by these rows: they fit no shift in time")
         spread = np.sqrt(((off - step * slope) ** 2).mean() / weight)
         found.append((float(c.data.t[rows].mean()), shift, spread))
     t, shifts, spreads = np.array(found).T
     after = abs(t - c.data.t[0])
-    growth = _growth(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
+    growth = _fit_power(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
     rms, largest = float(np.sqrt((shifts**2).mean())), float(shifts[abs(shifts).argmax()])
     lost = next(iter(t[abs(shifts) > LOST * period].tolist()), None)
-    return t, shifts, Phase(float(shifts[-1]), rms, largest, float(t[-1]), lost), growth, ""
+    phase = Phase(float(shifts[-1]), rms, largest, float(t[-1]), lost)
+    return PhaseCurve(t, shifts, phase, growth, "")
 
 
 def measure_growth(c: Comparison, curve: Array | None) -> float | None:
@@ -136,7 +152,7 @@ def measure_growth(c: Comparison, curve: Array | None) -> float | None:
     rows = _windows(c.since, c.motion.period)
     after = np.array([abs(c.since[each].mean()) for each in rows])
     size = np.array([np.sqrt(np.nanmean(curve[each] ** 2)) for each in rows])
-    return _growth(after, size, np.full(size.shape, ROUNDED))
+    return _fit_power(after, size, np.full(size.shape, ROUNDED))
 
 
 def _windows(t: Array, period: float | None) -> list[slice]:
@@ -146,11 +162,11 @@ def _windows(t: Array, period: float | None) -> list[slice]:
     count = max(1, min(WINDOWS, int(span / unit), t.size // WINDOW_ROWS))
     width = unit * max(1, int(span / unit / count))
     edges = np.searchsorted(t, t[0] + width * np.arange(1, count))
-    bounds = np.unique([0, *edges, t.size])
-    return [slice(a, b) for a, b in pairwise(bounds)]
+    return [slice(a, b) for a, b in pairwise(np.unique([0, *edges, t.size]))]
 
 
-def _growth(t: Array, size: Array, spread: Array) -> float | None:
+def _fit_power(t: Array, size: Array, spread: Array) -> float | None:
+    """The power of time by which sizes grow, where they are clear and it is."""
     clear = (size > CERTAIN * spread) & (t > 0)
     if clear.sum() < FEWEST or t[clear].max() < REACH * t[clear].min():
         return None
@@ -158,22 +174,26 @@ def _growth(t: Array, size: Array, spread: Array) -> float | None:
     return float(line[0]) if np.sqrt(errors[0, 0]) < SURE else None
 
 
+def _fit_line(part: Array, y: Array) -> tuple[float, float]:
+    """The rise of a straight line from 0 to 1, and the RMS distance from it."""
+    slope, first = np.polyfit(part, y, 1)
+    return float(slope), float(np.sqrt(((y - slope * part - first) ** 2).mean()))
+
+
 # --- what acts on the body, and the method -------------------------------------------------------
 
 
-def spins(c: Comparison) -> tuple[Any, Any]:
+def _spins(c: Comparison) -> tuple[Any, Any]:
     """ψ̇ and ω₃ of the data, by their rates, else by differences; None where they have neither."""
-    theta, t = c.angle("theta"), c.data.t
-    psidot, phidot, omega3 = c.rate("psidot"), c.rate("phidot"), None
-    if c.omega_body is not None:
+    theta, phi, psi = (c.angle(name) for name in ANGLES)
+    psidot, phidot, omega3 = c.rate("psidot"), c.rate("phidot"), c.spin and c.spin[2]
+    if omega3 is None and c.omega_body is not None:
         omega3 = c.omega_body[:, 2]
-    elif "omega" in c.data.values and c.axis is not None:
-        omega3 = np.einsum("ni,ni->n", c.data.values["omega"], c.axis)
-    angles = [c.angle(name) for name in ANGLES]
-    if psidot is None and angles[2] is not None and "vertical" not in c.data.values:
-        psidot = np.gradient(np.unwrap(angles[2]), t, edge_order=2)
-    if omega3 is None and psidot is not None and (phidot is not None or angles[1] is not None):
-        phidot = np.gradient(np.unwrap(angles[1]), t, edge_order=2) if phidot is None else phidot
+    if psidot is None and psi is not None and "vertical" not in c.data.values:
+        psidot = np.gradient(np.unwrap(psi), c.data.t, edge_order=2)
+    if phidot is None and phi is not None:
+        phidot = np.gradient(np.unwrap(phi), c.data.t, edge_order=2)
+    if omega3 is None and psidot is not None and phidot is not None:
         omega3 = psidot + phidot * np.cos(theta)
     return psidot, omega3
 
@@ -182,9 +202,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
     if c.first > FIRST:
         return None
-    psidot, omega3 = spins(c)
-    t, exact = c.data.t, c.exact
-    theta = c.angle("theta")
+    (psidot, omega3), exact, theta = _spins(c), c.exact, c.angle("theta")
     if psidot is not None and theta is not None:
         varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
         held = np.ptp(psidot) < HELD * varies and abs(psidot[0] - exact.psidot[0]) < HELD * varies
@@ -192,15 +210,13 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
             words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
             return "motor", f"{words}: a motor holds the spin"
     if omega3 is not None and (omega3 * omega3[0] > 0).all():
-        part = (t - t[0]) / (t[-1] - t[0])
-        logs = np.log(omega3 / omega3[0])
-        slope, first = np.polyfit(part, logs, 1)
-        off = float(np.sqrt(((logs - slope * part - first) ** 2).mean()))
-        starts = abs(omega3[0] / float(exact.omega3[0]) - 1) < HELD
-        if starts and slope < -DECAY and off < STRAIGHT * -slope:
-            rate = -slope / (t[-1] - t[0])
-            words = f"p_ψ falls as e^(−{rate:.4g} t) (fit), {-100 * np.expm1(slope):.3g} % in all"
-            return "friction", f"{words}: friction, which this model has not"
+        t = c.data.t - c.data.t[0]
+        slope, off = _fit_line(t / t[-1], np.log(omega3 / omega3[0]))
+        begins = abs(omega3[0] / float(exact.omega3[0]) - 1) < HELD
+        if begins and slope < -DECAY and off < STRAIGHT * -slope:
+            words = f"p_ψ falls as e^(−{-slope / t[-1]:.4g} t) (fit)"
+            lost = f"{-100 * np.expm1(slope):.3g} % in all"
+            return "friction", f"{words}, {lost}: friction, which this model has not"
     return None
 
 
@@ -228,7 +244,7 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
     elif _exponent(c, last) < FIRST_ORDER:
         order = 1
         sentence = f"first order: halve the step, and the error at the end, {last:.2g}, halves"
-    if sentence == REMEDY and "kept" in kept.get("p_psi", "") and "by" in kept.get("energy", ""):
+    elif "kept" in kept.get("p_psi", "") and "by" in kept.get("energy", ""):
         sentence = f"E {kept['energy']} while p_ψ is kept: the step; {REMEDY}"
     return {"order": order, "floor_digits": floor, **kept, "sentence": sentence}
 
@@ -244,9 +260,7 @@ def _exponent(c: Comparison, last: float) -> float:
 
 def _trend(curve: Array) -> str:
     """Whether an error is kept near 0, or falls or rises beyond its own swing."""
-    part = np.linspace(0, 1, curve.size)
-    slope, first = np.polyfit(part, curve, 1)
-    off = float(np.sqrt(((curve - slope * part - first) ** 2).mean()))
+    slope, off = _fit_line(np.linspace(0, 1, curve.size), curve)
     if abs(slope) < max(CERTAIN * off, 1e-12):
         return "kept" if abs(curve).max() < 1e-9 else f"kept within {abs(curve).max():.2g}"
     return f"{'rises' if slope > 0 else 'falls'} by {abs(slope):.2g}"
@@ -260,11 +274,10 @@ def count_events(c: Comparison) -> dict[str, Count]:
 
     Where that count is not the proved one, the rows are too far apart for it.
     """
-    theta, phi = c.angle("theta"), c.angle("phi")
-    mine = _counted(c, theta, phi)
-    same = _counted(c, c.exact.theta, c.exact.phi_mod)
+    mine = _counted(c, c.angle("theta"), c.angle("phi"))
     if not nutates(c):
         return {"turning": Count(mine["turning"], 0, 0)}
+    same = _counted(c, c.exact.theta, c.exact.phi_mod)
     period = c.motion.period
     dense = not period or (np.diff(c.data.t) < period / FEW_ROWS).all()
     found = {}
@@ -315,15 +328,14 @@ def _turns(x: Array, least: float) -> Any:
 
 def measure_condition(c: Comparison) -> float:
     """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
-    body, state = ("A", "C", "gMR"), ("theta", "thetadot", "phidot", c.start.held)
-    numbers = {name: getattr(c.top, name) for name in body}
+    state = ("theta", "thetadot", "phidot", c.start.held)
+    numbers = {name: getattr(c.top, name) for name in MOMENTS}
     numbers |= {name: getattr(c.start, name) for name in state}
-    looks = np.linspace(0, c.since.size - 1, LOOKS).astype(int)
-    times = [float(c.since[k]) for k in looks]
+    times = c.since[np.linspace(0, c.since.size - 1, LOOKS).astype(int)].tolist()
 
     def axes(**changed: Any) -> Any:
         x = numbers | changed
-        motion = Motion(Top.of_numbers(*(x[n] for n in body)), State(**{n: x[n] for n in state}))
+        motion = Motion(Top.of_numbers(*(x[n] for n in MOMENTS)), State(**{n: x[n] for n in state}))
         records: Any = motion.at(times, LOOK_DIGITS)
         return np.array([record.axis for record in records])
 

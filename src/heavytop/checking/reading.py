@@ -22,14 +22,15 @@ from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.text import harmless, nearest
 
 Array = NDArray[np.float64]
+Table = Mapping[str, Any]
 
 LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
 FIRST_FAULTS: Final = 5  # of each kind that are listed
 LARGEST: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
 HEAD_LINES: Final = 40  # among which the header is looked for
-CHUNK_ROWS: Final = 50_000  # of a table that are texts at once
 POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
+RATES: Final = ("thetadot", "phidot", "psidot", "elevationdot")
 DECLARED: Final = {  # by the kind and the size of a unit
     ("angle", 0.017453293): ("degrees", "the header says that angles are in degrees"),
     ("rate", 0.017453293): ("degrees", "the header says that rates are in degrees"),
@@ -62,30 +63,29 @@ class Data:
 
     def rows(self, which: Any) -> Data:
         """Some of the rows."""
-        return replace(
-            self, t=self.t[which], values={name: x[which] for name, x in self.values.items()}
-        )
+        some = {name: x[which] for name, x in self.values.items()}
+        return replace(self, t=self.t[which], values=some)
 
 
 class Faults:
-    """Faults by kind: the first five of each, then how many more."""
+    """Faults of a file by their rules: the first five of each, then how many more."""
 
     def __init__(self, file: str) -> None:
-        self.file, self.kinds = file, defaultdict[str, list[str]](list)
+        self.file, self.by_rule = file, defaultdict[str, list[str]](list)
 
     def add(self, place: str, rule: str, value: object = None) -> None:
-        """Note a fault: its row and column, the value, and the rule that it breaks."""
-        shown = "" if value is None else f"{harmless(value)[:40]!r}, "
-        self.kinds[rule].append(f"{self.file}:{place}: {shown}{rule}")
+        """Note a fault."""
+        spelled = "" if value is None else f"{harmless(value)[:40]!r}, "
+        self.by_rule[rule].append(f"{self.file}:{place}: {spelled}{rule}")
 
     def stop(self) -> None:
         """Raise what was noted, if anything."""
-        if self.kinds:
-            lines = []
-            for rule, found in self.kinds.items():
-                lines += found[:FIRST_FAULTS]
-                if more := len(found) - FIRST_FAULTS:
-                    lines += [f"{self.file}: {more} more: {rule}"] * (more > 0)
+        lines = []
+        for rule, found in self.by_rule.items():
+            lines += found[:FIRST_FAULTS]
+            if len(found) > FIRST_FAULTS:
+                lines.append(f"{self.file}: {len(found) - FIRST_FAULTS} more: {rule}")
+        if lines:
             raise ForeignFile("\n".join(lines))
 
 
@@ -101,7 +101,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     for word in (word for pair in chosen.items() for word in pair):
         if not isinstance(word, str):
             raise wrong_type("columns", "texts alone, such as {'t': 'Zeit'}", word)
-    scene, masked = None, False
+    scene = None
     if isinstance(data, str | os.PathLike):
         place = path_of("data", data)
         place = place / RUN if place.is_dir() else place
@@ -118,23 +118,21 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     values, declared, remarks = _quantities(table, found, faults)
     if masked:
         remarks += _drop_masked(values)
-    ordered = _in_order(values, faults)
-    if not faults.kinds and not ordered.values.keys() & {*POSITIONS}:
+    t, values = _shaped(values, faults)
+    if not faults.by_rule and not values.keys() & {*POSITIONS}:
         names = ", ".join(map(str, table))
-        faults.add(
-            "1", f"a column of angles, axis, quaternion or matrix is needed; there are {names}"
-        )
+        rule = f"a column of angles, axis, quaternion or matrix is needed; there are {names}"
+        faults.add("1", rule)
     faults.stop()
     used = {name: found[name].quantity if name in found else "" for name in table}
-    remarks += ordered.remarks
-    return Data(faults.file, ordered.t, ordered.values, scene, used, declared, tuple(remarks))
+    return _in_order(Data(faults.file, t, values, scene, used, declared, (*remarks,)), faults)
 
 
 # --- columns -------------------------------------------------------------------------------------
 
 
 def choose_columns(
-    names: Sequence[str] | Mapping[str, Any], chosen: Mapping[str, str], faults: Faults
+    names: Sequence[str] | Table, chosen: Mapping[str, str], faults: Faults
 ) -> dict[str, Meaning]:
     """The meaning of every column that is understood; no two have the same."""
     possible: dict[str, list[Meaning]] = {}
@@ -152,7 +150,7 @@ def choose_columns(
             possible[alike[0]] = [meant[0]._replace(unit=own)]
     possible |= {name: meanings(name) for name in names if name not in possible}
     found: dict[str, Meaning] = {}
-    for quantity in ("t", *SHAPES, *POSITIONS[:4], "thetadot", "phidot", "psidot", "elevationdot"):
+    for quantity in ("t", *SHAPES, *POSITIONS[:4], *RATES):
         here = {
             meaning.component: (name, meaning)
             for name, some in reversed(possible.items())
@@ -160,40 +158,37 @@ def choose_columns(
             if meaning.quantity == quantity and name not in found
         }
         whole = quantity not in SHAPES or "" in here
-        for component in ("",) if whole else complete_set(quantity, {*here}):
-            if component in here:
-                name, meaning = here[component]
-                found[name] = meaning
+        components = ("",) if whole else complete_set(quantity, {*here})
+        found |= dict(here[component] for component in components if component in here)
     return found
 
 
 def _quantities(
-    table: Mapping[str, Any], found: dict[str, Meaning], faults: Faults
+    table: Table, found: dict[str, Meaning], faults: Faults
 ) -> tuple[dict[str, Array], dict[str, str], list[str]]:
-    """The arrays by quantity in SI units, and the conventions and units that headers declare."""
+    """The arrays by quantity in SI units, and the conventions and units that headers declare.
+
+    Columns that hold no such quantity are taken out of those that were found.
+    """
     values: dict[str, Array] = {}
     parts: dict[str, dict[str, Array]] = defaultdict(dict)
     declared: dict[str, str] = {}
     units: dict[str, list[str]] = defaultdict(list)
-    for name, meaning in [*found.items()]:
-        quantity, unit = meaning.quantity, meaning.unit
+    for name, (quantity, component, unit) in [*found.items()]:
         spelled = getattr(table[name], "attrs", {}).get("units")
         unit = parse_unit(spelled, quantity) or unit if isinstance(spelled, str) else unit
-        array = _numbers(table[name])
-        if array is None or (quantity in SHAPES and not meaning.component and array.ndim < 2):
+        numbers = _numbers(table[name])
+        if numbers is None or (quantity in SHAPES and not component and numbers.ndim < 2):
             del found[name]  # a text, or one number a row where vectors have three
             if quantity == "t":
                 faults.add(f"1: {harmless(name)}", "the times have to be numbers")
             continue
         if unit is not None and unit.factor != 1:
-            array = array * unit.factor
+            numbers = numbers * unit.factor
             units[unit.text].append(name)
             if convention := DECLARED.get((unit.kind, round(unit.factor, 9))):
                 declared |= [convention]
-        if meaning.component:
-            parts[quantity][meaning.component] = array
-        else:
-            values[quantity] = array
+        (parts[quantity] if component else values)[component or quantity] = numbers
     for quantity, each in parts.items():
         order = complete_set(quantity, {*each})
         if order and len({each[c].shape for c in order}) == 1:
@@ -236,13 +231,16 @@ def _drop_masked(values: dict[str, Array]) -> list[str]:
     return [f"{gone} masked rows are not judged"] * bool(gone)
 
 
-def _in_order(values: dict[str, Array], faults: Faults) -> Data:
-    """The arrays, in the shapes that they need to have, as time goes on."""
-    t = values.pop("t", np.empty(0))
+# --- rows ----------------------------------------------------------------------------------------
+
+
+def _shaped(values: Mapping[str, Array], faults: Faults) -> tuple[Array, dict[str, Array]]:
+    """The times, and the other arrays in the shapes that they need to have, of finite numbers."""
+    t = values.get("t", np.empty(0))
     if t.ndim != 1 or t.size < LEAST_ROWS:
         faults.add("1", f"a column t of at least {LEAST_ROWS} times is needed ({t.size} found)")
         faults.stop()
-    shaped = {}
+    found = {}
     for name, x in values.items():
         shape = (t.size, *SHAPES.get(name, ()))
         if x.ndim > 1 and x.shape[0] != t.size:  # as MATLAB has it
@@ -250,50 +248,51 @@ def _in_order(values: dict[str, Array], faults: Faults) -> Data:
         if x.size != np.prod(shape) or x.shape[:1] != (t.size,):
             faults.add(f"1: {name}", f"has the shape {shape}", x.shape)
             continue
-        shaped[name] = x.reshape(shape)
-    for name, x in {"t": t, **shaped}.items():
+        found[name] = x.reshape(shape)
         flat = x.reshape(t.size, -1)
         with np.errstate(invalid="ignore"):
             bad = ~(abs(flat) < LARGEST).all(axis=1)
         if name in ("axis", "quaternion"):
             bad |= ~flat.any(axis=1)
-        for row in np.flatnonzero(bad)[: 10 * FIRST_FAULTS]:
+        for row in np.flatnonzero(bad):
             rule = f"a finite number below {LARGEST:g}, no vector of length 0, is needed"
             faults.add(f"row {row + 1}: {name}", rule, flat[row].squeeze())
-    data = Data("", t, shaped)
-    if faults.kinds:
-        return data
-    remarks = []
-    if t[-1] < t[0]:
-        data, remarks = data.rows(np.s_[::-1]), ["the times decrease: the rows are turned round"]
-    same = np.flatnonzero(np.diff(data.t) == 0) + 1
-    if same.size:
+    return found.pop("t"), found
+
+
+def _in_order(data: Data, faults: Faults) -> Data:
+    """The data as time goes on, no time twice."""
+    remarks = [*data.remarks]
+    if data.t[-1] < data.t[0]:
+        data = data.rows(np.s_[::-1])
+        remarks.append("the times decrease: the rows are turned round")
+    if same := [int(row) + 1 for row in np.flatnonzero(np.diff(data.t) == 0)]:
         rows = ", ".join(str(row + 1) for row in same[:FIRST_FAULTS])
-        remarks.append(f"rows that repeat a time are left out: {rows}{'…' * (same.size > 5)}")
-        data = data.rows(np.setdiff1d(np.arange(t.size), same))
-    for row in np.flatnonzero(np.diff(data.t) < 0)[: 10 * FIRST_FAULTS] + 1:
+        more = "…" * (len(same) > FIRST_FAULTS)
+        remarks.append(f"rows that repeat a time are left out: {rows}{more}")
+        data = data.rows(np.delete(np.arange(data.t.size), same))
+    for row in np.flatnonzero(np.diff(data.t) < 0) + 1:
         faults.add(f"row {row + 1}: t", "the times must increase or decrease", data.t[row])
+    faults.stop()
     return replace(data, remarks=tuple(remarks))
 
 
 # --- files ---------------------------------------------------------------------------------------
 
 
-def _load(
-    path: Path, chosen: Mapping[str, str], faults: Faults
-) -> tuple[dict[str, Any], str | None]:
+def _load(path: Path, chosen: Mapping[str, str], faults: Faults) -> tuple[Table, str | None]:
     """The columns of a file by name, and the scene that it holds, if any."""
     try:
         match path.suffix.lower():
             case ".npz":
-                with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                with np.load(path, allow_pickle=False) as arrays:
                     return dict(arrays), None
             case ".mat":
-                return _matlab(path), None
+                return _load_matlab(path), None
             case ".nc" | ".h5" | ".hdf5":
-                return _netcdf(path)
+                return _load_netcdf(path)
             case _:
-                return _text_table(path, chosen, faults), None
+                return _load_text(path, chosen, faults), None
     except ForeignFile:
         raise
     except Exception as fault:  # of several libraries, on bytes that anybody wrote
@@ -301,31 +300,35 @@ def _load(
         raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
 
 
-def _text_table(path: Path, chosen: Mapping[str, str], faults: Faults) -> dict[str, Any]:
+def _load_text(path: Path, chosen: Mapping[str, str], faults: Faults) -> Table:
     """The columns of a text table that are understood; the others by name alone."""
     with path.open("rb") as binary:
         start = binary.read(400)
     wide = start[:2] in (b"\xff\xfe", b"\xfe\xff") or start.count(0) > len(start) / 4
     encoding = "utf-16" if wide else "utf-8-sig"
     with path.open(encoding=encoding, errors="replace", newline="") as file:
-        found = next(_headers([*islice(file, HEAD_LINES)], chosen), None)
-        if found is None:
-            faults.add("1", "a header with the names of the columns is needed, t among them")
-            faults.stop()
-            raise AssertionError
-        first, between, names = found
+        head = next(_headers([*islice(file, HEAD_LINES)], chosen), None)
+        if head is None:
+            rule = "a header with the names of the columns is needed, t among them"
+            raise ForeignFile(f"{faults.file}:1: {rule}")
+        first, between, names = head
         columns = {name: array("d") for name in choose_columns(names, chosen, Faults(""))}
+        places = [(names.index(name), name, column) for name, column in columns.items()]
         file.seek(0)
         lines = (line.strip() for line in islice(file, first, None))
         table = csv.reader(lines, delimiter=between, skipinitialspace=True)
-        rows = ((table.line_num + first, x) for x in table if x and x[0][:1] not in ("#", "%"))
-        while some := [*islice(rows, CHUNK_ROWS)]:
-            for at, row in some:
-                if len(row) != len(names) and len([*filter(None, row)]) != len(names):
-                    faults.add(str(at), f"{len(names)} values are needed", f"{len(row)} values")
-            if not faults.kinds:
-                for name, column in columns.items():
-                    column.extend(_floats(some, names.index(name), name, faults))
+        for row in table:
+            at = table.line_num + first
+            if not row or row[0].startswith(("#", "%")):
+                continue
+            if len(row) != len(names) and len([*filter(None, row)]) != len(names):
+                faults.add(f"{at}", f"{len(names)} values are needed", f"{len(row)} values")
+                continue
+            for k, name, column in places:
+                try:
+                    column.append(float(row[k].replace(",", ".")))
+                except ValueError:
+                    faults.add(f"{at}: {harmless(name)}", "no number", row[k])
     faults.stop()
     return dict.fromkeys(names, "") | {name: np.array(x) for name, x in columns.items()}
 
@@ -342,8 +345,7 @@ def _headers(
                 [x.strip() for row in csv.reader([each], delimiter=between) for x in row if x]
                 for each in (text, below.strip())
             )
-            known = [n for n in names if meanings(n) or n.partition("[")[0].strip() in columns]
-            if len(known) < 2:
+            if sum(bool(meanings(n)) or n.partition("[")[0].strip() in columns for n in names) < 2:
                 continue
             names = [n + "#2" * (n in names[:k]) for k, n in enumerate(names)]
             if len(units) != len(names) or any(re.match(r"[-+.]?\d", x) for x in units):
@@ -354,36 +356,21 @@ def _headers(
                 yield at + 2, between, [f"{n} [{x}]" if parse_unit(x, n) else n for n, x in named]
 
 
-def _floats(
-    rows: list[tuple[int, list[str]]], k: int, name: str, faults: Faults
-) -> Iterator[float]:
-    """The numbers of a column, also with decimal commas."""
-    try:
-        yield from [float(row[k]) for _, row in rows]
-    except ValueError:
-        for at, row in rows:
-            try:
-                yield float(row[k].replace(",", "."))
-            except ValueError:
-                faults.add(f"{at}: {harmless(name)}", "no number", row[k])
-
-
-def _matlab(path: Path) -> dict[str, Any]:
+def _load_matlab(path: Path) -> Table:
     """The arrays of a MATLAB file, also those within structures."""
     from scipy.io import loadmat
 
     try:
-        with path.open("rb") as file:
-            found = loadmat(file, simplify_cells=True)
+        found = loadmat(path, simplify_cells=True, appendmat=False)
     except NotImplementedError:  # since version 7.3 it is HDF5
-        return _netcdf(path)[0]
+        return _load_netcdf(path)[0]
     table: dict[str, Any] = {}
     for name, value in found.items():
         table |= value if isinstance(value, dict) else {name: value}
     return {name: value for name, value in table.items() if not name.startswith("__")}
 
 
-def _netcdf(path: Path) -> tuple[dict[str, Any], str | None]:
+def _load_netcdf(path: Path) -> tuple[Table, str | None]:
     """The variables of a netCDF or HDF5 file, as CF attributes say; a run of ours has its scene."""
     import xarray
 
@@ -394,6 +381,4 @@ def _netcdf(path: Path) -> tuple[dict[str, Any], str | None]:
     with xarray.open_dataset(path, decode_timedelta=False, **options) as dataset:
         table = {str(name): dataset[name].load() for name in dataset.variables}
         scene = dataset.attrs.get("scene") if "plan" in dataset.attrs else None
-    if scene is not None and not isinstance(scene, str):
-        raise ForeignFile(f"{harmless(path)}: its attribute scene is no text")
-    return table, scene
+    return table, scene if isinstance(scene, str) else None

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
-from heavytop.checking.comparison import ANGLES, RATES, Origin
+from heavytop.checking.comparison import Origin
 from heavytop.checking.method import Count, Phase
 from heavytop.checking.reading import Array
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Plotted, harmless

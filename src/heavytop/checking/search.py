@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
+from operator import attrgetter
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from heavytop.checking.comparison import FIRST, Comparison, Octaves, decades, octaves
-from heavytop.checking.conventions import ANOTHER_MOTION, INERTIA, NUMBER, TABLE, cost
+from heavytop.checking.conventions import INERTIA, NUMBER, TABLE, Convention, Variant
 from heavytop.errors import HeavyTopError
 
 CLEAR: Final = 0.5  # decades, mean of all octaves, by which one explanation beats another clearly
 ALIKE: Final = 0.05  # decades: no better and no worse
 LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
-MOST_MOTIONS: Final = 2  # names that another start may have as well
+MOST_DOUBTFUL: Final = 2  # names that another start may have as well
 GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
 FITTING: Final = -5.0  # decades: nothing is looked for
 DEEPEST: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
 NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
 MOST_NAMES: Final = 5
-DENSE_ROWS: Final = 200  # the first, where the start is that of the data
-MOST_ROWS: Final = 1000
+DENSE_ROWS: Final = 200  # the first, where the start is that of the data,
+SPARSE_ROWS: Final = 800  # and about so many of the others
+
+by_total: Final = attrgetter("total")
 
 
 class Undoing(NamedTuple):
@@ -36,14 +39,19 @@ class Undoing(NamedTuple):
     cost: float
 
     @property
+    def convention(self) -> Convention:
+        """Its row in the table."""
+        return TABLE[self.row]
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Such as ``y-up``; two of what is undone at once."""
-        return tuple(TABLE[self.row].name.split("+"))
+        return tuple(self.convention.name.split("+"))
 
     @property
     def sentence(self) -> str:
         """The same for a person."""
-        return TABLE[self.row].sentence.format(self.words.strip())
+        return self.convention.sentence.format(self.words)
 
 
 class Explanation(NamedTuple):
@@ -53,7 +61,7 @@ class Explanation(NamedTuple):
     """
 
     steps: tuple[Undoing, ...]
-    misfit: dict[str, float]
+    misfit: Mapping[str, float]
     first: float = 0.0
 
     @property
@@ -71,9 +79,37 @@ class Explanation(NamedTuple):
         """The misfit of everything together, a little more for each name."""
         return sum(self.misfit.values()) + ALIKE * self.cost
 
+    @property
+    def fits(self) -> bool:
+        """Whether it fits so well that nothing more is looked for."""
+        return all(value < FITTING for value in self.misfit.values())
+
+    def gains(self, base: Explanation) -> list[float]:
+        """By how much everything is better than without conventions, or than with others."""
+        return [base.misfit.get(name, 0.0) - value for name, value in self.misfit.items()]
+
+    def beats(self, other: Explanation) -> bool:
+        """Whether it is clearly better than another in anything."""
+        return any(
+            other.misfit.get(name, value) - value > CLEAR for name, value in self.misfit.items()
+        )
+
+    def equals(self, other: Explanation) -> bool:
+        """Whether it is as good as another in everything."""
+        return all(
+            value < other.misfit.get(name, np.inf) + ALIKE for name, value in self.misfit.items()
+        )
+
+    def improves(self, base: Explanation) -> bool:
+        """Whether it gains enough, and what it makes better is good then."""
+        gains = self.gains(base)
+        pairs = zip(self.misfit.values(), gains, strict=True)
+        better = [value for value, gain in pairs if gain > CLEAR]
+        return bool(better) and sum(gains) > LEAST_GAIN and max(better) < GOOD
+
 
 class Judgement(NamedTuple):
-    """The best explanation, the names that are sure, those that explain alike, and all gains."""
+    """The best explanation, the names that are sure, those that explain alike, and all tried."""
 
     best: Explanation
     sure: frozenset[str]
@@ -81,84 +117,75 @@ class Judgement(NamedTuple):
     found: tuple[Explanation, ...]
 
     def gain(self, step: Undoing) -> float | None:
-        """How many times smaller the misfit of everything is with a convention undone."""
-        rest, best = self.best.names - {*step.names}, self.best.misfit
-        without = [x for x in self.found if x.names == rest]
-        if not without:
-            return None
-        other = min(without, key=_total).misfit
-        return float(10 ** max(other.get(name, 0.0) - value for name, value in best.items()))
+        """How many times smaller the misfit of anything is with a convention undone."""
+        rest = self.best.names - {*step.names}
+        without = min((x for x in self.found if x.names == rest), key=by_total, default=None)
+        return None if without is None else float(10 ** max(self.best.gains(without)))
 
 
-def undo(comparison: Comparison, what: Sequence[Undoing] | Sequence[str]) -> Comparison:
-    """The data without some conventions: of names the variants that fit best."""
-    steps: list[Undoing] = [each for each in what if isinstance(each, Undoing)]
-    if names := [each for each in what if isinstance(each, str)]:
-        rows = sorted(k for k, row in enumerate(TABLE) if row.name in names)
-        some, windows = _some(comparison)
-        tried = [x for x in _tried(some, [(*rows,)], windows) if x.names == {*names}]
-        steps = [*min(tried, key=lambda x: x.total).steps] if tried else []
+def undo(comparison: Comparison, steps: Iterable[Undoing]) -> Comparison:
+    """The data without some conventions."""
     for step in sorted(steps):
-        variants = [undone for _, undone in TABLE[step.row].undo(comparison)]
+        variants = [variant.data for variant in step.convention.undo(comparison)]
         if step.variant < len(variants):
             comparison = variants[step.variant]
     return comparison
 
 
+def undo_names(comparison: Comparison, names: Iterable[str]) -> Comparison:
+    """The data without the conventions of some names, in the variants that fit best."""
+    names = {*names}
+    rows = tuple(k for k, row in enumerate(TABLE) if row.name in names)
+    tried = [x for x in _try(*_some(comparison), [rows]) if x.names == names]
+    return undo(comparison, min(tried, key=by_total).steps) if tried else comparison
+
+
 def explain(comparison: Comparison) -> Judgement:
     """The conventions that explain the data clearly better than any others do."""
     some, windows = _some(comparison)
-    nothing = Explanation((), dict.fromkeys(("axis",), 0.0))
-    base = next(_tried(some, [()], windows), nothing)
+    base = next(_try(some, windows, [()]), Explanation((), {"axis": 0.0}))
     found, best = [base], base
-    every = [k for k in range(len(TABLE)) if k < INERTIA]
+    every = range(INERTIA)
     often = [k for k in every if not TABLE[k].rare]
     for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
-        if is_fitting(best) or (level > 2 and len(best.steps) < level - 1):
+        if best.fits or (level > 2 and len(best.steps) < level - 1):
             break
         if level == 1:
-            found += _tried(some, [(k,) for k in every], windows)
+            found += _try(some, windows, [(k,) for k in every])
         elif level == 2:
-            found += _tried(some, combinations(often, 2), windows)
-        for each in _best(found)[: EXTENDED * (level > 1)]:
-            found += _extended(some, each, every, windows)
-        best = min(found, key=_total)
-    if not is_fitting(best):
-        for each in _best(found)[:EXTENDED]:
+            found += _try(some, windows, combinations(often, 2))
+        for each in _ranked(found)[: EXTENDED * (level > 1)]:
+            found += _extend(some, windows, each, every)
+        best = min(found, key=by_total)
+    if not best.fits:
+        for each in _ranked(found)[:EXTENDED]:
             if "axis-with-spin" not in each.names:  # which is undone by the ψ of the scene's A
-                found += _extended(some, each, [INERTIA], windows)
+                found += _extend(some, windows, each, [INERTIA])
     verdict = judge(found)
-    if verdict.sure & ANOTHER_MOTION:  # or does another number do the same?
-        kept = tuple(step for step in verdict.best.steps if not ANOTHER_MOTION & {*step.names})
-        for each in [base, *(x for x in _best(found) if kept and x.steps == kept)]:
-            found += _extended(some, each, [NUMBER], windows)
+    doubtful = {x for step in verdict.best.steps if step.convention.doubtful for x in step.names}
+    if verdict.sure & doubtful:  # does another number do the same?
+        kept = tuple(step for step in verdict.best.steps if not step.convention.doubtful)
+        for each in [base, *(x for x in _ranked(found) if kept and x.steps == kept)]:
+            found += _extend(some, windows, each, [NUMBER])
         verdict = judge(found)
     return verdict
 
 
-def _best(found: Iterable[Explanation]) -> list[Explanation]:
+def _ranked(found: Iterable[Explanation]) -> list[Explanation]:
     """The explanations, each once, the best first."""
-    return sorted({each.steps: each for each in found}.values(), key=_total)
-
-
-def is_fitting(explanation: Explanation) -> bool:
-    """Whether nothing more is looked for."""
-    return all(value < FITTING for value in explanation.misfit.values())
-
-
-def _total(explanation: Explanation) -> float:
-    return explanation.total
+    return sorted({each.steps: each for each in found}.values(), key=by_total)
 
 
 def _some(comparison: Comparison) -> tuple[Comparison, Octaves]:
     """The rows that conventions are tried on, and their octaves."""
+    size = comparison.data.t.size
+    windows = octaves(size)
+    rows = windows.rows
     if comparison.given is None:
-        rest = np.arange(DENSE_ROWS, comparison.data.t.size)
-        rows = [*range(min(DENSE_ROWS, comparison.data.t.size)), *rest[:: rest.size // 800 + 1]]
-        some = replace(comparison, data=comparison.data.rows(rows))
-        return some, octaves(some.data.t.size)
-    windows = octaves(comparison.data.t.size)
-    return replace(comparison, data=comparison.data.rows(windows.rows)), windows
+        rest = np.arange(DENSE_ROWS, size)
+        rows = np.r_[: min(DENSE_ROWS, size), rest[:: rest.size // SPARSE_ROWS + 1]]
+        windows = octaves(rows.size)
+    return replace(comparison, data=comparison.data.rows(rows)), windows
 
 
 def judge(found: Sequence[Explanation]) -> Judgement:
@@ -166,71 +193,55 @@ def judge(found: Sequence[Explanation]) -> Judgement:
     base = found[0]
     usual = [x for x in found if x.first < FIRST or x is base]
     fitted = {x.steps for x in usual if "another-number" in x.names}
-    named = min((x for x in usual if x.steps not in fitted and not _better(base, x)), key=_total)
+    named = min((x for x in usual if x.steps not in fitted and not base.beats(x)), key=by_total)
     if "inertia-about-centre" not in named.names:  # as no number is fitted, which gains a little
-        fitted -= {x.steps for x in usual if x.cost < named.cost or _better(x, named)}
+        fitted -= {x.steps for x in usual if x.cost < named.cost or x.beats(named)}
         usual = [x for x in usual if x.steps not in fitted]
-    best = min((x for x in usual if not _better(base, x)), key=_total)
-    alike = [x for x in usual if x is named or not (_better(base, x) or _better(best, x))]
+    best = min((x for x in usual if not base.beats(x)), key=by_total)
+    if not best.improves(base):
+        return Judgement(base, frozenset(), (), (*found,))
+    alike = [x for x in usual if x is named or not (base.beats(x) or best.beats(x))]
     kept: list[Explanation] = []
     for each in sorted(alike, key=lambda x: (x.cost, x.total)):
         if not any(
             other.names == each.names
-            or (other.names < each.names and not _better(each, other))
-            or (other.cost < each.cost - NEARLY and _as_good(other, each))
+            or (other.names < each.names and not each.beats(other))
+            or (other.cost < each.cost - NEARLY and other.equals(each))
             for other in kept
         ):
             kept.append(each)
-    kept.sort(key=_total)
-    if not _fits(best, base):
-        return Judgement(base, frozenset(), (), (*found,))
+    kept.sort(key=by_total)
     sure = frozenset.intersection(*(x.names for x in kept))
     chosen = next((x for x in kept if x.names == sure), kept[0])
     return Judgement(chosen, sure, tuple(kept) if len(kept) > 1 else (), (*found,))
 
 
-def _fits(best: Explanation, base: Explanation) -> bool:
-    """Whether it gains enough, and what it makes better is good then."""
-    gains = {name: base.misfit.get(name, 0.0) - value for name, value in best.misfit.items()}
-    better = [best.misfit[name] for name, gain in gains.items() if gain > CLEAR]
-    return bool(better) and sum(gains.values()) > LEAST_GAIN and max(better) < GOOD
-
-
-def _better(one: Explanation, other: Explanation) -> bool:
-    """Whether one is clearly better than the other in anything."""
-    return any(other.misfit.get(name, value) - value > CLEAR for name, value in one.misfit.items())
-
-
-def _as_good(one: Explanation, other: Explanation) -> bool:
-    return all(value < other.misfit.get(name, np.inf) + ALIKE for name, value in one.misfit.items())
-
-
-def _extended(
-    some: Comparison, each: Explanation, further: Iterable[int], windows: Octaves
+def _extend(
+    some: Comparison, windows: Octaves, each: Explanation, further: Iterable[int]
 ) -> Iterator[Explanation]:
     """An explanation with one more convention."""
     used = {step.row: step.variant for step in each.steps}
     sets = [tuple(sorted((*used, k))) for k in further if k not in used]
-    return _tried(some, sets, windows, used)
+    return _try(some, windows, sets, used)
 
 
-def _tried(
+def _try(
     some: Comparison,
-    sets: Iterable[tuple[int, ...]],
     windows: Octaves,
-    fixed: dict[int, int] | None = None,
+    sets: Iterable[tuple[int, ...]],
+    fixed: Mapping[int, int] | None = None,
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
-        motions = sum(TABLE[row].name in ANOTHER_MOTION for row in rows)
-        if motions > MOST_MOTIONS or sum(TABLE[row].physics for row in rows) > 1:
+        doubtful = sum(TABLE[row].doubtful for row in rows)
+        if doubtful > MOST_DOUBTFUL or sum(TABLE[row].physics for row in rows) > 1:
             continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
         for row in rows:
             states = [
-                ((*steps, Undoing(row, k, words, cost(row, words))), after)
+                ((*steps, Undoing(row, k, each.words, TABLE[row].cost + each.cost)), each.data)
                 for steps, before in states
-                for k, (words, after) in enumerate(_variants(row, before))
+                for k, each in enumerate(_variants(row, before))
                 if k == (fixed or {}).get(row, k)
             ]
         for steps, after in states:
@@ -241,7 +252,7 @@ def _tried(
                 continue
 
 
-def _variants(row: int, comparison: Comparison) -> Iterator[tuple[str, Comparison]]:
+def _variants(row: int, comparison: Comparison) -> Iterator[Variant]:
     """The variants of a row; none where the motion does not exist."""
     try:
         yield from TABLE[row].undo(comparison)

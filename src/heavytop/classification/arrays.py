@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.classification.kinds import TAGS, Kind
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
+from heavytop.scene.arguments import broken_names
 from heavytop.scene.starts import RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -161,7 +162,7 @@ def with_spin(
 ) -> dict[str, ArrayLike]:
     """Tops and starts with their spin, of which one name at most is given; none is ψ̇ = 0."""
     if psidot is not None and omega3 is not None:
-        raise ImpossibleStart(RATES.broken(("psidot", "omega3")))
+        raise ImpossibleStart(broken_names(RATES, ("psidot", "omega3")))
     if omega3 is not None:
         return {**given, "omega3": omega3}
     return {**given, "psidot": 0.0 if psidot is None else psidot}

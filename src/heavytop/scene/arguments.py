@@ -38,7 +38,7 @@ class NumberText(str):
 
 
 def shown(value: object) -> str:
-    """Return a value for a message: short, on one line, and harmless to a terminal."""
+    """Return a value for a message, short."""
     try:
         text = _spelled(value)
     except (RecursionError, ValueError):  # nested too deeply, or an integer too long to print
@@ -145,21 +145,28 @@ class Refused(ValueError):
         return f"{self.rule} ({self.hint})" if self.hint else self.rule
 
 
-def read_values(
-    given: Mapping[str, object], readers: Mapping[str, Reader], file: str = "", table: str = ""
+def parse_options(
+    file: str, given: Mapping[str, object], readers: Mapping[str, Reader], table: str = ""
 ) -> tuple[dict[str, Any], list[Fault]]:
-    """Return the values that are right, each as its reader makes it, and what is wrong."""
+    """Return the values that are right, each as its reader makes it, and what is wrong.
+
+    Faults name `file`, and keys with their `table` before them.
+
+    >>> readers = {"jobs": Range(1, 9), "seed": Range(0, 9)}
+    >>> parse_options("drift", {"jobs": 0, "seed": 3}, readers)[0]
+    {'seed': 3.0}
+    """
     values, faults = {}, []
     for key, value in given.items():
         try:
             if key not in readers:
-                raise Refused(
-                    "unknown key", nearest(key, readers) or f"known are {', '.join(readers)}"
-                )
+                known = f"known are {', '.join(readers)}"
+                raise Refused("unknown key", nearest(key, readers) or known)
             values[key] = readers[key](value)
-        except (Refused, NotANumber) as wrong:
-            rule, hint = getattr(wrong, "rule", str(wrong)), getattr(wrong, "hint", "")
-            faults.append(Fault(file, None, table + key, shown(value), rule, hint))
+        except Refused as wrong:
+            faults.append(Fault(file, None, table + key, shown(value), wrong.rule, wrong.hint))
+        except NotANumber as wrong:
+            faults.append(Fault(file, None, table + key, shown(value), str(wrong)))
     return values, faults
 
 
@@ -216,20 +223,6 @@ def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T
     return read
 
 
-def parse_options(
-    file: str, given: Mapping[str, object], table: Mapping[str, Reader]
-) -> tuple[dict[str, Any], list[Fault]]:
-    """Return what options stand for, and what is wrong with the others.
-
-    `table` has by option what reads it; faults name `file`.
-
-    >>> table = {"jobs": Range(1, 9), "seed": Range(0, 9)}
-    >>> parse_options("drift", {"jobs": 0, "seed": 3}, table)[0]
-    {'seed': 3.0}
-    """
-    return read_values(given, table, file)
-
-
 def parse_names(
     file: str, key: str, given: object, read: Callable[[str], T]
 ) -> tuple[list[T], list[Fault]]:
@@ -242,23 +235,23 @@ def parse_names(
     >>> print(wrong[0])
     stress: cases = cups: one of cusp (did you mean "cusp"?)
     """
-    letters = isinstance(given, str | bytes)
+    text = isinstance(given, str | bytes)
     try:
-        names: list[Any] = list(None if letters else given)  # type: ignore[call-overload]
+        names: list[Any] = list(None if text else given)  # type: ignore[call-overload]
     except TypeError:  # None is no list, nor is an array of no dimension
         return [], [Fault(file, None, key, shown(given), "a sequence of names")]
-    found, refused = [], []
+    found, faults = [], []
     for name in names:
         try:
             if not isinstance(name, str):
                 raise Refused("a name, as text")
             found.append(read(name))
         except Refused as wrong:
-            value = harmless(name[:LONGEST]) if name and isinstance(name, str) else shown(name)
-            refused.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
+            value = name[:LONGEST] if name and isinstance(name, str) else shown(name)
+            faults.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
     if not names:
-        refused.append(Fault(file, None, key, "", f"at least one {key.removesuffix('s')}"))
-    return found, refused
+        faults.append(Fault(file, None, key, "", f"at least one {key.removesuffix('s')}"))
+    return found, faults
 
 
 def _number(value: object, whole: bool) -> int | float | None:
@@ -293,31 +286,32 @@ class Way(NamedTuple):
 
     def foreign(self, given: Collection[str]) -> list[str]:
         """The names that belong in no slot."""
-        every = (*self.slots, *self.optional)
-        return [name for name in given if not any(name in slot for slot in every)]
-
-    def broken(self, given: Collection[str]) -> Broken:
-        """What is missing, stands twice or does not belong here, by name."""
-        broken: Broken = []
-        for slot in (*self.slots, *self.optional):
-            first, *more = [name for name in slot if name in given] or [""]
-            broken += [(name, f"give {first} or {name}, not both") for name in more]
-        broken += [(name, f"does not go with {self.name}") for name in self.foreign(given)]
-        lacking = self.lacking(given)
-        needed = len(self.slots) if self.needed is None else self.needed
-        count = needed - len(self.slots) + len(lacking)
-        listed = ", ".join(" or ".join(slot) for slot in (lacking if count > 0 else self.slots))
-        if count > 0:
-            which = "" if count == len(lacking) else f"{count} more of "
-            broken.append((lacking[0][0], f"missing for {self.name}: {which}{listed}"))
-        if count < 0:
-            rule = f"one too many for {self.name}: {needed} of {listed}"
-            broken.append((self.slots[0][0], rule))
-        return [*dict.fromkeys(broken)]
+        every = {name for slot in (*self.slots, *self.optional) for name in slot}
+        return [name for name in given if name not in every]
 
     def off(self, given: Collection[str]) -> float:
         """The share of its slots that are empty, and how many names are foreign."""
         return len(self.lacking(given)) / len(self.slots) + len(self.foreign(given))
+
+
+@lru_cache(64)  # most things are said in the same few ways
+def broken_names(way: Way, given: tuple[str, ...]) -> Broken:
+    """What is missing, stands twice or does not belong to a way, by name."""
+    broken: Broken = []
+    for slot in (*way.slots, *way.optional):
+        first, *more = [name for name in slot if name in given] or [""]
+        broken += [(name, f"give {first} or {name}, not both") for name in more]
+    broken += [(name, f"does not go with {way.name}") for name in way.foreign(given)]
+    lacking = way.lacking(given)
+    needed = len(way.slots) if way.needed is None else way.needed
+    count = needed - len(way.slots) + len(lacking)
+    listed = ", ".join(" or ".join(slot) for slot in (lacking if count > 0 else way.slots))
+    if count > 0:
+        which = "" if count == len(lacking) else f"{count} more of "
+        broken.append((lacking[0][0], f"missing for {way.name}: {which}{listed}"))
+    if count < 0:
+        broken.append((way.slots[0][0], f"one too many for {way.name}: {needed} of {listed}"))
+    return [*dict.fromkeys(broken)]
 
 
 def exact_numbers(
@@ -328,18 +322,12 @@ def exact_numbers(
     rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
 ) -> dict[str, Any]:
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
-    values, faults = read_values(given, readers)
+    values, faults = parse_options("", given, readers)
     broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
-    broken += _broken(way, tuple(name for name in given if name in readers))
+    broken += broken_names(way, tuple(name for name in given if name in readers))
     if broken := broken + rule(values):
         raise refused(broken)
     return values
-
-
-@lru_cache(64)
-def _broken(way: Way, names: tuple[str, ...]) -> Broken:
-    """What `Way.broken` says of names: most things are said in the same few ways."""
-    return way.broken(names)
 
 
 def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import stat
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
@@ -111,7 +110,7 @@ class Scene(Shown):
         given = locals()
         spans = arguments.there(time=time, periods=periods)
         others = {key: given[key] for key in _ARGUMENTS}
-        values, faults = arguments.read_values(others, _ARGUMENTS, "Scene")
+        values, faults = arguments.parse_options("Scene", others, _ARGUMENTS)
         try:
             values |= {"time": None, "periods": None} | scene_file.read_span(spans)
         except Impossible as error:
@@ -260,14 +259,12 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     >>> read_scene(text, "mine", ["span.time=3"]).name
     'mine'
     """
-    if len(text) > MAX_BYTES:
-        _refuse(where, f"a scene is at most {MAX_BYTES} bytes long")
     try:
         raw = scene_file.parse(text)
     except ValueError as error:
         _refuse_line(where, text, str(error))
     changed, wrong = overridden(raw, overrides)
-    values, in_tables = scene_file.read_tables(harmless(where), raw)
+    values, in_tables = scene_file.read_tables(where, raw)
     if wrong or in_tables:
         if changed and not scene_file.read_tables(where, scene_file.parse(text))[1]:
             changed = {fault.key for fault in in_tables}  # all that is wrong comes of the changes
@@ -294,11 +291,9 @@ def scene_of(document: Mapping[str, Any]) -> Scene:
 
 def _placed(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:
     """The fault with the line of its key or of its table, or as one of the changes."""
-    key = harmless(fault.key[:100])
     if fault.key in changed:
-        return replace(fault, file=CHANGES, key=key)
-    line = lines.get(fault.key, lines.get(fault.key.partition(".")[0]))
-    return replace(fault, line=line, key=key)
+        return replace(fault, file=CHANGES)
+    return replace(fault, line=lines.get(fault.key, lines.get(fault.key.partition(".")[0])))
 
 
 def no_scene(what: object, verb: str) -> BadScene:
@@ -367,28 +362,25 @@ def shipped_names() -> list[str]:
 
 
 def _refuse(
-    where: str, rule: str, hint: str = "", line: int = 0, key: str = "", value: str = ""
+    where: str, rule: str, hint: str = "", line: int = 0, key: str = "scene", value: str = ""
 ) -> NoReturn:
-    raise BadScene((Fault(harmless(where), line or None, key or "scene", value, rule, hint),))
+    raise BadScene((Fault(where, line or None, key, value, rule, hint),))
 
 
 def _text_of(path: Path, where: str) -> str:
-    """The text of a regular file of bounded size; anything else is refused before it is opened."""
+    """The text of a file of bounded size."""
     try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):
-            what = "a directory" if stat.S_ISDIR(found.st_mode) else "not a regular file"
-            raise OSError(f"a scene is a TOML file, and this is {what}")
-        if found.st_size > MAX_BYTES:
-            raise OSError(f"a scene file is at most {MAX_BYTES} bytes long")
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            _refuse(where, f"a scene file is at most {MAX_BYTES} bytes long")
         return data.decode("utf-8-sig")
     except FileNotFoundError:
         _refuse(where, "no shipped scene and no file has this name", _meant(path))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         _refuse(where, f"a scene is UTF-8 text, and byte {error.start} is not", line=line)
-    except (OSError, ValueError) as error:  # a name with a null byte is a ValueError
+    except (OSError, ValueError) as error:  # a directory; a name with a null byte
         _refuse(where, getattr(error, "strerror", None) or str(error))
 
 
@@ -397,7 +389,7 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     match = re.search(r"at line ([0-9]+)", message)
     line = int(match[1]) if match else 0
     there = (words for number, *words in scene_file.written_keys(text) if number == line)
-    key, value = (harmless(cut(words, 60)) for words in next(there, ("", "")))
+    key, value = (cut(words, 60) for words in next(there, ("scene", "")))
     twice = "a key or a table stands twice" if "overwrite" in message else ""
     hint = twice or scene_file.mistake(value)
     _refuse(where, f"not TOML: {message}", hint, line, key, value)
@@ -405,12 +397,9 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
 
 def _meant(path: Path) -> str:
     """A hint at the scene that may have been meant by a name that none has."""
-    try:
-        beside = sorted(file.name for file in islice(path.parent.glob("*.toml"), _MANY_FILES))
-    except (OSError, ValueError):
-        beside = []
-    if meant := closest(f"{path.stem}.toml", beside):
-        return f'did you mean "{harmless(str(path.with_name(meant)))}"?'
+    beside = [file.name for file in islice(path.parent.glob("*.toml"), _MANY_FILES)]
+    if meant := closest(f"{path.stem}.toml", sorted(beside)):
+        return f'did you mean "{path.with_name(meant)}"?'
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
@@ -432,7 +421,7 @@ def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Faul
         table = raw.setdefault(name, {}) if name and readable else raw
         if not readable or not isinstance(table, dict):
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
-            wrong.append(Fault(CHANGES, None, harmless(change[:60]), "", rule))
+            wrong.append(Fault(CHANGES, None, change[:60], "", rule))
             continue
         _displace(table, last, _override_value(text))
         changed[key] = text.strip("\"'")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import tomllib
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -22,14 +22,13 @@ from heavytop.scene.arguments import NumberText, Range, Reader, Refused
 from heavytop.scene.quantities import NUMBERS, RATES, WANTED
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
-from heavytop.text import harmless, nearest
+from heavytop.text import nearest
 
 FORMAT: Final = 1
 EVENTS: Final = ("turning", "reversal", "cusp")
 MAX_SAMPLES: Final = 10_000_000
 MAX_DIGITS: Final = 10_000
 MAX_TITLE: Final = 500
-MAX_LINE: Final = 10_000  # characters: the time to read a dotted key grows as its square
 
 _HEADER: Final = re.compile(r"\s*\[\s*([\w.-]+)\s*\]")
 _KEY: Final = re.compile(r"\s*([\w.-]+|\"[^\"]*\"|'[^']*')\s*=")
@@ -48,9 +47,6 @@ def parse(text: str) -> dict[str, Any]:
     >>> parse("x = 1.50")
     {'x': '1.50'}
     """
-    for number, line in enumerate(text.splitlines(), start=1):
-        if len(line) > MAX_LINE:
-            raise ValueError(f"a line is at most {MAX_LINE} characters long (at line {number})")
     try:
         return tomllib.loads(text, parse_float=_decimal)
     except RecursionError:
@@ -83,7 +79,7 @@ def mistake(value: str) -> str:
     if value.endswith(","):
         return "no comma ends a line"
     if value and '"' not in value and not _BARE.fullmatch(value):
-        return f'words, units and expressions stand in quotes: "{harmless(value)}"'
+        return f'words, units and expressions stand in quotes: "{value}"'
     return ""
 
 
@@ -180,23 +176,23 @@ def faults_of(
 
 def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
     """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
-    found, faults = arguments.read_values(raw, SCENE, file)
+    found, faults = arguments.parse_options(file, raw, SCENE)
     faults += [Fault(file, None, key, "", rule) for key, rule in _NEEDED.items() if key not in raw]
     tables = {name: found.pop(name) for name in TABLES if name in found}  # the top before the start
-    wants, wrong = arguments.read_values(tables.pop("want", {}), TABLES["want"], file, "want.")
+    wants, wrong = arguments.parse_options(file, tables.pop("want", {}), TABLES["want"], "want.")
     faults += wrong
     for name, table in tables.items():
-        makers: Mapping[str, Callable[[], Any]] = {
-            "top": partial(Top.of, table),
-            "start": partial(State.of, table, found.get("top")),
-            "span": partial(read_span, table),
-        }
         try:
-            found[name] = makers[name]()
+            if name == "top":
+                found["top"] = Top.of(table)
+            elif name == "start":
+                found["start"] = State.of(table, found.get("top"))
+            else:
+                found |= read_span(table)
         except Impossible as error:
             faults += faults_of(error, file, table, f"{name}.")
     found.pop("format", None)
-    return found | found.pop("span", {}) | wants, [*map(_at_home, faults)]
+    return found | wants, [*map(_at_home, faults)]
 
 
 def _at_home(fault: Fault) -> Fault:
@@ -215,14 +211,10 @@ def written(tables: Mapping[str, object]) -> str:
     """Return the TOML text of a scene: numbers, texts, lists and tables of those."""
     lines = []
     for name, value in tables.items():
-        if isinstance(value, Mapping):
-            lines += (
-                []
-                if not value
-                else ["", f"[{name}]", *(f"{key} = {_toml(x)}" for key, x in value.items())]
-            )
-        else:
+        if not isinstance(value, Mapping):
             lines.append(f"{name} = {_toml(value)}")
+        elif value:
+            lines += ["", f"[{name}]", *(f"{key} = {_toml(x)}" for key, x in value.items())]
     return "\n".join(lines) + "\n"
 
 

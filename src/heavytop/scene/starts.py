@@ -6,9 +6,9 @@ rotation or from constants is the arccosine of an exact number.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from math import floor, pi
 from typing import Any, Final
 
 from heavytop.errors import ImpossibleStart
@@ -21,6 +21,7 @@ Values = Mapping[str, Any]
 
 ZERO: Final = Exact.of(0)
 BRANCHES: Final = ("falling", "rising", "forward", "backward")
+OPPOSITE: Final = {"falling": "rising", "rising": "falling"}
 ATTITUDE: Final = ("theta", "quaternion", "rotation")
 _FIELDS: Final = ("theta", "thetadot", "phi", "phidot", "psi")
 _ENERGIES: Final = ("E", "E_prime")
@@ -74,18 +75,19 @@ def _folded(given: Values) -> tuple[Values, str]:
     q = theta.fraction
     if q is not None and 0 <= q.numerator <= 3 * q.denominator:  # as nearly all are
         return given, ""
-    around = theta - 2 * PI * floor(float(theta) / (2 * pi))
+    around = theta - 2 * PI * math.floor(float(theta) / (2 * math.pi))
     beyond = (PI - around).sign() == -1
     tilt = 2 * PI - around if beyond else around
     if (theta - tilt).sign() == 0:
         return given, ""
-    values = {**given, "theta": tilt}
+    values, turned = {**given, "theta": tilt}, ""
     if beyond:
+        turned = ", with phi + pi, psi + pi and -thetadot"
         values |= {name: values.get(name, ZERO) + PI for name in ("phi", "psi")}
-        values |= {name: -values[name] for name in ("thetadot",) if name in values}
-        opposite = {"falling": "rising", "rising": "falling"}
-        values |= {name: opposite.get(x, x) for name, x in given.items() if name == "branch"}
-    turned = ", with phi + pi, psi + pi and -thetadot" if beyond else ""
+        if "thetadot" in values:
+            values["thetadot"] = -values["thetadot"]
+        if "branch" in values:
+            values["branch"] = OPPOSITE.get(values["branch"], values["branch"])
     degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
     same = f"theta = {theta} is outside [0, pi]: taken as {float(tilt):.6g}{turned}"
     return values, f"{same}, the same motion{degrees}"
@@ -206,13 +208,13 @@ def _too_low(values: Values, x: Numbers, least: Exact, more: str = "") -> Imposs
     if {"p_phi", "p_psi"} <= x.keys() and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
         tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
         rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
-    name = next(name for name in _ENERGIES if name in values)
-    return ImpossibleStart([(name, f"at least {short(least)} {where}{more}{rest}")])
+    rule = f"at least {short(least)} {where}{more}{rest}"
+    return ImpossibleStart([(_energy_of(values), rule)])
 
 
-def _energy(values: Values) -> Exact:
-    found: Exact = values["E"] if "E" in values else values["E_prime"]
-    return found
+def _energy_of(values: Values) -> str:
+    """Which of the two energies is given."""
+    return "E" if "E" in values else "E_prime"
 
 
 def _branch(values: Values, first: str, second: str) -> int:
@@ -240,7 +242,7 @@ def _root(top: Top, values: Values, x: Numbers) -> Exact:
             raise ImpossibleStart([("p_psi", "missing: it does not follow here")])
         middle, square = x["p_phi"] * u / body, 2 * across / body
         least += x["p_phi"] ** 2 * along / (2 * body)
-    excess = _energy(values) - least
+    excess = values[_energy_of(values)] - least
     if excess.sign() == -1 or (square.sign() == 0 and excess.sign() != 0):
         raise _too_low(values, x, least)
     return middle + _branch(values, *branches) * sqrt(excess * square)
@@ -249,7 +251,7 @@ def _root(top: Top, values: Values, x: Numbers) -> Exact:
 def _theta(top: Top, values: Values, x: Numbers) -> Exact:
     """The root of a cubic equation in cosθ between which and another the axis nods."""
     rest = _rest(top, values, x)
-    free, p_phi, p_psi = _energy(values) - rest, x["p_phi"], x["p_psi"]
+    free, p_phi, p_psi = values[_energy_of(values)] - rest, x["p_phi"], x["p_psi"]
     roots = _real_roots(
         2 * top.A * top.gMR,
         -2 * top.A * free - p_psi**2,
@@ -285,14 +287,13 @@ def _real_roots(a: Exact, b: Exact, c: Exact, d: Exact) -> list[Exact]:
 
 def _lowest(top: Top, p_phi: float, p_psi: float) -> tuple[float, float]:
     """The least energy, without that of the spin and of θ̇, and its θ, by trisection."""
-    from math import cos, sin
-
     A, gMR = float(top.A), float(top.gMR)
 
     def height(theta: float) -> float:
-        return gMR * cos(theta) + ((p_phi - p_psi * cos(theta)) / sin(theta)) ** 2 / (2 * A)
+        u = math.cos(theta)
+        return gMR * u + ((p_phi - p_psi * u) / math.sin(theta)) ** 2 / (2 * A)
 
-    low, high = 1e-9, pi - 1e-9
+    low, high = 1e-9, math.pi - 1e-9
     for _ in range(120):
         left, right = (2 * low + high) / 3, (low + 2 * high) / 3
         low, high = (low, right) if height(left) < height(right) else (left, high)
@@ -368,10 +369,10 @@ def _steadiness(value: object) -> object:
     return value is True or one_of({"slow": "slow", "fast": "fast"})(value)
 
 
-def _vector(read: Reader, count: int, value: object) -> tuple[Exact, ...]:
+def _vector(read: Reader, count: int, value: Any, rule: str = "") -> tuple[Any, ...]:
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != count:
-        raise Refused(f"{count} numbers in a list")
-    return tuple(read(each) for each in value)  # type: ignore[attr-defined]
+        raise Refused(rule or f"{count} numbers in a list")
+    return tuple(map(read, value))
 
 
 def _quaternion_given(value: object) -> tuple[Exact, ...]:
@@ -382,11 +383,9 @@ def _quaternion_given(value: object) -> tuple[Exact, ...]:
 
 
 def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
-    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 3:
-        raise Refused("three rows of three numbers")
     import numpy as np  # as few scenes need
 
-    R = tuple(_vector(PLAIN, 3, row) for row in value)  # type: ignore[attr-defined]
+    R = _vector(partial(_vector, PLAIN, 3), 3, value, "three rows of three numbers")
     rows = np.array(R, dtype=float)
     if (off := np.abs(rows @ rows.T - np.eye(3)).max()) > _NEARLY:
         within = f"to {_NEARLY:g}, and these are {off:.1g} off"
