@@ -356,14 +356,16 @@ class StoppedEarly(HeavyTopError):
     @property
     def command(self) -> str:
         """The command that takes the study up again; empty where nothing was kept."""
-        if self.folder is None:
-            return ""
-        return resuming(self.folder)
+        return "" if self.folder is None else resuming(self.folder)
 
     def __str__(self) -> str:
-        if self.folder is None:
-            return f"{self.why}; nothing was kept, as there is no folder"
-        return f"{self.why}; the partial result is in {self.folder}; resume with:\n{self.command}"
+        if self.folder is not None:
+            kept = f"the partial result is in {self.folder}; resume with:\n{self.command}"
+        elif self.outcome is Stop.UNWRITABLE:
+            return self.why
+        else:
+            kept = "nothing was kept, as there is no folder"
+        return f"{self.why}; {kept}"
 
 
 def resuming(folder: Path) -> str:
@@ -376,3 +378,8 @@ def resuming(folder: Path) -> str:
     """
     name = str(folder)
     return f"heavytop resume {shlex.quote(f'./{name}' if name.startswith('-') else name)}"
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Whether it is Ctrl-C; one during an import comes wrapped in another error."""
+    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)

@@ -52,8 +52,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         _sync(path.parent)
     except BaseException as error:
         part.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.errno and error.filename is None:
-            error.filename = str(path)  # a full disk does not say where
+        if isinstance(error, OSError) and error.errno:
+            error.filename = str(path)  # as it is named at last; a full disk does not say where
         raise
 
 

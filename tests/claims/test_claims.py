@@ -161,7 +161,7 @@ def test_a_validation_that_was_killed_goes_on_and_ends_the_same(tmp_path, torn):
     os.truncate(journal, len(before))
     found = ht.resume(place)
     whole = validate(scripts=tmp_path, jobs=1)
-    assert found.document(costs=False) == whole.document(costs=False)
+    assert found.document() == whole.document()
     assert whole.counts["passed"] == 4
     assert journal.read_bytes().startswith(before[: before.rfind(b"\n") + 1])
 

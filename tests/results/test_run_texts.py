@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.results.base import Row
-from heavytop.results.run_texts import between, event_tables
+from heavytop.results.run_texts import between, event_table
 from heavytop.scene.quantities import MISSING
 
 
@@ -88,11 +88,10 @@ def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_e
 def test_events_have_all_digits_and_where_it_is_narrow_fewer():
     row = {"kind": "cusp", "t": 1 / 3, "theta": 0.1, "phi": None, "phidot": 1e-17, "residual": 0}
     rows = Row(table=[Row(row), Row(row, phidot=5.0)], omitted=7)
-    [table] = event_tables(rows)
+    table = event_table(rows)
     assert table.texts()[0] == ["cusp", "0.333333333333", "0.1", MISSING, "0", "0"]
     assert table.texts(3)[0][1] == "0.333"
     assert (table.more, table.head[1]) == (7, "t [s]")
-    assert [*event_tables(Row(table=(), omitted=0))] == []
 
 
 @pytest.mark.parametrize(

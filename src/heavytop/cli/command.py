@@ -288,7 +288,7 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
         answer(found.document(), found)
     with kept(refused, folder):
         if figures and not refused:
-            found = replace(found, files=draw_study(found, folder, written))
+            found = replace(found, files=draw_study(found, folder))
     charts = ", ".join([*found.files.values()][len(written) :])
     if asked("json"):
         answer(found.document(), found)
@@ -334,14 +334,9 @@ def leave(problems: Iterable[Problem]) -> None:
 # --- what goes wrong -------------------------------------------------------------------------
 
 
-def interrupted(error: BaseException) -> bool:
-    """Whether it is an interrupt; one during an import comes wrapped in another error."""
-    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)
-
-
 def exit_code(error: BaseException) -> Exit:
     """The exit code that an exception stands for."""
-    if interrupted(error) or getattr(error, "outcome", None) == errors.Outcome.INTERRUPTED:
+    if errors.is_interrupt(error) or getattr(error, "outcome", None) == errors.Outcome.INTERRUPTED:
         return Exit.INTERRUPTED
     if isinstance(error, OSError) and error.errno in FULL:
         return Exit.ENDED_EARLY
@@ -357,7 +352,7 @@ def explain(error: BaseException) -> str:
         return f"cannot write {error.filename or ''}".rstrip() + f": {error.strerror or error}"
     if isinstance(error, errors.BadScene):
         return f"the input is not valid:\n{error}"
-    return "interrupted" if interrupted(error) else str(error)
+    return "interrupted" if errors.is_interrupt(error) else str(error)
 
 
 @contextmanager

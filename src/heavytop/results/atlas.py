@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from heavytop.errors import Exit
 from heavytop.files import expect_sealed, write_sealed
-from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written, with_unit
+from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written
+from heavytop.scene.quantities import quantity_of
 
 if TYPE_CHECKING:
     import pandas
@@ -79,7 +80,6 @@ class Atlas(Result):
     chart: ClassVar = Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "map")
     goes_on: ClassVar = True
     left_out: ClassVar = ("map",)
-    costs: ClassVar = ("pixels_per_s", "jobs")
 
     map: xarray.Dataset | None = None
     scene: Mapping[str, Any]
@@ -168,20 +168,10 @@ class Atlas(Result):
         """The map."""
         return {"map": draw("atlas", "draw_map", self)} if self.map is not None else {}
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return what was found, for JSON; the map itself is in ``atlas.nc``.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        return super().document() | ({} if costs else dict.fromkeys(self.costs))
-
     def facts(self) -> Iterator[Fact]:
         """The axes, what is held, and the boundaries."""
         for side, axis in self.axes.items():
-            ends = with_unit(axis.name, f"{axis.low:.6g} … {axis.high:.6g}")
+            ends = quantity_of(axis.name).with_unit(axis.low, axis.high, between=" … ", form=".6g")
             scale = ", logarithmic" if axis.log else ""
             yield side, f"{axis.name} = {ends}, {axis.count} values{scale}"
         changed = {ROLES[axis.name] for axis in self.axes.values()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -13,6 +13,7 @@ from heavytop.classification import Kind
 from heavytop.errors import Unseparated
 from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result
+from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
 
@@ -58,18 +59,6 @@ def plan_summary(chosen: Plan) -> dict[str, Any]:
     }
 
 
-def asked_formulation(plan: Mapping[str, Any]) -> str:
-    """The equations that were asked for, by the summary of a plan; ``auto`` where it chose."""
-    form = str(plan["formulation"])
-    return form if f"{form}: asked for by name" in plan["reasons"] else "auto"
-
-
-def asked_tolerance(plan: Mapping[str, Any]) -> float | None:
-    """The tolerance that was asked for, by the summary of a plan."""
-    asked = any(reason.endswith(": asked for") for reason in plan["reasons"])
-    return plan["tolerance"] if asked else None
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Classification(Result):
     """What can be said of a scene without integrating it.
@@ -102,15 +91,19 @@ class Classification(Result):
     enclosure: Any
     warnings: tuple[str, ...] = ()
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
+    def document(self) -> dict[str, Any]:
         """Return the document heavytop/classify/1: the facts of the motion are ``facts``."""
-        found = super().document(costs=costs)
-        order = (("facts" if name == "motion_facts" else name, x) for name, x in found.items())
-        return dict(order)
+        found = super().document().items()
+        return {"facts" if name == "motion_facts" else name: x for name, x in found}
 
     def facts(self) -> Iterator[Fact]:
         """Kind and why, range of tilt and means per period, constants, rates."""
-        return run_texts.classify_facts(self)
+        yield from run_texts.verdict_facts(self.motion)
+        yield from run_texts.course_facts(self.motion, self.enclosure)
+        yield from run_texts.numbers(self.constants, *run_texts.CONSTANTS)
+        yield from run_texts.rate_facts(self.motion_facts)
+        yield from run_texts.estimate_facts(self.motion["estimates"])
+        yield from (("note", text) for text in self.warnings)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -126,7 +119,8 @@ class Planned(Result):
 
     def facts(self) -> Iterator[Fact]:
         """The equations, their precision, why, and what is expected."""
-        return run_texts.plan_facts(self.plan)
+        yield from run_texts.plan_facts(self.plan)
+        yield from run_texts.forecast_facts(self.plan)
 
 
 def classified(scene: Scene) -> Classification:
@@ -161,27 +155,26 @@ def classified(scene: Scene) -> Classification:
 
 def warnings_of(scene: Scene) -> tuple[str, ...]:
     """What is to be said of a scene before anything is computed."""
-    said = (scene.top.warning, *scene.start.notices, _kick(scene))
-    return tuple(filter(None, said))
+    notices = (scene.top.warning, *scene.start.notices, _kick(scene))
+    return tuple(filter(None, notices))
 
 
 def _kick(scene: Scene) -> str:
     """What a kick would do that holds ω₃, where it is ψ̇ that is held."""
     top, start = scene.top, scene.start
     kicked = start.held == "psidot" and "steady" not in dict(start.given)
-    if (
-        not (kicked and start.spin.sign() and top.C.sign())
-        or not start.phidot.sign()
-        or float(start.theta) in (0.0, math.pi)
-    ):
+    signs = start.spin.sign() and top.C.sign() and start.phidot.sign()
+    if not (kicked and signs) or float(start.theta) in (0.0, math.pi):
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
     motion, other = (Motion(top, each) for each in (start, State(**rates, omega3=start.spin)))
     ranges = [each.theta_max - each.theta_min for each in (motion, other)]
     times = f", {ranges[0] / ranges[1]:.2g} times less" if 0 < ranges[1] < ranges[0] else ""
-    bounds = f"from {other.theta_min:.6g} to {other.theta_max:.6g} rad"
+    tilts = other.theta_min, other.theta_max
+    bounds = QUANTITIES["theta"].with_unit(*tilts, form=".6g")
     spin = f"{float(start.spin):.6g}"
-    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves theta {bounds}{times}"
+    change = f"moves theta from {bounds}{times}"
+    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} {change}"
 
 
 def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from heavytop.analytic.events import EVENTS
 from heavytop.doctor import version
 from heavytop.errors import Outcome
-from heavytop.exact import decimals
 from heavytop.exact.decimals import context
 from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result, Table
@@ -21,10 +20,11 @@ from heavytop.scene.quantities import RATES, Need, need_of
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
-    from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
+AsNumber = Callable[[Any], float | str | None]
+"""How JSON has a number: as a text where it has more digits than a number surely holds."""
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
 MEASURED: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
@@ -53,6 +53,7 @@ PICTURES: Final = {
 }
 """The figures of a run, by the name of the file."""
 
+AT_POLE: Final = "φ jumps by π: the value before or after it is given; φ̇ is the limit"
 NO_EVENTS: Final = {"turning": None, "reversal": None, "cusp": None, "table": (), "omitted": 0}
 NO_COST: Final = {
     "steps": 0, "derive_s": 0.0, "compile_s": 0.0, "integrate_s": 0.0, "us_per_period": None
@@ -113,11 +114,25 @@ class RunResult(Result):
 
     def facts(self) -> Iterator[Fact]:
         """What is known without integrating, the plan, the end, the errors and the cost."""
-        return run_texts.run_facts(self)
+        motion = self.motion
+        tags = f" ({', '.join(motion.tags)})" if motion.tags else ""
+        yield "kind", f"{motion.kind}{tags}{', proved' if motion.certified else ''}"
+        if motion.why:
+            yield "why", motion.why
+        yield from run_texts.course_facts(motion)
+        yield from run_texts.numbers(self.constants, *run_texts.CONSTANTS)
+        yield from run_texts.estimate_facts(motion.estimates)
+        yield from run_texts.plan_facts(self.plan)
+        yield from (("note", text) for text in self.warnings)
+        yield from run_texts.end_facts(self)
+        if self.events.table and motion.kind.startswith("through-"):
+            yield "at the pole", AT_POLE
+        yield "cost", run_texts.cost_text(self.cost)
 
     def tables(self) -> Iterator[Table]:
         """The events."""
-        yield from run_texts.event_tables(self.events)
+        if self.events.table:
+            yield run_texts.event_table(self.events)
 
 
 def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
@@ -129,35 +144,17 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
     files : mapping from str to str, optional
         Names and paths of the files written.
     """
-    from heavytop.run.exact import SceneMotion
+    from heavytop.run.trajectory import Trajectory
 
-    known = replace(_known(run), files=dict(files or {}))
-    if not isinstance(run, SceneMotion):
-        return _integrated(run, known)
-    if not run.moves:
-        return known
-    return replace(known, final=_exact_final(run), events=NO_EVENTS | run.counts)
-
-
-def _integrated(trajectory: Trajectory, known: RunResult) -> RunResult:
-    from heavytop.run.verify import missed_digits, missed_events, run_errors
-
-    errors = run_errors(trajectory)
-    return replace(
-        known,
-        final=_final_of(trajectory),
-        events=_events(trajectory),
-        errors=asdict(errors),
-        missed_digits=missed_digits(trajectory),
-        missed_events=missed_events(trajectory),
-        cost=_cost(trajectory),
-        outcome=trajectory.outcome,
-    )
-
-
-def _known(run: Trajectory | SceneMotion) -> RunResult:
-    """What is known of a scene and its plan without integrating."""
     scene, motion = run.scene, run.motion
+    found: dict[str, Any] = {}
+    if isinstance(run, Trajectory):
+        found = _integrated(run)
+    elif run.moves:
+        ctx, digits = context(run.digits), scene.digits
+        as_number: AsNumber = float if digits <= NUMBER_DIGITS else partial(ctx.nstr, n=digits)
+        final = _final(run, ctx, as_number, attitude=True)
+        found = {"final": final, "events": NO_EVENTS | run.counts}
     return RunResult(
         scene=scene.document(),
         motion=motion_summary(motion),
@@ -166,51 +163,51 @@ def _known(run: Trajectory | SceneMotion) -> RunResult:
         warnings=warnings_of(scene),
         source=run.source,
         versions={name: version(name) for name in LIBRARIES},
+        files=files or {},
+        **found,
     )
 
 
-# --- the end -------------------------------------------------------------------------------------
+def _integrated(run: Trajectory) -> dict[str, Any]:
+    """What is known of a run because it was integrated."""
+    from heavytop.run.verify import missed_digits, missed_events, run_errors
+
+    numbers = math if run.in_doubles else run.ctx
+    few = run.in_doubles or run.scene.digits <= NUMBER_DIGITS
+    as_number: AsNumber = float if few else run.text
+    attitude = need_of(run.scene.quantities) >= Need.PSI
+    return {
+        "final": _final(run, numbers, as_number, attitude=attitude),
+        "events": _events(run, as_number),
+        "errors": asdict(run_errors(run)),
+        "missed_digits": missed_digits(run),
+        "missed_events": missed_events(run),
+        "cost": _cost(run),
+        "outcome": run.outcome,
+    }
 
 
 def _final(
-    end: Any, shown: Callable[[Any], Any], numbers: Any, *, attitude: bool
+    run: Trajectory | SceneMotion,
+    numbers: Any,
+    as_number: AsNumber,
+    *,
+    attitude: bool,
 ) -> dict[str, Any]:
-    """The motion at the end, each number as `shown` has it; whole turns of an angle and the rest.
-
-    `numbers` is what has their pi and their floor.
-    """
-    final = {name: shown(getattr(end, name)) for name in ("t", "theta")}
+    """The motion at the end; whole turns of an angle and the rest by the pi of `numbers`."""
+    end: Any = run.end
+    final: dict[str, Any] = {name: as_number(getattr(end, name)) for name in ("t", "theta")}
     for angle in ("phi", "psi"):
         turns, rest = split(getattr(end, angle), numbers)
-        final |= {angle: shown(getattr(end, angle)), f"{angle}_turns": turns}
-        final |= {f"{angle}_mod": shown(rest)}
-    final |= {name: shown(getattr(end, name)) for name in RATES}
-    final |= {name: tuple(map(shown, getattr(end, name))) for name in ("axis", "omega")}
-    return final | {"quaternion": tuple(map(shown, end.quaternion)) if attitude else None}
-
-
-def _final_of(trajectory: Trajectory) -> dict[str, Any]:
-    attitude = need_of(trajectory.scene.quantities) >= Need.PSI
-    numbers = math if trajectory.in_doubles else trajectory.ctx
-    final = _final(trajectory.end, partial(_shown, trajectory), numbers, attitude=attitude)
-    return final | _reaction(trajectory.scene, trajectory.end)
-
-
-def _reaction(scene: Scene, end: Any) -> dict[str, Any]:
-    """The force of the pivot at the end [N], in doubles, where it is known."""
-    if scene.top.mass is None:
-        return {}
+        final |= {angle: as_number(getattr(end, angle)), f"{angle}_turns": turns}
+        final |= {f"{angle}_mod": as_number(rest)}
+    final |= {name: as_number(getattr(end, name)) for name in RATES}
+    final |= {name: tuple(map(as_number, getattr(end, name))) for name in ("axis", "omega")}
+    final |= {"quaternion": tuple(map(as_number, end.quaternion)) if attitude else None}
+    if run.scene.top.mass is None:  # the force of the pivot is not known
+        return final
     axis, omega = ([float(x) for x in getattr(end, name)] for name in ("axis", "omega"))
-    return {"reaction": scene.top.reaction(axis, omega).tolist()}
-
-
-def _exact_final(run: SceneMotion) -> dict[str, Any]:
-    ctx, digits = context(run.digits), run.scene.digits
-
-    def shown(x: decimals.Number) -> float | str:
-        return str(ctx.nstr(x, digits)) if digits > NUMBER_DIGITS else float(x)
-
-    return _final(run.end, shown, ctx, attitude=True) | _reaction(run.scene, run.end)
+    return final | {"reaction": run.scene.top.reaction(axis, omega).tolist()}
 
 
 def split(angle: Any, math: Any) -> tuple[int | None, Any]:
@@ -221,32 +218,24 @@ def split(angle: Any, math: Any) -> tuple[int | None, Any]:
     return turns, angle - turns * 2 * math.pi
 
 
-# --- events and cost -----------------------------------------------------------------------------
-
-
-def _events(trajectory: Trajectory) -> dict[str, Any]:
-    events = trajectory.events
+def _events(run: Trajectory, as_number: AsNumber) -> dict[str, Any]:
+    """How many events there are of each kind, and the first of them as a table."""
+    events = run.events
     table = events.table(MOST_ROWS)
-    if events.own is not None:
-        for i, row in enumerate(table):
-            own = {name: _shown(trajectory, x[i]) for name, x in events.own.items() if name in row}
-            row |= own | {"residual": row["residual"]}
+    for name, values in (events.own or {}).items():  # with all the digits of the run
+        for row, value in zip(table, values, strict=False):
+            if name in row and name != "residual":
+                row[name] = as_number(value)
     counts = {event: events.count(event) for event in EVENTS}
     return {**counts, "table": table, "omitted": len(events) - len(table)}
 
 
-def _shown(trajectory: Trajectory, x: decimals.Number) -> float | str | None:
-    """Return a number as JSON has it, None for nan."""
-    if trajectory.in_doubles:
-        return float(x)
-    text = trajectory.text(x)
-    return text if text is None or trajectory.scene.digits > NUMBER_DIGITS else float(x)
-
-
-def _cost(trajectory: Trajectory) -> dict[str, Any]:
-    spent = trajectory.statistics
-    period = trajectory.motion.period if spent.whole else None
-    periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
-    names = ("steps", "derive_s", "compile_s", "integrate_s")
-    found = {name: getattr(spent, name) for name in names}
+def _cost(run: Trajectory) -> dict[str, Any]:
+    """Steps, and the time that each part of the work took."""
+    spent = run.statistics
+    period = run.motion.period if spent.whole else None
+    periods = abs(run.orbit.end) / float(period) if period else 0.0
+    found = {
+        name: getattr(spent, name) for name in ("steps", "derive_s", "compile_s", "integrate_s")
+    }
     return found | {"us_per_period": spent.integrate_s / periods * 1e6 if periods else None}

@@ -125,16 +125,10 @@ class Stress(Result):
             found[each.method][UNDETERMINED if each.untold else str(each.outcome)] += 1
         return found
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the document heavytop/stress/1.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
+    def document(self) -> dict[str, Any]:
+        """Return the document heavytop/stress/1, with the rules of the outcomes."""
         wrong = self.silently_wrong
-        return super().document(costs=costs) | {
+        return super().document() | {
             "rules": {str(outcome): outcome.rule for outcome in StressOutcome},
             "auto": {"run": self._has_auto, "silently_wrong": [run.case for run in wrong]},
         }

@@ -55,15 +55,9 @@ class Validation(Result):
         """How many hold, do not hold, and were skipped."""
         return counts(self.claims)
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the document heavytop/validate/1, with what follows from the claims.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        return super().document(costs=costs) | {
+    def document(self) -> dict[str, Any]:
+        """Return the document heavytop/validate/1, with what follows from the claims."""
+        return super().document() | {
             "counts": self.counts,
             "authorities": len({each["authority"] for each in self.claims} - {OURS}),
         }

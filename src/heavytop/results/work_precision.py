@@ -99,15 +99,9 @@ class WorkPrecision(Result):
             raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERRORS)} are")])
         return next((self.points[i] for i in self._within(ERRORS[wants], bound)), None)
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the document heavytop/workprec/1, with what follows from the points.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        return super().document(costs=costs) | {
+    def document(self) -> dict[str, Any]:
+        """Return the document heavytop/workprec/1, with what follows from the points."""
+        return super().document() | {
             "front": [*self.front],
             "cheapest": self._leaders(),
             "orders": {row["method"]: row["order"] for row in summaries(self.points)},
