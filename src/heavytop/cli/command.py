@@ -118,20 +118,26 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
 
     module, _, name = place.partition(":")
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
-    output = {x: path for x, path in given.items() if x in OUTPUT and not takes[x].has_place}
+    folder, path = (None if x in takes and takes[x].has_place else given.get(x) for x in OUTPUT)
+    to_program = typed["json"] and folder is path is None
     words = click.get_current_context().find_root().obj
-    folder, path = (output.get(name) for name in OUTPUT)
-    with typing(command_line(words)), explained(path), results_folder(folder):
+    with (
+        typing(command_line(words)),
+        explained(path),
+        results_folder(folder),
+        showing(SI if to_program else typed["unit"] or SI),
+    ):
         function = getattr(import_module(f"heavytop.{module}"), name)
-        with showing(asked("unit") or SI):
-            with ExitStack() as stack:
-                prepare(given, takes, typed, stack)
-                found = function(**given)
-            if isinstance(found, Path):
-                show_file(found, given["scene"].name)
-            elif found is not None:
-                ended = Ended(found, (), folder, typed.get("figures", True))
-                finish(found if isinstance(found, Ended) else ended)
+        with ExitStack() as stack:
+            prepare(given, takes, typed, stack)
+            found = function(**given)
+        if isinstance(found, Path):
+            document = {"schema": f"heavytop/{name}/1", "scene": given["scene"].name}
+            size = f"{found.stat().st_size / 1e6:.2g} MB"
+            answer(document | {"file": str(found)}, f"{harmless(found)}: {size}")
+        elif found is not None:
+            ended = Ended(found, (), folder, typed.get("figures", True))
+            finish(found if isinstance(found, Ended) else ended)
 
 
 def prepare(
@@ -206,11 +212,8 @@ def progress_bar() -> Iterator[Callable[[Any], None] | None]:
         task = bar.add_task("", total=1.0)
 
         def update(now: Any) -> None:
-            if isinstance(now, int | float):
-                bar.update(task, completed=now)
-            else:
-                runs = f"{now.ended} of {now.tasks} runs"
-                bar.update(task, completed=now.fraction, description=runs)
+            fraction, runs = done_of(now)
+            bar.update(task, completed=fraction, description=runs)
 
         yield update
 
@@ -221,14 +224,19 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
 
     def update(now: Any) -> None:
         nonlocal due
-        if clock() < due:
-            return
-        due = clock() + EVERY_S
-        done = now if isinstance(now, int | float) else now.fraction
-        runs = "" if done is now else f", {now.ended} of {now.tasks} runs"
-        say(f"{100 * done:.0f} % done{runs}")
+        if clock() >= due:
+            due = clock() + EVERY_S
+            fraction, runs = done_of(now)
+            say(", ".join(filter(None, (f"{100 * fraction:.0f} % done", runs))))
 
     return update
+
+
+def done_of(now: Any) -> tuple[float, str]:
+    """The fraction that is done of a run, or of a study, and how many of its runs have ended."""
+    if isinstance(now, int | float):
+        return now, ""
+    return now.fraction, f"{now.ended} of {now.tasks} runs"
 
 
 def answer(document: Mapping[str, Any], shown: Any) -> None:
@@ -251,13 +259,6 @@ def answer(document: Mapping[str, Any], shown: Any) -> None:
         for line in printed.get().splitlines():
             print(line.rstrip())
         sys.stdout.flush()  # it is there, whatever comes after it
-
-
-def show_file(path: Path, scene: str) -> None:
-    """Print the name of a file that was written, and its size."""
-    verb = click.get_current_context().info_name
-    document = {"schema": f"heavytop/{verb}/1", "scene": scene, "file": str(path)}
-    answer(document, f"{harmless(path)}: {path.stat().st_size / 1e6:.2g} MB")
 
 
 def finish(ended: Ended) -> None:
@@ -283,16 +284,15 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
     refused: list[Problem] = []
     with kept(refused, folder):
         found = replace(found, files=write_study(found, folder, figures=False))
-    written = found.files
+    written = len(found.files)
     if not asked("json"):
         answer(found.document(), found)
     with kept(refused, folder):
         if figures and not refused:
             found = replace(found, files=draw_study(found, folder))
-    charts = ", ".join([*found.files.values()][len(written) :])
     if asked("json"):
         answer(found.document(), found)
-    elif charts:
+    elif charts := ", ".join([*found.files.values()][written:]):
         print(f"charts  {charts}", flush=True)
     for name in found.files.values():
         note(f"wrote {folder / name}")
@@ -305,10 +305,8 @@ def kept(ends: list[Problem], path: Path) -> Iterator[None]:
     """Go on after what cannot be written; it is said at the end."""
     try:
         yield
-    except errors.StoppedEarly as fault:
-        ends.append((Exit.ENDED_EARLY, str(fault)))
-    except OSError as fault:
-        ends.append(unwritable(path, fault))
+    except (errors.StoppedEarly, OSError) as fault:
+        ends.append(problem_of(fault, path))
 
 
 def missing_packages(found: Result) -> list[Problem]:
@@ -334,25 +332,27 @@ def leave(problems: Iterable[Problem]) -> None:
 # --- what goes wrong -------------------------------------------------------------------------
 
 
+def problem_of(error: BaseException, path: Path | None = None) -> Problem:
+    """The exit code of an exception, and what it says; `path` is the file of -o, if any."""
+    if errors.is_interrupt(error):
+        return Exit.INTERRUPTED, "interrupted"
+    full = isinstance(error, OSError) and error.errno in FULL
+    if isinstance(error, OSError) and (full or path is not None):
+        why = "not a folder" if isinstance(error, FileExistsError) else error.strerror or error
+        code = Exit.ENDED_EARLY if full else Exit.USAGE
+        return code, f"cannot write {path or error.filename or ''}".rstrip() + f": {why}"
+    if isinstance(error, errors.BadScene):
+        return error.exit, f"the input is not valid:\n{error}"
+    if isinstance(error, errors.HeavyTopError):
+        early = getattr(error, "outcome", None) == errors.Outcome.INTERRUPTED
+        return Exit.INTERRUPTED if early else error.exit, str(error)
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    return Exit.BUG, f"a bug: {what} (--debug shows where)"
+
+
 def exit_code(error: BaseException) -> Exit:
     """The exit code that an exception stands for."""
-    if errors.is_interrupt(error) or getattr(error, "outcome", None) == errors.Outcome.INTERRUPTED:
-        return Exit.INTERRUPTED
-    if isinstance(error, OSError) and error.errno in FULL:
-        return Exit.ENDED_EARLY
-    return error.exit if isinstance(error, errors.HeavyTopError) else Exit.BUG
-
-
-def explain(error: BaseException) -> str:
-    """An exception in words."""
-    if exit_code(error) is Exit.BUG:
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        return f"a bug: {what} (--debug shows where)"
-    if isinstance(error, OSError):
-        return f"cannot write {error.filename or ''}".rstrip() + f": {error.strerror or error}"
-    if isinstance(error, errors.BadScene):
-        return f"the input is not valid:\n{error}"
-    return "interrupted" if errors.is_interrupt(error) else str(error)
+    return problem_of(error)[0]
 
 
 @contextmanager
@@ -370,10 +370,8 @@ def explained(path: Path | None) -> Iterator[None]:
             traceback.print_exc()
         if (refused := refusal(error)) is not None:
             raise refused from error
-        code, said = exit_code(error), explain(error)
-        if isinstance(error, OSError) and path is not None:
-            code, said = unwritable(path, error)
-        say(said)
+        code, why = problem_of(error, path)
+        say(why)
         raise click.exceptions.Exit(code) from None
 
 
@@ -383,16 +381,16 @@ def refusal(error: BaseException) -> click.BadParameter | None:
     options = {each.name: each for each in context.command.params if each.name != "scene"}
     if isinstance(error, errors.BadScene):
         keys = ["changes" if each.file == "--set" else each.key for each in error.faults]
-        said = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
+        why = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
     elif isinstance(error, errors.Impossible):
-        keys, said = [name for name, _ in error.broken], str(error)
+        keys, why = [name for name, _ in error.broken], str(error)
     else:
         return None
     names = dict.fromkeys(name for key in keys for name in key.split(", "))
     if not names or not names.keys() <= options.keys():
         return None
     hint = " and ".join(options[name].opts[-1] for name in names)
-    return click.BadParameter(said, param_hint=hint)
+    return click.BadParameter(why, param_hint=hint)
 
 
 @contextmanager
@@ -408,20 +406,11 @@ def results_folder(folder: Path | None) -> Iterator[None]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
-    except (OSError, ValueError) as error:
-        raise click.BadParameter(unwritable(folder, error)[1], param_hint="-o") from None
+    except OSError as error:
+        raise click.BadParameter(problem_of(error, folder)[1], param_hint="-o") from None
     try:
         yield
     finally:
         with suppress(OSError):  # rmdir refuses what is not empty
             for place in missing:
                 place.rmdir()
-
-
-def unwritable(path: Path, error: OSError | ValueError) -> Problem:
-    """What is wrong where the folder or the file named by -o cannot be written."""
-    why = getattr(error, "strerror", None) or str(error)
-    if isinstance(error, FileExistsError):
-        why = "not a folder"
-    full = getattr(error, "errno", None) in FULL
-    return Exit.ENDED_EARLY if full else Exit.USAGE, f"cannot write {path}: {why}"

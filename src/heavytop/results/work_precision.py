@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
@@ -129,14 +128,14 @@ class WorkPrecision(Result):
         yield Table([*summaries(self.points)], COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
         points = (self.points[i] for i in self.front)
-        if rows := [_shown(p, error=error_of_point(p, self._error)) for p in points]:
-            yield Table(rows, FRONT, f"Pareto front, {side}")
+        if rows := [{**p, "error": error_of_point(p, self._error)} for p in points]:
+            yield _chosen(rows, FRONT, f"Pareto front, {side}")
             leaders = [
-                _shown(each, to=target, next=(each.get("against") or {}).get("method"))
+                {**each, "to": target, "next": (each.get("against") or {}).get("method")}
                 for target, each in self._leaders().items()
                 if each
             ]
-            yield Table(leaders, LEADERS, f"cheapest, {side}")
+            yield _chosen(leaders, LEADERS, f"cheapest, {side}")
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
@@ -163,30 +162,29 @@ class WorkPrecision(Result):
         return sorted(within, key=lambda i: _rank(self.points[i]))
 
     def _leaders(self) -> dict[str, Any]:
-        """Return who is cheapest within each target, with the best of the other side; the best."""
-        error, found = self._error, dict[str, Any]()
+        """Who is cheapest within each target, with the best of the other side; the best."""
+        found = dict[str, Any]()
         for name, bound in TARGETS.items():
-            within = self._within(error, bound)
-            found[name] = first = self._leading(within[:1], error)
+            within = self._within(self._error, bound)
+            found[name] = first = self._leader(within)
             if first is not None:
-                others = [i for i in within if self.points[i]["rival"] != first["rival"]]
-                other = self._leading(others[:1], error)
+                side = first["rival"]
+                other = self._leader([i for i in within if self.points[i]["rival"] != side])
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
-        off = _errors(self.points, error)
+        off = _errors(self.points, self._error)
         order = sorted(off, key=lambda i: (off[i], _rank(self.points[i])))
-        for name, bits in (("best", math.inf), ("best_in_doubles", DOUBLE)):
-            among = [i for i in order if self.points[i]["bits"] <= bits]
-            found[name] = self._leading(among[:1], error)
-        return found
+        doubles = [i for i in order if self.points[i]["bits"] <= DOUBLE]
+        return found | {"best": self._leader(order), "best_in_doubles": self._leader(doubles)}
 
-    def _leading(self, indices: Sequence[int], error: str) -> dict[str, Any] | None:
+    def _leader(self, order: Sequence[int]) -> dict[str, Any] | None:
+        """The first of some points, which are given by their indices; None where there is none."""
+        if not order:
+            return None
+        point = self.points[order[0]]
         names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        for index in indices:
-            point = self.points[index]
-            off = error_of_point(point, error)
-            return {n: point[n] for n in names} | {"error": off, "point": index}
-        return None
+        error = error_of_point(point, self._error)
+        return {n: point[n] for n in names} | {"error": error, "point": order[0]}
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
@@ -224,9 +222,9 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
         yield {**best, "method": name, **known, **within}
 
 
-def _shown(point: Mapping[str, Any], **more: Any) -> dict[str, Any]:
-    """A point as a row of a table, with its setting in words."""
-    return {**point, "setting": setting(point), **more}
+def _chosen(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], title: str) -> Table:
+    """A table of some points, with their settings in words."""
+    return Table([{**row, "setting": setting(row)} for row in rows], columns, title)
 
 
 def setting(point: Mapping[str, Any]) -> str:
