@@ -14,6 +14,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import INSTALL_HEYOKA, MissingPackage
+from heavytop.report.files import write_results
 
 from . import everywhere
 
@@ -75,6 +76,14 @@ def test_everything_else_is_the_same_bit_for_bit(tmp_path, monkeypatch):
     assert [line for line, said in mine.items() if isinstance(said, list) and said[0]] == []
     for what, said in json.loads(json.dumps(mine)).items():
         assert found[what] == said, what
+
+
+@pytest.mark.processes
+def test_a_page_of_a_finished_run_needs_no_integrator(tmp_path):
+    scene = ht.load_scene("sicm-kicked", ["span.time=0.3"])
+    write_results(ht.propagate(scene), tmp_path, figures=False)
+    words = elsewhere("-m", "heavytop", "report", tmp_path, "-o", tmp_path / "x.html")
+    assert words.endswith("results: 1, figures: 4\n")
 
 
 @pytest.mark.processes

@@ -26,7 +26,7 @@ from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, View, axis_path, touched
 from heavytop.plots.style import Array, in_degrees, line, titled
 from heavytop.results.run import PICTURES
-from heavytop.scene.arguments import expect, wrong_type
+from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
 
 if TYPE_CHECKING:
@@ -98,12 +98,12 @@ class ExactRun:
 
 def run_of(thing: Trajectory | Motion) -> Any:
     """Return a trajectory, or the exact motion as one."""
-    from heavytop.run.trajectory import Trajectory  # which takes its time to import
-
     if isinstance(thing, Motion):
         return ExactRun.of(thing, NUTATIONS)
-    if not isinstance(thing, Trajectory | ExactRun):
-        raise wrong_type("trajectory", "a Trajectory (propagate gives one) or a Motion", thing)
+    if not isinstance(thing, ExactRun):
+        from heavytop.run.trajectory import Trajectory  # which takes its time to import
+
+        expect("trajectory", thing, Trajectory, "propagate gives one; or a Motion")
     return thing
 
 

@@ -20,7 +20,9 @@ from typing import TYPE_CHECKING, Any, Final
 from heavytop.errors import (
     ForeignFile,
     HeavyTopError,
+    MissingPackage,
     NotDrawnWarning,
+    Outcome,
     Stop,
     StoppedEarly,
     is_interrupt,
@@ -222,16 +224,26 @@ def load_part(folder: Path, scene: Scene) -> Trajectory | None:
 def load_run(result: RunResult, path: Path) -> Any:
     """The trajectory, or the exact motion, of a run whose document is there; None without a file.
 
+    Without heyoka a finished run has its exact motion, which no picture tells from it.
+
     Raises
     ------
     ForeignFile
         It is damaged, or of another scene.
     """
-    from heavytop.run.trajectory_file import load_exact, load_trajectory
-
     place = path.with_name(TRAJECTORY)
     if "trajectory" not in result.files or not place.exists():
         return None
+    try:
+        from heavytop.run.trajectory_file import load_exact, load_trajectory
+    except MissingPackage:
+        if result.outcome != Outcome.FINISHED:
+            raise
+        from heavytop.run.exact import SceneMotion
+        from heavytop.run.planning import closed_form_of, plan
+
+        known = read_scene(scene_text(result.scene), where=f"{result.scene.name}.toml")
+        return SceneMotion(known, closed_form_of(known), plan(known))
     run: Any = (load_trajectory if result.source == "integrated" else load_exact)(place)
     scene = as_rows(run.scene.document())
     if any(scene[key] != result.scene.get(key) for key in ("top", "start", "title", "span")):
