@@ -90,20 +90,6 @@ def test_numbers_are_shown_as_they_were_given_and_long_expressions_to_six_digits
     assert "pi/4 rad" in Cell(ht.State(theta="pi/4", psidot=1)).texts
 
 
-def test_an_atlas_shows_its_tables_and_its_map():
-    cell = Cell(ht.atlas(SCENE, "phidot=-20:20:30", "psidot=-150:150:30", jobs=1))
-    assert "loops" in cell.texts
-    assert "img" in cell.tags
-
-
-@pytest.mark.parametrize("name", ["hanging", "separatrix", "at-rest", "steady-fast"])
-def test_every_kind_of_motion_is_shown_and_played(name):
-    scene = ht.load_scene(name)
-    motion = ht.Motion(scene.top, scene.start)
-    assert Cell(motion).picture.tag.endswith("svg")
-    assert len(motion.play().html) < 400_000
-
-
 def test_what_a_scene_says_is_no_markup():
     scene = ht.load_scene("sicm-kicked", ["title='<script>alert(1)</script>'"])
     assert "script" not in Cell(scene).tags
