@@ -28,13 +28,6 @@ def test_a_scene_is_run_and_certified():
         assert words in " ".join(found.stdout.split())
 
 
-@pytest.mark.slow
-def test_a_long_span_that_takes_more_than_doubles_is_run_in_doubles():
-    found = heavytop_("certify", "spin-reversal", "--set", "span.periods=300", "--json")
-    assert found.exit_code == 0, found.stderr
-    assert json.loads(found.stdout)["projected"]
-
-
 def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
     run = tmp_path / "run"
     assert heavytop_("run", "sicm-dropped", "--no-figures", "-o", run).exit_code == 0
@@ -65,8 +58,6 @@ def test_a_stored_run_of_other_bits_is_refused(tmp_path):
     [
         (("sicm-kicked", "--formulation", "lagrange"), 3, "axis and attitude"),
         (("sicm-kicked", "--set", "want.digits=30"), 3, "more digits than doubles"),
-        (("no-such-scene",), 3, "no-such-scene"),
-        ((".",), 2, "this folder holds no finished run"),
     ],
 )
 def test_what_has_no_certificate_is_refused(words, code, says, tmp_path, monkeypatch):
@@ -74,12 +65,6 @@ def test_what_has_no_certificate_is_refused(words, code, says, tmp_path, monkeyp
     found = heavytop_("certify", *words)
     assert found.exit_code == code
     assert says in " ".join(found.stderr.split())
-
-
-def test_options_of_a_run_do_not_go_with_a_folder(tmp_path):
-    ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "trajectory.nc")
-    found = heavytop_("certify", tmp_path, "--projected")
-    assert found.exit_code == 2
 
 
 @pytest.mark.slow
