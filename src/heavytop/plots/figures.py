@@ -26,7 +26,7 @@ from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, View, axis_path, touched
 from heavytop.plots.style import Array, in_degrees, line, titled
 from heavytop.results.run import PICTURES
-from heavytop.scene.arguments import expect
+from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
 
 if TYPE_CHECKING:
@@ -63,25 +63,24 @@ _NOTHING: Final = SimpleNamespace(
 
 @dataclass(frozen=True, eq=False)
 class ExactRun:
-    """The exact motion, seen as a run of some nutations, with the events of a run or without."""
+    """The exact motion, seen as a run to its end, with the events of a run or without."""
 
     motion: Motion
     scene: Any
-    orbit: Any
+    end: float
     events: Any = field(default_factory=lambda: _NOTHING)
 
     @classmethod
     def of(cls, motion: Motion, periods: int) -> ExactRun:
-        """That of a motion."""
+        """That of some nutations of a motion."""
         moving = touched(motion) or motion
-        end = periods * moving.period if moving.period else STEADY_S
         scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
-        return cls(motion, scene, SimpleNamespace(end=end))
+        return cls(motion, scene, periods * moving.period if moving.period else STEADY_S)
 
-    @classmethod
-    def of_scene(cls, run: SceneMotion) -> ExactRun:
-        """That of a scene which was not integrated."""
-        return cls(run.motion, run.scene, SimpleNamespace(end=run.span))
+    @property
+    def orbit(self) -> ExactRun:
+        """What has its end."""
+        return self
 
     def __call__(self, t: Any) -> Any:
         """The motion at some times [s]."""
@@ -98,12 +97,14 @@ class ExactRun:
 
 def run_of(thing: Trajectory | Motion) -> Any:
     """Return a trajectory, or the exact motion as one."""
+    if isinstance(thing, ExactRun):
+        return thing
     if isinstance(thing, Motion):
         return ExactRun.of(thing, NUTATIONS)
-    if not isinstance(thing, ExactRun):
-        from heavytop.run.trajectory import Trajectory  # which takes its time to import
+    from heavytop.run.trajectory import Trajectory  # which takes its time to import
 
-        expect("trajectory", thing, Trajectory, "propagate gives one; or a Motion")
+    if not isinstance(thing, Trajectory):
+        raise wrong_type("trajectory", "a Trajectory (propagate gives one) or a Motion", thing)
     return thing
 
 
@@ -481,11 +482,11 @@ def as_drawn(run: Trajectory | SceneMotion) -> Any:
     from heavytop.run.exact import SceneMotion  # which takes its time to import
 
     if isinstance(run, SceneMotion):
-        return ExactRun.of_scene(run)
+        return ExactRun(run.motion, run.scene, run.span)
     if run.in_doubles:
         return run
     ours, theirs = run.samples.axis, run.motion.at(run.t).axis
-    exact = ExactRun(run.motion, run.scene, run.orbit, run.events)
+    exact = ExactRun(run.motion, run.scene, run.orbit.end, run.events)
     return exact if np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True) else run
 
 
