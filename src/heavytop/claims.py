@@ -104,24 +104,31 @@ class Claim:
 
     def rows(self, **given: Any) -> Iterator[Row]:
         """Measure it."""
-        yield self.judge(self.measure(*self.of, **given))
+        yield self.judge(float(self.measure(*self.of, **given)))
 
-    def judge(self, measured: Any = None, failure: str | None = None) -> Row:
+    def judge(
+        self,
+        measured: float | None = None,
+        *,
+        failure: str | None = None,
+        skipped: str | None = None,
+    ) -> Row:
         """Hold what was measured to the bound; no script judges itself."""
-        if failure is None:
-            measured = float(measured)
-            if not math.isfinite(measured):
-                measured, failure = None, "no finite number"
-            elif measured < 0 and self.authority.name != OURS:
-                failure = "negative, although it is a distance"
-        passed = failure is None and measured <= self.bound
-        return self.row(measured=measured, passed=passed, failure=failure)
-
-    def row(self, **more: Any) -> Row:
-        """Return what is said of it, with nothing where nothing is known."""
-        row = Row({name: getattr(self, name) for name in SHOWN}, script=f"{self.script}.py")
-        row |= {"authority": self.authority.name, "numbers": self.authority.numbers}
-        return Row(row | dict.fromkeys(("measured", "passed", "skipped", "failure")) | more)
+        if measured is not None and not math.isfinite(measured):
+            measured, failure = None, "no finite number"
+        elif measured is not None and measured < 0 and self.authority.name != OURS:
+            failure = "negative, although it is a distance"
+        held = failure is None and measured is not None and measured <= self.bound
+        return Row(
+            {name: getattr(self, name) for name in SHOWN},
+            script=f"{self.script}.py",
+            authority=self.authority.name,
+            numbers=self.authority.numbers,
+            measured=measured,
+            passed=None if skipped else held,
+            skipped=skipped,
+            failure=failure,
+        )
 
 
 SHOWN: Final = ("id", "statement", "bound", "reason", "holds", "needs")
@@ -134,7 +141,7 @@ class ClaimGroup(Claim):
         """Measure them, one after the other."""
         for number, (statement, measured, bound) in enumerate(self.measure(**given), 1):
             about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
-            yield replace(self, **about).judge(measured)
+            yield replace(self, **about).judge(float(measured))
 
 
 CLAIMS: Final[dict[str, Claim]] = {}
@@ -162,10 +169,10 @@ def claim(
     """
 
     def add(measure: Measure) -> Measure:
-        paragraph = (measure.__doc__ or "").partition("\n\n")[0]
-        statement = " ".join(paragraph.split()).removesuffix(".").format(*of)
-        about = {"authority": authority, "bound": float(bound), "reason": reason, "holds": holds}
-        return _add(Claim, name, measure, statement=statement, needs=needs, of=of, **about)
+        paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
+        about = {"statement": paragraph.removesuffix(".").format(*of), "bound": float(bound)}
+        about |= {"authority": authority, "reason": reason, "holds": holds}
+        return _add(Claim, name, measure, needs=needs, of=of, **about)
 
     return add
 
@@ -302,11 +309,12 @@ def validate(
     place = None if scripts is None else str(path_of("scripts", scripts).resolve())
     known = load_claims(place)
     asked = _known_names(names, known.values())
-    chosen = [
-        name for name, each in known.items()
-        if each.id in asked or each.script in asked
-        or (proofs if isinstance(each, ClaimGroup) else not asked)
-    ]  # fmt: skip
+
+    def wanted(each: Claim) -> bool:
+        by_name = each.id in asked or each.script in asked
+        return by_name or (proofs if isinstance(each, ClaimGroup) else not asked)
+
+    chosen = [name for name, each in known.items() if wanted(each)]
     parameters = {
         "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
         "code": _code(place), "versions": versions(),
@@ -394,6 +402,6 @@ def complete(
     for name, each in _claims(parameters).items():
         record = journal.load(name)
         skipped = f"needs {each.needs}: pip install {each.needs}"
-        found += record.rows if record.done else [each.row(skipped=skipped)]
+        found += record.rows if record.done else [each.judge(skipped=skipped)]
     asked = {name: parameters[name] for name in ("asked", "proofs")}
     return Validation(**asked, claims=tuple(found), versions=versions())

@@ -135,11 +135,9 @@ def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
 
     def sealed(part: Path) -> None:
         write(part)
-        with part.open("r+b") as file:
-            with mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-                seal = seal_of(data)
+        with part.open("r+b") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
             file.seek(0, os.SEEK_END)
-            file.write(seal)
+            file.write(seal_of(data))
 
     write_whole(path, sealed)
 

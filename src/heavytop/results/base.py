@@ -302,8 +302,8 @@ class Result(Plotted):
                 object.__setattr__(self, each.name, as_rows(getattr(self, each.name)))
 
     def __repr__(self) -> str:
-        about = ", ".join(f"{label}: {text}" for label, text in [*self.facts()][:1])
-        return f"<{type(self).__name__} {about}>"
+        label, text = next(self.facts(), ("", ""))
+        return f"<{type(self).__name__} {label}: {text}>"
 
     def facts(self) -> Iterator[Fact]:
         """Labels, and what they say."""
@@ -405,10 +405,10 @@ class Result(Plotted):
             yield Text(harmless(name), style="bold")
         files = [("files", ", ".join(self.files.values()))] if self.files else []
         parts = [Table.of_facts(self.facts()), *self.tables(), Table.of_facts(files)]
-        for k, part in enumerate(part for part in parts if part.rows):
-            if k:
-                yield Text()
-            yield part
+        first, *others = [part for part in parts if part.rows]
+        yield first
+        for part in others:
+            yield from (Text(), part)
 
     def html(self) -> str:
         """The facts and the tables in HTML."""
