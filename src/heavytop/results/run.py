@@ -29,10 +29,7 @@ LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-fl
 MEASURED: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
 )  # fmt: skip
-NOTHING: Final = dict.fromkeys(MEASURED) | {
-    "invariants": {},
-    "why_not": "nothing was integrated",
-}
+NOTHING: Final = dict.fromkeys(MEASURED) | {"invariants": {}, "why_not": "nothing was integrated"}
 
 
 class RunFigure(NamedTuple):
@@ -188,11 +185,7 @@ def _integrated(run: Trajectory) -> dict[str, Any]:
 
 
 def _final(
-    run: Trajectory | SceneMotion,
-    numbers: Any,
-    as_number: AsNumber,
-    *,
-    attitude: bool,
+    run: Trajectory | SceneMotion, numbers: Any, as_number: AsNumber, *, attitude: bool
 ) -> dict[str, Any]:
     """The motion at the end; whole turns of an angle and the rest by the pi of `numbers`."""
     end: Any = run.end

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
@@ -96,7 +97,8 @@ class WorkPrecision(Result):
         """
         if wants not in ERRORS:
             raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERRORS)} are")])
-        return next((self.points[i] for i in self._within(ERRORS[wants], bound)), None)
+        within = ranked(self.points, ERRORS[wants], bound)
+        return self.points[within[0]] if within else None
 
     def document(self) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points."""
@@ -139,7 +141,7 @@ class WorkPrecision(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
-        names = [n for n, x in ERRORS.items() if any(error_of_point(p, x) for p in self.points)]
+        names = [name for name, error in ERRORS.items() if ranked(self.points, error)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
         return {
             name + end: draw("studies", "work_precision", self, name, column)
@@ -156,24 +158,19 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
-    def _within(self, error: str, bound: float) -> list[int]:
-        """Return the indices of the points within a bound, the fastest first."""
-        within = (i for i, off in _errors(self.points, error).items() if off <= bound)
-        return sorted(within, key=lambda i: _rank(self.points[i]))
-
     def _leaders(self) -> dict[str, Any]:
         """Who is cheapest within each target, with the best of the other side; the best."""
         found = dict[str, Any]()
         for name, bound in TARGETS.items():
-            within = self._within(self._error, bound)
+            within = ranked(self.points, self._error, bound)
             found[name] = first = self._leader(within)
             if first is not None:
                 side = first["rival"]
                 other = self._leader([i for i in within if self.points[i]["rival"] != side])
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
-        off = _errors(self.points, self._error)
-        order = sorted(off, key=lambda i: (off[i], _rank(self.points[i])))
+        off = [error_of_point(point, self._error) for point in self.points]
+        order = sorted(ranked(self.points, self._error), key=off.__getitem__)
         doubles = [i for i in order if self.points[i]["bits"] <= DOUBLE]
         return found | {"best": self._leader(order), "best_in_doubles": self._leader(doubles)}
 
@@ -187,19 +184,36 @@ class WorkPrecision(Result):
         return {n: point[n] for n in names} | {"error": error, "point": order[0]}
 
 
-def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
-    """Return the indices of the points that none beats, from the fastest to the most accurate.
+def ranked(points: Sequence[Any], error: str, bound: float = math.inf) -> list[int]:
+    """Return the indices of the points with an error within a bound, the fastest first.
 
     Parameters
     ----------
     points : sequence of mapping
     error : str
         One of the values of `ERRORS`; who has none takes no part.
+    bound : float
     """
-    off, found = _errors(points, error), list[int]()
-    for i in sorted(off, key=lambda i: _rank(points[i], off[i])):
-        if not found or off[i] < off[found[-1]]:
-            found.append(i)
+    rank = {
+        i: (point["us_per_period"], off, point["method"])
+        for i, point in enumerate(points)
+        if (off := error_of_point(point, error)) <= bound and off < math.inf
+    }
+    return sorted(rank, key=lambda i: rank[i])
+
+
+def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
+    """Return the indices of the points that none beats, from the fastest to the most accurate.
+
+    Parameters
+    ----------
+    points, error
+        As for `ranked`.
+    """
+    found, least = list[int](), math.inf
+    for i in ranked(points, error):
+        if (off := error_of_point(points[i], error)) < least:
+            found, least = [*found, i], off
     return tuple(found)
 
 
@@ -234,18 +248,10 @@ def setting(point: Mapping[str, Any]) -> str:
     return f"{point['steps_a_period']:g} steps a period"
 
 
-def error_of_point(point: Mapping[str, Any], error: str) -> float | None:
-    """An error of a point by one of the keys of `ERRORS`; None where it has none."""
+def error_of_point(point: Mapping[str, Any], error: str) -> float:
+    """An error of a point by one of the keys of `ERRORS`; infinity where it has none."""
     if error == "axis_error":
-        return point["error"] if point["measures"] == "axis" else None
-    return point[error]  # type: ignore[no-any-return]
-
-
-def _errors(points: Sequence[Any], error: str) -> dict[int, float]:
-    """The errors of those points that have one, by their indices."""
-    return {i: off for i, p in enumerate(points) if (off := error_of_point(p, error)) is not None}
-
-
-def _rank(point: Any, error: float = 0.0) -> tuple[float, float, str]:
-    """What comes first."""
-    return point["us_per_period"], error, point["method"]
+        off = point["error"] if point["measures"] == "axis" else None
+    else:
+        off = point[error]
+    return math.inf if off is None else float(off)
