@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,15 +68,6 @@ def shown():
 
 def mine(ax):
     return [line for line in ax.lines if line.get_label() == "mine"]
-
-
-def test_what_the_page_says_can_be_drawn_has_a_plot():
-    page = (Path(__file__).parents[2] / "docs" / "figures.md").read_text("utf-8")
-    _, table = page.split("| `plot` of | pictures; the first is the default |\n|---|---|\n")
-    for row in table.partition("\n\n")[0].splitlines():
-        names = re.findall(r"`(\w+)`", row.split(" | ")[0])
-        assert names, row
-        assert all(hasattr(getattr(ht, name), "plot") for name in names), row
 
 
 @pytest.mark.parametrize("name", OVER_TIME)
@@ -152,16 +141,6 @@ def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):
     behind = ht.load_scene("spherical-pendulum")
     around = ht.Motion(behind.top, behind.start).plot("sphere", ax=Figure().subplots(), **STYLE)
     assert len(mine(around)) == 1  # of two parts, before and behind the sphere
-
-
-def test_the_keywords_are_those_of_the_line_that_is_the_motion(things, ax):
-    for name in ("potential", "phase"):
-        MOTION.plot(name, ax=ax, **STYLE)
-    assert [line.get_color() for line in mine(ax)] == ["#123456"] * 2
-    separatrix, steady = (ht.load_scene(name) for name in ("separatrix", "steady-betsch"))
-    for scene in (separatrix, steady):
-        ht.Motion(scene.top, scene.start).plot("phase", ax=ax, **STYLE)
-    assert [len(line.get_xdata()) > 1 for line in mine(ax)[2:]] == [True, False]
 
 
 def test_of_a_drift_the_errors_are_those_of_its_methods(things, ax):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +20,6 @@ from heavytop.plots.figures import (
     run_figures,
 )
 from heavytop.plots.style import save
-from heavytop.results.run import PICTURES
 from heavytop.run.propagation import propagate
 from heavytop.run.verify import run_errors
 from heavytop.scene.scene import load_scene
@@ -82,15 +79,6 @@ def test_loop_marks_every_turning_point_where_it_is_and_stands_upright(kicked):
     np.testing.assert_array_equal(marks, np.column_stack((events.phi, events.theta))[low])
     bottom, top = ax.get_ylim()
     assert top < bottom
-
-
-def test_an_event_at_the_end_has_its_mark_which_does_not_hide_the_start():
-    run = propagate(load_scene("sicm-dropped", overrides=["span.periods=7"]))
-    for ax in run_figure("overview", run).axes:
-        cusps = lines(ax, "cusp")
-        assert len(cusps.get_xdata()) == run.events.count("cusp")
-        [dot] = [line for line in ax.lines if line.get_markersize() == 3]
-        assert dot.get_zorder() > cusps.get_zorder()
 
 
 def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
@@ -203,11 +191,6 @@ def test_errors_are_those_of_the_run_and_zeros_stand_on_the_lower_edge(kicked):
     assert len(marks) == 4
     assert marks[1][0] == floor  # the first sample is the start, exact in phi
     assert all((y[y > floor] > 2 * floor).all() for y in marks)
-
-
-def test_the_page_of_the_figures_names_them_all():
-    page = (Path(__file__).parents[2] / "docs" / "figures.md").read_text("utf-8")
-    assert re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE) == list(PICTURES)
 
 
 def test_what_is_no_run_is_not_drawn(kicked):

@@ -12,7 +12,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.plots.style import KINDS
-from heavytop.report.explorer import LIMITS, PLAIN, explore
+from heavytop.report.explorer import LIMITS, PLAIN
 from heavytop.scene.scene import read_scene
 
 from ..motions import FURTHER, MOTIONS, SCENES, named, shipped
@@ -151,32 +151,6 @@ def test_every_shipped_scene_is_named_and_explained_as_the_package_does(page):
         assert not re.search(r"theta|phi|psi|dot|\^|'", reason)
         letters = re.sub(r"[^A-Zabcdefghijklmnoqrtuvwxyz]", "", reason)  # those that stay
         assert set(letters) <= set(motion.verdict.why)
-
-
-def test_the_axis_goes_round_at_its_mean_rate_over_whole_nutations(page):
-    held = 0
-    for name in SCENES:
-        chosen(page, name)
-        motion, rate = shipped(name), page.value("explorer.shown().rate")
-        if str(motion.kind) == "separatrix" or "asymptotic" in motion.tags:
-            assert rate is None  # it has no mean
-        elif str(motion.kind) not in STILL:
-            held += 1
-            assert rate == pytest.approx(motion.mean_angle_rates[0], rel=1e-8, abs=1e-12), name
-    assert held > 15
-    chosen(page, "sicm-kicked")
-    assert "0.858318 s, 7.32034 rad/s on average" in text(page, "facts")
-
-
-def test_what_is_nothing_but_rounding_is_zero(page):
-    for name, typed in {"theta": "90", "phidot": "0", "spin": "140"}.items():
-        put(page, name, typed)
-    facts = text(page, "facts")
-    assert "pφ, pψ0, 0.00924 kg m²/s" in facts
-    assert "E′0 J" in facts
-    for name, typed in {"phidot": "9", "spin": "0"}.items():
-        put(page, name, typed)
-    assert "0 and 0 rad/s" in text(page, "facts")
 
 
 def test_the_scene_that_is_copied_is_the_top_that_is_seen(page):
@@ -318,50 +292,6 @@ def test_a_top_is_given_by_its_moment_mass_and_distance(page):
     put(page, "mass", "1")  # the distance was given: it stays
     assert state(page)["gMR"] == pytest.approx(9.81 * 0.05, rel=1e-15)
     assert page.value("document.querySelector('input[data-of=distance]').value") == "0.05"
-
-
-def test_numbers_of_a_scene_in_doubles_are_spelled_as_they_were_given(browser, tmp_path):
-    top, start = ht.Top(3.28e-4, 6.6e-5, 0.0456), ht.State(0.1, phidot=-15.25, psidot=140.3)
-    opened(browser, explore(ht.Scene(top, start, time=1), tmp_path / "x.html"))
-    toml = text(browser, "toml")
-    for line in ("theta = 0.1", "phidot = -15.25", "psidot = 140.3", "gMR = 0.0456"):
-        assert f"{line}\n" in toml
-    assert not any(len(line) > 60 for line in toml.splitlines())
-
-
-def test_why_a_top_sleeps_is_said_in_numbers(page):
-    for spin, mark, detail in ((140, ">", "stable"), (100, "<", "unstable")):
-        for name, typed in {"theta": "0", "phidot": "0", "spin": str(spin)}.items():
-            put(page, name, typed)
-        scene = read_scene(text(page, "toml"))
-        least = ht.facts(scene.top, scene.start).sleeping_threshold
-        assert text(page, "kind") == f"sleeping, {detail}"
-        has, _, needs = text(page, "reason").partition(f" {mark} 4A gMR = ")
-        assert has.startswith("pψ² = ")
-        assert float(has[5:]) == pytest.approx((6.6e-5 * spin) ** 2, rel=1e-5)
-        assert float(needs.split()[0]) == pytest.approx(4 * 3.28e-4 * 0.0456, rel=1e-5)
-        assert f"ω₃ = {least:.6g} rad/s = {least * 30 / math.pi:.5g} rpm" in needs
-
-
-def test_a_round_stands_beside_the_textbooks_and_the_amplitude(page):
-    held = 0
-    for name in SCENES:
-        chosen(page, name)
-        facts = ht.facts(shipped(name))
-        seen = page.value(
-            "Object.fromEntries([...document.querySelectorAll('#facts dt')].map((e) =>"
-            "[e.textContent.slice(0, 22), e.nextSibling.textContent]))"
-        )
-        rounds, book = (seen[key] for key in ("One round", "One round, by the text"))
-        if "round" in facts.estimates and rounds != "–":
-            held += 1
-            estimate = facts.estimates["round"]
-            for each, seconds in ((rounds, estimate["exact"]), (book, estimate["estimate"])):
-                assert float(each.partition(" ")[0]) == pytest.approx(abs(seconds), rel=1e-5), name
-        if facts.nutation_amplitude and seen["Amplitude of nutation"] != "–":
-            drop = float(seen["Amplitude of nutation"].split("end, ")[1].split()[0])
-            assert drop == pytest.approx(facts.nutation_amplitude, rel=1e-4), name
-    assert held > 8
 
 
 # --- how it is used --------------------------------------------------------------------------

@@ -53,28 +53,6 @@ def test_many_turns_are_counted():
     assert rest < 6.2832
 
 
-@pytest.mark.parametrize("verb", ["run", "classify"])
-def test_a_pendulum_swings_twice_as_long_as_its_tilt(verb):
-    swinging = "the swing there and back 2.37297811194 s; φ jumps by π at the vertical"
-    assert swinging in printed(verb, "planar-pendulum")
-    assert "there and back" not in printed(verb, "planar-rotating")
-
-
-SAID = {
-    "steady-betsch": ["with a small nutation of 21.0329088001 rad/s", "constant"],
-    "sicm-kicked": ["reverses at θ = 0.148027354", "θ between", ", mean ",
-                    "fast-top estimate: period 0.25 s, off by -54 %"],
-    "sleeping-unstable": ["grows by e in ", "sleep stable"],
-    "through-top": ["with its jumps by π at the pole"],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", SAID)
-def test_a_classification_says_what_is_known(name):
-    text = " ".join(printed("classify", name).split())
-    assert [each for each in SAID[name] if each not in text] == []
-
-
 def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_expected(
     two_periods,
 ):
