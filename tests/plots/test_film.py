@@ -32,7 +32,7 @@ def on_the_body(shot, rotation, camera):
     middles = (rims + np.roll(rims, -1, axis=1)).mean(axis=0) / 2
     for k, place in enumerate(middles):
         if (rotation @ [0, 0, 1]) @ camera.rows[2] > 0.2:
-            yield camera.seen(rotation @ place), k < 9
+            yield camera.project(rotation @ place), k < 9
 
 
 @pytest.mark.parametrize("follow", [False, True])
@@ -52,7 +52,7 @@ def test_three_frames_show_the_exact_motion(follow):
         A, C = float(scene.top.A), float(scene.top.C)
         momentum = A * omega + (C - A) * (omega @ axis) * axis
         size = np.linalg.norm(seen.momentum[seen.at(done)]) / np.linalg.norm(momentum)
-        tip = camera.seen(size * momentum)
+        tip = camera.project(size * momentum)
         assert abs(colour(picture, tip) - [*bytes.fromhex(MOMENTUM[1:])]).max() < 60
     assert sum(orange for orange, _ in patches) > 5
     assert np.mean([right for _, right in patches]) > 0.9  # lines are drawn over some

@@ -134,10 +134,10 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
         if isinstance(found, Path):
             document = {"schema": f"heavytop/{name}/1", "scene": given["scene"].name}
             size = f"{found.stat().st_size / 1e6:.2g} MB"
-            answer(document | {"file": str(found)}, f"{harmless(found)}: {size}")
+            print_result(document | {"file": str(found)}, f"{harmless(found)}: {size}")
         elif found is not None:
             ended = Ended(found, (), folder, typed.get("figures", True))
-            finish(found if isinstance(found, Ended) else ended)
+            deliver(found if isinstance(found, Ended) else ended)
 
 
 def prepare(
@@ -178,12 +178,12 @@ def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
 # --- what is printed -------------------------------------------------------------------------
 
 
-def asked(name: str) -> Any:
+def option(name: str) -> Any:
     """The value of an option that all verbs have."""
     return click.get_current_context().params[name]
 
 
-def say(text: str) -> None:
+def print_error(text: str) -> None:
     """Tell the person at the terminal something that is not a result."""
     lines = "\n".join(map(harmless, text.split("\n")))  # names of files may have escape codes
     with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
@@ -192,14 +192,14 @@ def say(text: str) -> None:
 
 def note(text: str) -> None:
     """Say what is being done, to those who asked."""
-    if asked("verbose") and not asked("quiet"):
-        say(text)
+    if option("verbose") and not option("quiet"):
+        print_error(text)
 
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[Any], None] | None]:
     """A progress bar on stderr; where nobody can see it move, a line now and then."""
-    if asked("quiet"):
+    if option("quiet"):
         yield None
         return
     if not sys.stderr.isatty():
@@ -227,7 +227,7 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
         if clock() >= due:
             due = clock() + EVERY_S
             fraction, runs = done_of(now)
-            say(", ".join(filter(None, (f"{100 * fraction:.0f} % done", runs))))
+            print_error(", ".join(filter(None, (f"{100 * fraction:.0f} % done", runs))))
 
     return update
 
@@ -239,14 +239,14 @@ def done_of(now: Any) -> tuple[float, str]:
     return now.fraction, f"{now.ended} of {now.tasks} runs"
 
 
-def answer(document: Mapping[str, Any], shown: Any) -> None:
+def print_result(document: Mapping[str, Any], shown: Any) -> None:
     """Print one JSON document for a program; for a person a text, or a table as wide as there is.
 
     The width is that of the terminal, or COLUMNS, or 100; nothing stands behind a line.
     """
     from heavytop.files import as_json
 
-    if asked("json"):
+    if option("json"):
         print(as_json(document), flush=True)
     elif isinstance(shown, str):
         print(shown.removesuffix("\n"), flush=True)
@@ -261,20 +261,20 @@ def answer(document: Mapping[str, Any], shown: Any) -> None:
         sys.stdout.flush()  # it is there, whatever comes after it
 
 
-def finish(ended: Ended) -> None:
+def deliver(ended: Ended) -> None:
     """Write a result, print it, then draw it; leave with what is wrong with it."""
     found, ends = ended.result, [*ended.problems]
     if ended.folder is None:
-        answer(found.document(), found)
+        print_result(found.document(), found)
     else:
         found = write_files(found, ended.folder, ends, figures=ended.figures)
     if ended.chart is not None:
         from heavytop.plots.style import save
 
-        with kept(ends, ended.chart):
+        with keeping_faults(ends, ended.chart):
             save(found.figure(), ended.chart)
             note(f"wrote {ended.chart}")
-    leave([*ends, *(missing_packages(found) or found.problems())])
+    exit_with([*ends, *(missing_packages(found) or found.problems())])
 
 
 def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bool) -> Result:
@@ -282,16 +282,16 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
     from heavytop.report.files import draw_study, write_study
 
     refused: list[Problem] = []
-    with kept(refused, folder):
+    with keeping_faults(refused, folder):
         found = replace(found, files=write_study(found, folder, figures=False))
     written = len(found.files)
-    if not asked("json"):
-        answer(found.document(), found)
-    with kept(refused, folder):
+    if not option("json"):
+        print_result(found.document(), found)
+    with keeping_faults(refused, folder):
         if figures and not refused:
             found = replace(found, files=draw_study(found, folder))
-    if asked("json"):
-        answer(found.document(), found)
+    if option("json"):
+        print_result(found.document(), found)
     elif charts := ", ".join([*found.files.values()][written:]):
         print(f"charts  {charts}", flush=True)
     for name in found.files.values():
@@ -301,7 +301,7 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
 
 
 @contextmanager
-def kept(ends: list[Problem], path: Path) -> Iterator[None]:
+def keeping_faults(ends: list[Problem], path: Path) -> Iterator[None]:
     """Go on after what cannot be written; it is said at the end."""
     try:
         yield
@@ -319,13 +319,13 @@ def missing_packages(found: Result) -> list[Problem]:
     return [(Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0])))] if all(needs) else []
 
 
-def leave(problems: Iterable[Problem]) -> None:
+def exit_with(problems: Iterable[Problem]) -> None:
     """Say what is wrong with a result that was printed, and exit with the gravest code."""
     worst = Exit.OK
     for code, sentence in problems:
         worst = max(worst, code)
-        if sentence and (code or not asked("quiet")):
-            say(sentence)
+        if sentence and (code or not option("quiet")):
+            print_error(sentence)
     click.get_current_context().exit(worst)
 
 
@@ -360,18 +360,18 @@ def explained(path: Path | None) -> Iterator[None]:
     """Turn what a verb raises into a sentence and an exit code, with a traceback if asked for."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore" if asked("quiet") else "always", UserWarning)
-            warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
+            warnings.simplefilter("ignore" if option("quiet") else "always", UserWarning)
+            warnings.showwarning = lambda message, *_, **__: print_error(f"warning: {message}")
             yield
     except (click.exceptions.Exit, click.ClickException, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
-        if asked("debug"):
+        if option("debug"):
             traceback.print_exc()
         if (refused := refusal(error)) is not None:
             raise refused from error
         code, why = problem_of(error, path)
-        say(why)
+        print_error(why)
         raise click.exceptions.Exit(code) from None
 
 

@@ -12,7 +12,7 @@ from typing import Final
 import click
 
 from heavytop import __version__
-from heavytop.cli.command import EXIT_CODES, Verbs, say
+from heavytop.cli.command import EXIT_CODES, Verbs, print_error
 from heavytop.errors import Exit
 
 VERBS: Final = {
@@ -66,5 +66,5 @@ def main() -> None:
     except KeyboardInterrupt:  # before a verb has been read, or while it is explained
         raise SystemExit(Exit.INTERRUPTED) from None
     except OSError as fault:  # of the help
-        say(f"cannot write: {fault.strerror}")
+        print_error(f"cannot write: {fault.strerror}")
         raise SystemExit(Exit.ENDED_EARLY) from None

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from click import BadParameter
 
 from heavytop import errors
-from heavytop.cli.command import Ended, asked, exit_code, note, results_folder
+from heavytop.cli.command import Ended, exit_code, note, option, results_folder
 from heavytop.errors import EndedEarly, Exit, Outcome
 
 if TYPE_CHECKING:
@@ -206,4 +206,4 @@ def problems_of(
         yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), digits)
     if result.missed_events:  # of which a warning tells, unless it is quiet
         why = "; ".join(differences(result.missed_events, result.events))
-        yield Exit.OUT_OF_BOUND, why if asked("quiet") else ""
+        yield Exit.OUT_OF_BOUND, why if option("quiet") else ""

@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any, Final
 from click import BadParameter
 
 from heavytop import errors
-from heavytop.cli.command import Ended, answer, asked, leave, note, read_scene, results_folder, say
+from heavytop.cli.command import (
+    Ended,
+    exit_with,
+    note,
+    option,
+    print_error,
+    print_result,
+    read_scene,
+    results_folder,
+)
 from heavytop.errors import Exit
 from heavytop.text import harmless
 
@@ -85,7 +94,7 @@ def certify(
     beside = {"--formulation": formulation != "auto", "--projected": projected, "--set": changes}
     known: Any
     if (Path(run) / "trajectory.nc").exists():
-        if given := [option for option, value in beside.items() if value]:
+        if given := [flag for flag, value in beside.items() if value]:
             rule = f"cannot be combined with the folder {run}"
             raise BadParameter(rule, param_hint=", ".join(given))
         known = load_trajectory(Path(run) / "trajectory.nc")
@@ -112,8 +121,8 @@ def validate(names: Sequence[str] = (), *, folder: str | None = None, **study: A
     """
     from heavytop import claims
 
-    if study.get("proofs") and not asked("quiet"):
-        study["note"] = say
+    if study.get("proofs") and not option("quiet"):
+        study["note"] = print_error
     return claims.validate(names, folder=folder, **study)
 
 
@@ -137,9 +146,9 @@ def reference(
     from heavytop.analytic import reference
 
     expect_ending(path, ".csv", ".json")
-    if events and not (asked("json") or (path is not None and path.suffix.lower() == ".json")):
+    if events and not (option("json") or (path is not None and path.suffix.lower() == ".json")):
         raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
-    if asked("unit"):
+    if option("unit"):
         raise BadParameter(
             "reference has SI alone, in which every digit is proved", param_hint="--unit"
         )
@@ -147,8 +156,8 @@ def reference(
     if path is not None:
         found.save(path)
         note(f"wrote {path}")
-    if path is None or asked("json"):
-        answer(found.document(), found.to_csv())
+    if path is None or option("json"):
+        print_result(found.document(), found.to_csv())
 
 
 def find(scene: Scene, vary: str, so_that: str) -> Result:
@@ -181,7 +190,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
         else:
             found.save(path)
         note(f"wrote {path}")
-    if path is None or asked("json"):
+    if path is None or option("json"):
         return found
     return None
 
@@ -286,8 +295,8 @@ def report(
         "results": [section.name for section in page.sections],
         "missing": [{"study": name, "reason": why} for name, why in missing],
     }
-    answer(document, f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}")
-    leave((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing)
+    print_result(document, f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}")
+    exit_with((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing)
 
 
 def run_all(scene: Scene, place: Path) -> Iterator[tuple[str, str]]:
@@ -331,13 +340,13 @@ def scenes(name: str | None = None) -> None:
     document: dict[str, Any] = {"schema": "heavytop/scenes/1"}
     if name is None:
         titles = shipped_scenes()
-        answer(document | {"scenes": titles}, Table.of_facts(titles.items()))
+        print_result(document | {"scenes": titles}, Table.of_facts(titles.items()))
         return
     try:
         text = shipped_text(name)
     except errors.BadScene as unknown:
         raise BadParameter(str(unknown), param_hint="NAME") from None
-    answer(document | {"name": name, "text": text}, text)
+    print_result(document | {"name": name, "text": text}, text)
 
 
 def derive(*, latex: bool = False) -> None:
@@ -350,12 +359,12 @@ def derive(*, latex: bool = False) -> None:
     """
     from heavytop.equations import derivation
 
-    if latex and asked("json"):
+    if latex and option("json"):
         rule = "cannot be combined with --json, which contains the LaTeX"
         raise BadParameter(rule, param_hint="--latex")
     steps = derivation.derivation()
     text = derivation.as_latex(steps) if latex else derivation.as_text(steps)
-    answer(derivation.derive_document(steps), text)
+    print_result(derivation.derive_document(steps), text)
 
 
 def doctor() -> None:
@@ -363,6 +372,6 @@ def doctor() -> None:
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
-    answer(found, in_words(found))
+    print_result(found, in_words(found))
     if found["missing"]:
-        leave([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])
+        exit_with([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])

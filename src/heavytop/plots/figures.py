@@ -136,20 +136,13 @@ def _mark_events(ax: Axes, run: Any, shown: float, places: Array) -> None:
 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
     label, colour, marker = style.EVENTS[kind]
-    label = style.once(ax, label)
-    ax.plot(
-        x, y, marker, label=label, color=colour, ms=5, mfc="white", ls="none", zorder=3, gid=MARK
-    )
+    looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3, "gid": MARK}
+    ax.plot(x, y, marker, label=style.once(ax, label), color=colour, **looks)
 
 
 def _in_unit(name: str, values: Any) -> Array:
     """A quantity in the unit in which it is shown."""
     return QUANTITIES[name].shown[1] * np.asarray(values)
-
-
-def _label(ax: Axes, x: str, y: str) -> Axes:
-    ax.set(xlabel=QUANTITIES[x].heading, ylabel=QUANTITIES[y].heading)
-    return ax
 
 
 def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
@@ -163,7 +156,7 @@ def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
     if hasattr(run.events, y):
         columns = [_in_unit(name, getattr(run.events, name)) for name in (x, y)]
         _mark_events(ax, run, shown, np.column_stack(columns))
-    _label(ax, x, y)
+    ax.set(xlabel=QUANTITIES[x].heading, ylabel=QUANTITIES[y].heading)
     return path
 
 
@@ -317,10 +310,8 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, motion: Motion) -
     ends = (motion.theta_min, motion.theta_max)
     if ends[1] > ends[0]:
         theta = np.linspace(*ends, 401)
-        below = np.minimum(A * V(theta), E_prime)
-        ax.fill_between(
-            _in_unit("theta", theta), below, E_prime, color=style.PATH, alpha=0.15, lw=0
-        )
+        across, below = _in_unit("theta", theta), np.minimum(A * V(theta), E_prime)
+        ax.fill_between(across, below, E_prime, color=style.PATH, alpha=0.15, lw=0)
     if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
             _mark(ax, name, _in_unit("theta", tilt), E_prime)
@@ -366,7 +357,8 @@ def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes
     rate = _in_unit("thetadot", start.thetadot[:1])
     _start(ax, start.theta[:1], rate, {} if own or along else looks)
     ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
-    return _label(ax, "theta", "thetadot")
+    ax.set(xlabel=QUANTITIES["theta"].heading, ylabel=QUANTITIES["thetadot"].heading)
+    return ax
 
 
 def _energy_curve(
@@ -405,8 +397,8 @@ def drawn_part(motion: Motion, V: Potential) -> tuple[tuple[float, float], float
     if rests:
         beside = float(V(low + room if low < np.pi / 2 else high - room))
         level = floor + (beside - floor) / BEYOND
-    seen = theta[heights <= floor + BEYOND * (level - floor)]
-    return (float(seen[0]), float(seen[-1])), floor, level
+    shown = theta[heights <= floor + BEYOND * (level - floor)]
+    return (float(shown[0]), float(shown[-1])), floor, level
 
 
 # --- the error against the closed form ---------------------------------------------------------
@@ -439,8 +431,8 @@ FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower 
 
 
 def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
-    seen = np.concatenate(list(found.values()))
-    positive = seen[seen > 0] if (seen > 0).any() else np.array([np.finfo(float).eps])
+    every = np.concatenate(list(found.values()))
+    positive = every[every > 0] if (every > 0).any() else np.array([np.finfo(float).eps])
     smallest, shown = float(positive.min()), FAINTEST * float(positive.max())
     edge = "exactly zero" if smallest >= shown else "zero, or smaller"
     floor = 10.0 ** np.floor(np.log10(max(smallest, shown)) - 0.7)

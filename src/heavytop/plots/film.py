@@ -191,7 +191,7 @@ class Camera(NamedTuple):
     scale: float
     pivot: Array
 
-    def seen(self, points: Array) -> Array:
+    def project(self, points: Array) -> Array:
         """Points in space as pixels from the left and from the top, and how near they are."""
         right, up, near = np.moveaxis(points @ self.rows.T, -1, 0)
         x, y = self.pivot
@@ -230,16 +230,16 @@ class Shot(NamedTuple):
     def of(cls, scene: Scene, clip: Clip, *, follow: bool = False) -> Shot:
         """What a film shows of a scene."""
         motion, end = clip.motion, clip.end
-        seen = motion.at(np.linspace(0.0, end, POINTS))
+        record = motion.at(np.linspace(0.0, end, POINTS))
         pushed = f"pushed at {PUSH:g} rad/s; untouched it stays as it is" if clip.pushed else ""
         titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / clip.seconds), pushed
         tilts = {"theta_max": motion.theta_max, "theta_min": motion.theta_min}
         return cls(
             titles=tuple(filter(None, titles)),
-            t=seen.t,
-            axis=seen.axis,
-            momentum=momentum_path(scene.top, seen),
-            rotation=_rotations(seen.quaternion),
+            t=record.t,
+            axis=record.axis,
+            momentum=momentum_path(scene.top, record),
+            rotation=_rotations(record.quaternion),
             rims=_rims(float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))),
             limits={EVENTS[name].colour: float(tilt) for name, tilt in tilts.items()},
             turned=motion.mean_angle_rates[0] * end if follow else 0.0,
@@ -339,7 +339,7 @@ class Brush(NamedTuple):
             self.line(stem[1:], INK, 2.5)
         self.paths(shot, now, behind=False)
         self.line(arrow, MOMENTUM, 2)
-        self.disc(self.camera.seen(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
+        self.disc(self.camera.project(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
 
     def paths(self, shot: Shot, now: int, *, behind: bool) -> None:
         """The circles between which the axis stays, the path ahead, and that so far."""
@@ -356,13 +356,13 @@ class Brush(NamedTuple):
 
     def line(self, points: Array, colour: str, width: float, behind: bool | None = None) -> None:
         """Draw a line; or its parts in front of the sphere, or, paler, those behind it."""
-        seen = self.camera.seen(points)
-        drawn = np.ones(len(seen), bool) if behind is None else (seen[:, 2] < 0) == behind
+        pixels = self.camera.project(points)
+        drawn = np.ones(len(pixels), bool) if behind is None else (pixels[:, 2] < 0) == behind
         rgb = (PALER if behind else 1.0) * (np.array(ImageColor.getrgb(colour)) - 255) + 255
         looks: Any = {"fill": _colour(rgb), "width": max(1, round(width * self.unit))}
-        for part in np.split(np.arange(len(seen)), np.flatnonzero(np.diff(drawn)) + 1):
+        for part in np.split(np.arange(len(pixels)), np.flatnonzero(np.diff(drawn)) + 1):
             if drawn[part[0]] and part.size > 1:
-                self.pen.line(seen[part, :2].ravel().tolist(), joint="curve", **looks)
+                self.pen.line(pixels[part, :2].ravel().tolist(), joint="curve", **looks)
 
     def body(self, rims: Array) -> None:
         """Draw the faces of the body that face the eye, the farthest first."""
@@ -370,7 +370,7 @@ class Brush(NamedTuple):
         faces = np.stack((rims[:-1], beside[:-1], beside[1:], rims[1:]), axis=2).reshape(-1, 4, 3)
         normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
         normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)) @ self.camera.rows.T
-        corners, shade = self.camera.seen(faces), 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
+        corners, shade = self.camera.project(faces), 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
         front = np.flatnonzero(normal[:, 2] > 0)
         for k in front[np.argsort(corners[front, :, 2].sum(axis=1), kind="stable")].tolist():
             colour = _colour(shade[k] * (PATCH if k % SECTORS < MARKED else BODY))
