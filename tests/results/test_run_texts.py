@@ -7,7 +7,8 @@ from click.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.results.base import Row
-from heavytop.results.run_texts import between, event_table
+from heavytop.results.classification import between
+from heavytop.results.run import event_table
 from heavytop.scene.quantities import MISSING
 
 

@@ -13,9 +13,14 @@ from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
 from heavytop.results.base import Fact, Result, Table, given
 from heavytop.results.check import CheckResult
-from heavytop.results.classification import motion_summary, plan_summary
+from heavytop.results.classification import (
+    Planned,
+    course_facts,
+    motion_summary,
+    plan_summary,
+    verdict_facts,
+)
 from heavytop.results.run import run_result
-from heavytop.results.run_texts import course_facts, forecast_facts, plan_facts, verdict_facts
 from heavytop.scene.quantities import quantity_of
 from heavytop.text import Shown
 
@@ -86,11 +91,6 @@ def _motion(motion: Motion) -> Iterator[Fact]:
     yield from course_facts(summary)
 
 
-def _plan(plan: Mapping[str, Any]) -> Iterator[Fact]:
-    yield from plan_facts(plan)
-    yield from forecast_facts(plan)
-
-
 def _errors(errors: Any) -> Iterator[Fact]:
     for name, x in asdict(errors).items():
         if isinstance(x, float):
@@ -109,7 +109,7 @@ _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Trajectory": lambda run: (run_result(run), run_figure("overview", run)),
     "Errors": lambda errors: (_errors(errors), None),
     "Verdict": lambda verdict: (verdict_facts(asdict(verdict)), None),
-    "Plan": lambda plan: (_plan(plan_summary(plan)), None),
+    "Plan": lambda plan: (Planned(scene={}, plan=plan_summary(plan)).facts(), None),
     "Check": lambda check: _result(CheckResult.from_document(check.document())),
 }
 """By the name of a class; any other is a result."""

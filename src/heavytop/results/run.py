@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
@@ -12,15 +13,27 @@ from heavytop.analytic.events import EVENTS
 from heavytop.doctor import version
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
-from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result, Table
-from heavytop.results.classification import motion_summary, plan_summary, warnings_of
-from heavytop.scene.quantities import RATES, Need, need_of
+from heavytop.results.classification import (
+    CONSTANTS,
+    TIME,
+    course_facts,
+    estimate_facts,
+    motion_summary,
+    numbers,
+    plan_facts,
+    plan_summary,
+    warnings_of,
+)
+from heavytop.scene.quantities import MISSING, QUANTITIES, RATES, Need, need_of, quantity_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
+ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
+MANY_TURNS: Final = 1000  # from which on an angle is also given as turns and a rest
+FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
 AsNumber = Callable[[Any], float | str | None]
@@ -116,20 +129,20 @@ class RunResult(Result):
         yield "kind", f"{motion.kind}{tags}{', proved' if motion.certified else ''}"
         if motion.why:
             yield "why", motion.why
-        yield from run_texts.course_facts(motion)
-        yield from run_texts.numbers(self.constants, *run_texts.CONSTANTS)
-        yield from run_texts.estimate_facts(motion.estimates)
-        yield from run_texts.plan_facts(self.plan)
+        yield from course_facts(motion)
+        yield from numbers(self.constants, *CONSTANTS)
+        yield from estimate_facts(motion.estimates)
+        yield from plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
-        yield from run_texts.end_facts(self)
+        yield from end_facts(self)
         if self.events.table and motion.kind.startswith("through-"):
             yield "at the pole", AT_POLE
-        yield "cost", run_texts.cost_text(self.cost)
+        yield "cost", cost_text(self.cost)
 
     def tables(self) -> Iterator[Table]:
         """The events."""
         if self.events.table:
-            yield run_texts.event_table(self.events)
+            yield event_table(self.events)
 
 
 def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
@@ -169,12 +182,12 @@ def _integrated(run: Trajectory) -> dict[str, Any]:
     """What is known of a run because it was integrated."""
     from heavytop.run.verify import missed_digits, missed_events, run_errors
 
-    numbers = math if run.in_doubles else run.ctx
+    arithmetic = math if run.in_doubles else run.ctx
     few = run.in_doubles or run.scene.digits <= NUMBER_DIGITS
     as_number: AsNumber = float if few else run.text
     attitude = need_of(run.scene.quantities) >= Need.PSI
     return {
-        "final": _final(run, numbers, as_number, attitude=attitude),
+        "final": _final(run, arithmetic, as_number, attitude=attitude),
         "events": _events(run, as_number),
         "errors": asdict(run_errors(run)),
         "missed_digits": missed_digits(run),
@@ -185,13 +198,13 @@ def _integrated(run: Trajectory) -> dict[str, Any]:
 
 
 def _final(
-    run: Trajectory | SceneMotion, numbers: Any, as_number: AsNumber, *, attitude: bool
+    run: Trajectory | SceneMotion, arithmetic: Any, as_number: AsNumber, *, attitude: bool
 ) -> dict[str, Any]:
-    """The motion at the end; whole turns of an angle and the rest by the pi of `numbers`."""
+    """The motion at the end; whole turns of an angle and the rest by the pi of `arithmetic`."""
     end: Any = run.end
     final: dict[str, Any] = {name: as_number(getattr(end, name)) for name in ("t", "theta")}
     for angle in ("phi", "psi"):
-        turns, rest = split(getattr(end, angle), numbers)
+        turns, rest = split(getattr(end, angle), arithmetic)
         final |= {angle: as_number(getattr(end, angle)), f"{angle}_turns": turns}
         final |= {f"{angle}_mod": as_number(rest)}
     final |= {name: as_number(getattr(end, name)) for name in RATES}
@@ -232,3 +245,73 @@ def _cost(run: Trajectory) -> dict[str, Any]:
         name: getattr(spent, name) for name in ("steps", "derive_s", "compile_s", "integrate_s")
     }
     return found | {"us_per_period": spent.integrate_s / periods * 1e6 if periods else None}
+
+
+# --- in words --------------------------------------------------------------------------------
+
+
+def end_facts(run: Any) -> Iterator[Fact]:
+    """The state at the end, the events that were counted, and what went wrong."""
+    if final := run.final:
+        angles = [name for name in ("theta", "phi", "psi") if final.get(name) is not None]
+        named = ((QUANTITIES[name], final[name]) for name in angles)
+        known = ", ".join(f"{each.symbol} = {each.text(x)}" for each, x in named)
+        unit = QUANTITIES["theta"].shown[0]
+        yield f"at t = {TIME.with_unit(final['t'])}", f"{known} {unit}" if known else MISSING
+        if final.get("reaction"):
+            force = QUANTITIES["reaction"].with_unit(final["reaction"], form=".8g")
+            yield "", f"force of the pivot {force}"
+        for name in ("phi", "psi"):
+            if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
+                rest = QUANTITIES[name].with_unit(final[f"{name}_mod"])
+                yield "", f"{QUANTITIES[name].symbol} = {turns} turns and {rest}"
+        counts = ((run.events[name], name) for name in ("turning", "reversal", "cusp"))
+        wanted = [f"{count} {name}" for count, name in counts if count is not None]
+        yield "events", ", ".join(wanted) or "none requested"
+    if run.missed_digits:
+        yield "digits missed", ", ".join(_sizes(run.missed_digits, ".1e"))
+    if run.outcome != "finished":
+        yield "outcome", run.outcome
+    words = [*_sizes(run.errors, ".3g"), *filter(None, [run.errors.get("why_not")])]
+    yield "errors", f"against the closed form: {', '.join(words)}"
+
+
+def _sizes(errors: Mapping[str, Any], form: str) -> Iterator[str]:
+    """Errors by name, with their units."""
+    for name, off in errors.items():
+        if isinstance(off, int | float):
+            yield f"{name.replace('_', ' ')} {quantity_of(name).with_unit(off, form=form)}"
+
+
+def cost_text(cost: Mapping[str, Any]) -> str:
+    """Steps, and the time that each part of the work took."""
+    parts = [f"{cost['steps']} step{'s'[: cost['steps'] != 1]}"]
+    for label, name in (("derive", "derive_s"), ("compile", "compile_s"), ("run", "integrate_s")):
+        if cost[name] is not None:
+            parts.append(f"{label} {1000 * cost[name]:.1f} ms")
+    if cost["us_per_period"] is not None:
+        parts.append(f"{cost['us_per_period']:.1f} µs a period")
+    return ", ".join(parts)
+
+
+def event_table(events: Any) -> Table:
+    """The events, with as many digits as fit."""
+    columns = {n: settled(row[n] for row in events.table) for n in ("t", "theta", "phi", "phidot")}
+    rows = [
+        {"event": row.kind, "residual": row.residual} | {n: x[k] for n, x in columns.items()}
+        for k, row in enumerate(events.table)
+    ]
+    return Table(rows, ("event", *columns, "residual"), first=FIRST_EVENTS, more=events.omitted)
+
+
+def settled(values: Iterable[Any]) -> list[float | None]:
+    """The numbers of a column, those that are rounding beside the largest as 0.
+
+    Examples
+    --------
+    >>> settled([-15, -7.1e-15, "12.3", None])
+    [-15.0, 0.0, 12.3, None]
+    """
+    found = [None if value is None else float(value) for value in values]
+    least = ROUNDING * max((abs(value) for value in found if value is not None), default=0.0)
+    return [0.0 if value is not None and abs(value) < least else value for value in found]
