@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -168,8 +168,12 @@ class Drift(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors that grow, of those that are not zero."""
-        drawn = error_names(self.methods, lambda errors: any(errors))
-        return {name: draw("studies", "error_growth", self, name) for name in drawn}
+        columns = [columns_of(method) for method in self.methods]
+        return {
+            name: draw("studies", "error_growth", self, name)
+            for name in error_names(self.methods)
+            if any(any(errors.get(name, ())) for errors in columns)
+        }
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Own methods that were skipped, and runs that ended early."""
@@ -213,7 +217,7 @@ class Drift(Result):
             for which, run in runs
             for k, n in enumerate(run.periods)
         ]
-        errors = error_names([run for _, run in runs])
+        errors = error_names(run for _, run in runs)
         index = MEMBER_INDEX if members else self.index
         return Table(rows, (*index, *errors), meanings={n: error_of(n) for n in errors})
 
@@ -271,13 +275,9 @@ def columns_of(run: Any) -> dict[str, Sequence[float | None]]:
     return {**{name: run[name] for name in SERIES}, **run["invariants"]}
 
 
-def error_names(
-    runs: Sequence[Any], wanted: Callable[[Sequence[float | None]], bool] = lambda errors: True
-) -> list[str]:
-    """The names of the errors of methods or runs, of those whose values are wanted."""
-    columns = [each for run in runs for each in columns_of(run).items()]
-    found = {name for name, errors in columns if wanted(errors)}
-    return [name for name in dict.fromkeys((*SERIES, *(n for n, _ in columns))) if name in found]
+def error_names(runs: Iterable[Any]) -> list[str]:
+    """The names of the errors of methods or of runs."""
+    return [*dict.fromkeys(SERIES) | {name: None for run in runs for name in columns_of(run)}]
 
 
 def _last(method: Any) -> dict[str, Any]:
