@@ -21,18 +21,10 @@ if TYPE_CHECKING:
     import xarray
 
 ROLES: Final = {
-    "theta": "tilt",
-    "thetadot": "nodding",
-    "phidot": "precession",
-    "psidot": "spin",
-    "omega3": "spin",
-    "p_phi": "precession",
-    "p_psi": "spin",
-    "E": "nodding",
-    "A": "A",
-    "C": "C",
-    "gMR": "gMR",
-}
+    "theta": "tilt", "thetadot": "nodding", "E": "nodding", "phidot": "precession",
+    "p_phi": "precession", "psidot": "spin", "omega3": "spin", "p_psi": "spin",
+    "A": "A", "C": "C", "gMR": "gMR",
+}  # fmt: skip
 """What may change along an axis, and what it sets: two axes of a plane set different things."""
 
 
@@ -125,8 +117,6 @@ class Atlas(Result):
 
             expect_sealed(place)
             known = xarray.open_dataset(place, engine="h5netcdf", mask_and_scale=False)
-            if known["kind"].shape != found.shape:
-                raise ValueError(f"a map of {known['kind'].shape}, not of {found.shape}")
         return replace(found, map=known)
 
     def to_xarray(self) -> xarray.Dataset:
@@ -187,14 +177,12 @@ class Atlas(Result):
 
     def tables(self) -> Iterator[Table]:
         """How many pixels there are of each kind, and of its parts; every pixel once."""
-        counts = dict(self.counts)
+        pixels = Counter(self.counts)
         for part, count in self.details.items():
-            counts[part.partition(",")[0]] -= count
-        pixels = {name: count for name, count in counts.items() if count}
-        pixels |= self.details
-        every = sum(pixels.values()) or 1
-        order = sorted(pixels.items(), key=lambda each: -each[1])
-        rows = [{"kind": name, "pixels": n, "share": n / every} for name, n in order]
+            pixels[part.partition(",")[0]] -= count
+        pixels = +pixels | Counter(self.details)
+        every = pixels.total() or 1
+        rows = [{"kind": x, "pixels": n, "share": n / every} for x, n in pixels.most_common()]
         yield Table(rows, ("kind", "pixels", "share"))
 
     def problems(self) -> Iterator[tuple[Exit, str]]:

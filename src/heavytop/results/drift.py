@@ -89,9 +89,7 @@ class Drift(Result):
 
     schema: ClassVar = "heavytop/drift/1"
     heading: ClassVar = "Drift"
-    chart: ClassVar = Chart(
-        "studies.drift_figure", "errors over nutation periods, both logarithmic", "methods"
-    )
+    chart: ClassVar = Chart("studies.drift_figure", "errors over nutation periods", "methods")
     index: ClassVar = ("scheme", "periods")
     goes_on: ClassVar = True
 

@@ -78,9 +78,7 @@ class Stress(Result):
 
     schema: ClassVar = "heavytop/stress/1"
     heading: ClassVar = "Where methods fail"
-    chart: ClassVar = Chart(
-        "studies.stress_figure", "digits lost at every case by every method", "cases"
-    )
+    chart: ClassVar = Chart("studies.stress_figure", "digits lost by every method", "cases")
     table: ClassVar = "cases"
     index: ClassVar = ("case", "method")
 

@@ -59,9 +59,7 @@ class WorkPrecision(Result):
 
     schema: ClassVar = "heavytop/workprec/1"
     heading: ClassVar = "Work and precision"
-    chart: ClassVar = Chart(
-        "studies.workprec_figure", "time of a period over error, both logarithmic", "points"
-    )
+    chart: ClassVar = Chart("studies.workprec_figure", "time of a period over error", "points")
     table: ClassVar = "points"
     index: ClassVar = ("method", "tolerance", "steps_a_period")
 
