@@ -153,11 +153,7 @@ def reference(
             "reference has SI alone, in which every digit is proved", param_hint="--unit"
         )
     found = reference.reference(scene, reference.read_times(times), events=events, **given)
-    if path is not None:
-        found.save(path)
-        note(f"wrote {path}")
-    if path is None or option("json"):
-        print_result(found.document(), found.to_csv())
+    save_or_print(found, path, found.to_csv())
 
 
 def find(scene: Scene, vary: str, so_that: str) -> Result:
@@ -170,7 +166,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Result:
     return FoundResult(**document)
 
 
-def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Any:
+def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> None:
     """Tabulate facts of the motion over a range.
 
     Parameters
@@ -182,17 +178,21 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
 
     expect_ending(path, ".csv", ".json", *CHARTS)
     found = sweep.sweep(scene, over, facts)
-    if path is not None:
-        if path.suffix.lower() in CHARTS:
-            from heavytop.plots.style import save
+    save_or_print(found, path, found)
 
-            save(found.figure(), path)
-        else:
-            found.save(path)
+
+def save_or_print(found: Any, path: Path | None, shown: Any) -> None:
+    """Write what was found to the file of -o; print it without one, or for a program."""
+    if path is not None and path.suffix.lower() in CHARTS:
+        from heavytop.plots.style import save
+
+        save(found.figure(), path)
+    elif path is not None:
+        found.save(path)
+    if path is not None:
         note(f"wrote {path}")
     if path is None or option("json"):
-        return found
-    return None
+        print_result(found.document(), shown)
 
 
 def expect_ending(path: Path | None, *endings: str) -> None:

@@ -464,6 +464,8 @@ DRAW: Final[Mapping[str, Callable[..., Axes]]] = {
 }
 """What draws a run on axes, by the names that `plot` has for it."""
 
+PANELS: Final = {"overview": ("loop", "sphere"), "angles": ("theta", "phi", "psidot")}
+"""What a figure of a run shows, where that is not one picture of its own name."""
 UNSEEN: Final = 1e-6  # rad, in a picture
 
 
@@ -506,7 +508,7 @@ def run_figure(name: str, run: Any) -> Figure:
     followed = not np.isnan(run.samples.phi).all()
     panels = [
         "theta" if panel == "loop" and stands(run) else panel
-        for panel in PICTURES[name].panels
+        for panel in PANELS.get(name, (name,))
         if panel != "phi" or followed
     ]
     count, beside = len(panels), "sphere" in panels

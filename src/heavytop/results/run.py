@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.events import EVENTS
 from heavytop.doctor import version
@@ -45,23 +45,14 @@ MEASURED: Final = (
 NOTHING: Final = dict.fromkeys(MEASURED) | {"invariants": {}, "why_not": "nothing was integrated"}
 
 
-class RunFigure(NamedTuple):
-    """A figure of a run: what it shows, and its panels, by the names that `plot` has for them."""
-
-    title: str
-    panels: tuple[str, ...]
-
-
 PICTURES: Final = {
-    "overview": RunFigure(
-        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
-    ),
-    "angles": RunFigure("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
-    "potential": RunFigure("effective potential, energy, and allowed tilts", ("potential",)),
-    "phase": RunFigure("the plane of tilt and tilt rate, with neighbouring energies", ("phase",)),
-    "errors": RunFigure("distance of the run from the closed form over time", ("errors",)),
+    "overview": "tilt over precession, and the path of the axis on the unit sphere",
+    "angles": "tilt, precession and rate of spin over time",
+    "potential": "effective potential, energy, and allowed tilts",
+    "phase": "the plane of tilt and tilt rate, with neighbouring energies",
+    "errors": "distance of the run from the closed form over time",
 }
-"""The figures of a run, by the name of the file."""
+"""The figures of a run, by the name of the file, and their titles."""
 
 AT_POLE: Final = "φ jumps by π: the value before or after it is given; φ̇ is the limit"
 NO_EVENTS: Final = {"turning": None, "reversal": None, "cusp": None, "table": (), "omitted": 0}
