@@ -118,17 +118,11 @@ class Claim:
             measured, failure = None, "no finite number"
         elif measured is not None and measured < 0 and self.authority.name != OURS:
             failure = "negative, although it is a distance"
-        held = failure is None and measured is not None and measured <= self.bound
-        return Row(
-            {name: getattr(self, name) for name in SHOWN},
-            script=f"{self.script}.py",
-            authority=self.authority.name,
-            numbers=self.authority.numbers,
-            measured=measured,
-            passed=None if skipped else held,
-            skipped=skipped,
-            failure=failure,
-        )
+        holds = failure is None and measured is not None and measured <= self.bound
+        row = Row({name: getattr(self, name) for name in SHOWN}, script=f"{self.script}.py")
+        row |= {"authority": self.authority.name, "numbers": self.authority.numbers}
+        row |= {"measured": measured, "passed": None if skipped else holds}
+        return Row(row, skipped=skipped, failure=failure)
 
 
 SHOWN: Final = ("id", "statement", "bound", "reason", "holds", "needs")

@@ -116,7 +116,6 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
     from heavytop.results.base import command_line, typing
     from heavytop.scene.quantities import SI, showing
 
-    module, _, name = place.partition(":")
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
     folder, path = (None if x in takes and takes[x].has_place else given.get(x) for x in OUTPUT)
     to_program = typed["json"] and folder is path is None
@@ -127,17 +126,23 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
         results_folder(folder),
         showing(SI if to_program else typed["unit"] or SI),
     ):
-        function = getattr(import_module(f"heavytop.{module}"), name)
+        function = find_function(place)
         with ExitStack() as stack:
             prepare(given, takes, typed, stack)
             found = function(**given)
         if isinstance(found, Path):
-            document = {"schema": f"heavytop/{name}/1", "scene": given["scene"].name}
+            document = {"schema": f"heavytop/{function.__name__}/1", "scene": given["scene"].name}
             size = f"{found.stat().st_size / 1e6:.2g} MB"
             print_result(document | {"file": str(found)}, f"{harmless(found)}: {size}")
         elif found is not None:
             ended = Ended(found, (), folder, typed.get("figures", True))
             deliver(found if isinstance(found, Ended) else ended)
+
+
+def find_function(place: str) -> Any:
+    """The function that is named as ``module:function``."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(f"heavytop.{module}"), name)
 
 
 def prepare(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -14,6 +14,7 @@ from heavytop import errors
 from heavytop.cli.command import (
     Ended,
     exit_with,
+    find_function,
     note,
     option,
     print_error,
@@ -281,11 +282,11 @@ def report(
     html = path or Path()
     if html.suffix.lower() != ".html" or html.is_dir():
         html /= "report.html"
-    missing = []
+    missing: dict[str, str] = {}
     with results_folder(html.parent), TemporaryDirectory(prefix="heavytop-") as place:
         if not folders:
-            scene = read_scene(others[0] if others else None, changes)
-            folders, missing = [Path(place)], [*run_all(scene, Path(place))]
+            folders = [Path(place)]
+            missing = run_all(read_scene(next(iter(others), None), changes), Path(place))
         page = page_of(folders)
         write_page(page, html)
     figures = sum(len(section.pictures) for section in page.sections)
@@ -293,37 +294,40 @@ def report(
         "schema": "heavytop/report/2",
         "file": harmless(html),
         "results": [section.name for section in page.sections],
-        "missing": [{"study": name, "reason": why} for name, why in missing],
+        "missing": [{"study": name, "reason": why} for name, why in missing.items()],
     }
     print_result(document, f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}")
-    exit_with((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing)
+    exit_with((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing.items())
 
 
-def run_all(scene: Scene, place: Path) -> Iterator[tuple[str, str]]:
-    """Run a scene and its studies, each with its defaults; yield what cannot be done, and why."""
-    from heavytop.claims import validate
+STUDIES: Final = {
+    "run": "run.propagation:propagate",
+    "drift": "studies.drift:drift",
+    "workprec": "studies.work_precision:work_precision",
+    "stress": "studies.stress:stress",
+    "atlas": "studies.atlas:atlas",
+    "validate": "claims:validate",
+}
+"""What a report of a scene has, by the folder."""
+
+
+def run_all(scene: Scene, place: Path) -> dict[str, str]:
+    """Run a scene and its studies, each with its defaults; return what cannot be done, and why."""
     from heavytop.report.files import write_results, write_study
-    from heavytop.run.propagation import propagate
-    from heavytop.studies import atlas, drift, stress, work_precision
 
-    studies: dict[str, Callable[[], Any]] = {
-        "run": lambda: propagate(scene),
-        "drift": lambda: drift.drift(scene),
-        "workprec": lambda: work_precision.work_precision(scene),
-        "stress": stress.stress,
-        "atlas": lambda: atlas.atlas(scene, *PLANE),
-        "validate": validate,
-    }
-    for name, study in studies.items():
+    missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
+    for name, module in STUDIES.items():
         note(f"running {name}")
+        study, folder = find_function(module), place / name
+        folder.mkdir()
         try:
-            (place / name).mkdir()
-            write = write_results if name == "run" else write_study
-            write(study(), place / name, figures=False)
+            found = study(*given.get(name, (scene,)))
+            (write_results if name == "run" else write_study)(found, folder, figures=False)
         except errors.StoppedEarly:
             raise
         except errors.HeavyTopError as fault:
-            yield name, str(fault)
+            missing[name] = str(fault)
+    return missing
 
 
 def scenes(name: str | None = None) -> None:
