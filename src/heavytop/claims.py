@@ -216,7 +216,7 @@ def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, 
     >>> load_claims()["35_steady/betsch-cone"].reason
     'both are exact; the claim tests how the scene is read'
     """
-    place = _folder(folder)
+    place = Path(folder or SCRIPTS)
     scripts = sorted(each.stem for each in place.glob(f"{script}.py"))
     if not scripts:
         raise HeavyTopError(f"{place}: no claims: installed without their scripts")
@@ -227,10 +227,6 @@ def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, 
     finally:
         sys.path.remove(str(place))
     return {name: each for name, each in CLAIMS.items() if each.script in scripts}
-
-
-def _folder(scripts: str | None) -> Path:
-    return SCRIPTS if scripts is None else Path(scripts)
 
 
 # --- the study -------------------------------------------------------------------------------
@@ -336,7 +332,7 @@ def _known_names(names: Sequence[str], known: Iterable[Claim]) -> list[str]:
 
 def _code(scripts: str | None) -> str:
     """A digest of what is measured, and of what measures: both may have changed since a kill."""
-    files = sorted([*PACKAGE.rglob("*.py"), *_folder(scripts).glob("*.py")])
+    files = sorted([*PACKAGE.rglob("*.py"), *Path(scripts or SCRIPTS).glob("*.py")])
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
