@@ -39,17 +39,3 @@ def test_what_pip_leaves_out_on_a_system_is_not_missing_there(system, needed, mo
     monkeypatch.setattr(doctor.metadata, "requires", lambda _: lines)
     monkeypatch.setattr("sys.platform", system)
     assert doctor.requirements() == {"": needed, "film": ["x"]}
-
-
-@pytest.mark.parametrize(
-    ("environment", "folder"),
-    [
-        ({"HEYOKA_CACHE_DIR": "/a", "XDG_CACHE_HOME": "/b"}, "/a"),
-        ({"HEYOKA_CACHE_DIR": "", "XDG_CACHE_HOME": "/b"}, "/b/heyoka"),
-        ({"HEYOKA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "HOME": "/c"}, "/c/.cache/heyoka"),
-    ],
-)
-def test_heyokas_rule_for_its_cache_is_followed(environment, folder, monkeypatch):
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    assert doctor.cache()["folder"] == folder

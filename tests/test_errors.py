@@ -50,13 +50,3 @@ def test_the_command_that_goes_on_can_be_typed(folder, command):
     assert stopped.command == command
     assert str(stopped).endswith(f"; resume with:\n{command}")
     assert errors.StoppedEarly("interrupted", "interrupted", None).command == ""
-
-
-def test_what_cannot_write_says_where_and_whether_its_folder_is_there(tmp_path):
-    full = OSError(28, "No space left on device")
-    kept = errors.StoppedEarly.unwritable(full, tmp_path / "x.json", tmp_path)
-    assert kept.why == f"ended early: cannot write {tmp_path / 'x.json'}: No space left on device"
-    assert kept.command == f"heavytop resume {tmp_path}"
-    gone = errors.StoppedEarly.unwritable(full, tmp_path / "x.json", tmp_path / "gone")
-    assert gone.why == f"ended early: {tmp_path / 'gone'}: the folder has gone"
-    assert gone.folder is None

@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.files import SEAL_BYTES
+from heavytop.files import SEAL_BYTES, write_whole
 
 SHORT = ht.load_scene("sicm-kicked", ["span.time=0.1"])
 
@@ -35,6 +35,19 @@ def test_a_digest_stands_behind_the_end_and_a_file_without_it_or_of_another_is_r
         file["theta"][3] += 1e-9
     with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
         ht.load_trajectory(path)
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
+    path = tmp_path / "result"
+    path.write_text("old")
+
+    def half(part):
+        part.write_text("ha")
+        raise OSError("full")
+
+    with pytest.raises(OSError, match="full"):
+        write_whole(path, half)
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("result", "old")]
 
 
 def test_what_is_stored_is_read_by_everybody(path):

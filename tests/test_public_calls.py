@@ -157,42 +157,6 @@ def test_what_is_of_another_type_is_a_type_error():
         assert str(error.value).endswith(told)
 
 
-MANY = NUMBERS | {"time": 1}
-TOLD = [  # what is called, with what, and what is told
-    (ht.propagate, ("sicm-kicked",), {}, 'a Scene (load_scene("sicm-kicked") gives it)'),
-    (ht.propagate, ("kicked",), {}, "a Scene (load_scene gives one by its name)"),
-    (ht.propagate, (MOTION,), {}, "scene = a Motion: a Scene (Scene(motion.top"),
-    (ht.propagate, (SCENE,), {"formulation": []}, "formulation = []: one of auto, cubic"),
-    (ht.propagate, (SCENE,), {"formulation": "\x1b"}, r'formulation = "\x1b": one of auto'),
-    (ht.propagate, (SCENE,), {"step_limit": []}, "a whole number, at least 1, not []"),
-    (ht.propagate, (ht.Scene(TOP, START),), {}, "scene: span: missing: what is integrated has"),
-    (ht.Scene, (TOP, START), {"time": 1, "name": 3}, "Scene: name = 3: a text"),
-    (ht.propagate_many, (), MANY | {"formulation": "axes"}, 'did you mean "axis"?'),
-    (ht.propagate_many, (), MANY | {"events": "turning"}, "a sequence of names"),
-    (ht.propagate_many, (), MANY | {"events": ["tuning"]}, "one of turning, rever"),
-    (MOTION.at, ("x",), {}, "t: finite times; texts and exact numbers go with"),
-    (RUN, ([0.0, float("nan")],), {}, "t: a finite time or a one-dimensional array"),
-    (ht.extend, (RUN, 3), {"samples": 2.5}, "samples: a whole number from 1 to"),
-    (ht.Top, (1, [], 1), {}, "C: a number is not a list"),
-    (ht.Top, ("3,280", 1, 1), {}, "a comma before three digits"),
-    (MOTION.interval, ("period",), {"digits": "x"}, 'from 2 to 10000, not "x"'),
-    (ht.facts, (TOP,), {}, "start: a State"),
-    (ht.facts, (MOTION, START), {}, "start: only with a top"),
-]
-
-
-@pytest.mark.parametrize(("function", "given", "named", "told"), TOLD)
-def test_what_is_wrong_is_told(function, given, named, told):
-    with pytest.raises(ht.HeavyTopError) as error:
-        function(*given, **named)
-    assert told in str(error.value)
-
-
-def test_a_second_number_is_not_taken_for_a_rate_of_tilt():
-    with pytest.raises(TypeError, match="positional"):
-        ht.State(0.1, 140)
-
-
 @pytest.mark.parametrize(
     "what", [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]
 )

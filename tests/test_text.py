@@ -35,23 +35,6 @@ def test_of_many_names_those_that_are_like_it_are_told():
     assert re.fullmatch(r"n7, (n\d+, ){5}… \(21 in all: elsewhere\)", told)
 
 
-@pytest.mark.parametrize(
-    ("ask", "meant"),
-    [
-        (lambda: ht.load_scene("SICM-kiked"), "sicm-kicked"),
-        (lambda: ht.plan(KICKED, "Axes"), "axis"),
-        (lambda: ht.drift(KICKED, methods=["Taylor-axes"]), "taylor-axis"),
-        (lambda: ht.work_precision(KICKED, methods=["DOP854-scipy"]), "dop853-scipy"),
-        (lambda: ht.stress(cases=["Cups"]), "cusp"),
-    ],
-)
-def test_everywhere_the_name_that_was_meant_is_told_in_one_wording(ask, meant):
-    with pytest.raises(BadScene) as refused:
-        ask()
-    [fault] = refused.value.faults
-    assert f'did you mean "{meant}"?' in str(fault)
-
-
 def test_a_wrong_method_is_answered_with_all_of_them():
     """Every method of the Taylor integrator is one of the patterns, in one of the formulations."""
     with pytest.raises(BadScene) as error:

@@ -13,14 +13,15 @@ from pathlib import Path
 import pytest
 
 import heavytop as ht
-from heavytop.errors import CONDA, MissingPackage
+from heavytop.errors import INSTALL_HEYOKA, MissingPackage
+from heavytop.report.files import write_results
 
 from . import everywhere
 
 ROOT = Path(__file__).parents[1]
 ELSEWHERE = os.pathsep.join([str(ROOT / "tests" / "elsewhere"), str(ROOT / "src")])
 POSIX_ONLY = "runs and studies are kept in folders on POSIX systems only (Linux, macOS)"
-REFUSAL = f"integration needs heyoka: {CONDA}"
+REFUSAL = f"integration needs heyoka: {INSTALL_HEYOKA}"
 INTEGRATED = {  # the public names behind which heyoka is
     "Errors", "Trajectory", "certify", "drift", "extend", "load_trajectory",
     "propagate", "propagate_many", "run_errors", "stress", "work_precision",
@@ -78,8 +79,16 @@ def test_everything_else_is_the_same_bit_for_bit(tmp_path, monkeypatch):
 
 
 @pytest.mark.processes
+def test_a_page_of_a_finished_run_needs_no_integrator(tmp_path):
+    scene = ht.load_scene("sicm-kicked", ["span.time=0.3"])
+    write_results(ht.propagate(scene), tmp_path, figures=False)
+    words = elsewhere("-m", "heavytop", "report", tmp_path, "-o", tmp_path / "x.html")
+    assert words.endswith("results: 1, figures: 4\n")
+
+
+@pytest.mark.processes
 def test_doctor_has_the_line_that_brings_heyoka():
-    assert f"\nheyoka       missing: {CONDA}\n" in elsewhere("-m", "heavytop", "doctor")
+    assert f"\nheyoka       missing: {INSTALL_HEYOKA}\n" in elsewhere("-m", "heavytop", "doctor")
 
 
 @pytest.mark.processes
@@ -96,6 +105,17 @@ def test_the_folder_of_a_study_is_refused_there_by_name(tmp_path):
     assert said == f"{tmp_path / 'study'}: {POSIX_ONLY}\n"
 
 
+@pytest.mark.processes
+def test_a_heyoka_that_fails_at_its_import_is_named_with_what_it_says(tmp_path):
+    (tmp_path / "heyoka.py").write_text("raise ImportError('libheyoka.so: cannot open')")
+    done = subprocess.run(
+        [sys.executable, "-m", "heavytop", "run", "sicm-kicked"],
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT / 'src'}"},
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert (done.returncode, "libheyoka.so: cannot open" in done.stderr) == (2, True)
+
+
 def test_heyoka_is_no_extra_of_this_package():
-    assert MissingPackage("x", ["heyoka"]).command == CONDA
+    assert MissingPackage("x", ["heyoka"]).command == INSTALL_HEYOKA
     assert MissingPackage("x", ["numba"]).command == "pip install '.[rivals]'"

@@ -104,24 +104,25 @@ class Claim:
 
     def rows(self, **given: Any) -> Iterator[Row]:
         """Measure it."""
-        yield self.judge(self.measure(*self.of, **given))
+        yield self.judge(float(self.measure(*self.of, **given)))
 
-    def judge(self, measured: Any = None, failure: str | None = None) -> Row:
+    def judge(
+        self,
+        measured: float | None = None,
+        *,
+        failure: str | None = None,
+        skipped: str | None = None,
+    ) -> Row:
         """Hold what was measured to the bound; no script judges itself."""
-        if failure is None:
-            measured = float(measured)
-            if not math.isfinite(measured):
-                measured, failure = None, "no finite number"
-            elif measured < 0 and self.authority.name != OURS:
-                failure = "negative, although it is a distance"
-        passed = failure is None and measured <= self.bound
-        return self.row(measured=measured, passed=passed, failure=failure)
-
-    def row(self, **more: Any) -> Row:
-        """Return what is said of it, with nothing where nothing is known."""
+        if measured is not None and not math.isfinite(measured):
+            measured, failure = None, "no finite number"
+        elif measured is not None and measured < 0 and self.authority.name != OURS:
+            failure = "negative, although it is a distance"
+        holds = failure is None and measured is not None and measured <= self.bound
         row = Row({name: getattr(self, name) for name in SHOWN}, script=f"{self.script}.py")
         row |= {"authority": self.authority.name, "numbers": self.authority.numbers}
-        return Row(row | dict.fromkeys(("measured", "passed", "skipped", "failure")) | more)
+        row |= {"measured": measured, "passed": None if skipped else holds}
+        return Row(row, skipped=skipped, failure=failure)
 
 
 SHOWN: Final = ("id", "statement", "bound", "reason", "holds", "needs")
@@ -134,7 +135,7 @@ class ClaimGroup(Claim):
         """Measure them, one after the other."""
         for number, (statement, measured, bound) in enumerate(self.measure(**given), 1):
             about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
-            yield replace(self, **about).judge(measured)
+            yield replace(self, **about).judge(float(measured))
 
 
 CLAIMS: Final[dict[str, Claim]] = {}
@@ -162,10 +163,10 @@ def claim(
     """
 
     def add(measure: Measure) -> Measure:
-        paragraph = (measure.__doc__ or "").partition("\n\n")[0]
-        statement = " ".join(paragraph.split()).removesuffix(".").format(*of)
-        about = {"authority": authority, "bound": float(bound), "reason": reason, "holds": holds}
-        return _add(Claim, name, measure, statement=statement, needs=needs, of=of, **about)
+        paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
+        about = {"statement": paragraph.removesuffix(".").format(*of), "bound": float(bound)}
+        about |= {"authority": authority, "reason": reason, "holds": holds}
+        return _add(Claim, name, measure, needs=needs, of=of, **about)
 
     return add
 
@@ -215,7 +216,7 @@ def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, 
     >>> load_claims()["35_steady/betsch-cone"].reason
     'both are exact; the claim tests how the scene is read'
     """
-    place = _folder(folder)
+    place = Path(folder or SCRIPTS)
     scripts = sorted(each.stem for each in place.glob(f"{script}.py"))
     if not scripts:
         raise HeavyTopError(f"{place}: no claims: installed without their scripts")
@@ -226,10 +227,6 @@ def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, 
     finally:
         sys.path.remove(str(place))
     return {name: each for name, each in CLAIMS.items() if each.script in scripts}
-
-
-def _folder(scripts: str | None) -> Path:
-    return SCRIPTS if scripts is None else Path(scripts)
 
 
 # --- the study -------------------------------------------------------------------------------
@@ -302,11 +299,12 @@ def validate(
     place = None if scripts is None else str(path_of("scripts", scripts).resolve())
     known = load_claims(place)
     asked = _known_names(names, known.values())
-    chosen = [
-        name for name, each in known.items()
-        if each.id in asked or each.script in asked
-        or (proofs if isinstance(each, ClaimGroup) else not asked)
-    ]  # fmt: skip
+
+    def wanted(each: Claim) -> bool:
+        by_name = each.id in asked or each.script in asked
+        return by_name or (proofs if isinstance(each, ClaimGroup) else not asked)
+
+    chosen = [name for name, each in known.items() if wanted(each)]
     parameters = {
         "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
         "code": _code(place), "versions": versions(),
@@ -334,7 +332,7 @@ def _known_names(names: Sequence[str], known: Iterable[Claim]) -> list[str]:
 
 def _code(scripts: str | None) -> str:
     """A digest of what is measured, and of what measures: both may have changed since a kill."""
-    files = sorted([*PACKAGE.rglob("*.py"), *_folder(scripts).glob("*.py")])
+    files = sorted([*PACKAGE.rglob("*.py"), *Path(scripts or SCRIPTS).glob("*.py")])
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
@@ -393,6 +391,6 @@ def complete(
     found: list[Any] = []
     for name, each in _claims(parameters).items():
         skipped = f"needs {each.needs}: pip install {each.needs}"
-        found += journal.rows(name) if journal.record(name).ended else [each.row(skipped=skipped)]
+        found += journal.rows(name) if journal.record(name).ended else [each.judge(skipped=skipped)]
     asked = {name: parameters[name] for name in ("asked", "proofs")}
     return Validation(**asked, claims=tuple(found), versions=versions())

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.errors import CONDA, IN_CLONE
+from heavytop.errors import IN_CLONE, INSTALL_HEYOKA
 
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "scipy", "numba", "CyRK")
 REQUIREMENT: Final = re.compile(r"""([\w.-]+)(?:.*?\bextra == ["']([^"']+))?""")
@@ -109,7 +109,7 @@ def in_words(found: Mapping[str, Any]) -> str:
         "cache": f"{store['bytes'] / 1e6:.1f} MB  {store['folder']}",
     }
     if not find_spec("heyoka"):
-        lines["heyoka"] = f"missing: {CONDA}"
+        lines["heyoka"] = f"missing: {INSTALL_HEYOKA}"
     for extra, state in found["optional"].items():
         missing = f"missing: {state['install']} in the clone"
         lines[f"[{extra}]"] = missing if state["missing"] else "installed"

@@ -7,6 +7,7 @@ raises on purpose, and nothing else.
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
@@ -179,12 +180,14 @@ class InUse(HeavyTopError):
         return f"{self.folder}: is being written by {process}{self.host and f' on {self.host}'}"
 
 
-CONDA: Final = "conda install -c conda-forge heyoka.py"  # for every system
+INSTALL_HEYOKA: Final = (
+    "pip install heyoka" if sys.platform == "linux" else "conda install -c conda-forge heyoka.py"
+)  # pip has it for Linux only
 IN_CLONE: Final = "pip install '.[{}]'"  # of an extra, where the package is not in an index
 
 
 class MissingPackage(HeavyTopError, ImportError):
-    """A method that needs packages which are not installed.
+    """A method that needs packages which are not installed, or fail when they are imported.
 
     Attributes
     ----------
@@ -193,20 +196,24 @@ class MissingPackage(HeavyTopError, ImportError):
     packages : tuple of str
         What is missing.
     extra : str
-        The extra of this package that brings them; empty for heyoka, which pip has on Linux only.
+        The extra of this package that brings them; empty for heyoka.
+    broken : str
+        What an installed one says when it is imported.
     """
 
     exit = Exit.USAGE
 
-    def __init__(self, method: str, packages: Sequence[str], extra: str = "") -> None:
-        super().__init__(method, tuple(packages), extra)
-        self.method, self.packages = method, tuple(packages)
+    def __init__(
+        self, method: str, packages: Sequence[str], extra: str = "", broken: str = ""
+    ) -> None:
+        super().__init__(method, tuple(packages), extra, broken)
+        self.method, self.packages, self.broken = method, tuple(packages), broken
         self.extra = extra or ("" if "heyoka" in packages else "rivals")
 
     @property
     def command(self) -> str:
         """The command that installs them; one of pip's is for the clone of the repository."""
-        return IN_CLONE.format(self.extra) if self.extra else CONDA
+        return IN_CLONE.format(self.extra) if self.extra else INSTALL_HEYOKA
 
     def instead_of(self, name: str) -> type:
         """Return what stands for a function or a class that needs them: called, it raises this.
@@ -222,13 +229,14 @@ class MissingPackage(HeavyTopError, ImportError):
         """
 
         def refuse(*_: object, **__: object) -> None:
-            raise MissingPackage(self.method, self.packages, self.extra)
+            raise MissingPackage(*self.args)
 
         return type(name, (), {"__new__": refuse, "__doc__": str(self)})
 
     def __str__(self) -> str:
         where = " in the clone" if self.extra else ""
-        return f"{self.method} needs {' and '.join(self.packages)}: {self.command}{where}"
+        fails = f" (the installed one fails: {self.broken})" if self.broken else ""
+        return f"{self.method} needs {' and '.join(self.packages)}: {self.command}{where}{fails}"
 
 
 class NotDrawnWarning(UserWarning):
@@ -358,14 +366,16 @@ class StoppedEarly(HeavyTopError):
     @property
     def command(self) -> str:
         """The command that takes the study up again; empty where nothing was kept."""
-        if self.folder is None:
-            return ""
-        return resuming(self.folder)
+        return "" if self.folder is None else resuming(self.folder)
 
     def __str__(self) -> str:
-        if self.folder is None:
-            return f"{self.why}; nothing was kept, as there is no folder"
-        return f"{self.why}; the partial result is in {self.folder}; resume with:\n{self.command}"
+        if self.folder is not None:
+            kept = f"the partial result is in {self.folder}; resume with:\n{self.command}"
+        elif self.outcome is Stop.UNWRITABLE:
+            return self.why
+        else:
+            kept = "nothing was kept, as there is no folder"
+        return f"{self.why}; {kept}"
 
 
 def resuming(folder: Path) -> str:
@@ -378,3 +388,8 @@ def resuming(folder: Path) -> str:
     """
     name = str(folder)
     return f"heavytop resume {shlex.quote(f'./{name}' if name.startswith('-') else name)}"
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Whether it is Ctrl-C; one during an import comes wrapped in another error."""
+    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)

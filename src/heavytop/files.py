@@ -52,8 +52,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         _sync(path.parent)
     except BaseException as error:
         part.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.errno and error.filename is None:
-            error.filename = str(path)  # a full disk does not say where
+        if isinstance(error, OSError) and error.errno:
+            error.filename = str(path)  # as it is named at last; a full disk does not say where
         raise
 
 
@@ -135,11 +135,9 @@ def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
 
     def sealed(part: Path) -> None:
         write(part)
-        with part.open("r+b") as file:
-            with mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-                seal = seal_of(data)
+        with part.open("r+b") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
             file.seek(0, os.SEEK_END)
-            file.write(seal)
+            file.write(seal_of(data))
 
     write_whole(path, sealed)
 

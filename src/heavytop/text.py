@@ -246,11 +246,7 @@ class Played(Plotted):
     __slots__ = ()
 
     def play(
-        self,
-        *,
-        rounds: float | None = None,
-        time: float | None = None,
-        speed: float | None = None,
+        self, *, rounds: float | None = None, time: float | None = None, speed: float | None = None
     ) -> Shown:
         """Return the top that moves, for a cell: turn it with the mouse, or with the arrow keys.
 

@@ -1,10 +1,6 @@
 """`heavytop certify`: a scene, a stored run, what is refused, and exit codes."""
 
 import json
-import random
-import subprocess
-import sys
-import time
 from dataclasses import replace
 
 import pytest
@@ -13,7 +9,6 @@ import heavytop as ht
 from heavytop.results.certificate import Certificate
 
 from ..commands import heavytop_
-from ..studies.toy import results
 
 
 def test_a_scene_is_run_and_certified():
@@ -26,13 +21,6 @@ def test_a_scene_is_run_and_certified():
         "bounds proved of axis, θ, φ, ψ",
     ):
         assert words in " ".join(found.stdout.split())
-
-
-@pytest.mark.slow
-def test_a_long_span_that_takes_more_than_doubles_is_run_in_doubles():
-    found = heavytop_("certify", "spin-reversal", "--set", "span.periods=300", "--json")
-    assert found.exit_code == 0, found.stderr
-    assert json.loads(found.stdout)["projected"]
 
 
 def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
@@ -65,8 +53,6 @@ def test_a_stored_run_of_other_bits_is_refused(tmp_path):
     [
         (("sicm-kicked", "--formulation", "lagrange"), 3, "axis and attitude"),
         (("sicm-kicked", "--set", "want.digits=30"), 3, "more digits than doubles"),
-        (("no-such-scene",), 3, "no-such-scene"),
-        ((".",), 2, "this folder holds no finished run"),
     ],
 )
 def test_what_has_no_certificate_is_refused(words, code, says, tmp_path, monkeypatch):
@@ -74,40 +60,3 @@ def test_what_has_no_certificate_is_refused(words, code, says, tmp_path, monkeyp
     found = heavytop_("certify", *words)
     assert found.exit_code == code
     assert says in " ".join(found.stderr.split())
-
-
-def test_options_of_a_run_do_not_go_with_a_folder(tmp_path):
-    ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "trajectory.nc")
-    found = heavytop_("certify", tmp_path, "--projected")
-    assert found.exit_code == 2
-
-
-@pytest.mark.slow
-@pytest.mark.processes
-@pytest.mark.parametrize("jobs", [2])
-def test_killed_at_any_moment_and_resumed_it_is_the_certificate_that_was_not(jobs, tmp_path):
-    asked, draw = ("certify", "sicm-kicked", "--set", "span.periods=4000"), random.Random(jobs)
-    whole = heavytop_(*asked, "-o", tmp_path / "whole", "--json")
-    assert whole.exit_code == 0
-    folder = tmp_path / "killed"
-    process = _started(*asked, "-o", folder, "-j", jobs)
-    for count in (1, 4):
-        until = time.monotonic() + 120
-        while len(results(folder)) < count and process.poll() is None and time.monotonic() < until:
-            time.sleep(0.02)
-        time.sleep(draw.uniform(0.0, 0.3))
-        process.kill()
-        process.communicate(timeout=120)
-        assert results(folder)
-        process = _started("resume", folder, "--json", "-j", jobs)
-    out, err = process.communicate(timeout=300)
-    assert process.returncode == 0, err
-    known, made = json.loads(out), json.loads(whole.stdout)
-    assert {name for name in made if made[name] != known[name]} <= {"command", "files"}
-    assert results(folder) == results(tmp_path / "whole")
-
-
-def _started(*words):
-    command = [sys.executable, "-c", "from heavytop.cli import main; main()", *map(str, words)]
-    pipe = subprocess.PIPE
-    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)

@@ -11,11 +11,12 @@ from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
+from rich.cells import cell_len
 
 import heavytop
 import heavytop.run.propagation
 from heavytop import errors
-from heavytop.cli import Exit, app, entry, exit_code
+from heavytop.cli import Exit, app, exit_code
 from heavytop.cli.command import lines_of_progress
 
 from ..commands import fail_with, heavytop_
@@ -46,8 +47,7 @@ def test_help_lists_the_verbs_in_80_columns_and_the_exit_codes():
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_option_says_what_it_is(verb):
     assert f"heavytop {verb}" in heavytop_(verb, "--help").stdout
-    for each in VERBS[verb].params:
-        assert len(each.help) > 10, each.name
+    assert all(len(each.help) > 10 for each in VERBS[verb].params)
 
 
 @pytest.mark.processes
@@ -83,37 +83,39 @@ def test_exit_codes(error, code):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "option"),
     [
         ("runn sicm-kicked", "Did you mean 'run'?"),
-        ("atlas", "Missing argument 'SCENE'"),
-        ("classify sicm-kicked -o out", "No such option '-o'"),
-        ("run sicm-kicked --verbos", "No such option '--verbos'. Did you mean '--verbose'?"),
-        ("run sicm-kicked --set start.phidot 14", "'start.phidot' is not KEY=VALUE, in one word"),
-        ("run sicm-kicked --set =0.2", "Invalid value for '--set': '=0.2' is not KEY=VALUE"),
-        ("run sicm-kicked --set start.theta= 0.2", "extra argument (0.2)\n"),
-        ("run sicm-kicked --digits 0", "Invalid value for --digits: digits = 0"),
-        ("run sicm-kicked --set top.A=-1", "for --set: top.A = -1: must be greater than 0\n"),
-        ("run sicm-kicked --set start.phidto=3", 'unknown key (did you mean "phidot"?)'),
-        ("run sicm-kicked --set top.A=0 --set top.C=0", "for --set: top.A = 0: "),
-        ("plan sicm-kicked --formulation hamilton", "Invalid value for --formulation: "),
-        ("stress --cases cup", 'in all: heavytop stress --list) (did you mean "cusp"?)'),
-        ("drift sicm-kicked --methods taylor-axes", "for --methods: methods = taylor-axes: one of"),
-        ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: periods = 0"),
-        ("derive --latex --json", "for --latex: "),
-        ("scenes my-top.toml", "no shipped scene has this name"),
-        *((f"film sicm-kicked -o x.gif --size={size}", f'for --size: size = "{size}": width and ')
-          for size in ("800", "800x", "x80x80", "80x80x80", "-9x80", "9x9", "80x1e2")),
-        ("validate hold-on", "is neither a claim nor a script"),
+        ("atlas", "SCENE"),
+        ("run sicm-kicked --verbos", "--verbos"),
+        ("run sicm-kicked --set start.phidot 14", "--set"),
+        ("run sicm-kicked --set start.phidto=3", "--set"),
+        ("run sicm-kicked --digits 0", "--digits"),
+        ("plan sicm-kicked --formulation hamilton", "--formulation"),
+        ("stress --cases cup", "--cases"),
+        ("stress --cases cusp,,auto", "--cases"),
+        ("drift sicm-kicked --methods x --periods 0", "--periods and --methods"),
+        ("classify sicm-kicked --unit furlong", "--unit"),
+        ("reference sicm-kicked --times 0:1:1 --unit deg", "--unit"),
+        ("find sicm-kicked --vary psidot=1:2 --so-that round=1", "--vary"),
+        ("sweep sicm-kicked --over start.psidot=1:2:2 --facts x", "--facts"),
+        ("check x.csv --columns Zeit", "--columns"),
+        ("check x.csv -o errors.txt", "-o"),
+        ("check x.csv --digits nan", "--digits"),
+        ("check x.csv --set start.phidot=-14", "--set"),
+        ("certify .", "no finished run"),
+        ("derive --latex --json", "--latex"),
+        ("scenes my-top.toml", "NAME"),
+        ("film sicm-kicked -o x.gif --size=80x", "--size"),
+        ("validate hold-on", "hold-on"),
     ],
-)  # fmt: skip
-def test_a_bad_word_is_a_usage_error_that_names_it(words, told, monkeypatch):
+)
+def test_a_bad_word_is_a_usage_error_that_names_its_option(words, option, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     fail_with(monkeypatch, AssertionError("integrated"))
     result = heavytop_(*words.split())
-    assert result.exit_code == Exit.USAGE
-    assert told in result.stderr
-    assert result.stdout == ""
-    assert len(result.stderr.splitlines()[-1]) < 450
+    assert (result.exit_code, result.stdout) == (Exit.USAGE, "")
+    assert option in result.stderr
 
 
 def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_file(tmp_path):
@@ -197,13 +199,6 @@ def test_where_what_is_printed_goes_to_a_full_disk_it_is_told(words):
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize(("words", "code"), [("run --no-such", 2), ("run no-such-scene", 3)])
-def test_where_what_is_wrong_cannot_be_said_the_exit_code_tells_it(words, code):
-    with FULL.open("w") as full:
-        assert ended(*words.split(), stderr=full).returncode == code
-
-
-@pytest.mark.processes
 def test_without_a_home_a_locale_or_colours():
     kept = ("PATH", "PYTHONPATH", "HEYOKA_CACHE_DIR")
     here = {name: os.environ[name] for name in kept if name in os.environ}
@@ -214,55 +209,17 @@ def test_without_a_home_a_locale_or_colours():
     assert "\x1b[3" not in found.stdout
 
 
-@pytest.mark.slow
 @pytest.mark.processes
-def test_nothing_is_said_of_the_caches_and_backends_of_others(tmp_path):
-    nowhere = dict(os.environ, HOME="/proc", MPLBACKEND="nonsense")
-    nowhere.pop("HEYOKA_CACHE_DIR", None)  # heyoka's own place is below the home
-    found = ended("run", "sicm-kicked", "-o", tmp_path, env=nowhere)
-    assert (found.returncode, found.stderr) == (0, "")
-    assert (tmp_path / "overview.png").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.processes
-def test_names_beyond_ascii_under_a_locale_of_ascii(tmp_path):
-    (tmp_path / "naïf").mkdir()
-    text = heavytop_("scenes", "sicm-kicked").stdout
-    (tmp_path / "naïf" / "tøp.toml").write_text(text, "utf-8")
-    for words in (
-        ("run", "naïf/tøp.toml", "--no-figures", "-o", "naïf/out"),
-        ("resume", "naïf/out"),
-        ("report", "naïf/out", "-o", "naïf/page"),
-    ):
-        done = ended(*words, "-q", cwd=tmp_path, env=os.environ | ASCII)
-        assert done.returncode == 0, done.stderr
-    document = json.loads((tmp_path / "naïf" / "out" / "run.json").read_text("utf-8"))
-    assert document["scene"]["name"] == "tøp"
-
-
-@pytest.mark.processes
-@pytest.mark.parametrize("late", ["heavytop.cli.command", "click"])
-def test_an_interrupt_before_there_is_a_command_is_no_traceback(late):
+def test_an_interrupt_before_there_is_a_command_is_no_traceback():
     program = (
         "import sys\n"
         "class Pressed:\n"
         "    def find_spec(self, name, *_):\n"
-        f"        if name == {late!r}: raise KeyboardInterrupt\n"
+        "        if name == 'heavytop.cli.command': raise KeyboardInterrupt\n"
         "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True)
     assert (found.returncode, found.stderr) == (130, b"")
-
-
-def test_an_interrupt_outside_of_a_verb_is_no_traceback(monkeypatch):
-    def pressed():
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(entry, "app", pressed)
-    with pytest.raises(SystemExit) as left:
-        entry.main()
-    assert left.value.code == 130
 
 
 def test_a_line_every_half_minute_says_how_much_is_done(capsys):
@@ -270,7 +227,18 @@ def test_a_line_every_half_minute_says_how_much_is_done(capsys):
     update = lines_of_progress(lambda: next(now))
     for done in (0.1, 0.25, 0.3, SimpleNamespace(fraction=0.5, ended=3, tasks=6)):
         update(done)
-    assert capsys.readouterr().err.splitlines() == [
-        "heavytop: 25 % done",
-        "heavytop: 50 % done, 3 of 6 runs",
-    ]
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == ["heavytop: 25 % done", "heavytop: 50 % done, 3 of 6 runs"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["run sicm-kicked", "run through-top", "classify separatrix", "plan sicm-kicked --digits 60",
+     "stress --list", "atlas sicm-kicked --x phidot=-9:9:9 --y psidot=-9:9:9 -j 1",
+     "drift sicm-kicked --periods 30 --methods taylor-axis-projected,gauss8"],
+)  # fmt: skip
+def test_what_a_verb_prints_fits_eighty_columns_and_nothing_stands_behind_a_line(words):
+    lines = CliRunner().invoke(app, words.split(), env={"COLUMNS": "80"}).stdout.splitlines()
+    assert lines
+    assert max(map(cell_len, lines)) <= 80
+    assert [line for line in lines if line != line.rstrip()] == []

@@ -3,17 +3,13 @@
 import inspect
 from importlib import import_module
 
-import click
 import pytest
 
 from heavytop.cli import app
 from heavytop.cli.signature import (
     REQUIRED,
-    Value,
     parameters_of,
     read_function,
-    read_names,
-    read_path,
 )
 
 PLACES = sorted({place for places in app.verbs.values() for place in places.split()})
@@ -33,15 +29,3 @@ def test_parameters_and_their_defaults_are_those_of_the_function(place):
         assert said.default in (REQUIRED, None, default)
         assert said.kind == known[each].annotation
         assert said.has_place == (each == next(iter(known)) and kind is not kinds.KEYWORD_ONLY)
-
-
-def test_names_have_no_blanks_around_them_and_are_not_empty():
-    assert read_names(" auto ,\tstrang=50") == ("auto", "strang=50")
-    for text in ("", ",", "cusp, ,auto"):
-        with pytest.raises(click.BadParameter, match="a name is empty"):
-            Value("NAME,…", read_names).convert(text, None, None)
-
-
-def test_an_empty_name_is_no_folder():
-    with pytest.raises(ValueError, match="cannot be empty"):
-        read_path("")

@@ -8,7 +8,6 @@ from matplotlib.colors import to_rgba
 import heavytop as ht
 from heavytop.plots.atlas import atlas_figure
 from heavytop.plots.style import KINDS
-from heavytop.studies.atlas_plane import Axis, Plane
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=1"])
 
@@ -65,12 +64,3 @@ def test_a_line_has_no_share_and_is_once_in_the_legend(atlas):
     words = labels(atlas_figure(atlas))
     assert [word for word in words if "cusps" in word] == ["cusps"]
     assert {word.split()[0] for word in words if "%" in word} == {"waves", "loops"}
-
-
-def test_a_scene_beside_the_map_is_not_marked():
-    aside = ht.atlas(SCENE, "p_phi=0.1:0.2:5", "E=1:2:5", jobs=1)
-    constants = ht.Motion(SCENE.top, SCENE.start).constants
-    plane = Plane(SCENE, *map(Axis.of, ("p_phi=0.1:0.2:5", "E=1:2:5")))
-    assert plane.place == (float(constants.p_phi), float(constants.E))
-    lines = atlas_figure(aside).subfigs[0].axes[0].lines
-    assert [line for line in lines if line.get_marker() == "P"] == []

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib import pyplot
-from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 import heavytop as ht
@@ -73,15 +70,6 @@ def mine(ax):
     return [line for line in ax.lines if line.get_label() == "mine"]
 
 
-def test_what_the_page_says_can_be_drawn_has_a_plot():
-    page = (Path(__file__).parents[2] / "docs" / "figures.md").read_text("utf-8")
-    _, table = page.split("| `plot` of | pictures; the first is the default |\n|---|---|\n")
-    for row in table.partition("\n\n")[0].splitlines():
-        names = re.findall(r"`(\w+)`", row.split(" | ")[0])
-        assert names, row
-        assert all(hasattr(getattr(ht, name), "plot") for name in names), row
-
-
 @pytest.mark.parametrize("name", OVER_TIME)
 @pytest.mark.parametrize("kind", ["Motion", "Trajectory"])
 def test_what_is_drawn_over_time_is_the_motion_then(name, kind, things, ax):
@@ -140,21 +128,6 @@ def test_a_top_that_stands_still_is_drawn_over_time_and_touched(name, ax):
     assert any(line.get_label() == "after a push of 1 rad/s" for line in ax.lines)
 
 
-def test_a_run_that_follows_theta_alone_is_drawn_over_time(ax):
-    changes = ['want.quantities=["theta"]', "want.events=[]"]
-    tilted = ht.propagate(ht.load_scene("sicm-kicked", changes))
-    assert tilted.plot(ax=ax).get_xlabel() == "t [s]"
-    for name in ("loop", "phi", "psi"):
-        with pytest.raises(ValueError, match=r"(phi|psi): not followed by this trajectory"):
-            tilted.plot(name, ax=ax)
-
-
-def test_no_motion_is_integrated(monkeypatch, ax):
-    monkeypatch.setattr("heavytop.run.propagation.propagate", None)
-    for name in set(DRAW) - {"errors"}:
-        assert MOTION.plot(name, ax=ax) is ax
-
-
 def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):
     other = ht.propagate(ht.load_scene("sicm-dropped"))
     run.plot("sphere", ax=ax, **STYLE)
@@ -168,23 +141,6 @@ def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):
     behind = ht.load_scene("spherical-pendulum")
     around = ht.Motion(behind.top, behind.start).plot("sphere", ax=Figure().subplots(), **STYLE)
     assert len(mine(around)) == 1  # of two parts, before and behind the sphere
-
-
-def test_the_keywords_are_those_of_the_line_that_is_the_motion(things, ax):
-    for name in ("potential", "phase"):
-        MOTION.plot(name, ax=ax, **STYLE)
-    assert [line.get_color() for line in mine(ax)] == ["#123456"] * 2
-    separatrix, steady = (ht.load_scene(name) for name in ("separatrix", "steady-betsch"))
-    for scene in (separatrix, steady):
-        ht.Motion(scene.top, scene.start).plot("phase", ax=ax, **STYLE)
-    assert [len(line.get_xdata()) > 1 for line in mine(ax)[2:]] == [True, False]
-
-
-def test_a_second_potential_leaves_the_first_in_view(run, ax):
-    run.plot("potential", ax=ax)
-    wide = ax.get_ylim()
-    ht.propagate(ht.load_scene("sicm-dropped")).plot("potential", ax=ax)
-    assert ax.get_ylim() == wide
 
 
 def test_of_a_drift_the_errors_are_those_of_its_methods(things, ax):
@@ -271,7 +227,7 @@ def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
     assert shown.get_fignums() == []
 
 
-@pytest.mark.parametrize("kind", ["Motion", "Trajectory", "Drift", "WorkPrecision", "Check"])
+@pytest.mark.parametrize("kind", ["Motion", "Drift"])
 def test_a_keyword_that_matplotlib_has_not_is_its_own_error(kind, things, shown):
     for ax in (None, Figure().subplots()):
         for wrong in ("colour", "name"):
@@ -280,11 +236,3 @@ def test_a_keyword_that_matplotlib_has_not_is_its_own_error(kind, things, shown)
     with pytest.raises(TypeError, match="aliases of one another"):
         things[kind].plot(lw=1, linewidth=2)
     assert shown.get_fignums() == []
-
-
-def test_what_is_derived_from_a_class_is_drawn_too(ax):
-    class Mine(ht.Motion):
-        pass
-
-    [line] = mine(Mine(SCENE.top, SCENE.start).plot(ax=ax, **STYLE))
-    assert to_rgba(line.get_color()) == to_rgba("#123456")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,10 +20,8 @@ from heavytop.plots.figures import (
     run_figures,
 )
 from heavytop.plots.style import save
-from heavytop.results.run import PICTURES
-from heavytop.run import verify
 from heavytop.run.propagation import propagate
-from heavytop.run.verify import deviations, run_errors
+from heavytop.run.verify import run_errors
 from heavytop.scene.scene import load_scene
 
 nutation, precession, spin_rate = (DRAW[name] for name in ("theta", "phi", "psidot"))
@@ -85,15 +81,6 @@ def test_loop_marks_every_turning_point_where_it_is_and_stands_upright(kicked):
     assert top < bottom
 
 
-def test_an_event_at_the_end_has_its_mark_which_does_not_hide_the_start():
-    run = propagate(load_scene("sicm-dropped", overrides=["span.periods=7"]))
-    for ax in run_figure("overview", run).axes:
-        cusps = lines(ax, "cusp")
-        assert len(cusps.get_xdata()) == run.events.count("cusp")
-        [dot] = [line for line in ax.lines if line.get_markersize() == 3]
-        assert dot.get_zorder() > cusps.get_zorder()
-
-
 def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
     ax = drawn(nutation, changed("span.time=60"))
     period = kicked.motion.period
@@ -125,12 +112,6 @@ def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
     assert "after a push of 1 rad/s" in ax.get_title()
 
 
-def test_sphere_marks_the_events_on_the_path(kicked):
-    marks = lines(drawn(axis_on_sphere, kicked), "turning point, axis highest").get_xydata()
-    assert len(marks) == sum(kind == "theta_min" for kind in kicked.events.kind)
-    assert np.hypot(*marks.T).max() <= 1.0
-
-
 def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
     panels = run_figure("angles", kicked).axes
     assert [ax.get_ylabel() for ax in panels] == [
@@ -143,14 +124,6 @@ def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
         np.testing.assert_array_equal(shown, getattr(kicked(t), name))
     with pytest.raises(ValueError, match="phi"):
         drawn(precession, changed('want.quantities=["theta"]', "want.events=[]"))
-
-
-def test_peaks_near_a_pole_leave_the_rest_to_see():
-    ax = drawn(spin_rate, propagate(load_scene("lie-group-benchmark")))
-    low, high = ax.get_ylim()
-    assert 140 < low < 148
-    assert 150 < high < 160
-    assert ax.get_title(loc="right")
 
 
 def test_the_potential_is_that_of_the_book_and_meets_the_energy_at_the_turning_points(kicked):
@@ -220,28 +193,6 @@ def test_errors_are_those_of_the_run_and_zeros_stand_on_the_lower_edge(kicked):
     assert all((y[y > floor] > 2 * floor).all() for y in marks)
 
 
-def test_one_tiny_error_does_not_set_the_scale_of_errors_and_many_are_looked_at_sparsely(
-    kicked, monkeypatch
-):
-    tiny = deviations(kicked)
-    tiny["theta"][5] = 1e-30  # planted
-    with monkeypatch.context() as patch:
-        patch.setattr(verify, "deviations", lambda _: tiny)
-        ax = drawn(errors, kicked)
-    low, high = ax.get_ylim()
-    assert low > 1e-11 * high
-    assert any(text.get_text() == "zero, or smaller" for text in ax.texts)
-    still = drawn(errors, propagate(load_scene("sleeping")))
-    assert "none" in lines(still, "θ").get_label()
-    many = drawn(errors, changed("want.samples=5000"))
-    assert 500 < len(lines(many, "θ").get_xdata()) <= 1000
-
-
-def test_the_page_of_the_figures_names_them_all():
-    page = (Path(__file__).parents[2] / "docs" / "figures.md").read_text("utf-8")
-    assert re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE) == list(PICTURES)
-
-
 def test_what_is_no_run_is_not_drawn(kicked):
     with pytest.raises(ht.WrongType, match=r"trajectory: a Trajectory .*, not a Motion"):
         drawn(errors, kicked.motion)
@@ -249,22 +200,3 @@ def test_what_is_no_run_is_not_drawn(kicked):
     for draw in (*(partial(drawn, one) for one in some), partial(run_figure, "overview")):
         with pytest.raises(ht.WrongType, match=r"a Trajectory .* or a Motion, not a Scene"):
             draw(kicked.scene)
-
-
-def test_the_errors_of_a_second_run_leave_those_of_the_first_in_view(kicked):
-    ax = drawn(errors, kicked)
-    first = ax.get_ylim()
-    errors(ax, changed("start.theta=0.2"))
-    errors(ax, propagate(load_scene("steady-betsch")))
-    low, high = ax.get_ylim()
-    assert low <= first[0]
-    assert high >= max(np.nanmax(line.get_ydata()) for line in ax.lines)
-
-
-def test_a_constant_tilt_has_a_scale_of_its_own_unless_more_is_drawn(kicked):
-    ax = drawn(nutation, propagate(load_scene("steady-betsch")))
-    constant = ax.get_ylim()
-    assert constant[0] - constant[1] == pytest.approx(0.02)
-    nutation(ax, kicked)
-    bottom, top = ax.get_ylim()
-    assert bottom > constant[1] > kicked.theta.min() > top

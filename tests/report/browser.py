@@ -10,7 +10,6 @@ import shutil
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
 
 from matplotlib.image import imread
 
@@ -95,28 +94,6 @@ class Browser:
 
     def until(self, expression):
         return waited(lambda: self.value(expression), expression)
-
-    @contextmanager
-    def inside(self, url):
-        """Be in a frame of the page: in a sandbox it is a process of its own, which says less."""
-        automatic = {"waitForDebuggerOnStart": False, "flatten": True}
-        self.ask("Target.setAutoAttach", autoAttach=True, **automatic)
-        attached = waited(lambda: self.value("1") and self._attached(url), url)
-        page, self.session = self.session, {"sessionId": attached}
-        for name in ("Runtime", "Log", "Network"):  # what was said before is said again
-            self.ask(f"{name}.enable")
-        try:
-            yield
-        finally:
-            self.session = page
-            self.ask("Target.setAutoAttach", autoAttach=False, **automatic)
-
-    def _attached(self, url):
-        for each in self.heard:
-            attached = each.get("method") == "Target.attachedToTarget"
-            if attached and each["params"]["targetInfo"]["url"] == url:
-                return each["params"]["sessionId"]
-        return None
 
     def complaints(self):
         for each in self.heard:

@@ -1,10 +1,6 @@
 """Cells of a notebook: facts and pictures without scripts, and the player."""
 
-import json
-import os
 import re
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from base64 import b64decode
 from html.parser import HTMLParser
@@ -12,8 +8,6 @@ from html.parser import HTMLParser
 import pytest
 
 import heavytop as ht
-
-from .browser import CHROMIUM, Browser
 
 SCENE = ht.load_scene("sicm-kicked")
 MOTION = ht.Motion(SCENE.top, SCENE.start)
@@ -90,20 +84,6 @@ def test_numbers_are_shown_as_they_were_given_and_long_expressions_to_six_digits
     assert "pi/4 rad" in Cell(ht.State(theta="pi/4", psidot=1)).texts
 
 
-def test_an_atlas_shows_its_tables_and_its_map():
-    cell = Cell(ht.atlas(SCENE, "phidot=-20:20:30", "psidot=-150:150:30", jobs=1))
-    assert "loops" in cell.texts
-    assert "img" in cell.tags
-
-
-@pytest.mark.parametrize("name", ["hanging", "separatrix", "at-rest", "steady-fast"])
-def test_every_kind_of_motion_is_shown_and_played(name):
-    scene = ht.load_scene(name)
-    motion = ht.Motion(scene.top, scene.start)
-    assert Cell(motion).picture.tag.endswith("svg")
-    assert len(motion.play().html) < 400_000
-
-
 def test_what_a_scene_says_is_no_markup():
     scene = ht.load_scene("sicm-kicked", ["title='<script>alert(1)</script>'"])
     assert "script" not in Cell(scene).tags
@@ -119,80 +99,3 @@ def test_a_player_is_a_small_page_in_a_frame_that_asks_no_network(trajectory):
         assert len(player._repr_html_()) < 100_000
         assert not re.search(r"(src|href)=.?https?:", player.html)
     assert repr(trajectory.play()) == "<Player of 'sicm-kicked'>"
-
-
-# --- the page that nbconvert makes of a notebook -------------------------------------------------
-
-BEGIN = """import heavytop as ht
-
-scene = ht.load_scene("sicm-kicked")
-motion = ht.Motion(scene.top, scene.start)
-"""
-CELLS = (BEGIN, "motion", "ht.propagate(scene)", "motion.verdict", "motion.play()")
-SHOWN = "[...document.querySelectorAll('.jp-OutputArea-output')]"  # by nbconvert
-STATE = "document.querySelector('.player').player.state()"
-
-
-def converted(place, name, cells):
-    """The page that ``jupyter nbconvert`` makes of a notebook of these cells, when it has run."""
-    code = {"cell_type": "code", "execution_count": None, "metadata": {}, "outputs": []}
-    kernel = {"kernelspec": {"display_name": "Python 3", "name": "python3"}}
-    book = {
-        "cells": [code | {"id": f"cell-{k}", "source": text} for k, text in enumerate(cells)],
-        "metadata": kernel, "nbformat": 4, "nbformat_minor": 5,
-    }  # fmt: skip
-    path = place / f"{name}.ipynb"
-    path.write_text(json.dumps(book), "utf-8")
-    of_its_own = {"IPYTHONDIR": str(place), "JUPYTER_RUNTIME_DIR": str(place)}
-    command = [sys.executable, "-m", "nbconvert", "--to", "html", "--execute", str(path)]
-    run = subprocess.run(command, env=os.environ | of_its_own, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    return path.with_suffix(".html")
-
-
-def opened(browser, html):
-    """Open a page, and forget what was heard before."""
-    browser.heard.clear()
-    browser.ask("Page.navigate", url=html.as_uri())
-    browser.until("document.readyState === 'complete'")
-
-
-def heard(browser):
-    """What the page asked of the network, and what there is to complain of besides."""
-    asked = (each for each in browser.heard if each.get("method") == "Network.requestWillBeSent")
-    away = {url for each in asked if (url := each["params"]["request"]["url"]).startswith("http")}
-    return away, [text for text in browser.complaints() if not any(url in text for url in away)]
-
-
-@pytest.mark.slow
-@pytest.mark.processes
-def test_what_nbconvert_makes_of_a_notebook_shows_all_of_it_and_plays(tmp_path):
-    """Its template asks the network for MathJax and require.js: nothing of ours needs these."""
-    pytest.importorskip("nbconvert")
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed")
-    empty, html = (converted(tmp_path, name, cells) for name, cells in (("0", ()), ("1", CELLS)))
-    browser = Browser(tmp_path / "profile")
-    try:
-        opened(browser, empty)
-        template = heard(browser)
-        opened(browser, html)
-        rows = browser.value(f"{SHOWN}.map(each => each.querySelectorAll('table tr').length)")
-        assert [count > 1 for count in rows] == [True, True, True, False]
-        assert "loops, proved" in browser.value(f"{SHOWN}[0].innerText")
-        widths = browser.value("[...document.images].map(each => each.naturalWidth)")
-        assert [width > 200 for width in widths] == [True, True]
-        assert browser.value(f"new Blob([{SHOWN}[3].outerHTML]).size") < 400_000
-        browser.value("document.querySelector('iframe').scrollIntoView()")
-        first = browser.picture(tmp_path / "first.png")
-        with browser.inside("about:srcdoc"):
-            assert browser.value("document.documentElement.scrollHeight <= innerHeight")
-            begun = browser.value(STATE)
-            browser.until(f"{STATE}.at > {begun['at'] + 20}")
-            assert browser.value(STATE)["axis"] != begun["axis"]
-        second = browser.picture(tmp_path / "second.png")
-        assert (abs(first - second).max(axis=2) > 0.2).sum() > 500  # of the screen's points
-        assert heard(browser) == template
-        assert not template[1]
-    finally:
-        browser.close()

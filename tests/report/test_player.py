@@ -20,7 +20,7 @@ from heavytop.results.run import PICTURES
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
-from .browser import CHROMIUM, SECOND, Browser, waited
+from .browser import CHROMIUM, Browser, waited
 from .conftest import BREAKING, HOSTILE
 
 
@@ -66,14 +66,6 @@ def test_momentum_keeps_what_is_conserved_whatever_a_run_follows(quantity):
     assert (quantity == "theta") == ("closed form" in " ".join(played["notes"]))
 
 
-def test_a_long_run_is_shown_for_so_long_as_it_can_be_followed():
-    run = run_of("sicm-kicked", "span.time=60")
-    played = frames(run)
-    assert abs(played["spin"]) == pytest.approx(360, rel=0.02)
-    assert played["notes"] == [f"The first {played['end']:.3g} s of 60 s are shown."]
-    assert max(event["t"] for event in played["events"]) <= played["end"]
-
-
 def test_one_round_is_played_as_fast_as_asked():
     run = run_of("sicm-kicked")
     played = frames(run, rounds=1, speed=0.1)
@@ -103,10 +95,7 @@ def test_a_run_in_many_digits_is_drawn_in_doubles():
 PLAYER = "document.querySelector('.player').player"
 STATE = f"{PLAYER}.state()"
 CANVAS = "document.querySelector('.player > canvas')"
-CHART = "document.querySelector('.chart')"
-WORDS = "document.querySelector('.player output').textContent"
 LEGEND = "document.querySelector('.player .legend').innerText"
-PRESSED = "document.querySelector('[data-do=play]').getAttribute('aria-pressed')"
 
 
 @pytest.fixture(scope="module")
@@ -176,37 +165,6 @@ def resting(browser):
     return browser
 
 
-def test_it_starts_when_it_is_scrolled_to_and_waits_while_it_is_out_of_sight(browser):
-    browser.value("document.querySelector('#player').style.marginTop = '3000px'")
-    browser.value("scrollTo(0, 0)")
-    browser.until(f"!{STATE}.playing")
-    at = browser.value(STATE)["at"]
-    time.sleep(5 * SECOND)
-    assert browser.value(STATE)["at"] == at
-    seen(browser)
-    browser.until(f"{STATE}.playing && {STATE}.at > {at} && {PRESSED} === 'true'")
-
-
-def test_where_less_motion_is_asked_for_it_starts_when_it_is_told_to(browser, html):
-    opened(browser, html, prefers_reduced_motion="reduce")
-    seen(browser)
-    time.sleep(5 * SECOND)
-    assert browser.value(STATE)["at"] == 0
-    click(browser, "play")
-    browser.until(f"{STATE}.at > 1")
-
-
-def test_what_it_says_is_where_the_top_is(resting):
-    resting.until(f"{WORDS}.startsWith('t = 0.0000 s, θ = 5.73° = 0.1000 rad')")
-    resting.value(f"{PLAYER}.to({STATE}.count - 1)")
-    theta = run_of("sicm-kicked").samples.theta[-1]
-    said = f"t = 2.0000 s, θ = {math.degrees(theta):.2f}° = {theta:.4f} rad"
-    resting.until(f"{WORDS}.startsWith('{said}')")
-    # the run is one of 2 s in which the spin is 236.6 rad, played at 9 rad a second
-    around = resting.value("document.querySelector('.player').innerText")
-    assert "Time is slowed 13 times." in around
-
-
 KEYS = (  # one after the other, and what is so afterwards
     (".", "at === 1"), (",", "at === 0"), ("e", "at > 0"), ("End", "at === count - 1"),
     ("Home", "at === 0"), ("+", "zoom > 1"), ("-", "zoom === 1"), ("-", "zoom < 1"),
@@ -232,91 +190,6 @@ def test_everything_can_be_done_with_keys_and_views_are_where_they_say(resting):
     assert resting.value(STATE)["camera"] == first
 
 
-def test_the_eye_follows_the_top_round_when_it_is_asked(resting):
-    resting.value(f"{PLAYER}.to({STATE}.count / 3)")
-    click(resting, "side")
-    time.sleep(10 * SECOND)  # it is drawn, also where the machine is busy
-    x = resting.value(STATE)["body"]["head"][0]
-    click(resting, "follow")
-    resting.until(f"Math.abs({STATE}.body.head[0] - {x}) > 10")
-    key(resting, "f")
-    resting.until(f"Math.abs({STATE}.body.head[0] - {x}) < 1")
-
-
-def test_every_run_is_painted_from_above_and_from_its_side(resting, tmp_path):
-    for k, view in ((0, "above"), (1, "side"), (2, "side")):
-        resting.value(f"{PLAYER}.choose({k})")
-        click(resting, view)
-        time.sleep(2 * SECOND)
-        picture = (255 * resting.picture(tmp_path / "page.png")).astype(int)
-        colours = np.unique(picture @ (65536, 256, 1))
-        assert len(colours) > 200  # the body is lit: a blank canvas has a few
-
-
-def again(browser, act, expression):
-    """Do it until something is so: a browser that is busy may not see it at once."""
-    for _ in range(20):
-        act()
-        time.sleep(5 * SECOND)
-        if browser.value(expression):
-            return
-    raise AssertionError(f"never: {expression}")
-
-
-def test_a_finger_turns_it(resting):
-    first = resting.value(STATE)["camera"]
-    screen = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
-    resting.ask("Emulation.setDeviceMetricsOverride", **screen)
-    resting.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
-    resting.until(f"{CANVAS}.getBoundingClientRect().width < 390")
-
-    def drag():
-        place = seen(resting)
-        for kind, far in (("touchStart", 0), *(("touchMove", 20 * k) for k in range(1, 6))):
-            point = {**place, "x": place["x"] + far, "id": 0}
-            resting.ask("Input.dispatchTouchEvent", type=kind, touchPoints=[point])
-        resting.ask("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
-
-    again(resting, drag, f"Math.abs({STATE}.camera.turn - {first['turn']}) > 0.3")
-    assert resting.value(STATE)["camera"]["zoom"] == first["zoom"]
-    resting.ask("Emulation.setTouchEmulationEnabled", enabled=False)
-    resting.ask("Emulation.clearDeviceMetricsOverride")
-
-
-def mouse(browser, kind, what, **more):
-    browser.ask("Input.dispatchMouseEvent", type=kind, **seen(browser, what), **more)
-
-
-def roll(browser, what):
-    mouse(browser, "mouseWheel", what, deltaX=0, deltaY=-30)
-
-
-def press(browser, what, count=1):
-    for kind in ("mousePressed", "mouseReleased"):
-        mouse(browser, kind, what, button="left", clickCount=count)
-
-
-def test_rolling_over_it_rolls_the_page_until_it_is_clicked_on(resting):
-    resting.value("document.activeElement.blur()")
-    seen(resting)
-    before = resting.value("scrollY")
-    again(resting, lambda: roll(resting, CANVAS), f"scrollY < {before}")
-    assert resting.value(STATE)["camera"]["zoom"] == 1
-    press(resting, CANVAS)
-    again(resting, lambda: roll(resting, CANVAS), f"{STATE}.camera.zoom > 1.01")
-
-
-def test_a_chart_zooms_once_it_is_clicked_on_and_a_double_click_puts_it_back(browser):
-    wide = f"{CHART}.firstElementChild.getBoundingClientRect().width"
-    first = browser.value(wide)
-    press(browser, CHART)
-    again(browser, lambda: roll(browser, CHART), f"{wide} > {1.05 * first}")
-    assert browser.value("document.documentElement.scrollWidth <= innerWidth")
-    press(browser, CHART)
-    press(browser, CHART, 2)
-    browser.until(f"Math.abs({wide} - {first}) < 1")
-
-
 CHOOSE = """(() => {
   const c = document.querySelector('.player select');
   c.selectedIndex = [...c.options].findIndex((o) => o.text.includes('cusps'));
@@ -330,7 +203,8 @@ def test_another_run_can_be_chosen_and_its_events_are_marked(resting):
         assert own in resting.value(LEGEND)
         assert other not in resting.value(LEGEND)
     click(resting, "event")
-    resting.until(f"{WORDS}.includes('reversal of precession')")
+    words = "document.querySelector('.player output').textContent"
+    resting.until(f"{words}.includes('reversal of precession')")
 
 
 def saved(path):
@@ -345,25 +219,6 @@ def test_every_button_that_saves_saves_the_document_of_a_result(browser, page, t
     for section in page.sections:
         found = json.loads(saved(tmp_path / f"{section.ident}-data.json"))
         assert found == json.loads(json.dumps(section.result.document()))
-
-
-@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1280, "dark"), (360, "light")])
-def test_it_fits_the_screen_and_is_on_the_ground_of_the_page(browser, width, scheme, tmp_path):
-    """By the mean lightness of what is on the screen when a figure fills it."""
-    browser.media(prefers_color_scheme=scheme)
-    screen = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 500}
-    browser.ask("Emulation.setDeviceMetricsOverride", **screen)
-    browser.value("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
-    browser.value("document.querySelectorAll('.chart').forEach((e) => { e.scrollLeft = 9999; })")
-    complete = "[...document.images].every((each) => each.complete && each.naturalWidth > 0)"
-    assert browser.value(complete)
-    for what in (f"{CHART}.querySelector('img')", CANVAS):
-        seen(browser, what)
-        time.sleep(3 * SECOND)
-        light = browser.picture(tmp_path / "page.png").mean()
-        assert width < 500 or (light < 0.3 if scheme == "dark" else light > 0.8)
-    assert browser.value("document.documentElement.scrollWidth") <= width
-    browser.ask("Emulation.clearDeviceMetricsOverride")
 
 
 def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):

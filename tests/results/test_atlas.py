@@ -21,8 +21,7 @@ def test_it_shows_its_kinds_axes_and_boundaries():
     assert facts["boundaries"] == "cusps (2 lines), through-top (1 line)"
 
 
-def test_an_axis_about_0_without_a_pixel_there_is_noted_and_clocks_are_not_stored():
+def test_an_axis_about_0_without_a_pixel_there_is_noted():
     assert [*FOUND.problems()] == []
     around = Atlas.from_document(FOUND.document() | {"axes": {"x": {**AXIS, "low": -1.0}}})
     assert [int(code) for code, _ in around.problems()] == [0]
-    assert FOUND.document(costs=False)["pixels_per_s"] is None

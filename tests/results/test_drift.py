@@ -1,12 +1,9 @@
 """What a drift says, and its numbers as tables, are those of its methods."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.results.base import Row
 from heavytop.results.drift import Drift
 from heavytop.scene.quantities import MISSING
 
@@ -52,7 +49,6 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
     ]
     assert [code for code, _ in found.problems()] == [4, 4]
     assert (found.unrun(), of(OTHER).unrun()) == ((), ["a.py:mine"])
-    assert "us_per_period" not in found.document(costs=False)["methods"][0]
 
 
 @pytest.fixture(scope="module")
@@ -82,12 +78,6 @@ def test_errors_of_every_run_are_by_start_too(drift):
             one = table.loc[method.name, k]
             assert one.index.tolist() == list(member.periods)
             np.testing.assert_array_equal(one["energy"], member.energy)
-
-
-def test_a_run_that_ended_early_has_no_empty_rows(drift):
-    short = Row(drift.methods[1], periods=drift.methods[1].periods[:2])
-    table = replace(drift, methods=(drift.methods[0], short)).to_pandas()
-    assert table.loc[short.name].index.tolist() == list(short.periods)
 
 
 def test_local_slopes_are_those_of_a_power_law():

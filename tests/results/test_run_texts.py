@@ -7,7 +7,8 @@ from click.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.results.base import Row
-from heavytop.results.run_texts import between, event_tables
+from heavytop.results.classification import between
+from heavytop.results.run import event_table
 from heavytop.scene.quantities import MISSING
 
 
@@ -53,28 +54,6 @@ def test_many_turns_are_counted():
     assert rest < 6.2832
 
 
-@pytest.mark.parametrize("verb", ["run", "classify"])
-def test_a_pendulum_swings_twice_as_long_as_its_tilt(verb):
-    swinging = "the swing there and back 2.37297811194 s; φ jumps by π at the vertical"
-    assert swinging in printed(verb, "planar-pendulum")
-    assert "there and back" not in printed(verb, "planar-rotating")
-
-
-SAID = {
-    "steady-betsch": ["with a small nutation of 21.0329088001 rad/s", "constant"],
-    "sicm-kicked": ["reverses at θ = 0.148027354", "θ between", ", mean ",
-                    "fast-top estimate: period 0.25 s, off by -54 %"],
-    "sleeping-unstable": ["grows by e in ", "sleep stable"],
-    "through-top": ["with its jumps by π at the pole"],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", SAID)
-def test_a_classification_says_what_is_known(name):
-    text = " ".join(printed("classify", name).split())
-    assert [each for each in SAID[name] if each not in text] == []
-
-
 def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_expected(
     two_periods,
 ):
@@ -88,11 +67,10 @@ def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_e
 def test_events_have_all_digits_and_where_it_is_narrow_fewer():
     row = {"kind": "cusp", "t": 1 / 3, "theta": 0.1, "phi": None, "phidot": 1e-17, "residual": 0}
     rows = Row(table=[Row(row), Row(row, phidot=5.0)], omitted=7)
-    [table] = event_tables(rows)
+    table = event_table(rows)
     assert table.texts()[0] == ["cusp", "0.333333333333", "0.1", MISSING, "0", "0"]
     assert table.texts(3)[0][1] == "0.333"
     assert (table.more, table.head[1]) == (7, "t [s]")
-    assert [*event_tables(Row(table=(), omitted=0))] == []
 
 
 @pytest.mark.parametrize(

@@ -116,22 +116,33 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
     from heavytop.results.base import command_line, typing
     from heavytop.scene.quantities import SI, showing
 
-    module, _, name = place.partition(":")
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
-    output = {x: path for x, path in given.items() if x in OUTPUT and not takes[x].has_place}
+    folder, path = (None if x in takes and takes[x].has_place else given.get(x) for x in OUTPUT)
+    to_program = typed["json"] and folder is path is None
     words = click.get_current_context().find_root().obj
-    folder, path = (output.get(name) for name in OUTPUT)
-    with typing(command_line(words)), explained(path), results_folder(folder):
-        function = getattr(import_module(f"heavytop.{module}"), name)
-        with showing(asked("unit") or SI):
-            with ExitStack() as stack:
-                prepare(given, takes, typed, stack)
-                found = function(**given)
-            if isinstance(found, Path):
-                show_file(found, given["scene"].name)
-            elif found is not None:
-                ended = Ended(found, (), folder, typed.get("figures", True))
-                finish(found if isinstance(found, Ended) else ended)
+    with (
+        typing(command_line(words)),
+        explained(path),
+        results_folder(folder),
+        showing(SI if to_program else typed["unit"] or SI),
+    ):
+        function = find_function(place)
+        with ExitStack() as stack:
+            prepare(given, takes, typed, stack)
+            found = function(**given)
+        if isinstance(found, Path):
+            document = {"schema": f"heavytop/{function.__name__}/1", "scene": given["scene"].name}
+            size = f"{found.stat().st_size / 1e6:.2g} MB"
+            print_result(document | {"file": str(found)}, f"{harmless(found)}: {size}")
+        elif found is not None:
+            ended = Ended(found, (), folder, typed.get("figures", True))
+            deliver(found if isinstance(found, Ended) else ended)
+
+
+def find_function(place: str) -> Any:
+    """The function that is named as ``module:function``."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(f"heavytop.{module}"), name)
 
 
 def prepare(
@@ -172,12 +183,12 @@ def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
 # --- what is printed -------------------------------------------------------------------------
 
 
-def asked(name: str) -> Any:
+def option(name: str) -> Any:
     """The value of an option that all verbs have."""
     return click.get_current_context().params[name]
 
 
-def say(text: str) -> None:
+def print_error(text: str) -> None:
     """Tell the person at the terminal something that is not a result."""
     lines = "\n".join(map(harmless, text.split("\n")))  # names of files may have escape codes
     with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
@@ -186,14 +197,14 @@ def say(text: str) -> None:
 
 def note(text: str) -> None:
     """Say what is being done, to those who asked."""
-    if asked("verbose") and not asked("quiet"):
-        say(text)
+    if option("verbose") and not option("quiet"):
+        print_error(text)
 
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[Any], None] | None]:
     """A progress bar on stderr; where nobody can see it move, a line now and then."""
-    if asked("quiet"):
+    if option("quiet"):
         yield None
         return
     if not sys.stderr.isatty():
@@ -206,11 +217,8 @@ def progress_bar() -> Iterator[Callable[[Any], None] | None]:
         task = bar.add_task("", total=1.0)
 
         def update(now: Any) -> None:
-            if isinstance(now, int | float):
-                bar.update(task, completed=now)
-            else:
-                runs = f"{now.ended} of {now.tasks} runs"
-                bar.update(task, completed=now.fraction, description=runs)
+            fraction, runs = done_of(now)
+            bar.update(task, completed=fraction, description=runs)
 
         yield update
 
@@ -221,24 +229,29 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
 
     def update(now: Any) -> None:
         nonlocal due
-        if clock() < due:
-            return
-        due = clock() + EVERY_S
-        done = now if isinstance(now, int | float) else now.fraction
-        runs = "" if done is now else f", {now.ended} of {now.tasks} runs"
-        say(f"{100 * done:.0f} % done{runs}")
+        if clock() >= due:
+            due = clock() + EVERY_S
+            fraction, runs = done_of(now)
+            print_error(", ".join(filter(None, (f"{100 * fraction:.0f} % done", runs))))
 
     return update
 
 
-def answer(document: Mapping[str, Any], shown: Any) -> None:
+def done_of(now: Any) -> tuple[float, str]:
+    """The fraction that is done of a run, or of a study, and how many of its runs have ended."""
+    if isinstance(now, int | float):
+        return now, ""
+    return now.fraction, f"{now.ended} of {now.tasks} runs"
+
+
+def print_result(document: Mapping[str, Any], shown: Any) -> None:
     """Print one JSON document for a program; for a person a text, or a table as wide as there is.
 
     The width is that of the terminal, or COLUMNS, or 100; nothing stands behind a line.
     """
     from heavytop.files import as_json
 
-    if asked("json"):
+    if option("json"):
         print(as_json(document), flush=True)
     elif isinstance(shown, str):
         print(shown.removesuffix("\n"), flush=True)
@@ -253,27 +266,20 @@ def answer(document: Mapping[str, Any], shown: Any) -> None:
         sys.stdout.flush()  # it is there, whatever comes after it
 
 
-def show_file(path: Path, scene: str) -> None:
-    """Print the name of a file that was written, and its size."""
-    verb = click.get_current_context().info_name
-    document = {"schema": f"heavytop/{verb}/1", "scene": scene, "file": str(path)}
-    answer(document, f"{harmless(path)}: {path.stat().st_size / 1e6:.2g} MB")
-
-
-def finish(ended: Ended) -> None:
+def deliver(ended: Ended) -> None:
     """Write a result, print it, then draw it; leave with what is wrong with it."""
     found, ends = ended.result, [*ended.problems]
     if ended.folder is None:
-        answer(found.document(), found)
+        print_result(found.document(), found)
     else:
         found = write_files(found, ended.folder, ends, figures=ended.figures)
     if ended.chart is not None:
         from heavytop.plots.style import save
 
-        with kept(ends, ended.chart):
+        with keeping_faults(ends, ended.chart):
             save(found.figure(), ended.chart)
             note(f"wrote {ended.chart}")
-    leave([*ends, *(missing_packages(found) or found.problems())])
+    exit_with([*ends, *(missing_packages(found) or found.problems())])
 
 
 def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bool) -> Result:
@@ -281,18 +287,17 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
     from heavytop.report.files import draw_study, write_study
 
     refused: list[Problem] = []
-    with kept(refused, folder):
+    with keeping_faults(refused, folder):
         found = replace(found, files=write_study(found, folder, figures=False))
-    written = found.files
-    if not asked("json"):
-        answer(found.document(), found)
-    with kept(refused, folder):
+    written = len(found.files)
+    if not option("json"):
+        print_result(found.document(), found)
+    with keeping_faults(refused, folder):
         if figures and not refused:
-            found = replace(found, files=draw_study(found, folder, written))
-    charts = ", ".join([*found.files.values()][len(written) :])
-    if asked("json"):
-        answer(found.document(), found)
-    elif charts:
+            found = replace(found, files=draw_study(found, folder))
+    if option("json"):
+        print_result(found.document(), found)
+    elif charts := ", ".join([*found.files.values()][written:]):
         print(f"charts  {charts}", flush=True)
     for name in found.files.values():
         note(f"wrote {folder / name}")
@@ -301,14 +306,12 @@ def write_files(found: Result, folder: Path, ends: list[Problem], *, figures: bo
 
 
 @contextmanager
-def kept(ends: list[Problem], path: Path) -> Iterator[None]:
+def keeping_faults(ends: list[Problem], path: Path) -> Iterator[None]:
     """Go on after what cannot be written; it is said at the end."""
     try:
         yield
-    except errors.StoppedEarly as fault:
-        ends.append((Exit.ENDED_EARLY, str(fault)))
-    except OSError as fault:
-        ends.append(unwritable(path, fault))
+    except (errors.StoppedEarly, OSError) as fault:
+        ends.append(problem_of(fault, path))
 
 
 def missing_packages(found: Result) -> list[Problem]:
@@ -321,43 +324,40 @@ def missing_packages(found: Result) -> list[Problem]:
     return [(Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0])))] if all(needs) else []
 
 
-def leave(problems: Iterable[Problem]) -> None:
+def exit_with(problems: Iterable[Problem]) -> None:
     """Say what is wrong with a result that was printed, and exit with the gravest code."""
     worst = Exit.OK
     for code, sentence in problems:
         worst = max(worst, code)
-        if sentence and (code or not asked("quiet")):
-            say(sentence)
+        if sentence and (code or not option("quiet")):
+            print_error(sentence)
     click.get_current_context().exit(worst)
 
 
 # --- what goes wrong -------------------------------------------------------------------------
 
 
-def interrupted(error: BaseException) -> bool:
-    """Whether it is an interrupt; one during an import comes wrapped in another error."""
-    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)
+def problem_of(error: BaseException, path: Path | None = None) -> Problem:
+    """The exit code of an exception, and what it says; `path` is the file of -o, if any."""
+    if errors.is_interrupt(error):
+        return Exit.INTERRUPTED, "interrupted"
+    full = isinstance(error, OSError) and error.errno in FULL
+    if isinstance(error, OSError) and (full or path is not None):
+        why = "not a folder" if isinstance(error, FileExistsError) else error.strerror or error
+        code = Exit.ENDED_EARLY if full else Exit.USAGE
+        return code, f"cannot write {path or error.filename or ''}".rstrip() + f": {why}"
+    if isinstance(error, errors.BadScene):
+        return error.exit, f"the input is not valid:\n{error}"
+    if isinstance(error, errors.HeavyTopError):
+        early = getattr(error, "outcome", None) == errors.Outcome.INTERRUPTED
+        return Exit.INTERRUPTED if early else error.exit, str(error)
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    return Exit.BUG, f"a bug: {what} (--debug shows where)"
 
 
 def exit_code(error: BaseException) -> Exit:
     """The exit code that an exception stands for."""
-    if interrupted(error) or getattr(error, "outcome", None) == errors.Outcome.INTERRUPTED:
-        return Exit.INTERRUPTED
-    if isinstance(error, OSError) and error.errno in FULL:
-        return Exit.ENDED_EARLY
-    return error.exit if isinstance(error, errors.HeavyTopError) else Exit.BUG
-
-
-def explain(error: BaseException) -> str:
-    """An exception in words."""
-    if exit_code(error) is Exit.BUG:
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        return f"a bug: {what} (--debug shows where)"
-    if isinstance(error, OSError):
-        return f"cannot write {error.filename or ''}".rstrip() + f": {error.strerror or error}"
-    if isinstance(error, errors.BadScene):
-        return f"the input is not valid:\n{error}"
-    return "interrupted" if interrupted(error) else str(error)
+    return problem_of(error)[0]
 
 
 @contextmanager
@@ -365,20 +365,18 @@ def explained(path: Path | None) -> Iterator[None]:
     """Turn what a verb raises into a sentence and an exit code, with a traceback if asked for."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore" if asked("quiet") else "always", UserWarning)
-            warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
+            warnings.simplefilter("ignore" if option("quiet") else "always", UserWarning)
+            warnings.showwarning = lambda message, *_, **__: print_error(f"warning: {message}")
             yield
     except (click.exceptions.Exit, click.ClickException, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
-        if asked("debug"):
+        if option("debug"):
             traceback.print_exc()
         if (refused := refusal(error)) is not None:
             raise refused from error
-        code, said = exit_code(error), explain(error)
-        if isinstance(error, OSError) and path is not None:
-            code, said = unwritable(path, error)
-        say(said)
+        code, why = problem_of(error, path)
+        print_error(why)
         raise click.exceptions.Exit(code) from None
 
 
@@ -388,16 +386,16 @@ def refusal(error: BaseException) -> click.BadParameter | None:
     options = {each.name: each for each in context.command.params if each.name != "scene"}
     if isinstance(error, errors.BadScene):
         keys = ["changes" if each.file == "--set" else each.key for each in error.faults]
-        said = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
+        why = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
     elif isinstance(error, errors.Impossible):
-        keys, said = [name for name, _ in error.broken], str(error)
+        keys, why = [name for name, _ in error.broken], str(error)
     else:
         return None
     names = dict.fromkeys(name for key in keys for name in key.split(", "))
     if not names or not names.keys() <= options.keys():
         return None
     hint = " and ".join(options[name].opts[-1] for name in names)
-    return click.BadParameter(said, param_hint=hint)
+    return click.BadParameter(why, param_hint=hint)
 
 
 @contextmanager
@@ -413,20 +411,11 @@ def results_folder(folder: Path | None) -> Iterator[None]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
-    except (OSError, ValueError) as error:
-        raise click.BadParameter(unwritable(folder, error)[1], param_hint="-o") from None
+    except OSError as error:
+        raise click.BadParameter(problem_of(error, folder)[1], param_hint="-o") from None
     try:
         yield
     finally:
         with suppress(OSError):  # rmdir refuses what is not empty
             for place in missing:
                 place.rmdir()
-
-
-def unwritable(path: Path, error: OSError | ValueError) -> Problem:
-    """What is wrong where the folder or the file named by -o cannot be written."""
-    why = getattr(error, "strerror", None) or str(error)
-    if isinstance(error, FileExistsError):
-        why = "not a folder"
-    full = getattr(error, "errno", None) in FULL
-    return Exit.ENDED_EARLY if full else Exit.USAGE, f"cannot write {path}: {why}"

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import gc
 import logging
 import os
 import signal
 import sys
+from io import TextIOWrapper
 from typing import Final
 
 import click
 
 from heavytop import __version__
-from heavytop.cli.command import EXIT_CODES, Verbs, say
+from heavytop.cli.command import EXIT_CODES, Verbs, print_error
 from heavytop.errors import Exit
 
 VERBS: Final = {
@@ -38,7 +38,6 @@ VERBS: Final = {
     "doctor": "cli.verbs:doctor",
 }
 """The function of each verb, and after it the one that it calls, whose parameters it has too."""
-COLLECTED: Final = 100_000  # objects, until garbage is looked for: imports make many and none
 
 app = Verbs(
     VERBS,
@@ -53,7 +52,6 @@ click.version_option(__version__, message="%(prog)s %(version)s")(app)
 
 def main() -> None:
     """Run the command line."""
-    gc.set_threshold(COLLECTED)
     for name in ("SIGTERM", "SIGHUP"):  # do what Ctrl-C does: no process is left behind
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
@@ -61,14 +59,12 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a terminal without θ shows ?, and does not fail
+        if isinstance(stream, TextIOWrapper):  # a terminal without θ shows ?, and does not fail
             stream.reconfigure(errors="replace")
     try:
         app()
     except KeyboardInterrupt:  # before a verb has been read, or while it is explained
         raise SystemExit(Exit.INTERRUPTED) from None
     except OSError as fault:  # of the help
-        say(f"cannot write: {fault.strerror}")
+        print_error(f"cannot write: {fault.strerror}")
         raise SystemExit(Exit.ENDED_EARLY) from None
-    finally:
-        gc.freeze()  # the interpreter would look through all modules once more before it ends

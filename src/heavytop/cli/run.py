@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -12,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from click import BadParameter
 
 from heavytop import errors
-from heavytop.cli.command import Ended, asked, exit_code, interrupted, note, results_folder
-from heavytop.errors import Exit
+from heavytop.cli.command import Ended, exit_code, note, option, results_folder
+from heavytop.errors import EndedEarly, Exit, Outcome
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
@@ -58,9 +57,8 @@ def run(
 
     if digits is not None:
         scene = replace(scene, digits=digits)
-    return run_request(
-        Request(scene, formulation, figures, tolerance), folder, progress, force=force
-    )
+    request = Request(scene, formulation, figures, tolerance)
+    return run_request(request, folder, progress, force=force)
 
 
 def resume(
@@ -98,7 +96,7 @@ def resume(
             return resume_run(folder, progress, figures=figures)
 
 
-def resume_study(folder: Path, figures: bool, progress: Any, **asked: Any) -> Ended:
+def resume_study(folder: Path, figures: bool, progress: Any, **options: Any) -> Ended:
     """Go on with a study; of one that has ended, say so."""
     from heavytop.studies.study import resume
 
@@ -109,9 +107,9 @@ def resume_study(folder: Path, figures: bool, progress: Any, **asked: Any) -> En
         if progress is not None:
             progress(now)
 
-    found = resume(folder, progress=update, **asked)
-    said = [(Exit.OK, f"{folder}: this study is finished")] if began[0] else []
-    return Ended(found, said, folder, figures)
+    found = resume(folder, progress=update, **options)
+    notes = [(Exit.OK, f"{folder}: this study is finished")] if began[0] else []
+    return Ended(found, notes, folder, figures)
 
 
 def resume_run(folder: Path, progress: Progress | None, *, figures: bool) -> Ended:
@@ -120,95 +118,76 @@ def resume_run(folder: Path, progress: Progress | None, *, figures: bool) -> End
     from heavytop.results.run import RunResult
     from heavytop.run.trajectory_file import load_exact, load_interrupted
 
-    begun = (folder / REQUEST).exists()
-    if not begun and (folder / DOCUMENT).exists():
+    if not (folder / REQUEST).exists() and (folder / DOCUMENT).exists():
         found = RunResult.load(folder / DOCUMENT)
-        if (outcome := errors.Outcome(found.outcome)) is not errors.Outcome.INTERRUPTED:
+        if (outcome := Outcome(found.outcome)) is not Outcome.INTERRUPTED:
             if (folder / TRAJECTORY).exists():  # what is damaged is refused
                 (load_interrupted if found.plan.states else load_exact)(folder / TRAJECTORY)
-            if outcome is errors.Outcome.FINISHED:
+            if outcome is Outcome.FINISHED:
                 return Ended(found, [(Exit.OK, f"{folder}: this run is finished")])
-            said = f"{folder}: this run ended early: {outcome.sentence}"
-            return Ended(found, [(Exit.ENDED_EARLY, said)])
+            why = f"{folder}: this run ended early: {outcome.sentence}"
+            return Ended(found, [(Exit.ENDED_EARLY, why)])
     request = Request.read(folder)
-    if not begun:  # the trajectory of a run is all there is
-        request.write(folder)
-    request = replace(request, figures=request.figures and figures)
-    return run_request(request, folder, progress)
+    request.write(folder)
+    return run_request(replace(request, figures=request.figures and figures), folder, progress)
 
 
 def run_request(
     request: Request, folder: Path | None, progress: Progress | None, *, force: bool = False
 ) -> Ended:
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
-    from heavytop.report.files import REQUEST, write_results
+    from heavytop.report.files import REQUEST, open_run, write_results
     from heavytop.results.run import run_result
     from heavytop.run.planning import closed_form_of, planned
 
     motion = closed_form_of(request.scene)
     plan = planned(request.scene, motion, request.formulation, tolerance=request.tolerance)
-    with nullcontext() if folder is None else held(folder, request, force=force):
+    if folder is None:
+        done, early = integrate(request, motion, plan, None, progress)
+        result = run_result(done)
+        return Ended(result, [*problems_of(result, early, None)])
+    with open_run(folder, request, force=force):
         done, early = integrate(request, motion, plan, folder, progress)
-        goes_on = early is not None and early.outcome is errors.Outcome.INTERRUPTED
-        if folder is None:
-            result = run_result(done)
-            return Ended(result, [*problems_of(result, early, folder)])
+        resumable = early is not None and early.outcome is Outcome.INTERRUPTED
         try:
-            result = write_results(done, folder, figures=request.figures and not goes_on)
+            result = write_results(done, folder, figures=request.figures and not resumable)
         except OSError as fault:
             unwritten = errors.StoppedEarly.unwritable(fault, folder, folder)
             return Ended(run_result(done), [(Exit.ENDED_EARLY, str(unwritten))])
         for name in result.files.values():
             note(f"wrote {folder / name}")
-        if not goes_on:
+        if not resumable:
             (folder / REQUEST).unlink(missing_ok=True)
     return Ended(result, [*problems_of(result, early, folder)])
 
 
-@contextmanager
-def held(folder: Path, request: Request, *, force: bool) -> Iterator[None]:
-    """Hold the folder of a run; what stops it on its way says that the folder goes on with it."""
-    from heavytop.report.files import begun
-
-    with begun(folder, request, force=force):
-        try:
-            yield
-        except OSError as fault:
-            raise errors.StoppedEarly.unwritable(fault, folder, folder) from fault
-        except BaseException as fault:
-            if not interrupted(fault):
-                raise
-            raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", folder) from None
-
-
 def integrate(
     request: Request, motion: Motion, plan: Plan, folder: Path | None, progress: Progress | None
-) -> tuple[Trajectory | SceneMotion, errors.EndedEarly | None]:
+) -> tuple[Trajectory | SceneMotion, EndedEarly | None]:
     """Integrate a scene from where its folder has it; and why the trajectory is a part if it is."""
-    from heavytop.report.files import TRAJECTORY, part_of
+    from heavytop.report.files import TRAJECTORY, load_part
     from heavytop.run.exact import SceneMotion
     from heavytop.run.propagation import completed, integrate_plan
 
+    scene = request.scene
     if plan.formulation == "none":
-        return SceneMotion(request.scene, motion, plan), None
-    part = None if folder is None else part_of(folder, request.scene)
-    if part is not None and part.outcome is errors.Outcome.SINGULAR:
-        return part, errors.EndedEarly(part.outcome, part)
+        return SceneMotion(scene, motion, plan), None
+    part = None if folder is None else load_part(folder, scene)
+    if part is not None and part.outcome is Outcome.SINGULAR:
+        return part, EndedEarly(part.outcome, part)
     checkpoint = None if folder is None else folder / TRAJECTORY
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
             if part is not None:
                 return completed(part, progress=progress, checkpoint=checkpoint), None
-            return integrate_plan(
-                request.scene, motion, plan, progress, checkpoint=checkpoint
-            ), None
-    except errors.EndedEarly as early:
+            return integrate_plan(scene, motion, plan, progress, checkpoint=checkpoint), None
+    except EndedEarly as early:
         return early.trajectory, early
 
 
 def problems_of(
-    result: RunResult, early: errors.EndedEarly | None, folder: Path | None
+    result: RunResult, early: EndedEarly | None, folder: Path | None
 ) -> Iterator[tuple[Exit, str]]:
     """What is wrong with a run, and where the part that was done can be found."""
     from heavytop.run.events import differences
@@ -217,14 +196,14 @@ def problems_of(
     if early is not None:
         where = "above (-o DIR keeps it)" if folder is None else f"in {folder}"
         at = f"at t = {early.trajectory.orbit.end:.6g} s"
-        said = f"ended early {at}: {early}; the partial result is {where}"
-        if folder is not None and early.outcome is errors.Outcome.INTERRUPTED:
-            said += f"; resume with:\n{errors.resuming(folder)}"
-        yield exit_code(early), said
+        why = f"ended early {at}: {early}; the partial result is {where}"
+        if folder is not None and early.outcome is Outcome.INTERRUPTED:
+            why += f"; resume with:\n{errors.resuming(folder)}"
+        yield exit_code(early), why
         return
     if result.missed_digits:
         digits = result.scene["want"]["digits"]
         yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), digits)
     if result.missed_events:  # of which a warning tells, unless it is quiet
-        said = "; ".join(differences(result.missed_events, result.events))
-        yield Exit.OUT_OF_BOUND, said if asked("quiet") else ""
+        why = "; ".join(differences(result.missed_events, result.events))
+        yield Exit.OUT_OF_BOUND, why if option("quiet") else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any, Final
 from click import BadParameter
 
 from heavytop import errors
-from heavytop.cli.command import Ended, answer, asked, leave, note, read_scene, results_folder, say
+from heavytop.cli.command import (
+    Ended,
+    exit_with,
+    find_function,
+    note,
+    option,
+    print_error,
+    print_result,
+    read_scene,
+    results_folder,
+)
 from heavytop.errors import Exit
 from heavytop.text import harmless
 
@@ -85,7 +95,7 @@ def certify(
     beside = {"--formulation": formulation != "auto", "--projected": projected, "--set": changes}
     known: Any
     if (Path(run) / "trajectory.nc").exists():
-        if given := [option for option, value in beside.items() if value]:
+        if given := [flag for flag, value in beside.items() if value]:
             rule = f"cannot be combined with the folder {run}"
             raise BadParameter(rule, param_hint=", ".join(given))
         known = load_trajectory(Path(run) / "trajectory.nc")
@@ -112,8 +122,8 @@ def validate(names: Sequence[str] = (), *, folder: str | None = None, **study: A
     """
     from heavytop import claims
 
-    if study.get("proofs") and not asked("quiet"):
-        study["note"] = say
+    if study.get("proofs") and not option("quiet"):
+        study["note"] = print_error
     return claims.validate(names, folder=folder, **study)
 
 
@@ -137,18 +147,14 @@ def reference(
     from heavytop.analytic import reference
 
     expect_ending(path, ".csv", ".json")
-    if events and not (asked("json") or (path is not None and path.suffix.lower() == ".json")):
+    if events and not (option("json") or (path is not None and path.suffix.lower() == ".json")):
         raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
-    if asked("unit"):
+    if option("unit"):
         raise BadParameter(
             "reference has SI alone, in which every digit is proved", param_hint="--unit"
         )
     found = reference.reference(scene, reference.read_times(times), events=events, **given)
-    if path is not None:
-        found.save(path)
-        note(f"wrote {path}")
-    if path is None or asked("json"):
-        answer(found.document(), found.to_csv())
+    save_or_print(found, path, found.to_csv())
 
 
 def find(scene: Scene, vary: str, so_that: str) -> Result:
@@ -161,7 +167,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Result:
     return FoundResult(**document)
 
 
-def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Any:
+def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> None:
     """Tabulate facts of the motion over a range.
 
     Parameters
@@ -173,17 +179,21 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
 
     expect_ending(path, ".csv", ".json", *CHARTS)
     found = sweep.sweep(scene, over, facts)
-    if path is not None:
-        if path.suffix.lower() in CHARTS:
-            from heavytop.plots.style import save
+    save_or_print(found, path, found)
 
-            save(found.figure(), path)
-        else:
-            found.save(path)
+
+def save_or_print(found: Any, path: Path | None, shown: Any) -> None:
+    """Write what was found to the file of -o; print it without one, or for a program."""
+    if path is not None and path.suffix.lower() in CHARTS:
+        from heavytop.plots.style import save
+
+        save(found.figure(), path)
+    elif path is not None:
+        found.save(path)
+    if path is not None:
         note(f"wrote {path}")
-    if path is None or asked("json"):
-        return found
-    return None
+    if path is None or option("json"):
+        print_result(found.document(), shown)
 
 
 def expect_ending(path: Path | None, *endings: str) -> None:
@@ -272,11 +282,11 @@ def report(
     html = path or Path()
     if html.suffix.lower() != ".html" or html.is_dir():
         html /= "report.html"
-    missing = []
+    missing: dict[str, str] = {}
     with results_folder(html.parent), TemporaryDirectory(prefix="heavytop-") as place:
         if not folders:
-            scene = read_scene(others[0] if others else None, changes)
-            folders, missing = [Path(place)], [*run_all(scene, Path(place))]
+            folders = [Path(place)]
+            missing = run_all(read_scene(next(iter(others), None), changes), Path(place))
         page = page_of(folders)
         write_page(page, html)
     figures = sum(len(section.pictures) for section in page.sections)
@@ -284,37 +294,40 @@ def report(
         "schema": "heavytop/report/2",
         "file": harmless(html),
         "results": [section.name for section in page.sections],
-        "missing": [{"study": name, "reason": why} for name, why in missing],
+        "missing": [{"study": name, "reason": why} for name, why in missing.items()],
     }
-    answer(document, f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}")
-    leave((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing)
+    print_result(document, f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}")
+    exit_with((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing.items())
 
 
-def run_all(scene: Scene, place: Path) -> Iterator[tuple[str, str]]:
-    """Run a scene and its studies, each with its defaults; yield what cannot be done, and why."""
-    from heavytop.claims import validate
+STUDIES: Final = {
+    "run": "run.propagation:propagate",
+    "drift": "studies.drift:drift",
+    "workprec": "studies.work_precision:work_precision",
+    "stress": "studies.stress:stress",
+    "atlas": "studies.atlas:atlas",
+    "validate": "claims:validate",
+}
+"""What a report of a scene has, by the folder."""
+
+
+def run_all(scene: Scene, place: Path) -> dict[str, str]:
+    """Run a scene and its studies, each with its defaults; return what cannot be done, and why."""
     from heavytop.report.files import write_results, write_study
-    from heavytop.run.propagation import propagate
-    from heavytop.studies import atlas, drift, stress, work_precision
 
-    studies: dict[str, Callable[[], Any]] = {
-        "run": lambda: propagate(scene),
-        "drift": lambda: drift.drift(scene),
-        "workprec": lambda: work_precision.work_precision(scene),
-        "stress": stress.stress,
-        "atlas": lambda: atlas.atlas(scene, *PLANE),
-        "validate": validate,
-    }
-    for name, study in studies.items():
+    missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
+    for name, module in STUDIES.items():
         note(f"running {name}")
+        study, folder = find_function(module), place / name
+        folder.mkdir()
         try:
-            (place / name).mkdir()
-            write = write_results if name == "run" else write_study
-            write(study(), place / name, figures=False)
+            found = study(*given.get(name, (scene,)))
+            (write_results if name == "run" else write_study)(found, folder, figures=False)
         except errors.StoppedEarly:
             raise
         except errors.HeavyTopError as fault:
-            yield name, str(fault)
+            missing[name] = str(fault)
+    return missing
 
 
 def scenes(name: str | None = None) -> None:
@@ -331,13 +344,13 @@ def scenes(name: str | None = None) -> None:
     document: dict[str, Any] = {"schema": "heavytop/scenes/1"}
     if name is None:
         titles = shipped_scenes()
-        answer(document | {"scenes": titles}, Table.of_facts(titles.items()))
+        print_result(document | {"scenes": titles}, Table.of_facts(titles.items()))
         return
     try:
         text = shipped_text(name)
     except errors.BadScene as unknown:
         raise BadParameter(str(unknown), param_hint="NAME") from None
-    answer(document | {"name": name, "text": text}, text)
+    print_result(document | {"name": name, "text": text}, text)
 
 
 def derive(*, latex: bool = False) -> None:
@@ -350,12 +363,12 @@ def derive(*, latex: bool = False) -> None:
     """
     from heavytop.equations import derivation
 
-    if latex and asked("json"):
+    if latex and option("json"):
         rule = "cannot be combined with --json, which contains the LaTeX"
         raise BadParameter(rule, param_hint="--latex")
     steps = derivation.derivation()
     text = derivation.as_latex(steps) if latex else derivation.as_text(steps)
-    answer(derivation.derive_document(steps), text)
+    print_result(derivation.derive_document(steps), text)
 
 
 def doctor() -> None:
@@ -363,6 +376,6 @@ def doctor() -> None:
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
-    answer(found, in_words(found))
+    print_result(found, in_words(found))
     if found["missing"]:
-        leave([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])
+        exit_with([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])

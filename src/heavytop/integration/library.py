@@ -7,7 +7,8 @@ from heavytop.errors import MissingPackage
 
 try:
     import heyoka as hy
-except ModuleNotFoundError as missing:
-    raise MissingPackage("integration", ["heyoka"]) from missing
+except ImportError as fault:
+    broken = "" if isinstance(fault, ModuleNotFoundError) else str(fault)
+    raise MissingPackage("integration", ["heyoka"], broken=broken) from fault
 
 __all__ = ["hy"]

@@ -63,25 +63,24 @@ _NOTHING: Final = SimpleNamespace(
 
 @dataclass(frozen=True, eq=False)
 class ExactRun:
-    """The exact motion, seen as a run of some nutations, with the events of a run or without."""
+    """The exact motion, seen as a run to its end, with the events of a run or without."""
 
     motion: Motion
     scene: Any
-    orbit: Any
+    end: float
     events: Any = field(default_factory=lambda: _NOTHING)
 
     @classmethod
     def of(cls, motion: Motion, periods: int) -> ExactRun:
-        """That of a motion."""
+        """That of some nutations of a motion."""
         moving = touched(motion) or motion
-        end = periods * moving.period if moving.period else STEADY_S
         scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
-        return cls(motion, scene, SimpleNamespace(end=end))
+        return cls(motion, scene, periods * moving.period if moving.period else STEADY_S)
 
-    @classmethod
-    def of_scene(cls, run: SceneMotion) -> ExactRun:
-        """That of a scene which was not integrated."""
-        return cls(run.motion, run.scene, SimpleNamespace(end=run.span))
+    @property
+    def orbit(self) -> ExactRun:
+        """What has its end."""
+        return self
 
     def __call__(self, t: Any) -> Any:
         """The motion at some times [s]."""
@@ -98,11 +97,13 @@ class ExactRun:
 
 def run_of(thing: Trajectory | Motion) -> Any:
     """Return a trajectory, or the exact motion as one."""
-    from heavytop.run.trajectory import Trajectory  # which takes its time to import
-
+    if isinstance(thing, ExactRun):
+        return thing
     if isinstance(thing, Motion):
         return ExactRun.of(thing, NUTATIONS)
-    if not isinstance(thing, Trajectory | ExactRun):
+    from heavytop.run.trajectory import Trajectory  # which takes its time to import
+
+    if not isinstance(thing, Trajectory):
         raise wrong_type("trajectory", "a Trajectory (propagate gives one) or a Motion", thing)
     return thing
 
@@ -135,20 +136,13 @@ def _mark_events(ax: Axes, run: Any, shown: float, places: Array) -> None:
 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
     label, colour, marker = style.EVENTS[kind]
-    label = style.once(ax, label)
-    ax.plot(
-        x, y, marker, label=label, color=colour, ms=5, mfc="white", ls="none", zorder=3, gid=MARK
-    )
+    looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3, "gid": MARK}
+    ax.plot(x, y, marker, label=style.once(ax, label), color=colour, **looks)
 
 
 def _in_unit(name: str, values: Any) -> Array:
     """A quantity in the unit in which it is shown."""
     return QUANTITIES[name].shown[1] * np.asarray(values)
-
-
-def _label(ax: Axes, x: str, y: str) -> Axes:
-    ax.set(xlabel=QUANTITIES[x].heading, ylabel=QUANTITIES[y].heading)
-    return ax
 
 
 def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
@@ -162,7 +156,7 @@ def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
     if hasattr(run.events, y):
         columns = [_in_unit(name, getattr(run.events, name)) for name in (x, y)]
         _mark_events(ax, run, shown, np.column_stack(columns))
-    _label(ax, x, y)
+    ax.set(xlabel=QUANTITIES[x].heading, ylabel=QUANTITIES[y].heading)
     return path
 
 
@@ -316,10 +310,8 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, motion: Motion) -
     ends = (motion.theta_min, motion.theta_max)
     if ends[1] > ends[0]:
         theta = np.linspace(*ends, 401)
-        below = np.minimum(A * V(theta), E_prime)
-        ax.fill_between(
-            _in_unit("theta", theta), below, E_prime, color=style.PATH, alpha=0.15, lw=0
-        )
+        across, below = _in_unit("theta", theta), np.minimum(A * V(theta), E_prime)
+        ax.fill_between(across, below, E_prime, color=style.PATH, alpha=0.15, lw=0)
     if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
             _mark(ax, name, _in_unit("theta", tilt), E_prime)
@@ -365,7 +357,8 @@ def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes
     rate = _in_unit("thetadot", start.thetadot[:1])
     _start(ax, start.theta[:1], rate, {} if own or along else looks)
     ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
-    return _label(ax, "theta", "thetadot")
+    ax.set(xlabel=QUANTITIES["theta"].heading, ylabel=QUANTITIES["thetadot"].heading)
+    return ax
 
 
 def _energy_curve(
@@ -404,8 +397,8 @@ def drawn_part(motion: Motion, V: Potential) -> tuple[tuple[float, float], float
     if rests:
         beside = float(V(low + room if low < np.pi / 2 else high - room))
         level = floor + (beside - floor) / BEYOND
-    seen = theta[heights <= floor + BEYOND * (level - floor)]
-    return (float(seen[0]), float(seen[-1])), floor, level
+    shown = theta[heights <= floor + BEYOND * (level - floor)]
+    return (float(shown[0]), float(shown[-1])), floor, level
 
 
 # --- the error against the closed form ---------------------------------------------------------
@@ -438,8 +431,8 @@ FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower 
 
 
 def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
-    seen = np.concatenate(list(found.values()))
-    positive = seen[seen > 0] if (seen > 0).any() else np.array([np.finfo(float).eps])
+    every = np.concatenate(list(found.values()))
+    positive = every[every > 0] if (every > 0).any() else np.array([np.finfo(float).eps])
     smallest, shown = float(positive.min()), FAINTEST * float(positive.max())
     edge = "exactly zero" if smallest >= shown else "zero, or smaller"
     floor = 10.0 ** np.floor(np.log10(max(smallest, shown)) - 0.7)
@@ -471,6 +464,8 @@ DRAW: Final[Mapping[str, Callable[..., Axes]]] = {
 }
 """What draws a run on axes, by the names that `plot` has for it."""
 
+PANELS: Final = {"overview": ("loop", "sphere"), "angles": ("theta", "phi", "psidot")}
+"""What a figure of a run shows, where that is not one picture of its own name."""
 UNSEEN: Final = 1e-6  # rad, in a picture
 
 
@@ -481,11 +476,11 @@ def as_drawn(run: Trajectory | SceneMotion) -> Any:
     from heavytop.run.exact import SceneMotion  # which takes its time to import
 
     if isinstance(run, SceneMotion):
-        return ExactRun.of_scene(run)
+        return ExactRun(run.motion, run.scene, run.span)
     if run.in_doubles:
         return run
     ours, theirs = run.samples.axis, run.motion.at(run.t).axis
-    exact = ExactRun(run.motion, run.scene, run.orbit, run.events)
+    exact = ExactRun(run.motion, run.scene, run.orbit.end, run.events)
     return exact if np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True) else run
 
 
@@ -513,7 +508,7 @@ def run_figure(name: str, run: Any) -> Figure:
     followed = not np.isnan(run.samples.phi).all()
     panels = [
         "theta" if panel == "loop" and stands(run) else panel
-        for panel in PICTURES[name].panels
+        for panel in PANELS.get(name, (name,))
         if panel != "phi" or followed
     ]
     count, beside = len(panels), "sphere" in panels

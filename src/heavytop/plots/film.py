@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -25,6 +24,7 @@ from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENTS, PATH, Array
 from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
+from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene
 from heavytop.text import cut
 
@@ -51,8 +51,8 @@ PALER: Final = 0.35  # opacity of what runs behind the sphere
 
 def _size(value: object) -> tuple[int, int]:
     try:  # a text is the command's
-        sides: Any = map(int, value.lower().split("x")) if isinstance(value, str) else value
-        width, height = (int(SIDE(each)) for each in sides)
+        sides: Any = value.lower().split("x") if isinstance(value, str) else value
+        width, height = (int(SIDE(int(each))) for each in sides)
     except (TypeError, ValueError):  # of what is no pair
         raise Refused(SIDES) from None
     return width, height
@@ -152,8 +152,8 @@ def film(
     """
     expect("scene", scene, Scene, "load_scene gives one")
     heard("progress", progress)
-    asked = {"seconds": seconds, "rounds": rounds, "time": time, "speed": speed}
-    given = {name: each for name, each in asked.items() if each is not None}
+    timing = {"seconds": seconds, "rounds": rounds, "time": time, "speed": speed}
+    given = {name: each for name, each in timing.items() if each is not None}
     known, wrong = parse_options("film", given | {"path": path, "fps": fps, "size": size}, OPTIONS)
     if wrong:
         raise BadScene(tuple(wrong))
@@ -162,7 +162,9 @@ def film(
     if form == ".mp4":
         width, height = 2 * (width // 2), 2 * (height // 2)
     motion = Motion(scene.top, scene.start)
-    clip = Clip.of(motion, _end(scene, motion), SECONDS, **{name: known[name] for name in given})
+    whole = float(scene.periods or 1) * (motion.period or 1)  # without a span: a nutation
+    end = whole if scene.time is None else float(scene.time)
+    clip = Clip.of(motion, end, SECONDS, **{name: known[name] for name in given})
     count = max(2, round(clip.seconds * rate))
     if form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
         rule = f"{count} frames are too many of this size: as an MP4, or smaller or shorter"
@@ -179,13 +181,6 @@ def film(
     return place
 
 
-def _end(scene: Scene, motion: Motion) -> float:
-    """The end of the span of a scene [s]; of one without a span that of a nutation."""
-    if scene.time is not None:
-        return float(scene.time)
-    return float(scene.periods or 1) * (motion.period or 1)
-
-
 # --- what is shown, and from where ---------------------------------------------------------------
 
 
@@ -196,15 +191,14 @@ class Camera(NamedTuple):
     scale: float
     pivot: Array
 
-    def seen(self, points: Array) -> Array:
+    def project(self, points: Array) -> Array:
         """Points in space as pixels from the left and from the top, and how near they are."""
         right, up, near = np.moveaxis(points @ self.rows.T, -1, 0)
         x, y = self.pivot
         return np.stack((x + self.scale * right, y - self.scale * up, near), axis=-1)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Shot:
+class Shot(NamedTuple):
     """What a film shows, at even times.
 
     Attributes
@@ -236,18 +230,18 @@ class Shot:
     def of(cls, scene: Scene, clip: Clip, *, follow: bool = False) -> Shot:
         """What a film shows of a scene."""
         motion, end = clip.motion, clip.end
-        seen = motion.at(np.linspace(0.0, end, POINTS))
+        record = motion.at(np.linspace(0.0, end, POINTS))
         pushed = f"pushed at {PUSH:g} rad/s; untouched it stays as it is" if clip.pushed else ""
         titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / clip.seconds), pushed
-        tilts = {"theta_max": float(motion.theta_max), "theta_min": float(motion.theta_min)}
+        tilts = {"theta_max": motion.theta_max, "theta_min": motion.theta_min}
         return cls(
             titles=tuple(filter(None, titles)),
-            t=seen.t,
-            axis=seen.axis,
-            momentum=momentum_path(scene.top, seen),
-            rotation=_rotations(seen.quaternion),
+            t=record.t,
+            axis=record.axis,
+            momentum=momentum_path(scene.top, record),
+            rotation=_rotations(record.quaternion),
             rims=_rims(float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))),
-            limits={EVENTS[name].colour: tilt for name, tilt in tilts.items()},
+            limits={EVENTS[name].colour: float(tilt) for name, tilt in tilts.items()},
             turned=motion.mean_angle_rates[0] * end if follow else 0.0,
         )
 
@@ -282,8 +276,9 @@ class Shot:
         picture = Image.new("RGB", large, PAPER)
         Brush(ImageDraw.Draw(picture), self.camera(done, large), min(large) / 600).draw(self, now)
         small = picture.reduce(FINE)
-        words = "\n".join((*self.titles, f"t = {self.t[now]:.4g} s"))
+        time = QUANTITIES["t"].with_unit(self.t[now], form=".4g")
         font = ImageFont.truetype(FONT, max(9, min(size) // 38))
+        words = "\n".join((*self.titles, f"t = {time}"))
         ImageDraw.Draw(small).multiline_text((8, 6), words, fill=INK, font=font)
         return small
 
@@ -344,7 +339,7 @@ class Brush(NamedTuple):
             self.line(stem[1:], INK, 2.5)
         self.paths(shot, now, behind=False)
         self.line(arrow, MOMENTUM, 2)
-        self.disc(self.camera.seen(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
+        self.disc(self.camera.project(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
 
     def paths(self, shot: Shot, now: int, *, behind: bool) -> None:
         """The circles between which the axis stays, the path ahead, and that so far."""
@@ -361,13 +356,13 @@ class Brush(NamedTuple):
 
     def line(self, points: Array, colour: str, width: float, behind: bool | None = None) -> None:
         """Draw a line; or its parts in front of the sphere, or, paler, those behind it."""
-        seen = self.camera.seen(points)
-        drawn = np.ones(len(seen), bool) if behind is None else (seen[:, 2] < 0) == behind
+        pixels = self.camera.project(points)
+        drawn = np.ones(len(pixels), bool) if behind is None else (pixels[:, 2] < 0) == behind
         rgb = (PALER if behind else 1.0) * (np.array(ImageColor.getrgb(colour)) - 255) + 255
         looks: Any = {"fill": _colour(rgb), "width": max(1, round(width * self.unit))}
-        for part in np.split(np.arange(len(seen)), np.flatnonzero(np.diff(drawn)) + 1):
+        for part in np.split(np.arange(len(pixels)), np.flatnonzero(np.diff(drawn)) + 1):
             if drawn[part[0]] and part.size > 1:
-                self.pen.line(seen[part, :2].ravel().tolist(), joint="curve", **looks)
+                self.pen.line(pixels[part, :2].ravel().tolist(), joint="curve", **looks)
 
     def body(self, rims: Array) -> None:
         """Draw the faces of the body that face the eye, the farthest first."""
@@ -375,7 +370,7 @@ class Brush(NamedTuple):
         faces = np.stack((rims[:-1], beside[:-1], beside[1:], rims[1:]), axis=2).reshape(-1, 4, 3)
         normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
         normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)) @ self.camera.rows.T
-        corners, shade = self.camera.seen(faces), 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
+        corners, shade = self.camera.project(faces), 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
         front = np.flatnonzero(normal[:, 2] > 0)
         for k in front[np.argsort(corners[front, :, 2].sum(axis=1), kind="stable")].tolist():
             colour = _colour(shade[k] * (PATCH if k % SECTORS < MARKED else BODY))

@@ -82,10 +82,10 @@ class View(NamedTuple):
         for degrees in range(self.spacing, 180, self.spacing):
             z, far = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
             ring = np.column_stack((far * np.cos(around), far * np.sin(around), 0 * around + z))
-            seen, depth = self.project(ring)
+            flat, depth = self.project(ring)
             if not (depth > 0).any() or not (whole or far < radius):
                 continue
-            ax.plot(*np.where(depth > 0, seen.T, np.nan), color=FAINT, lw=0.6, zorder=1)
+            ax.plot(*np.where(depth > 0, flat.T, np.nan), color=FAINT, lw=0.6, zorder=1)
             front = z * self.up[2] - far * self.towards[2]
             if abs(front) < 0.95 * radius:
                 ax.text(0.0, front, f"{degrees}°", fontsize=size, color="#606060", ha="center",
@@ -97,20 +97,20 @@ class View(NamedTuple):
         self, ax: Axes, axis: Array, colour: str, opacity: float = 1.0, **looks: Any
     ) -> None:
         """Draw a path of the axis from its dot to its arrow head, paler behind the sphere."""
-        seen, depth = self.project(axis)
+        flat, depth = self.project(axis)
         looks = over({"color": colour, "alpha": opacity, "lw": 1.0}, looks)
         colour, opacity = looks["color"], looks["alpha"]
         for behind, strength in ((False, opacity), (True, BEHIND * opacity)):
-            part = np.where(((depth < 0) == behind)[:, None], seen, np.nan)
+            part = np.where(((depth < 0) == behind)[:, None], flat, np.nan)
             if np.isfinite(part).any():
                 ours = {"solid_joinstyle": "round", "zorder": 2 if behind else 3}
                 ax.plot(*part.T, **ours | looks | {"alpha": strength})
                 looks.pop("label", None)  # which one of both parts has
-        ax.plot(*seen[0], "o", color=colour, ms=3, zorder=4)
-        away = np.flatnonzero(np.hypot(*(seen - seen[-1]).T) > 0.02 * self.reach)
+        ax.plot(*flat[0], "o", color=colour, ms=3, zorder=4)
+        away = np.flatnonzero(np.hypot(*(flat - flat[-1]).T) > 0.02 * self.reach)
         if away.size:
             head = {"arrowstyle": "-|>", "color": colour, "alpha": opacity, "shrinkB": 0}
-            ax.annotate("", seen[-1], seen[away[-1]], arrowprops=head, zorder=4)
+            ax.annotate("", flat[-1], flat[away[-1]], arrowprops=head, zorder=4)
 
     def frame(self, ax: Axes) -> None:
         """Show the view on axes that are not drawn."""
@@ -127,19 +127,17 @@ def touched(motion: Motion) -> Motion | None:
     return Motion(motion.top, State(start.theta, thetadot=PUSH, omega3=start.omega3))
 
 
-def momentum_path(top: Top, seen: Any) -> Array:
+def momentum_path(top: Top, record: Any) -> Array:
     """The angular momentum over its largest size at the times of a sample or record, (k, 3)."""
     A, C = float(top.A), float(top.C)
-    along = np.sum(seen.omega * seen.axis, axis=1, keepdims=True)
-    momentum = A * seen.omega + (C - A) * along * seen.axis
-    path: Array = momentum / (float(np.linalg.norm(momentum, axis=1).max()) or 1.0)
-    return path
+    along = np.sum(record.omega * record.axis, axis=1, keepdims=True)
+    momentum = A * record.omega + (C - A) * along * record.axis
+    return np.asarray(momentum / (float(np.linalg.norm(momentum, axis=1).max()) or 1.0))
 
 
 def axis_path(motion: Motion, time: float) -> Array:
     """The axis over `time` seconds of the closed form, shape (k, 3)."""
-    path: Array = motion.at(np.linspace(0.0, time, 801)).axis
-    return path
+    return np.asarray(motion.at(np.linspace(0.0, time, 801)).axis)
 
 
 def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = False) -> None:

@@ -16,7 +16,7 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.ask import fact_quantity
-from heavytop.results.drift import SERIES, error_of
+from heavytop.results.drift import columns_of, error_names, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import ERRORS, error_of_point, front
 from heavytop.scene.quantities import quantity_of
@@ -79,8 +79,7 @@ def drift_figure(found: Found) -> Figure:
         method that diverges those up to 1e9.
     """
     methods, count = found.methods, found.ensemble
-    names = dict.fromkeys([*SERIES, *(n for m in methods for n in m["invariants"])])
-    panels = [name for name in names if _series(methods, name)]
+    panels = [name for name in error_names(methods) if _series(methods, name)]
     columns = min(2, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
@@ -117,10 +116,8 @@ def error_growth(ax: Axes, found: Found, name: str = "energy", /, **looks: Any) 
 def _series(methods: Sequence[Known], name: str) -> Series:
     found = {}
     for each in methods:
-        errors = each.get(name, each["invariants"].get(name, ()))
-        known = zip(each["periods"], errors, strict=False)
-        points = [(n, error) for n, error in known if error and abs(error) <= LARGEST]
-        if points:
+        errors = zip(each["periods"], columns_of(each).get(name, ()), strict=False)
+        if points := [(n, error) for n, error in errors if error and abs(error) <= LARGEST]:
             found[each["name"]] = points
     return found
 
@@ -173,19 +170,15 @@ def workprec_figure(found: Found) -> Figure:
     points = found.points
     axis = any(point["measures"] == "axis" for point in points)
     columns = ["axis" if axis else "theta", "phase", "energy"]
-    more = [p for p in points if p["bits"] > DOUBLE]
-    rows = [
-        ("us_per_period", 1.0),
-        ("rhs_evaluations", 1.0),
-        *[("us_per_period", 0.6)] * bool(more),
-    ]
-    heights = [height for _, height in rows]
+    doubles, more = ([p for p in points if (p["bits"] > DOUBLE) == x] for x in (False, True))
+    rows = [("us_per_period", doubles), ("rhs_evaluations", doubles)]
+    rows += [("us_per_period", more)] * bool(more)
+    heights = (1.0, 1.0, 0.6)[: len(rows)]
     size = (3.9 * len(columns) + 0.4, 3.7 * sum(heights) + 1.8)
     title = f"{title_of(found.scene)}, {found.periods:g} periods"
     grid = {"ncols": len(columns), "sharey": "row", "height_ratios": heights}
     with style.sheet(title, size, nrows=len(rows), **grid) as (figure, axes):
-        for k, (row, (work, _)) in enumerate(zip(axes, rows, strict=True)):
-            some = more if k == 2 else [p for p in points if p["bits"] == DOUBLE]
+        for row, (work, some) in zip(axes, rows, strict=True):
             for ax, name in zip(row, columns, strict=True):
                 work_precision(ax, found, name, work, some)
                 ax.set_visible(bool(np.isfinite(ax.dataLim.x0)))  # of some errors there are none
@@ -349,18 +342,7 @@ CHECKED: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
 
 
 def check_figure(found: Found) -> Figure:
-    """The chart of a check.
-
-    Parameters
-    ----------
-    found : CheckResult
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The magnitude of every error over time above conditioning; below, how far the
-        data run ahead.
-    """
+    """The errors of a check over time above conditioning; below, how far the data run ahead."""
     grid = {"nrows": 2, "sharex": True, "height_ratios": (3, 2)}
     with style.sheet(literal(found.data["file"]), (7.0, 5.2), 3, **grid) as (figure, axes):
         checked_errors(axes[0, 0], found).set_xlabel("")

@@ -11,19 +11,28 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.errors import ForeignFile, HeavyTopError, NotDrawnWarning, Stop, StoppedEarly
+from heavytop.errors import (
+    ForeignFile,
+    HeavyTopError,
+    MissingPackage,
+    NotDrawnWarning,
+    Outcome,
+    Stop,
+    StoppedEarly,
+    is_interrupt,
+)
 from heavytop.files import as_json, locked, write_document
-from heavytop.results.base import Result, Row, as_rows, not_as_written, read_json, typed
-from heavytop.results.classification import asked_formulation, asked_tolerance, plan_summary
+from heavytop.results.base import Result, Row, as_rows, not_as_written, typed
+from heavytop.results.classification import plan_summary
 from heavytop.results.run import PICTURES, RunResult, run_result
 from heavytop.scene.scene import Scene, read_scene
-from heavytop.text import harmless
+from heavytop.scene.scene_file import written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,8 +60,10 @@ class Request:
 
     @property
     def question(self) -> dict[str, Any]:
-        """What makes it another run."""
-        return _question(self.scene.document(), self.formulation, self.tolerance)
+        """What makes it another run, whatever its scene is called."""
+        scene = json.loads(as_json(self.scene.document()))
+        parts = {name: scene[name] for name in ("top", "start", "span", "want")}
+        return {"scene": parts, "formulation": self.formulation, "tolerance": self.tolerance}
 
     def write(self, folder: Path) -> None:
         """Write it down."""
@@ -69,37 +80,43 @@ class Request:
 
     @classmethod
     def read(cls, folder: Path) -> Request:
-        """What a folder says; without a request, what its trajectory is of.
+        """What a folder says of its run: its request, or its document, or its trajectory.
 
         Raises
         ------
         ForeignFile
             It is missing or damaged.
         """
+        if (folder / REQUEST).exists():
+            with not_as_written(folder / REQUEST):
+                found = Row(json.loads((folder / REQUEST).read_bytes()))
+                scene = read_scene(found.scene, where=f"{found.name}.toml")
+                return cls(scene, found.formulation, bool(found.figures), found.tolerance)
+        if (folder / DOCUMENT).exists():
+            result = RunResult.load(folder / DOCUMENT)
+            with not_as_written(folder / DOCUMENT):
+                return cls.of_plan(read_scene(scene_text(result.scene)), result.plan)
         from heavytop.run.trajectory_file import load_interrupted
 
-        if not (folder / REQUEST).exists():
-            found = load_interrupted(folder / TRAJECTORY)
-            plan = plan_summary(found.plan)
-            return cls(found.scene, asked_formulation(plan), tolerance=asked_tolerance(plan))
-        request = Row(read_json(folder / REQUEST))
-        with not_as_written(folder / REQUEST):
-            scene = read_scene(request.scene, where=f"{request.name}.toml")
-            return cls(scene, request.formulation, bool(request.figures), request.tolerance)
+        part = load_interrupted(folder / TRAJECTORY)
+        return cls.of_plan(part.scene, plan_summary(part.plan))
+
+    @classmethod
+    def of_plan(cls, scene: Scene, plan: Mapping[str, Any]) -> Request:
+        """What was asked of a scene, by the reasons of its plan."""
+        form, reasons = plan["formulation"], plan["reasons"]
+        chosen = form if f"{form}: asked for by name" in reasons else "auto"
+        given = any(reason.endswith(": asked for") for reason in reasons)
+        return cls(scene, chosen, tolerance=plan["tolerance"] if given else None)
 
 
-def _question(
-    scene: Mapping[str, Any], formulation: str, tolerance: float | None
-) -> dict[str, Any]:
-    """A run as it is compared with others: whatever its scene is called."""
-    told = {key: scene[key] for key in ("top", "start", "span", "want")}
-    return {
-        "scene": json.loads(as_json(told)), "formulation": formulation, "tolerance": tolerance,
-    }  # fmt: skip
+def scene_text(document: Mapping[str, Any]) -> str:
+    """The scene of a document as TOML."""
+    return written({name: x for name, x in document.items() if name != "name" and x != ""})
 
 
 @contextmanager
-def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None]:
+def open_run(folder: Path, request: Request, *, force: bool = False) -> Iterator[None]:
     """Hold a folder for one run, whose request stands there from now on until it is whole.
 
     What is left of the same run stays, to go on with; a whole one is taken away.
@@ -110,38 +127,51 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
         It holds another run, or a study, and `force` does not replace it; or what cannot be read.
     InUse
         Another process is writing it.
-    OSError
-        The request cannot be written.
+    StoppedEarly
+        Ctrl-C, or a file that cannot be written: the folder goes on with the run.
     """
     from heavytop.studies.study import LOCK, STUDY
 
     if (folder / STUDY).exists():
         raise ForeignFile(f"{folder}: holds a study; a run needs a folder of its own")
-    mine = False
     with locked(folder / LOCK):
         try:
             if not force:
-                _expect_same(folder, asked)
+                _expect_same(folder, request)
             for path in folder.glob(".*"):  # of a writer that was killed
                 if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in OWN:
                     path.unlink(missing_ok=True)
             if force or not (folder / REQUEST).exists():
                 _remove(folder, OWN)
-                asked.write(folder)
-            mine = True
-            yield
-        except (KeyboardInterrupt, OSError, StoppedEarly):
-            raise
-        except BaseException:
-            if mine and not (folder / TRAJECTORY).exists():  # nothing is done: it would fail again
-                (folder / REQUEST).unlink(missing_ok=True)
-            raise
+                request.write(folder)
+            with _resumable(folder):
+                yield
         finally:
             if not (folder / REQUEST).exists():
                 (folder / LOCK).unlink(missing_ok=True)
 
 
-def _remove(folder: Path, names: Iterable[str]) -> None:
+@contextmanager
+def _resumable(folder: Path) -> Iterator[None]:
+    """Keep the request of a run that is stopped on its way; of one that fails, if steps are done.
+
+    Raises
+    ------
+    StoppedEarly
+    """
+    try:
+        yield
+    except OSError as fault:
+        raise StoppedEarly.unwritable(fault, folder, folder) from fault
+    except BaseException as fault:
+        if is_interrupt(fault):
+            raise StoppedEarly(Stop.INTERRUPTED, "interrupted", folder) from None
+        if not (folder / TRAJECTORY).exists():  # it would fail again
+            (folder / REQUEST).unlink(missing_ok=True)
+        raise
+
+
+def _remove(folder: Path, names: Sequence[str]) -> None:
     """Take away the files of an earlier run.
 
     Raises
@@ -155,28 +185,24 @@ def _remove(folder: Path, names: Iterable[str]) -> None:
         (folder / name).unlink(missing_ok=True)
 
 
-def _expect_same(folder: Path, asked: Request) -> None:
+def _expect_same(folder: Path, request: Request) -> None:
     """Refuse a folder that holds another run than the one that is asked."""
     from heavytop.studies.study import differences
 
+    there = [name for name in OWN if os.path.lexists(folder / name)]
+    if not there:
+        return
     try:
-        if (folder / DOCUMENT).exists() and not (folder / REQUEST).exists():
-            found = RunResult.load(folder / DOCUMENT)
-            plan = asked_formulation(found.plan), asked_tolerance(found.plan)
-            there = _question(found.scene, *plan)
-        elif (folder / REQUEST).exists() or (folder / TRAJECTORY).exists():
-            there = Request.read(folder).question
-        elif others := [name for name in FIGURES if os.path.lexists(folder / name)]:
-            raise ForeignFile(f"{folder / others[0]}: not of a run of this package")
-        else:
-            return
+        if there[0] in FIGURES:
+            raise ForeignFile(f"{folder / there[0]}: not of a run of this package")
+        found = differences(Request.read(folder).question, request.question)
     except ForeignFile as fault:
         raise ForeignFile(f"{fault} (--force replaces it)") from None
-    if told := "; ".join(differences(there, asked.question)):
-        raise ForeignFile(f"{folder}: holds another run: {told} (--force replaces it)")
+    if found:
+        raise ForeignFile(f"{folder}: holds another run: {'; '.join(found)} (--force replaces it)")
 
 
-def part_of(folder: Path, scene: Scene) -> Trajectory | None:
+def load_part(folder: Path, scene: Scene) -> Trajectory | None:
     """What a folder has of the trajectory of a scene, by its plan; None where there is nothing.
 
     Raises
@@ -198,21 +224,30 @@ def part_of(folder: Path, scene: Scene) -> Trajectory | None:
 def load_run(result: RunResult, path: Path) -> Any:
     """The trajectory, or the exact motion, of a run whose document is there; None without a file.
 
+    Without heyoka a finished run has its exact motion, which no picture tells from it.
+
     Raises
     ------
     ForeignFile
         It is damaged, or of another scene.
     """
-    from heavytop.run.exact import SceneMotion
-    from heavytop.run.trajectory_file import load_exact, load_trajectory
-
     place = path.with_name(TRAJECTORY)
     if "trajectory" not in result.files or not place.exists():
         return None
-    run: Any = (load_exact if result.source == SceneMotion.source else load_trajectory)(place)
+    try:
+        from heavytop.run.trajectory_file import load_exact, load_trajectory
+    except MissingPackage:
+        if result.outcome != Outcome.FINISHED:
+            raise
+        from heavytop.run.exact import SceneMotion
+        from heavytop.run.planning import closed_form_of, plan
+
+        known = read_scene(scene_text(result.scene), where=f"{result.scene.name}.toml")
+        return SceneMotion(known, closed_form_of(known), plan(known))
+    run: Any = (load_trajectory if result.source == "integrated" else load_exact)(place)
     scene = as_rows(run.scene.document())
     if any(scene[key] != result.scene.get(key) for key in ("top", "start", "title", "span")):
-        raise ForeignFile(f"{harmless(place)}: of another scene than {DOCUMENT} is about")
+        raise ForeignFile(f"{place}: of another scene than {DOCUMENT} is about")
     return run
 
 
@@ -249,20 +284,13 @@ def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:
         files["trajectory"] = TRAJECTORY
         run.save(folder / TRAJECTORY)
         for name, draw in run_figures(run) if figures else ():
-            files |= _saved(folder, name, draw, name)
+            files |= _save_figure(folder, name, draw, name)
     result = run_result(run, files=files)
     result.save(folder / DOCUMENT)
     return result
 
 
 # --- a study ---------------------------------------------------------------------------------
-
-
-class Unwritten(StoppedEarly):
-    """A study that reached its end, and whose files cannot be written: what it found is at hand."""
-
-    def __str__(self) -> str:
-        return self.why
 
 
 def write_study(
@@ -299,42 +327,22 @@ def write_study(
     with _writing(found, place):
         place.mkdir(parents=True, exist_ok=True)
         files = {"document": f"{kind}.json", **found.save_data(place)}
-        _write(found, place, files)
+        found = replace(found, files=files)
+        found.save(place / files["document"])
         for form in FORMS:
             (place / f"{kind}.{form}").unlink(missing_ok=True)
-    return draw_study(found, place, files) if figures else files
+    return draw_study(found, place) if figures else files
 
 
-def draw_study(found: Result, folder: Path, files: Mapping[str, str]) -> dict[str, str]:
+def draw_study(found: Result, folder: Path) -> dict[str, str]:
     """Draw the chart of a study that was written, and name it in its document.
 
-    Parameters
-    ----------
-    found, folder
-        As for `write_study`.
-    files : mapping from str to str
-        What it returned.
-
-    Returns
-    -------
-    dict from str to str
-        These files and the chart.
-
-    Raises
-    ------
-    StoppedEarly
-        As `write_study`, which has the warnings too.
+    Parameters, warnings and errors are those of `write_study`, of which `found` has the files.
     """
     with _writing(found, folder):
-        drawn = _saved(folder, kind_of(found), found.figure, "chart")
-        every = {**files, **drawn}
-        _write(found, folder, every)
-    return every
-
-
-def _write(found: Result, folder: Path, files: Mapping[str, str]) -> None:
-    """Write the document of a study with the names of its files."""
-    write_document(folder / files["document"], found.document() | {"files": files})
+        files = {**found.files, **_save_figure(folder, kind_of(found), found.figure, "chart")}
+        replace(found, files=files).save(folder / files["document"])
+    return files
 
 
 def kind_of(found: Result) -> str:
@@ -344,24 +352,16 @@ def kind_of(found: Result) -> str:
 
 @contextmanager
 def _writing(found: Result, place: Path) -> Iterator[None]:
-    """Write files of a study; say of one that cannot be written how to go on, if it does.
-
-    Raises
-    ------
-    StoppedEarly
-    """
+    """Say of a file that cannot be written how the study goes on, if it does."""
     try:
         yield
     except OSError as fault:
-        path = Path(os.fsdecode(fault.filename or place))
-        path = path.with_name(path.name.removeprefix(f".{os.getpid()}."))  # as it is named at last
-        why = f"cannot write {path}: {fault.strerror or fault}"
-        if found.goes_on:
-            raise StoppedEarly(Stop.UNWRITABLE, why, place) from fault
-        raise Unwritten(Stop.UNWRITABLE, why, None) from fault
+        raise StoppedEarly.unwritable(fault, place, place if found.goes_on else None) from fault
 
 
-def _saved(place: Path, name: str, draw: Callable[[], Figure | None], key: str) -> dict[str, str]:
+def _save_figure(
+    place: Path, name: str, draw: Callable[[], Figure | None], key: str
+) -> dict[str, str]:
     """Draw a figure and save it in every form; the names of its files, none where it fails."""
     from heavytop.plots.style import save
 

@@ -11,11 +11,16 @@ from heavytop.analytic.motion import Motion
 from heavytop.plots.clip import PERIODS
 from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
-from heavytop.results.base import Fact, Result, Table, given, with_unit
+from heavytop.results.base import Fact, Result, Table, given
 from heavytop.results.check import CheckResult
-from heavytop.results.classification import motion_summary, plan_summary
+from heavytop.results.classification import (
+    Planned,
+    course_facts,
+    motion_summary,
+    plan_summary,
+    verdict_facts,
+)
 from heavytop.results.run import run_result
-from heavytop.results.run_texts import course_rows, plan_facts, verdict_rows
 from heavytop.scene.quantities import quantity_of
 from heavytop.text import Shown
 
@@ -60,7 +65,8 @@ def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
     for name, x in values:
         text = f"[{', '.join(map(str, x))}]" if isinstance(x, tuple) else str(x)
         formula = not isinstance(x, str) and set(text) & set("/*") and len(text) > LONGEST
-        yield quantity_of(name).symbol, with_unit(name, f"{float(x):.6g}" if formula else text)
+        quantity = quantity_of(name)
+        yield quantity.symbol, quantity.with_unit(f"{float(x):.6g}" if formula else text)
 
 
 def _state(state: State) -> Iterator[Fact]:
@@ -81,8 +87,8 @@ def _scene(scene: Scene) -> Iterator[Fact]:
 
 def _motion(motion: Motion) -> Iterator[Fact]:
     summary = motion_summary(motion)
-    yield from verdict_rows(asdict(motion.verdict))
-    yield from course_rows(summary, summary)
+    yield from verdict_facts(asdict(motion.verdict))
+    yield from course_facts(summary)
 
 
 def _errors(errors: Any) -> Iterator[Fact]:
@@ -102,8 +108,8 @@ _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Motion": lambda motion: (_motion(motion), motion_figure(motion)),
     "Trajectory": lambda run: (run_result(run), run_figure("overview", run)),
     "Errors": lambda errors: (_errors(errors), None),
-    "Verdict": lambda verdict: (verdict_rows(asdict(verdict)), None),
-    "Plan": lambda plan: (plan_facts(plan_summary(plan)), None),
+    "Verdict": lambda verdict: (verdict_facts(asdict(verdict)), None),
+    "Plan": lambda plan: (Planned(scene={}, plan=plan_summary(plan)).facts(), None),
     "Check": lambda check: _result(CheckResult.from_document(check.document())),
 }
 """By the name of a class; any other is a result."""

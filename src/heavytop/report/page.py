@@ -114,7 +114,7 @@ def _pictures(result: Result, run: Any) -> Iterator[Picture]:
 
     figures = {kind_of(result): (result.chart.title, result.figure)} if result.chart else {}
     if run is not None:
-        figures = {name: (PICTURES[name].title, draw) for name, draw in run_figures(run)}
+        figures = {name: (PICTURES[name], draw) for name, draw in run_figures(run)}
     for name, (title, draw) in figures.items():
         try:
             if (figure := draw()) is not None:

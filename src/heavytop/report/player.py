@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FRAMES: Final = 1001
 LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
 MOST_EVENTS: Final = 200
-BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
+BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not visible as a turning
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
@@ -48,15 +48,15 @@ def frames(
     motion, last = clip.motion, clip.end
     times, notes = np.linspace(0.0, last, FRAMES), []
     whole = clip.pushed or abs(last) > abs(end)
-    seen: Sample | Record = motion.at(times) if whole else trajectory(times)
+    record: Sample | Record = motion.at(times) if whole else trajectory(times)
     if clip.pushed:
         notes.append(f"Without a push it stays as it is; here it was pushed at {PUSH:g} rad/s.")
-    elif not (np.isfinite(seen.quaternion).all() and np.isfinite(seen.omega).all()):
-        seen = motion.at(times)
+    elif not (np.isfinite(record.quaternion).all() and np.isfinite(record.omega).all()):
+        record = motion.at(times)
         notes.append("The attitude is from the closed form: the run does not follow all angles.")
     if abs(last) < 0.999 * abs(end):
         notes.append(f"The first {abs(last):.3g} s of {abs(end):.3g} s are shown.")
-    spin = float(seen.psi[-1] - seen.psi[0])
+    spin = float(record.psi[-1] - record.psi[0])
     if abs(spin) > BLURRED * FRAMES:
         notes.append("The spin is too fast to be shown as it is.")
     found = trajectory.events
@@ -70,7 +70,8 @@ def frames(
         "seconds": clip.seconds if speed else None, "precession": motion.mean_angle_rates[0] * last,
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_EVENTS],
         "shape": [float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))],
-        "quaternion": _packed(seen.quaternion), "momentum": _packed(momentum_path(scene.top, seen)),
+        "quaternion": _packed(record.quaternion),
+        "momentum": _packed(momentum_path(scene.top, record)),
     }  # fmt: skip
 
 

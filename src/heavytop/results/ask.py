@@ -36,11 +36,11 @@ class FoundResult(Result):
         yield "so that", self.so_that
         for each in self.solutions:
             low, high = (f"{end * varied.shown[1]:.17g}" for end in each.bracket)
-            value = f"{varied.text(each.value)} {varied.shown[0]}".rstrip()
-            yield key, f"{value}, proved between {low} and {high}"
-            shown = (
-                (fact_quantity(name, ".6g"), x) for name, x in each.facts.items() if x is not None
+            yield key, f"{varied.with_unit(each.value)}, proved between {low} and {high}"
+            facts = {fact_quantity(name): x for name, x in each.facts.items() if x is not None}
+            yield (
+                "",
+                ", ".join(f"{q.symbol} {q.with_unit(x, form='.6g')}" for q, x in facts.items()),
             )
-            yield "", ", ".join(f"{q.symbol} {q.text(x)} {q.shown[0]}".rstrip() for q, x in shown)
         if self.why:
             yield "", self.why

@@ -13,25 +13,18 @@ from numpy.typing import NDArray
 
 from heavytop.errors import Exit
 from heavytop.files import expect_sealed, write_sealed
-from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written, with_unit
+from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written
+from heavytop.scene.quantities import quantity_of
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
 ROLES: Final = {
-    "theta": "tilt",
-    "thetadot": "nodding",
-    "phidot": "precession",
-    "psidot": "spin",
-    "omega3": "spin",
-    "p_phi": "precession",
-    "p_psi": "spin",
-    "E": "nodding",
-    "A": "A",
-    "C": "C",
-    "gMR": "gMR",
-}
+    "theta": "tilt", "thetadot": "nodding", "E": "nodding", "phidot": "precession",
+    "p_phi": "precession", "psidot": "spin", "omega3": "spin", "p_psi": "spin",
+    "A": "A", "C": "C", "gMR": "gMR",
+}  # fmt: skip
 """What may change along an axis, and what it sets: two axes of a plane set different things."""
 
 
@@ -79,7 +72,6 @@ class Atlas(Result):
     chart: ClassVar = Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "map")
     goes_on: ClassVar = True
     left_out: ClassVar = ("map",)
-    costs: ClassVar = ("pixels_per_s", "jobs")
 
     map: xarray.Dataset | None = None
     scene: Mapping[str, Any]
@@ -125,8 +117,6 @@ class Atlas(Result):
 
             expect_sealed(place)
             known = xarray.open_dataset(place, engine="h5netcdf", mask_and_scale=False)
-            if known["kind"].shape != found.shape:
-                raise ValueError(f"a map of {known['kind'].shape}, not of {found.shape}")
         return replace(found, map=known)
 
     def to_xarray(self) -> xarray.Dataset:
@@ -168,20 +158,10 @@ class Atlas(Result):
         """The map."""
         return {"map": draw("atlas", "draw_map", self)} if self.map is not None else {}
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return what was found, for JSON; the map itself is in ``atlas.nc``.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        return super().document() | ({} if costs else dict.fromkeys(self.costs))
-
     def facts(self) -> Iterator[Fact]:
         """The axes, what is held, and the boundaries."""
         for side, axis in self.axes.items():
-            ends = with_unit(axis.name, f"{axis.low:.6g} … {axis.high:.6g}")
+            ends = quantity_of(axis.name).with_unit(axis.low, axis.high, between=" … ", form=".6g")
             scale = ", logarithmic" if axis.log else ""
             yield side, f"{axis.name} = {ends}, {axis.count} values{scale}"
         changed = {ROLES[axis.name] for axis in self.axes.values()}
@@ -197,14 +177,12 @@ class Atlas(Result):
 
     def tables(self) -> Iterator[Table]:
         """How many pixels there are of each kind, and of its parts; every pixel once."""
-        counts = dict(self.counts)
+        pixels = Counter(self.counts)
         for part, count in self.details.items():
-            counts[part.partition(",")[0]] -= count
-        pixels = {name: count for name, count in counts.items() if count}
-        pixels |= self.details
-        every = sum(pixels.values()) or 1
-        order = sorted(pixels.items(), key=lambda each: -each[1])
-        rows = [{"kind": name, "pixels": n, "share": n / every} for name, n in order]
+            pixels[part.partition(",")[0]] -= count
+        pixels = +pixels | Counter(self.details)
+        every = pixels.total() or 1
+        rows = [{"kind": x, "pixels": n, "share": n / every} for x, n in pixels.most_common()]
         yield Table(rows, ("kind", "pixels", "share"))
 
     def problems(self) -> Iterator[tuple[Exit, str]]:

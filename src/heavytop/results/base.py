@@ -7,8 +7,6 @@ of files become harmless where they leave: for a console, and for HTML.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import os
@@ -20,10 +18,9 @@ from dataclasses import dataclass, field, fields
 from html import escape
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, Self
 
 from heavytop.errors import Exit, ForeignFile
-from heavytop.exact.parse import UNITS
 from heavytop.files import write_document
 from heavytop.scene.quantities import Quantity, quantity_of
 from heavytop.text import Plotted, harmless
@@ -154,6 +151,11 @@ class Table(NamedTuple):
         """Whether a row begins with FAIL."""
         return any(row.get(self.columns[0]) == FAIL for row in self.rows)
 
+    @property
+    def sides(self) -> list[Literal["left", "right"]]:
+        """To which side the columns are aligned."""
+        return ["left" if k < self.left else "right" for k in range(len(self.columns))]
+
     def __rich_console__(
         self, console: Console, options: ConsoleOptions
     ) -> Iterator[RenderableType]:
@@ -173,44 +175,39 @@ class Table(NamedTuple):
             while end < len(widths) and (end == begin or sum(widths[begin : end + 1]) <= room):
                 end += 1
             yield from [Text()] * (begin > 1)
-            yield self._grid([[row[0], *row[begin:end]] for row in texts])
+            yield self._grid([0, *range(begin, end)], texts)
             begin = end
         if more := self.more + len(self.rows) - len(texts[1:]):
             yield Text(f"… and {more} more")
 
-    def _grid(self, texts: Sequence[Sequence[str]]) -> RenderableType:
+    def _grid(self, columns: Sequence[int], texts: Sequence[Sequence[str]]) -> RenderableType:
         """Some columns for a terminal; what is too wide is folded, not cut."""
         from rich.table import Table as Grid
         from rich.text import Text
 
-        grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=any(texts[0]))
-        for k, head in enumerate(texts[0]):
-            label = k == 0 and not grid.show_header
-            grid.add_column(
-                Text(harmless(head)),
-                justify="left" if k < self.left else "right",
-                overflow="fold",
-                style="cyan" if label else "",
-                no_wrap=label,
-            )
+        headed = any(self.head)
+        grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=headed)
+        for k in columns:
+            label: dict[str, Any] = {} if k or headed else {"style": "cyan", "no_wrap": True}
+            head = Text(harmless(texts[0][k]))
+            grid.add_column(head, justify=self.sides[k], overflow="fold", **label)
         for row in texts[1:]:
-            grid.add_row(*(Text(harmless(x), style="red" if x == FAIL else "") for x in row))
+            cells = (row[k] for k in columns)
+            grid.add_row(*(Text(harmless(x), style="red" if x == FAIL else "") for x in cells))
         return grid
 
     @property
     def html(self) -> str:
         """The table in HTML."""
+
+        def line(tag: str, texts: Iterable[str]) -> str:
+            cells = zip(self.sides, texts, strict=True)
+            row = (f'<{tag} style="text-align:{x}">{escape(text)}</{tag}>' for x, text in cells)
+            return f"<tr>{''.join(row)}</tr>"
+
         caption = f"<caption>{escape(self.title)}</caption>" if self.title else ""
-        rows = [("th", self.head)] * any(self.head) + [("td", row) for row in self.texts()]
-        sides = ["left" if k < self.left else "right" for k in range(len(self.columns))]
-        cells = (
-            "".join(
-                f'<{tag} style="text-align:{side}">{escape(text)}</{tag}>'
-                for text, side in zip(row, sides, strict=True)
-            )
-            for tag, row in rows
-        )
-        return f"<table>{caption}{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
+        head = line("th", self.head) if any(self.head) else ""
+        return f"<table>{caption}{head}{''.join(line('td', row) for row in self.texts())}</table>"
 
     @property
     def markdown(self) -> str:
@@ -223,20 +220,12 @@ class Table(NamedTuple):
         | -- | --: |
         | a\|b | 2 |
         """
-        rules = ["--" if k < self.left else "--:" for k in range(len(self.columns))]
+        rules = ["--" if side == "left" else "--:" for side in self.sides]
         rows = (
             [" ".join(text.replace("|", "\\|").split()) for text in row]
             for row in (self.head, rules, *self.texts())
         )
         return "\n".join(f"| {' | '.join(row)} |" for row in rows)
-
-    @property
-    def csv(self) -> str:
-        """The numbers as comma-separated values, with all their digits."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerows([self.columns, *([r.get(n) for n in self.columns] for r in self.rows)])
-        return text.getvalue()
 
     def to_pandas(self, *index: str) -> pandas.DataFrame:
         """A DataFrame with these columns as its index; units and names in its attributes."""
@@ -313,8 +302,8 @@ class Result(Plotted):
                 object.__setattr__(self, each.name, as_rows(getattr(self, each.name)))
 
     def __repr__(self) -> str:
-        about = ", ".join(f"{label}: {text}" for label, text in [*self.facts()][:1])
-        return f"<{type(self).__name__} {about}>"
+        label, text = next(self.facts(), ("", ""))
+        return f"<{type(self).__name__} {label}: {text}>"
 
     def facts(self) -> Iterator[Fact]:
         """Labels, and what they say."""
@@ -353,14 +342,8 @@ class Result(Plotted):
         found = self.numbers().to_xarray(*self.index)
         return found.assign_attrs(schema=self.schema, command=self.command or "")
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the result for JSON.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
+    def document(self) -> dict[str, Any]:
+        """Return the result for JSON."""
         names = (each.name for each in fields(self) if each.name not in self.left_out)
         return {"schema": self.schema, **{name: getattr(self, name) for name in names}}
 
@@ -397,11 +380,11 @@ class Result(Plotted):
         ForeignFile
             It is no regular file, or not such a result: the message has the format it has.
         """
-        document = read_json(Path(path))
-        if document.get("schema") != cls.schema:
-            has = harmless(document.get("schema"))[:60]
-            raise ForeignFile(f"{harmless(path)}: of the format {has}, not {cls.schema}")
         with not_as_written(path):
+            document = json.loads(Path(path).read_bytes())
+            if (has := document.get("schema")) != cls.schema:
+                has = harmless(has)[:60]
+                raise ForeignFile(f"{harmless(path)}: of the format {has}, not {cls.schema}")
             return cls.from_document(document)
 
     @classmethod
@@ -422,10 +405,10 @@ class Result(Plotted):
             yield Text(harmless(name), style="bold")
         files = [("files", ", ".join(self.files.values()))] if self.files else []
         parts = [Table.of_facts(self.facts()), *self.tables(), Table.of_facts(files)]
-        for k, part in enumerate(part for part in parts if part.rows):
-            if k:
-                yield Text()
-            yield part
+        first, *others = [part for part in parts if part.rows]
+        yield first
+        for part in others:
+            yield from (Text(), part)
 
     def html(self) -> str:
         """The facts and the tables in HTML."""
@@ -463,26 +446,6 @@ def load_result(path: Path) -> Result:
     return found
 
 
-def read_json(path: Path) -> dict[str, Any]:
-    """Return the object that a file of JSON holds.
-
-    Raises
-    ------
-    ForeignFile
-        It is no regular file, or no JSON object.
-    """
-    try:
-        with path.open("rb") as file:
-            found = json.loads(file.read())
-    except OSError as fault:
-        raise ForeignFile(f"{harmless(path)}: not readable ({fault.strerror or fault})") from None
-    except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
-        raise ForeignFile(f"{harmless(path)}: not readable as a JSON object")
-    return found
-
-
 @contextmanager
 def not_as_written(path: object) -> Iterator[None]:
     """Refuse a file by its name where what it holds is not what a command wrote.
@@ -495,20 +458,19 @@ def not_as_written(path: object) -> Iterator[None]:
         yield
     except ForeignFile:
         raise
+    except OSError as fault:
+        raise ForeignFile(f"{harmless(path)}: not readable ({fault.strerror or fault})") from fault
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError) as x:
         why = harmless(f"{type(x).__name__}: {x}")[:200]
         raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from x
 
 
 def command_of(path: Path) -> str | None:
-    """The command that a document names, if there is one that does."""
+    """The command that a document, or the first line of a study, names, if one does."""
     try:
-        if path.suffix == ".jsonl":  # a study, whose first line has it
-            with path.open("rb") as file:
-                found = json.loads(file.readline()).get("command")
-        else:
-            found = read_json(path).get("command")
-    except (ForeignFile, OSError, ValueError, AttributeError):
+        text = path.read_bytes()
+        found = json.loads(text.partition(b"\n")[0] if path.suffix == ".jsonl" else text)["command"]
+    except (OSError, ValueError, LookupError, TypeError):
         return None
     return found if isinstance(found, str) else None
 
@@ -516,20 +478,7 @@ def command_of(path: Path) -> str | None:
 # --- values as texts -------------------------------------------------------------------------
 
 
-def with_unit(name: str, value: Any, digits: int = 12) -> str:
-    """The value of a quantity with its unit, if it does not bring one of its own."""
-    quantity = quantity_of(name)
-    unit, factor = quantity.shown
-    if factor != 1.0:
-        value = float(value) * factor
-    if isinstance(value, list | tuple):
-        text = f"[{', '.join(with_unit('', each, digits) for each in value)}]"
-    else:
-        text = value if isinstance(value, str) else f"{value:.{digits}g}"
-    return text if text.endswith(tuple(UNITS)) else f"{text} {unit}".removesuffix(" 1")
-
-
-def given(values: Mapping[str, Any], digits: int = 6) -> str:
+def given(values: Mapping[str, Any]) -> str:
     """What a scene gives of a top or of its start, zeros left out.
 
     Examples
@@ -537,11 +486,10 @@ def given(values: Mapping[str, Any], digits: int = 6) -> str:
     >>> given({"theta": 0.1, "phi": 0, "phidot": -15, "omega3": "30 rpm"})
     'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
     """
-    words = (
-        f"{quantity_of(name).symbol} = {with_unit(name, value, digits)}".rstrip()
-        for name, value in values.items()
-        if value not in (0, None)
-    )
+    quantities = {
+        name: quantity_of(name) for name, value in values.items() if value not in (0, None)
+    }
+    words = (f"{of.symbol} = {of.with_unit(values[n], form='.6g')}" for n, of in quantities.items())
     return ", ".join(words) or "all zero"
 
 

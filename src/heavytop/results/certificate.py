@@ -11,7 +11,7 @@ from heavytop.results.base import Fact, Result, Table
 from heavytop.scene.quantities import Quantity, quantity_of
 
 QUANTITIES: Final = ("axis", "theta", "phi", "psi")
-EVENT_PROOFS: Final = {True: "none missed, none doubled", False: "not proved", None: "not proved"}
+HEADINGS: Final = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]", "psi": "ψ [rad]"}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -77,7 +77,8 @@ class Certificate(Result):
             yield "whole turns", "proved" if self.turns else "not proved"
         for event in ("turning", "reversal", "cusp"):
             if (proof := self.events[event]) is not None:
-                yield event, f"{proof['count']}, {EVENT_PROOFS[proof['proved']]}"
+                words = "none missed, none doubled" if proof["proved"] else "not proved"
+                yield event, f"{proof['count']}, {words}"
         if (most := self.events["time_bound_s"]) is not None:
             yield "event times", f"off by at most {quantity_of('bound').text(most)} s"
         for reason in self.why:
@@ -89,7 +90,7 @@ class Certificate(Result):
         """The bounds beside the largest errors found."""
         rows = [
             {
-                "quantity": _heading(name),
+                "quantity": HEADINGS[name],
                 "bound": self.bound[name],
                 "rounding": self.rounding[name] or None,
                 "observed": self.observed[name],
@@ -104,9 +105,3 @@ class Certificate(Result):
         """What is not proved."""
         if not self.proved:
             yield Exit.OUT_OF_BOUND, "; ".join(self.why)
-
-
-def _heading(name: str) -> str:
-    """What stands before the bounds of a quantity, which are in SI whatever units are shown."""
-    quantity = quantity_of(name)
-    return quantity.symbol if quantity.unit == "1" else f"{quantity.symbol} [{quantity.unit}]"

@@ -15,11 +15,7 @@ class CheckResult(Result):
 
     schema: ClassVar = "heavytop/check/1"
     heading: ClassVar = "Check"
-    chart: ClassVar = Chart(
-        "studies.check_figure",
-        "errors of the trajectory over time, and how far it runs ahead",
-        "curves",
-    )
+    chart: ClassVar = Chart("studies.check_figure", "errors and phase over time", "curves")
 
     scene: Mapping[str, Any]
     origin: str

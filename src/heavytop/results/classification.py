@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.errors import Unseparated
-from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result
+from heavytop.scene.quantities import QUANTITIES, Quantity, quantity_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
+from heavytop.text import duration
 
 if TYPE_CHECKING:
     from heavytop.run.planning import Plan
@@ -25,6 +27,28 @@ POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
 ENCLOSED: Final = ("roots", *COURSE)
 DIGITS: Final = 18  # of the balls around them
 SHOWN: Final = 22  # significant digits of the decimals around a ball
+PROVED_DIGITS: Final = 17  # of what is enclosed, for people
+CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
+RATE, TIME, NUMBER = Quantity("", "rad/s"), Quantity("", "s"), Quantity("", "")
+FACTS: Final = (
+    ("nutation", RATE, "{nutation_frequency}"),
+    ("", NUMBER, "range of cos θ {nutation_amplitude}"),
+    ("", NUMBER, "turns of φ per nutation: {rotation_number}"),
+    ("small nutation", RATE, "{small_nutation_frequency} about this motion"),
+    ("the other rate", RATE, "{other_precession_rate}{nods}"),
+    ("a small tilt", TIME, "grows by e in {growth_time}"),
+    ("a small tilt", RATE, "precesses between {slow_cone_rate} and {fast_cone_rate}"),
+    ("sleep stable", RATE, "from |ω₃| = {sleeping_threshold} on"),
+    ("p_ψ²/4A|gMR|", NUMBER, "{fast_top_ratio}"),
+)
+"""Of a classification: labels, what the numbers are, and words with the names of facts."""
+ESTIMATES: Final = {
+    "precession": (RATE, "mean φ̇"),
+    "period": (TIME, "period"),
+    "amplitude": (NUMBER, "range of cos θ"),
+    "round": (TIME, "once round in"),
+}
+"""Of a fast top: what textbooks estimate, and what it is."""
 
 
 def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]:
@@ -56,18 +80,6 @@ def plan_summary(chosen: Plan) -> dict[str, Any]:
         "warnings": chosen.warnings,
         "cost_s": chosen.seconds,
     }
-
-
-def asked_formulation(plan: Mapping[str, Any]) -> str:
-    """The equations that were asked for, by the summary of a plan; ``auto`` where it chose."""
-    form = str(plan["formulation"])
-    return form if f"{form}: asked for by name" in plan["reasons"] else "auto"
-
-
-def asked_tolerance(plan: Mapping[str, Any]) -> float | None:
-    """The tolerance that was asked for, by the summary of a plan."""
-    asked = any(reason.endswith(": asked for") for reason in plan["reasons"])
-    return plan["tolerance"] if asked else None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -102,15 +114,19 @@ class Classification(Result):
     enclosure: Any
     warnings: tuple[str, ...] = ()
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
+    def document(self) -> dict[str, Any]:
         """Return the document heavytop/classify/1: the facts of the motion are ``facts``."""
-        found = super().document(costs=costs)
-        order = (("facts" if name == "motion_facts" else name, x) for name, x in found.items())
-        return dict(order)
+        found = super().document().items()
+        return {"facts" if name == "motion_facts" else name: x for name, x in found}
 
     def facts(self) -> Iterator[Fact]:
         """Kind and why, range of tilt and means per period, constants, rates."""
-        return run_texts.classify_facts(self)
+        yield from verdict_facts(self.motion)
+        yield from course_facts(self.motion, self.enclosure)
+        yield from numbers(self.constants, *CONSTANTS)
+        yield from rate_facts(self.motion_facts)
+        yield from estimate_facts(self.motion["estimates"])
+        yield from (("note", text) for text in self.warnings)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -126,7 +142,10 @@ class Planned(Result):
 
     def facts(self) -> Iterator[Fact]:
         """The equations, their precision, why, and what is expected."""
-        return run_texts.plan_facts(self.plan)
+        yield from plan_facts(self.plan)
+        yield from (("warning", warning) for warning in self.plan.warnings)
+        if self.plan.cost_s is not None and self.plan.states:
+            yield "expected", f"{duration(self.plan.cost_s)} of steps"
 
 
 def classified(scene: Scene) -> Classification:
@@ -161,27 +180,26 @@ def classified(scene: Scene) -> Classification:
 
 def warnings_of(scene: Scene) -> tuple[str, ...]:
     """What is to be said of a scene before anything is computed."""
-    said = (scene.top.warning, *scene.start.notices, _kick(scene))
-    return tuple(filter(None, said))
+    notices = (scene.top.warning, *scene.start.notices, _kick(scene))
+    return tuple(filter(None, notices))
 
 
 def _kick(scene: Scene) -> str:
     """What a kick would do that holds ω₃, where it is ψ̇ that is held."""
     top, start = scene.top, scene.start
     kicked = start.held == "psidot" and "steady" not in dict(start.given)
-    if (
-        not (kicked and start.spin.sign() and top.C.sign())
-        or not start.phidot.sign()
-        or float(start.theta) in (0.0, math.pi)
-    ):
+    signs = start.spin.sign() and top.C.sign() and start.phidot.sign()
+    if not (kicked and signs) or float(start.theta) in (0.0, math.pi):
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
     motion, other = (Motion(top, each) for each in (start, State(**rates, omega3=start.spin)))
     ranges = [each.theta_max - each.theta_min for each in (motion, other)]
     times = f", {ranges[0] / ranges[1]:.2g} times less" if 0 < ranges[1] < ranges[0] else ""
-    bounds = f"from {other.theta_min:.6g} to {other.theta_max:.6g} rad"
+    tilts = other.theta_min, other.theta_max
+    bounds = QUANTITIES["theta"].with_unit(*tilts, form=".6g")
     spin = f"{float(start.spin):.6g}"
-    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves theta {bounds}{times}"
+    change = f"moves theta from {bounds}{times}"
+    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} {change}"
 
 
 def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:
@@ -223,3 +241,117 @@ def _bounds(motion: Motion, name: str) -> list[Any] | None:
     if isinstance(found, tuple):
         return [list(ball.bounds(SHOWN)) for ball in found]
     return None if found is None else list(found.bounds(SHOWN))
+
+
+# --- in words --------------------------------------------------------------------------------
+
+
+def verdict_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
+    """The kind of a motion, its tags, and why."""
+    proof = "proved" if motion["certified"] else f"|x| < {NUMBER.text(motion['bound'])}"
+    yield "kind", f"{motion['kind']}, {proof}"
+    for label, name in (("tags", "tags"), ("tags undecided", "open_tags")):
+        if motion[name]:
+            yield label, ", ".join(motion[name])
+    yield "why", motion["why"]
+
+
+def course_facts(
+    motion: Mapping[str, Any], enclosure: Mapping[str, Any] | None = None
+) -> Iterator[Fact]:
+    """Range of tilt, period, and means per period, of those there are; as enclosed, if it is."""
+    proved = {name: between(*x) for name, x in (enclosure or {}).items() if x and name != "roots"}
+    values = {**motion, **proved}
+    theta, ends = quantity_of("theta"), [values["theta_min"], values["theta_max"]]
+    if None not in ends:
+        steady = ends[0] == ends[1]
+        degrees = " to ".join(f"{math.degrees(float(end)):.2f}°" for end in ends[steady:])
+        aside = f" ({degrees})" if theta.shown[0] != "deg" else ""
+        if steady:
+            yield "θ", f"{theta.with_unit(ends[0])}{aside}, constant"
+        else:
+            yield "θ between", f"{theta.with_unit(*ends, between=' and ')}{aside}"
+    yield from numbers(values, "period")
+    if motion["kind"] == "planar-pendulum" and "swinging" in motion["tags"]:
+        twice = TIME.with_unit(2 * float(values["period"]))
+        yield "", f"the swing there and back {twice}; φ jumps by π at the vertical"
+    yield from numbers(values, "precession", "spin", "round", "amplitude")
+
+
+def estimate_facts(estimates: Mapping[str, Any]) -> Iterator[Fact]:
+    """What textbooks give for a fast top, with their errors."""
+    for name, known in estimates.items():
+        off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
+        quantity, words = ESTIMATES[name]
+        estimate = quantity.with_unit(known["estimate"], form=".3g")
+        yield "", f"fast-top estimate: {words} {estimate}{off}"
+
+
+def rate_facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
+    """The rates of a motion and what else follows from its closed form, in the words of `FACTS`."""
+    yield from numbers(facts, "omega3")
+    yield from _range(facts, "phidot", "mean_precession_rate")
+    yield from _range(facts, "psidot", "mean_spin_rate")
+    growth, about = facts["growth_rate"], facts["other_nutation_frequency"]
+    known = {**facts, "growth_time": 1 / growth if growth else None}
+    if facts["steady_branch"] is None:
+        known["small_nutation_frequency"] = None
+    nods = "" if about is None else f", with a small nutation of {RATE.with_unit(about)}"
+    for label, quantity, words in FACTS:
+        needed = {name: known[name] for name in known if f"{{{name}}}" in words}
+        if None not in needed.values():
+            texts = {name: quantity.with_unit(x) for name, x in needed.items()}
+            yield label, words.format(**texts, nods=nods)
+
+
+def _range(facts: Mapping[str, Any], name: str, mean: str) -> Iterator[Fact]:
+    label, (low, high) = QUANTITIES[name].symbol, (facts[f"{name}_{end}"] for end in ("min", "max"))
+    if low is None or high is None:
+        return
+    if low == high:
+        yield label, RATE.with_unit(low)
+        return
+    text = RATE.with_unit(low, high)
+    if facts[mean] is not None:
+        text += f", mean {RATE.with_unit(facts[mean])}"
+        if not low <= facts[mean] <= high:  # the angle jumps in passing a pole, and is counted so
+            text += " with its jumps by π at the pole"
+    yield label, text
+    if facts[f"{name}_reverses"]:
+        tilt = QUANTITIES["theta"].with_unit(facts[f"{name}_reversal_theta"])
+        yield "", f"reverses at θ = {tilt}"
+
+
+def between(low: str, high: str) -> str:
+    """A number between two bounds, of 17 digits or as many as are certain to a unit of the last.
+
+    Examples
+    --------
+    >>> between("0.09999999999999999999", "0.10000000000000000001"), between("0.1234", "0.1240")
+    ('0.1', '0.124')
+    """
+    least, most = Decimal(low), Decimal(high)
+    middle, radius = (least + most) / 2, (most - least) / 2
+    last = middle.adjusted() - PROVED_DIGITS + 1
+    if radius:
+        last = max(last, radius.adjusted() + 1)
+    text = round(middle, -last).normalize()
+    return f"{text:f}" if -6 < text.adjusted() < PROVED_DIGITS else f"{text:e}"
+
+
+def plan_facts(plan: Mapping[str, Any]) -> Iterator[Fact]:
+    """A plan: the equations, their precision, and why."""
+    how = [plan["formulation"]]
+    if plan["states"]:
+        tolerance = f"tolerance {float(plan['tolerance']):.3g}"
+        how += [plan["precision"], f"{plan['states']} states", tolerance]
+    yield "plan", ", ".join(how + ["projected"] * bool(plan["projected"]))
+    for reason in plan["reasons"]:
+        yield "", f"· {reason}"
+
+
+def numbers(values: Mapping[str, Any], *names: str) -> Iterator[Fact]:
+    """Quantities that have a value, by their symbols, with their units."""
+    for name in names:
+        if values[name] is not None:
+            yield QUANTITIES[name].symbol, QUANTITIES[name].with_unit(values[name])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 from heavytop.errors import Exit
 from heavytop.files import write_sealed
 from heavytop.results.base import Chart, Fact, Result, Table, draw
-from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity, quantity_of
+from heavytop.scene.quantities import QUANTITIES, Quantity, quantity_of
 
 if TYPE_CHECKING:
     import pandas
@@ -55,12 +55,6 @@ class Growth(NamedTuple):
     points: int
     word: str = ""
 
-    def __str__(self) -> str:
-        """The exponent as physicists write it: 1.40(2) is 1.40 ± 0.02."""
-        if self.exponent is None:
-            return self.word or MISSING
-        return f"{self.exponent:.2f}({max(1, round(100 * (self.stderr or 0.0)))})"
-
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Drift(Result):
@@ -95,9 +89,7 @@ class Drift(Result):
 
     schema: ClassVar = "heavytop/drift/1"
     heading: ClassVar = "Drift"
-    chart: ClassVar = Chart(
-        "studies.drift_figure", "errors over nutation periods, both logarithmic", "methods"
-    )
+    chart: ClassVar = Chart("studies.drift_figure", "errors over nutation periods", "methods")
     index: ClassVar = ("scheme", "periods")
     goes_on: ClassVar = True
 
@@ -139,8 +131,8 @@ class Drift(Result):
         >>> len(found.slopes("strang", "axis")) == len(found["strang"].periods) - 1
         True
         """
-        known = zip(self[method].periods, _columns(self[method])[error], strict=True)
-        points = [(math.log(n), math.log(e)) for n, e in known if e]
+        errors = zip(self[method].periods, columns_of(self[method])[error], strict=True)
+        points = [(math.log(n), math.log(e)) for n, e in errors if e]
         return tuple(
             (math.exp((a + b) / 2), (y - x) / (b - a)) for (a, x), (b, y) in pairwise(points)
         )
@@ -174,10 +166,12 @@ class Drift(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors that grow, of those that are not zero."""
-        columns = [each for method in self.methods for each in _columns(method).items()]
-        names = dict.fromkeys(SERIES) | {name: None for name, _ in columns}
-        drawn = [name for name in names if any(any(x) for n, x in columns if n == name)]
-        return {name: draw("studies", "error_growth", self, name) for name in drawn}
+        columns = [columns_of(method) for method in self.methods]
+        return {
+            name: draw("studies", "error_growth", self, name)
+            for name in error_names(self.methods)
+            if any(any(errors.get(name, ())) for errors in columns)
+        }
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Own methods that were skipped, and runs that ended early."""
@@ -191,18 +185,6 @@ class Drift(Result):
         """The methods, if all of them were skipped."""
         every = all(each.skipped for each in self.methods)
         return [each.name for each in self.methods] if every else ()
-
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the document heavytop/drift/1.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        found = super().document()
-        cut = [{k: x for k, x in each.items() if k != "us_per_period"} for each in self.methods]
-        return found if costs else found | {"methods": cut}
 
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write ``drift.nc``.
@@ -223,16 +205,18 @@ class Drift(Result):
         members : bool
             Whether those of each run, with its ``start``, instead of those over all starts.
         """
-        rows: list[dict[str, Any]] = []
-        for method in self.methods:
-            for start, run in enumerate(method.members if members else (method,)):
-                columns = _columns(run)
-                for k, periods in enumerate(run.periods):
-                    row = {"scheme": method.name, "start": start, "periods": periods}
-                    rows.append(row | {name: x[k] for name, x in columns.items() if x})
+        runs = [
+            ({"scheme": method.name, "start": start}, run)
+            for method in self.methods
+            for start, run in enumerate(method.members if members else [method])
+        ]
+        rows = [
+            {**which, "periods": n} | {name: x[k] for name, x in columns_of(run).items() if x}
+            for which, run in runs
+            for k, n in enumerate(run.periods)
+        ]
+        errors = error_names(run for _, run in runs)
         index = MEMBER_INDEX if members else self.index
-        names = {n: None for row in rows for n in row if n not in MEMBER_INDEX}
-        errors = dict.fromkeys(SERIES) | names
         return Table(rows, (*index, *errors), meanings={n: error_of(n) for n in errors})
 
     def to_xarray(self) -> xarray.Dataset:
@@ -284,22 +268,28 @@ def error_of(name: str) -> Quantity:
     return quantity_of(name if name == "phase_s" else f"{name}_error")
 
 
-def _columns(run: Any) -> dict[str, Sequence[float | None]]:
+def columns_of(run: Any) -> dict[str, Sequence[float | None]]:
     """The errors of a method, or of one of its runs, by their names."""
     return {**{name: run[name] for name in SERIES}, **run["invariants"]}
+
+
+def error_names(runs: Iterable[Any]) -> list[str]:
+    """The names of the errors of methods or of runs."""
+    return [*dict.fromkeys(SERIES) | {name: None for run in runs for name in columns_of(run)}]
 
 
 def _last(method: Any) -> dict[str, Any]:
     """The errors of a method at its last time, and how they grow."""
     row = {"name": method.name, "us_per_period": method.get("us_per_period")}
-    row |= {name: x[-1] for name, x in _columns(method).items() if x}
+    row |= {name: x[-1] for name, x in columns_of(method).items() if x}
     if method.periods and row["phase_s"] is None:
         lost = next(n for n, x in zip(method.periods, method.phase_s, strict=True) if x is None)
         row["phase_s"] = f"lost at {lost:.3g}"
     for name in ("energy", "phase"):
-        grows, stderr = method.growth[name], method.stderr.get(name)
-        number = None if isinstance(grows, str) else grows
-        row[f"{name}_growth"] = str(Growth(number, stderr, 0, "" if number else grows or ""))
+        grows = method.growth[name]
+        if isinstance(grows, float | int):
+            grows = f"{grows:.2f}({max(1, round(100 * (method.stderr[name] or 0.0)))})"
+        row[f"{name}_growth"] = grows
     return row
 
 

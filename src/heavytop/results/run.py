@@ -3,56 +3,58 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.events import EVENTS
 from heavytop.doctor import version
 from heavytop.errors import Outcome
-from heavytop.exact import decimals
 from heavytop.exact.decimals import context
-from heavytop.results import run_texts
 from heavytop.results.base import Fact, Result, Table
-from heavytop.results.classification import motion_summary, plan_summary, warnings_of
-from heavytop.scene.quantities import RATES, Need, need_of
+from heavytop.results.classification import (
+    CONSTANTS,
+    TIME,
+    course_facts,
+    estimate_facts,
+    motion_summary,
+    numbers,
+    plan_facts,
+    plan_summary,
+    warnings_of,
+)
+from heavytop.scene.quantities import MISSING, QUANTITIES, RATES, Need, need_of, quantity_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
-    from heavytop.scene.scene import Scene
 
+ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
+MANY_TURNS: Final = 1000  # from which on an angle is also given as turns and a rest
+FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
+AsNumber = Callable[[Any], float | str | None]
+"""How JSON has a number: as a text where it has more digits than a number surely holds."""
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
 MEASURED: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
 )  # fmt: skip
-NOTHING: Final = dict.fromkeys(MEASURED) | {
-    "invariants": {},
-    "why_not": "nothing was integrated",
-}
-
-
-class RunFigure(NamedTuple):
-    """A figure of a run: what it shows, and its panels, by the names that `plot` has for them."""
-
-    title: str
-    panels: tuple[str, ...]
+NOTHING: Final = dict.fromkeys(MEASURED) | {"invariants": {}, "why_not": "nothing was integrated"}
 
 
 PICTURES: Final = {
-    "overview": RunFigure(
-        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
-    ),
-    "angles": RunFigure("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
-    "potential": RunFigure("effective potential, energy, and allowed tilts", ("potential",)),
-    "phase": RunFigure("the plane of tilt and tilt rate, with neighbouring energies", ("phase",)),
-    "errors": RunFigure("distance of the run from the closed form over time", ("errors",)),
+    "overview": "tilt over precession, and the path of the axis on the unit sphere",
+    "angles": "tilt, precession and rate of spin over time",
+    "potential": "effective potential, energy, and allowed tilts",
+    "phase": "the plane of tilt and tilt rate, with neighbouring energies",
+    "errors": "distance of the run from the closed form over time",
 }
-"""The figures of a run, by the name of the file."""
+"""The figures of a run, by the name of the file, and their titles."""
 
+AT_POLE: Final = "φ jumps by π: the value before or after it is given; φ̇ is the limit"
 NO_EVENTS: Final = {"turning": None, "reversal": None, "cusp": None, "table": (), "omitted": 0}
 NO_COST: Final = {
     "steps": 0, "derive_s": 0.0, "compile_s": 0.0, "integrate_s": 0.0, "us_per_period": None
@@ -113,11 +115,25 @@ class RunResult(Result):
 
     def facts(self) -> Iterator[Fact]:
         """What is known without integrating, the plan, the end, the errors and the cost."""
-        return run_texts.run_facts(self)
+        motion = self.motion
+        tags = f" ({', '.join(motion.tags)})" if motion.tags else ""
+        yield "kind", f"{motion.kind}{tags}{', proved' if motion.certified else ''}"
+        if motion.why:
+            yield "why", motion.why
+        yield from course_facts(motion)
+        yield from numbers(self.constants, *CONSTANTS)
+        yield from estimate_facts(motion.estimates)
+        yield from plan_facts(self.plan)
+        yield from (("note", text) for text in self.warnings)
+        yield from end_facts(self)
+        if self.events.table and motion.kind.startswith("through-"):
+            yield "at the pole", AT_POLE
+        yield "cost", cost_text(self.cost)
 
     def tables(self) -> Iterator[Table]:
         """The events."""
-        yield from run_texts.event_tables(self.events)
+        if self.events.table:
+            yield event_table(self.events)
 
 
 def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
@@ -129,35 +145,17 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
     files : mapping from str to str, optional
         Names and paths of the files written.
     """
-    from heavytop.run.exact import SceneMotion
+    from heavytop.run.trajectory import Trajectory
 
-    known = replace(_known(run), files=dict(files or {}))
-    if not isinstance(run, SceneMotion):
-        return _integrated(run, known)
-    if not run.moves:
-        return known
-    return replace(known, final=_exact_final(run), events=NO_EVENTS | run.counts)
-
-
-def _integrated(trajectory: Trajectory, known: RunResult) -> RunResult:
-    from heavytop.run.verify import missed_digits, missed_events, run_errors
-
-    errors = run_errors(trajectory)
-    return replace(
-        known,
-        final=_final_of(trajectory),
-        events=_events(trajectory),
-        errors=asdict(errors),
-        missed_digits=missed_digits(trajectory),
-        missed_events=missed_events(trajectory),
-        cost=_cost(trajectory),
-        outcome=trajectory.outcome,
-    )
-
-
-def _known(run: Trajectory | SceneMotion) -> RunResult:
-    """What is known of a scene and its plan without integrating."""
     scene, motion = run.scene, run.motion
+    found: dict[str, Any] = {}
+    if isinstance(run, Trajectory):
+        found = _integrated(run)
+    elif run.moves:
+        ctx, digits = context(run.digits), scene.digits
+        as_number: AsNumber = float if digits <= NUMBER_DIGITS else partial(ctx.nstr, n=digits)
+        final = _final(run, ctx, as_number, attitude=True)
+        found = {"final": final, "events": NO_EVENTS | run.counts}
     return RunResult(
         scene=scene.document(),
         motion=motion_summary(motion),
@@ -166,51 +164,47 @@ def _known(run: Trajectory | SceneMotion) -> RunResult:
         warnings=warnings_of(scene),
         source=run.source,
         versions={name: version(name) for name in LIBRARIES},
+        files=files or {},
+        **found,
     )
 
 
-# --- the end -------------------------------------------------------------------------------------
+def _integrated(run: Trajectory) -> dict[str, Any]:
+    """What is known of a run because it was integrated."""
+    from heavytop.run.verify import missed_digits, missed_events, run_errors
+
+    arithmetic = math if run.in_doubles else run.ctx
+    few = run.in_doubles or run.scene.digits <= NUMBER_DIGITS
+    as_number: AsNumber = float if few else run.text
+    attitude = need_of(run.scene.quantities) >= Need.PSI
+    return {
+        "final": _final(run, arithmetic, as_number, attitude=attitude),
+        "events": _events(run, as_number),
+        "errors": asdict(run_errors(run)),
+        "missed_digits": missed_digits(run),
+        "missed_events": missed_events(run),
+        "cost": _cost(run),
+        "outcome": run.outcome,
+    }
 
 
 def _final(
-    end: Any, shown: Callable[[Any], Any], numbers: Any, *, attitude: bool
+    run: Trajectory | SceneMotion, arithmetic: Any, as_number: AsNumber, *, attitude: bool
 ) -> dict[str, Any]:
-    """The motion at the end, each number as `shown` has it; whole turns of an angle and the rest.
-
-    `numbers` is what has their pi and their floor.
-    """
-    final = {name: shown(getattr(end, name)) for name in ("t", "theta")}
+    """The motion at the end; whole turns of an angle and the rest by the pi of `arithmetic`."""
+    end: Any = run.end
+    final: dict[str, Any] = {name: as_number(getattr(end, name)) for name in ("t", "theta")}
     for angle in ("phi", "psi"):
-        turns, rest = split(getattr(end, angle), numbers)
-        final |= {angle: shown(getattr(end, angle)), f"{angle}_turns": turns}
-        final |= {f"{angle}_mod": shown(rest)}
-    final |= {name: shown(getattr(end, name)) for name in RATES}
-    final |= {name: tuple(map(shown, getattr(end, name))) for name in ("axis", "omega")}
-    return final | {"quaternion": tuple(map(shown, end.quaternion)) if attitude else None}
-
-
-def _final_of(trajectory: Trajectory) -> dict[str, Any]:
-    attitude = need_of(trajectory.scene.quantities) >= Need.PSI
-    numbers = math if trajectory.in_doubles else trajectory.ctx
-    final = _final(trajectory.end, partial(_shown, trajectory), numbers, attitude=attitude)
-    return final | _reaction(trajectory.scene, trajectory.end)
-
-
-def _reaction(scene: Scene, end: Any) -> dict[str, Any]:
-    """The force of the pivot at the end [N], in doubles, where it is known."""
-    if scene.top.mass is None:
-        return {}
+        turns, rest = split(getattr(end, angle), arithmetic)
+        final |= {angle: as_number(getattr(end, angle)), f"{angle}_turns": turns}
+        final |= {f"{angle}_mod": as_number(rest)}
+    final |= {name: as_number(getattr(end, name)) for name in RATES}
+    final |= {name: tuple(map(as_number, getattr(end, name))) for name in ("axis", "omega")}
+    final |= {"quaternion": tuple(map(as_number, end.quaternion)) if attitude else None}
+    if run.scene.top.mass is None:  # the force of the pivot is not known
+        return final
     axis, omega = ([float(x) for x in getattr(end, name)] for name in ("axis", "omega"))
-    return {"reaction": scene.top.reaction(axis, omega).tolist()}
-
-
-def _exact_final(run: SceneMotion) -> dict[str, Any]:
-    ctx, digits = context(run.digits), run.scene.digits
-
-    def shown(x: decimals.Number) -> float | str:
-        return str(ctx.nstr(x, digits)) if digits > NUMBER_DIGITS else float(x)
-
-    return _final(run.end, shown, ctx, attitude=True) | _reaction(run.scene, run.end)
+    return final | {"reaction": run.scene.top.reaction(axis, omega).tolist()}
 
 
 def split(angle: Any, math: Any) -> tuple[int | None, Any]:
@@ -221,32 +215,94 @@ def split(angle: Any, math: Any) -> tuple[int | None, Any]:
     return turns, angle - turns * 2 * math.pi
 
 
-# --- events and cost -----------------------------------------------------------------------------
-
-
-def _events(trajectory: Trajectory) -> dict[str, Any]:
-    events = trajectory.events
+def _events(run: Trajectory, as_number: AsNumber) -> dict[str, Any]:
+    """How many events there are of each kind, and the first of them as a table."""
+    events = run.events
     table = events.table(MOST_ROWS)
-    if events.own is not None:
-        for i, row in enumerate(table):
-            own = {name: _shown(trajectory, x[i]) for name, x in events.own.items() if name in row}
-            row |= own | {"residual": row["residual"]}
+    for name, values in (events.own or {}).items():  # with all the digits of the run
+        for row, value in zip(table, values, strict=False):
+            if name in row and name != "residual":
+                row[name] = as_number(value)
     counts = {event: events.count(event) for event in EVENTS}
     return {**counts, "table": table, "omitted": len(events) - len(table)}
 
 
-def _shown(trajectory: Trajectory, x: decimals.Number) -> float | str | None:
-    """Return a number as JSON has it, None for nan."""
-    if trajectory.in_doubles:
-        return float(x)
-    text = trajectory.text(x)
-    return text if text is None or trajectory.scene.digits > NUMBER_DIGITS else float(x)
-
-
-def _cost(trajectory: Trajectory) -> dict[str, Any]:
-    spent = trajectory.statistics
-    period = trajectory.motion.period if spent.whole else None
-    periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
-    names = ("steps", "derive_s", "compile_s", "integrate_s")
-    found = {name: getattr(spent, name) for name in names}
+def _cost(run: Trajectory) -> dict[str, Any]:
+    """Steps, and the time that each part of the work took."""
+    spent = run.statistics
+    period = run.motion.period if spent.whole else None
+    periods = abs(run.orbit.end) / float(period) if period else 0.0
+    found = {
+        name: getattr(spent, name) for name in ("steps", "derive_s", "compile_s", "integrate_s")
+    }
     return found | {"us_per_period": spent.integrate_s / periods * 1e6 if periods else None}
+
+
+# --- in words --------------------------------------------------------------------------------
+
+
+def end_facts(run: Any) -> Iterator[Fact]:
+    """The state at the end, the events that were counted, and what went wrong."""
+    if final := run.final:
+        angles = [name for name in ("theta", "phi", "psi") if final.get(name) is not None]
+        named = ((QUANTITIES[name], final[name]) for name in angles)
+        known = ", ".join(f"{each.symbol} = {each.text(x)}" for each, x in named)
+        unit = QUANTITIES["theta"].shown[0]
+        yield f"at t = {TIME.with_unit(final['t'])}", f"{known} {unit}" if known else MISSING
+        if final.get("reaction"):
+            force = QUANTITIES["reaction"].with_unit(final["reaction"], form=".8g")
+            yield "", f"force of the pivot {force}"
+        for name in ("phi", "psi"):
+            if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
+                rest = QUANTITIES[name].with_unit(final[f"{name}_mod"])
+                yield "", f"{QUANTITIES[name].symbol} = {turns} turns and {rest}"
+        counts = ((run.events[name], name) for name in ("turning", "reversal", "cusp"))
+        wanted = [f"{count} {name}" for count, name in counts if count is not None]
+        yield "events", ", ".join(wanted) or "none requested"
+    if run.missed_digits:
+        yield "digits missed", ", ".join(_sizes(run.missed_digits, ".1e"))
+    if run.outcome != "finished":
+        yield "outcome", run.outcome
+    words = [*_sizes(run.errors, ".3g"), *filter(None, [run.errors.get("why_not")])]
+    yield "errors", f"against the closed form: {', '.join(words)}"
+
+
+def _sizes(errors: Mapping[str, Any], form: str) -> Iterator[str]:
+    """Errors by name, with their units."""
+    for name, off in errors.items():
+        if isinstance(off, int | float):
+            yield f"{name.replace('_', ' ')} {quantity_of(name).with_unit(off, form=form)}"
+
+
+def cost_text(cost: Mapping[str, Any]) -> str:
+    """Steps, and the time that each part of the work took."""
+    parts = [f"{cost['steps']} step{'s'[: cost['steps'] != 1]}"]
+    for label, name in (("derive", "derive_s"), ("compile", "compile_s"), ("run", "integrate_s")):
+        if cost[name] is not None:
+            parts.append(f"{label} {1000 * cost[name]:.1f} ms")
+    if cost["us_per_period"] is not None:
+        parts.append(f"{cost['us_per_period']:.1f} µs a period")
+    return ", ".join(parts)
+
+
+def event_table(events: Any) -> Table:
+    """The events, with as many digits as fit."""
+    columns = {n: settled(row[n] for row in events.table) for n in ("t", "theta", "phi", "phidot")}
+    rows = [
+        {"event": row.kind, "residual": row.residual} | {n: x[k] for n, x in columns.items()}
+        for k, row in enumerate(events.table)
+    ]
+    return Table(rows, ("event", *columns, "residual"), first=FIRST_EVENTS, more=events.omitted)
+
+
+def settled(values: Iterable[Any]) -> list[float | None]:
+    """The numbers of a column, those that are rounding beside the largest as 0.
+
+    Examples
+    --------
+    >>> settled([-15, -7.1e-15, "12.3", None])
+    [-15.0, 0.0, 12.3, None]
+    """
+    found = [None if value is None else float(value) for value in values]
+    least = ROUNDING * max((abs(value) for value in found if value is not None), default=0.0)
+    return [0.0 if value is not None and abs(value) < least else value for value in found]

@@ -35,28 +35,13 @@ class StressOutcome(StrEnum):
     REFUSED = "refused", "no", "the method says beforehand that it cannot run this case, and why"
     TIME_LIMIT = "time-limit", "time", "the run exceeded its time limit"
     STEP_LIMIT = "step-limit", "steps", "the run reached or exceeded its limit of steps"
-    METHOD_ERROR = "method-error", "err", (
-        "the code of the method raises something, or returns nan or what is no state: the note "
-        "has the sentence"
-    )  # fmt: skip
-    SINGULAR = "singular", "sing", (
-        "the run stopped on the way: the equations gave numbers that are not finite"
-    )  # fmt: skip
-    STALLED = "stalled", "stall", (
-        "the steps shrank to zero, or the equations of a step have no solution"
-    )  # fmt: skip
-    DIVERGED = "diverged", "div", (
-        f"the axis (φ or ψ, where they are judged) ends off by {ASTRAY:g} or more, or the numbers "
-        "do not stay finite"
-    )  # fmt: skip
-    INACCURATE = "inaccurate", "!", (
-        "it ends with fewer than half of the digits that conditioning leaves; of a fixed step, of "
-        "those that its order and its length allow besides"
-    )  # fmt: skip
+    METHOD_ERROR = "method-error", "err", "its code fails, or returns nan or what is no state"
+    SINGULAR = "singular", "sing", "the run stopped on the way, at numbers that are not finite"
+    STALLED = "stalled", "stall", "steps shrank to zero, or the equations of one have no solution"
+    DIVERGED = "diverged", "div", f"it ends off by {ASTRAY:g} or more, or with numbers not finite"
+    INACCURATE = "inaccurate", "!", "it ends with fewer than half of the digits that are possible"
     MISSED_EVENTS = "missed-events", "ev", "the end state is right, the number of events is wrong"
-    OK = "ok", "", (
-        "it ends with at least half of the digits that conditioning, and a fixed step, leave"
-    )  # fmt: skip
+    OK = "ok", "", "it ends with half or more of the digits that conditioning and its step leave"
 
 
 NOTHING: Final[Mapping[str, Any]] = {
@@ -93,9 +78,7 @@ class Stress(Result):
 
     schema: ClassVar = "heavytop/stress/1"
     heading: ClassVar = "Where methods fail"
-    chart: ClassVar = Chart(
-        "studies.stress_figure", "digits lost at every case by every method", "cases"
-    )
+    chart: ClassVar = Chart("studies.stress_figure", "digits lost by every method", "cases")
     table: ClassVar = "cases"
     index: ClassVar = ("case", "method")
 
@@ -112,7 +95,10 @@ class Stress(Result):
     @property
     def silently_wrong(self) -> tuple[Any, ...]:
         """Runs of auto that lost more than two digits, or events, and did not say so."""
-        return tuple(run for run in self.cases if run.formulation == AUTO and silently_wrong(run))
+        return tuple(run for run in self._runs_of_auto() if silently_wrong(run))
+
+    def _runs_of_auto(self) -> list[Any]:
+        return [run for run in self.cases if run.formulation == AUTO]
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return how often each method had each outcome, and how often it was undetermined.
@@ -125,24 +111,18 @@ class Stress(Result):
             found[each.method][UNDETERMINED if each.untold else str(each.outcome)] += 1
         return found
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the document heavytop/stress/1.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        wrong = self.silently_wrong
-        return super().document(costs=costs) | {
+    def document(self) -> dict[str, Any]:
+        """Return the document heavytop/stress/1, with the rules of the outcomes."""
+        wrong = [run.case for run in self.silently_wrong]
+        return super().document() | {
             "rules": {str(outcome): outcome.rule for outcome in StressOutcome},
-            "auto": {"run": self._has_auto, "silently_wrong": [run.case for run in wrong]},
+            "auto": {"run": bool(self._runs_of_auto()), "silently_wrong": wrong},
         }
 
     def facts(self) -> Iterator[Fact]:
         """What the marks mean, what failed, what was skipped, and whether auto said all."""
         wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
-        yield AUTO, f"was silently wrong: {wrong}" if self._has_auto else "was not run"
+        yield AUTO, f"was silently wrong: {wrong}" if self._runs_of_auto() else "was not run"
         yield "stress", "digits lost beyond what conditioning allows"
         if any(":" not in name and name != AUTO for name in self.methods):  # not only one's own
             yield "columns", HEADS
@@ -152,34 +132,28 @@ class Stress(Result):
                 yield f"{outcome.mark} {outcome}", outcome.rule
         if any(run.untold for run in self.cases):
             yield UNTOLD, UNTOLD_RULE
-        yield from self._failed()
+        failed = (
+            run
+            for case in self.hard
+            for run in self.cases
+            if run.case == case
+            and (run.outcome != StressOutcome.OK or run.untold or any(run.turns or ()))
+        )
+        for (case, outcome, note), runs in grouped(failed, "case", "outcome", "note").items():
+            methods = ", ".join(run.method for run in runs)
+            yield case, f"{outcome}: {methods}{note and f': {note}'}"
         for (reason,), some in grouped(self.skipped, "reason").items():
             yield "skipped", f"{reason}: {', '.join(f'{x.case}/{x.method}' for x in some)}"
 
-    @property
-    def _has_auto(self) -> bool:
-        return any(run.formulation == AUTO for run in self.cases)
-
-    def _failed(self) -> Iterator[Fact]:
-        """A line for each case, outcome and note, with the methods it befell."""
-        order = [*self.hard]
-        failed = [
-            run
-            for run in sorted(self.cases, key=lambda run: order.index(run.case))
-            if run.outcome != StressOutcome.OK or run.untold or any(run.turns or ())
-        ]
-        for (case, word, note), runs in grouped(failed, "case", "outcome", "note").items():
-            yield case, f"{word}: {', '.join(r.method for r in runs)}{note and f': {note}'}"
-
     def tables(self) -> Iterator[Table]:
         """A row for each case with a column for each method."""
-        rows: dict[str, dict[str, str]] = {case: {"case": case} for case in self.hard}
+        rows = {case: {"case": case} for case in self.hard}
         for run in self.cases:
             rows[run.case][run.method] = cell(run)
         used = {run.method for run in self.cases}
         about = {n: Quantity(head, "") for n, head in self.methods.items() if n in used}
-        found = [row for row in rows.values() if len(row) > 1]
         if about:
+            found = [row for row in rows.values() if len(row) > 1]
             yield Table(found, ("case", *about), meanings=about)
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
@@ -53,24 +53,22 @@ class Validation(Result):
     @property
     def counts(self) -> dict[str, int]:
         """How many hold, do not hold, and were skipped."""
-        return counts(self.claims)
+        found = Counter(each["passed"] for each in self.claims)
+        return {"passed": found[True], "failed": found[False], "skipped": found[None]}
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the document heavytop/validate/1, with what follows from the claims.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        return super().document(costs=costs) | {
+    def document(self) -> dict[str, Any]:
+        """Return the document heavytop/validate/1, with what follows from the claims."""
+        return super().document() | {
             "counts": self.counts,
             "authorities": len({each["authority"] for each in self.claims} - {OURS}),
         }
 
     def facts(self) -> Iterator[Fact]:
         """How many claims hold; what went wrong or was skipped, and why."""
-        yield "claims", summary(self.claims)
+        held, failed, skipped = self.counts.values()
+        words = [f"{held} {'holds' if held == 1 else 'hold'}"]
+        words.append(f"{failed or 'none'} {'fail' if failed > 1 else 'fails'}")
+        yield "claims", ", ".join([*words, f"{skipped} skipped"] if skipped else words)
         yield "", "a claim holds if the measured number is at most its bound"
         for claim in self.claims:
             if claim["skipped"]:
@@ -89,23 +87,3 @@ class Validation(Result):
         for claim in self.failed:
             why = f": {claim['failure']}" if claim["failure"] else ""
             yield Exit.OUT_OF_BOUND, f"{claim['id']} does not hold{why}"
-
-
-def counts(claims: Iterable[Mapping[str, Any]]) -> dict[str, int]:
-    """Return how many claims hold, do not hold, and were skipped."""
-    found = Counter(each["passed"] for each in claims)
-    return {"passed": found[True], "failed": found[False], "skipped": found[None]}
-
-
-def summary(claims: Iterable[Mapping[str, Any]]) -> str:
-    """How many claims hold, fail and were skipped.
-
-    Examples
-    --------
-    >>> summary([{"passed": True}, {"passed": None}])
-    '1 holds, none fails, 1 skipped'
-    """
-    count = counts(claims)
-    words = [f"{count['passed']} {'holds' if count['passed'] == 1 else 'hold'}"]
-    words.append(f"{count['failed'] or 'none'} {'fail' if count['failed'] > 1 else 'fails'}")
-    return ", ".join([*words, f"{count['skipped']} skipped"] if count["skipped"] else words)

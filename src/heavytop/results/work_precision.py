@@ -59,9 +59,7 @@ class WorkPrecision(Result):
 
     schema: ClassVar = "heavytop/workprec/1"
     heading: ClassVar = "Work and precision"
-    chart: ClassVar = Chart(
-        "studies.workprec_figure", "time of a period over error, both logarithmic", "points"
-    )
+    chart: ClassVar = Chart("studies.workprec_figure", "time of a period over error", "points")
     table: ClassVar = "points"
     index: ClassVar = ("method", "tolerance", "steps_a_period")
 
@@ -97,17 +95,12 @@ class WorkPrecision(Result):
         """
         if wants not in ERRORS:
             raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERRORS)} are")])
-        return next((self.points[i] for i in self._within(ERRORS[wants], bound)), None)
+        within = ranked(self.points, ERRORS[wants], bound)
+        return self.points[within[0]] if within else None
 
-    def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the document heavytop/workprec/1, with what follows from the points.
-
-        Parameters
-        ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
-        """
-        return super().document(costs=costs) | {
+    def document(self) -> dict[str, Any]:
+        """Return the document heavytop/workprec/1, with what follows from the points."""
+        return super().document() | {
             "front": [*self.front],
             "cheapest": self._leaders(),
             "orders": {row["method"]: row["order"] for row in summaries(self.points)},
@@ -135,18 +128,18 @@ class WorkPrecision(Result):
         yield Table([*summaries(self.points)], COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
         points = (self.points[i] for i in self.front)
-        if rows := [_shown(p, error=error_of_point(p, self._error)) for p in points]:
-            yield Table(rows, FRONT, f"Pareto front, {side}")
+        if rows := [{**p, "error": error_of_point(p, self._error)} for p in points]:
+            yield _chosen(rows, FRONT, f"Pareto front, {side}")
             leaders = [
-                _shown(each, to=target, next=(each.get("against") or {}).get("method"))
+                {**each, "to": target, "next": (each.get("against") or {}).get("method")}
                 for target, each in self._leaders().items()
                 if each
             ]
-            yield Table(leaders, LEADERS, f"cheapest, {side}")
+            yield _chosen(leaders, LEADERS, f"cheapest, {side}")
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
-        names = [n for n, x in ERRORS.items() if any(error_of_point(p, x) for p in self.points)]
+        names = [name for name, error in ERRORS.items() if ranked(self.points, error)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
         return {
             name + end: draw("studies", "work_precision", self, name, column)
@@ -163,36 +156,48 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
-    def _within(self, error: str, bound: float) -> list[int]:
-        """Return the indices of the points within a bound, the fastest first."""
-        within = (i for i, off in _errors(self.points, error).items() if off <= bound)
-        return sorted(within, key=lambda i: _rank(self.points[i]))
-
     def _leaders(self) -> dict[str, Any]:
-        """Return who is cheapest within each target, with the best of the other side; the best."""
-        error, found = self._error, dict[str, Any]()
+        """Who is cheapest within each target, with the best of the other side; the best."""
+        found = dict[str, Any]()
         for name, bound in TARGETS.items():
-            within = self._within(error, bound)
-            found[name] = first = self._leading(within[:1], error)
+            within = ranked(self.points, self._error, bound)
+            found[name] = first = self._leader(within)
             if first is not None:
-                others = [i for i in within if self.points[i]["rival"] != first["rival"]]
-                other = self._leading(others[:1], error)
+                side = first["rival"]
+                other = self._leader([i for i in within if self.points[i]["rival"] != side])
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
-        off = _errors(self.points, error)
-        order = sorted(off, key=lambda i: (off[i], _rank(self.points[i])))
-        for name, bits in (("best", math.inf), ("best_in_doubles", DOUBLE)):
-            among = [i for i in order if self.points[i]["bits"] <= bits]
-            found[name] = self._leading(among[:1], error)
-        return found
+        off = [error_of_point(point, self._error) for point in self.points]
+        order = sorted(ranked(self.points, self._error), key=off.__getitem__)
+        doubles = [i for i in order if self.points[i]["bits"] <= DOUBLE]
+        return found | {"best": self._leader(order), "best_in_doubles": self._leader(doubles)}
 
-    def _leading(self, indices: Sequence[int], error: str) -> dict[str, Any] | None:
+    def _leader(self, order: Sequence[int]) -> dict[str, Any] | None:
+        """The first of some points, which are given by their indices; None where there is none."""
+        if not order:
+            return None
+        point = self.points[order[0]]
         names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        for index in indices:
-            point = self.points[index]
-            off = error_of_point(point, error)
-            return {n: point[n] for n in names} | {"error": off, "point": index}
-        return None
+        error = error_of_point(point, self._error)
+        return {n: point[n] for n in names} | {"error": error, "point": order[0]}
+
+
+def ranked(points: Sequence[Any], error: str, bound: float = math.inf) -> list[int]:
+    """Return the indices of the points with an error within a bound, the fastest first.
+
+    Parameters
+    ----------
+    points : sequence of mapping
+    error : str
+        One of the values of `ERRORS`; who has none takes no part.
+    bound : float
+    """
+    rank = {
+        i: (point["us_per_period"], off, point["method"])
+        for i, point in enumerate(points)
+        if (off := error_of_point(point, error)) <= bound and off < math.inf
+    }
+    return sorted(rank, key=lambda i: rank[i])
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
@@ -200,14 +205,13 @@ def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
 
     Parameters
     ----------
-    points : sequence of mapping
-    error : str
-        One of the values of `ERRORS`; who has none takes no part.
+    points, error
+        As for `ranked`.
     """
-    off, found = _errors(points, error), list[int]()
-    for i in sorted(off, key=lambda i: _rank(points[i], off[i])):
-        if not found or off[i] < off[found[-1]]:
-            found.append(i)
+    found, least = list[int](), math.inf
+    for i in ranked(points, error):
+        if (off := error_of_point(points[i], error)) < least:
+            found, least = [*found, i], off
     return tuple(found)
 
 
@@ -230,9 +234,9 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
         yield {**best, "method": name, **known, **within}
 
 
-def _shown(point: Mapping[str, Any], **more: Any) -> dict[str, Any]:
-    """A point as a row of a table, with its setting in words."""
-    return {**point, "setting": setting(point), **more}
+def _chosen(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], title: str) -> Table:
+    """A table of some points, with their settings in words."""
+    return Table([{**row, "setting": setting(row)} for row in rows], columns, title)
 
 
 def setting(point: Mapping[str, Any]) -> str:
@@ -242,18 +246,10 @@ def setting(point: Mapping[str, Any]) -> str:
     return f"{point['steps_a_period']:g} steps a period"
 
 
-def error_of_point(point: Mapping[str, Any], error: str) -> float | None:
-    """An error of a point by one of the keys of `ERRORS`; None where it has none."""
+def error_of_point(point: Mapping[str, Any], error: str) -> float:
+    """An error of a point by one of the keys of `ERRORS`; infinity where it has none."""
     if error == "axis_error":
-        return point["error"] if point["measures"] == "axis" else None
-    return point[error]  # type: ignore[no-any-return]
-
-
-def _errors(points: Sequence[Any], error: str) -> dict[int, float]:
-    """The errors of those points that have one, by their indices."""
-    return {i: off for i, p in enumerate(points) if (off := error_of_point(p, error)) is not None}
-
-
-def _rank(point: Any, error: float = 0.0) -> tuple[float, float, str]:
-    """What comes first."""
-    return point["us_per_period"], error, point["method"]
+        off = point["error"] if point["measures"] == "axis" else None
+    else:
+        off = point[error]
+    return math.inf if off is None else float(off)

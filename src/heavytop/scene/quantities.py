@@ -146,16 +146,21 @@ class Quantity(NamedTuple):
         return {"long_name": self.name or self.symbol, "units": self.cf_unit}
 
     def text(self, value: Any, digits: int = 17) -> str:
-        """A value as a person reads it, to so many digits at most; a text as it is.
+        """A value as a person reads it, to so many digits at most; a text that is no number as is.
 
         >>> QUANTITIES["theta"].text(2 / 3, 3), QUANTITIES["bound"].text(1.41e-15)
         ('0.667', '1.5e-15')
         """
         if value is None or value != value:
             return MISSING
+        if isinstance(value, list | tuple):
+            return f"[{', '.join(self.text(x, digits) for x in value)}]"
+        factor = self.shown[1]
+        if factor != 1.0:
+            value = read_decimal(value)
         if isinstance(value, str | bool) or not self.format:
             return str(value)
-        if (factor := self.shown[1]) != 1.0:
+        if factor != 1.0:
             value = float(value) * factor
         form = PRECISION.sub(lambda precision: str(min(int(precision[0]), digits)), self.format)
         if form.startswith("^"):
@@ -163,6 +168,28 @@ class Quantity(NamedTuple):
             return format(float(up.create_decimal_from_float(float(value))), form[1:])
         text = format(value, form)
         return f"{float(text):.0f}" if "e+0" in text and form.endswith("g") else text
+
+    def with_unit(self, *values: Any, between: str = " to ", form: str = "") -> str:
+        """Values with their unit, as it is or as people asked for it.
+
+        >>> QUANTITIES["theta"].with_unit(0.5, 1), QUANTITIES["omega3"].with_unit("30 rpm")
+        ('0.5 to 1 rad', '30 rpm')
+        """
+        quantity = self._replace(format=form or self.format)
+        text, (unit, factor) = between.join(map(quantity.text, values)), self.shown
+        if text.endswith(tuple(parse.UNITS)):  # of an expression that brings its own
+            return text
+        if factor != 1.0 and any(isinstance(read_decimal(x), str) for x in values):
+            unit = self.unit  # an expression, which is in SI
+        return f"{text} {unit}".removesuffix(" 1").rstrip()
+
+
+def read_decimal(value: Any) -> Any:
+    """A number from a text of more digits than a double has; another text as it is."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
 
 
 DOTTED: Final = re.compile("(.)\u0307")

@@ -474,7 +474,7 @@ def resume(
     >>> with TemporaryDirectory() as place:
     ...     scene = ht.load_scene("sicm-kicked")
     ...     first = ht.drift(scene, methods=["taylor-axis"], periods=10, samples=3, folder=place)
-    ...     print(resume(place).document(costs=False) == first.document(costs=False))
+    ...     print(resume(place).document() == first.document())
     True
     """
     heard("progress", progress)
