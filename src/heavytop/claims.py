@@ -142,11 +142,11 @@ CLAIMS: Final[dict[str, Claim]] = {}
 
 
 def claim(
-    name: str,
     authority: Authority,
     bound: float,
     reason: str,
     *holds: str,
+    name: str | None = None,
     needs: str | None = None,
     of: tuple[Any, ...] = (),
 ) -> Callable[[Measure], Measure]:
@@ -157,7 +157,9 @@ def claim(
 
     Parameters
     ----------
-    name, authority, bound, reason, holds, needs, of
+    name : str, optional
+        Its id; by default that of the function, with hyphens.
+    authority, bound, reason, holds, needs, of
         As for `Claim`.
     """
 
@@ -165,7 +167,8 @@ def claim(
         paragraph = (measure.__doc__ or "").partition("\n\n")[0]
         statement = " ".join(paragraph.split()).removesuffix(".").format(*of)
         about = {"authority": authority, "bound": float(bound), "reason": reason, "holds": holds}
-        return _add(Claim, name, measure, statement=statement, needs=needs, of=of, **about)
+        named = name or measure.__name__.replace("_", "-")
+        return _add(Claim, named, measure, statement=statement, needs=needs, of=of, **about)
 
     return add
 
