@@ -274,11 +274,12 @@ def looked_at(scene: ht.Scene, found: Any) -> list[Any]:
 
 
 def distance(ctx: Any, name: str, sample: Any, exact: Any) -> Any:
-    """How far a quantity is off; an angle that is not told on a pole is not."""
+    """How far a quantity is off; an angle that more digits do not tell on a pole is not."""
     mine, true = getattr(sample, name), getattr(exact, name)
     if name == "axis":
         return ctx.norm([ctx.mpf(x) - y for x, y in zip(mine, true, strict=True)])
-    return ctx.mpf(mine) - true if mine == mine else ctx.mpf(0)
+    untold = mine != mine and not isinstance(mine, float)
+    return ctx.mpf(0) if untold else ctx.mpf(mine) - true
 
 
 def events_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
