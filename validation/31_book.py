@@ -120,13 +120,7 @@ def quadratures():
     return QUADRATURES.values()
 
 
-@claim(
-    "book-period",
-    BOOK,
-    1e-74,
-    "75 digits are requested; the quadrature has 80 and loses four",
-    "closed form",
-)
+@claim(BOOK, 1e-74, "75 digits are requested; the quadrature has 80 and loses four", "closed form")
 def book_period():
     """period of three starts vs the book's quadrature, relative."""
     return most(
@@ -134,13 +128,7 @@ def book_period():
     )
 
 
-@claim(
-    "book-precession",
-    BOOK,
-    1e-74,
-    "75 digits are requested; the quadrature has 80 and loses four",
-    "closed form",
-)
+@claim(BOOK, 1e-74, "75 digits are requested; the quadrature has 80 and loses four", "closed form")
 def book_precession():
     """Δφ in a period of three starts vs the book's quadrature, relative."""
     return most(
@@ -149,13 +137,7 @@ def book_precession():
     )
 
 
-@claim(
-    "book-spin",
-    BOOK,
-    1e-74,
-    "75 digits are requested; the quadrature has 80 and loses four",
-    "closed form",
-)
+@claim(BOOK, 1e-74, "75 digits are requested; the quadrature has 80 and loses four", "closed form")
 def book_spin():
     """Δψ in a period of three starts vs the book's quadrature, relative."""
     return most(
@@ -163,13 +145,7 @@ def book_spin():
     )
 
 
-@claim(
-    "book-range",
-    BOOK,
-    1e-76,
-    "75 digits are requested; the bracket is bisected to 80",
-    "closed form",
-)
+@claim(BOOK, 1e-76, "75 digits are requested; the bracket is bisected to 80", "closed form")
 def book_range():
     """other turning point of three starts vs that of the effective potential, relative."""
     worst = 0.0
@@ -185,9 +161,7 @@ def turning(scene):
     return events, events.t[events.is_turning]
 
 
-@claim(
-    "book-period-run", BOOK, 1e-14, "sixteen roundings of 2 s at most; four are seen", "integrator"
-)
+@claim(BOOK, 1e-14, "sixteen roundings of 2 s at most; four are seen", "integrator")
 def book_period_run():
     """times of turning points in 2 s vs multiples of half the book's period [s]."""
     worst = 0.0
@@ -199,7 +173,7 @@ def book_period_run():
     return worst
 
 
-@claim("book-precession-run", BOOK, 2e-13, "rounding of φ = 40 rad, thirty times", "integrator")
+@claim(BOOK, 2e-13, "rounding of φ = 40 rad, thirty times", "integrator")
 def book_precession_run():
     """φ after whole periods vs multiples of the book's Δφ [rad]."""
     worst = 0.0
@@ -212,7 +186,7 @@ def book_precession_run():
     return worst
 
 
-@claim("book-range-run", BOOK, 1e-14, "rounding of θ, a hundred times", "integrator")
+@claim(BOOK, 1e-14, "rounding of θ, a hundred times", "integrator")
 def book_range_run():
     """θ at the far turning points vs that of the effective potential [rad]."""
     worst = 0.0
@@ -223,7 +197,7 @@ def book_range_run():
     return worst
 
 
-@claim("book-lagrangian", BOOK, 2e-15, "rounding of a few terms", "symbols")
+@claim(BOOK, 2e-15, "rounding of a few terms", "symbols")
 def book_lagrangian():
     """Lagrangian at 500 random states vs the book's, relative to its terms.
 
@@ -243,7 +217,6 @@ def book_lagrangian():
 
 
 @claim(
-    "book-figures",
     BOOK,
     0,
     "exact: three sentences of the book, with which kind and events must both agree",
@@ -264,7 +237,6 @@ def book_figures():
 
 
 @claim(
-    "book-figures-edge",
     BOOK,
     0,
     (
@@ -288,7 +260,7 @@ def book_figures_edge():
     return wrong
 
 
-@claim("book-spin-run", BOOK, 1e-12, "rounding of 140 rad/s, some thirty times", "integrator")
+@claim(BOOK, 1e-12, "rounding of 140 rad/s, some thirty times", "integrator")
 def book_spin_run():
     """ψ̇ at the turning points of three runs vs that from the book's momenta [rad/s].
 
@@ -305,11 +277,7 @@ def book_spin_run():
 
 
 @claim(
-    "book-spins-faster",
-    BOOK,
-    0,
-    "exact: the book says that the top spins faster when it is more vertical",
-    "integrator",
+    BOOK, 0, "exact: the book says that the top spins faster when it is more vertical", "integrator"
 )
 def book_spins_faster():
     """number of 270 downward steps of the kicked top in which it does not spin slower.
@@ -345,12 +313,12 @@ def turned(theta, phi, psi):
 
 
 @claim(
-    "book-exercise-2.11",
     BOOK,
     2e-14,
     "rounding of twenty masses' sums, some ten times",
     "symbols",
     "constants",
+    name="book-exercise-2.11",
 )
 def book_exercise_2_11():
     """T of a top of parts vs the sum over its point masses, at 100 random states, relative.
@@ -390,11 +358,11 @@ def partway():
 
 
 @claim(
-    "book-exercise-2.12",
     BOOK,
     1e-76,
     "75 digits are requested; the quadrature has 80",
     "closed form",
+    name="book-exercise-2.12",
 )
 def book_exercise_2_12():
     """θ of the kicked top vs 0.3, at the time from the book's quadrature [rad]."""
@@ -403,13 +371,7 @@ def book_exercise_2_12():
     return abs(mp.mpf(form(form.ctx.mpf(t)).theta) - mp.mpf(PARTWAY))
 
 
-@claim(
-    "book-spin-partway",
-    BOOK,
-    3e-77,
-    "75 digits are requested; the quadrature has 80",
-    "closed form",
-)
+@claim(BOOK, 3e-77, "75 digits are requested; the quadrature has 80", "closed form")
 def book_spin_partway():
     """ψ̇ of the kicked top at θ = 0.3 vs that from the book's momenta, relative."""
     _, motion, t = partway()
@@ -418,11 +380,11 @@ def book_spin_partway():
 
 
 @claim(
-    "book-exercise-2.12-run",
     BOOK,
     5e-15,
     "rounding of θ, and of t at a rate of 3 rad/s",
     "integrator",
+    name="book-exercise-2.12-run",
 )
 def book_exercise_2_12_run():
     """θ of the kicked top's run vs 0.3, at the time from the book's quadrature [rad]."""
@@ -431,12 +393,12 @@ def book_exercise_2_12_run():
 
 
 @claim(
-    "book-exercise-2.13",
     BOOK,
     1e-14,
     "rounding of some hundred steps in doubles",
     "start",
     "integrator",
+    name="book-exercise-2.13",
 )
 def book_exercise_2_13():
     """φ after 1 s of both steady precessions at five spins vs exercise 2.13's rates, relative.
@@ -456,7 +418,7 @@ def book_exercise_2_13():
     return worst
 
 
-@claim("book-fastest-precession", BOOK, 1e-13, "rounding of 10 rad/s, fifty times", "integrator")
+@claim(BOOK, 1e-13, "rounding of 10 rad/s, fifty times", "integrator")
 def book_fastest_precession():
     """fastest precession of the dropped top vs 2 gMR/p_ψ [rad/s]."""
     events, _ = turning(ht.load_scene("sicm-dropped"))

@@ -6,8 +6,8 @@ ours; against that stand our closed form, our run, and what others have printed 
 
 from functools import cache
 
-from rigid import Body, farthest, mp, mpf
-from tools import most
+from rigid import Body, attitudes_apart, conjugate, farthest, mp, mpf, times
+from tools import most, motion_of
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -63,29 +63,11 @@ def run():
 
 def our_quaternion(t):
     """Our attitude with the benchmark's body axes: R(0) = 1 there."""
-    now, start = (run()(x).quaternion for x in (t, 0.0))
-    w, x, y, z = (mpf(float(a)) for a in now)
-    a, b, c, d = (mpf(float(a)) for a in start * (1, -1, -1, -1))
-    return (
-        w * a - x * b - y * c - z * d,
-        w * b + x * a + y * d - z * c,
-        w * c - x * d + y * a + z * b,
-        w * d + x * c - y * b + z * a,
-    )
-
-
-def apart(a, b):
-    """The distance of two attitudes: a quaternion and its negative are the same."""
-    return min(farthest(a, b), farthest(a, [-x for x in b]))
-
-
-def closed_form(t):
-    scene = ht.load_scene("lie-group-benchmark")
-    return ht.Motion(scene.top, scene.start).at(mp.mpf(t), digits=45)
+    now, start = (map(mpf, run()(x).quaternion.tolist()) for x in (t, 0.0))
+    return times(now, conjugate(start))
 
 
 @claim(
-    "lie-closed-form",
     EULER,
     4e-39,
     (
@@ -96,45 +78,36 @@ def closed_form(t):
 )
 def lie_closed_form():
     """axis at the benchmark's five times vs Euler's equations."""
-    return most(farthest(closed_form(t).axis, exact()[t][0]) for t in TIMES)
+    motion = motion_of("lie-group-benchmark")
+    return most(farthest(motion.at(mp.mpf(t), 45).axis, exact()[t][0]) for t in TIMES)
 
 
 SOON = "rounding of the axis over a few hundred steps, ten times"
 LATE = "rounding of the axis over a thousand steps, ten times; φ has grown"
 
 
-@claim("lie-axis-10", LIE_GROUP, 4e-14, LATE, "integrator", of=("10",))
-@claim("lie-axis-2", LIE_GROUP, 4e-15, SOON, "integrator", of=("2",))
-@claim("lie-axis-1", LIE_GROUP, 4e-15, SOON, "integrator", of=("1",))
-@claim("lie-axis-0.2", LIE_GROUP, 4e-15, SOON, "integrator", of=("0.2",))
-@claim("lie-axis-0.01", LIE_GROUP, 4e-15, SOON, "integrator", of=("0.01",))
+@claim(LIE_GROUP, 4e-14, LATE, "integrator", name="lie-axis-10", of=("10",))
+@claim(LIE_GROUP, 4e-15, SOON, "integrator", name="lie-axis-2", of=("2",))
+@claim(LIE_GROUP, 4e-15, SOON, "integrator", name="lie-axis-1", of=("1",))
+@claim(LIE_GROUP, 4e-15, SOON, "integrator", name="lie-axis-0.2", of=("0.2",))
+@claim(LIE_GROUP, 4e-15, SOON, "integrator", name="lie-axis-0.01", of=("0.01",))
 def axis_of_the_run(t):
     """axis of the run at t = {0} s vs exact, by rigid.py."""
-    return farthest([float(x) for x in run()(float(t)).axis], exact()[t][0])
+    return farthest(run()(float(t)).axis.tolist(), exact()[t][0])
 
 
-@claim(
-    "lie-omega",
-    LIE_GROUP,
-    4e-12,
-    "rounding of 150 rad/s over the same steps, ten times",
-    "integrator",
-)
+@claim(LIE_GROUP, 4e-12, "rounding of 150 rad/s over the same steps, ten times", "integrator")
 def lie_omega():
     """angular velocity of the run in space at five times vs exact, by rigid.py [rad/s]."""
-    return most(farthest([float(x) for x in run()(float(t)).omega], exact()[t][1]) for t in TIMES)
+    return most(farthest(run()(float(t)).omega.tolist(), exact()[t][1]) for t in TIMES)
 
 
 @claim(
-    "lie-quaternion",
-    LIE_GROUP,
-    4e-14,
-    "rounding over a few hundred steps, ten times, as for the axis",
-    "integrator",
+    LIE_GROUP, 4e-14, "rounding over a few hundred steps, ten times, as for the axis", "integrator"
 )
 def lie_quaternion():
     """quaternion of the run at five times vs exact, by rigid.py."""
-    return most(apart(our_quaternion(float(t)), exact()[t][2]) for t in TIMES)
+    return most(attitudes_apart(our_quaternion(float(t)), exact()[t][2]) for t in TIMES)
 
 
 def beside(t, printed):
@@ -148,7 +121,6 @@ def beside(t, printed):
 
 
 @claim(
-    "exudyn-omega-2",
     EXUDYN,
     1.2e-11,
     (
@@ -163,43 +135,30 @@ def exudyn_omega_2():
 
 
 @claim(
-    "exudyn-omega-0.01",
     EXUDYN,
     2e-12,
     "the reference's own error, 1.3e-12 by rigid.py; the last of its 14 digits is 1e-12",
     "integrator",
+    name="exudyn-omega-0.01",
 )
 def exudyn_omega_0_01():
     """ω_y at t = 0.01 s vs the value printed as converged to 14 digits [rad/s]."""
     return abs(mpf(float(run()(0.01).omega[1])) - mpf(FIRST))
 
 
-@claim(
-    "exudyn-beside",
-    EXUDYN,
-    0.05,
-    "rounding of 106 rad/s, thirty times, over their 1.0e-11",
-    "integrator",
-)
+@claim(EXUDYN, 0.05, "rounding of 106 rad/s, thirty times, over their 1.0e-11", "integrator")
 def exudyn_beside():
     """our error in ω_y (exact: rigid.py) at t = 2 s over the least of 16 that EXUDYN prints."""
     return beside("2", PRINTED["2"])
 
 
-@claim(
-    "exudyn-dopri5-beside",
-    EXUDYN,
-    0.01,
-    "rounding of 106 rad/s, forty times, over their 5.8e-11",
-    "integrator",
-)
+@claim(EXUDYN, 0.01, "rounding of 106 rad/s, forty times, over their 5.8e-11", "integrator")
 def exudyn_dopri5_beside():
     """our error in ω_y (exact: rigid.py) at t = 2 s over that of EXUDYN's DOPRI5 at 1e-14."""
     return beside("2", [DOPRI5])
 
 
 @claim(
-    "exudyn-first-beside",
     EXUDYN,
     0.5,
     "we must be nearer than the nearest; rounding of 150 rad/s, nine times, over their 5.2e-13",
@@ -215,33 +174,25 @@ def kynema_axis():
 
 
 @claim(
-    "kynema-axis",
     KYNEMA,
     1.3e-6,
     "the reference's own error, 1.2e-6 by rigid.py, of a second-order method with steps of 2e-6",
     "integrator",
+    name="kynema-axis",
 )
 def axis_beside_kynema():
     """axis at t = 2 s vs the printed displacement."""
-    return farthest([float(x) for x in run()(2.0).axis], kynema_axis())
+    return farthest(run()(2.0).axis.tolist(), kynema_axis())
 
 
-@claim(
-    "kynema-attitude", KYNEMA, 9e-7, "the reference's own error, 7.6e-7 by rigid.py", "integrator"
-)
+@claim(KYNEMA, 9e-7, "the reference's own error, 7.6e-7 by rigid.py", "integrator")
 def kynema_attitude():
     """attitude at t = 2 s vs the printed quaternion."""
-    return apart(our_quaternion(2.0), [mpf(x) for x in QUATERNION])
+    return attitudes_apart(our_quaternion(2.0), [mpf(x) for x in QUATERNION])
 
 
-@claim(
-    "kynema-beside",
-    KYNEMA,
-    1e-8,
-    "rounding of the axis, fifty times, over their 1.2e-6",
-    "integrator",
-)
+@claim(KYNEMA, 1e-8, "rounding of the axis, fifty times, over their 1.2e-6", "integrator")
 def kynema_beside():
     """our error of the axis (exact: rigid.py) at t = 2 s over Kynema's."""
     truth = exact()["2"][0]
-    return farthest([float(x) for x in run()(2.0).axis], truth) / farthest(kynema_axis(), truth)
+    return farthest(run()(2.0).axis.tolist(), truth) / farthest(kynema_axis(), truth)

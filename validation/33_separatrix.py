@@ -35,13 +35,7 @@ def one_minus_u(gt):
     return s / (1 + s)
 
 
-@claim(
-    "whittaker-closed-form",
-    WHITTAKER,
-    1e-59,
-    "58 digits are requested; the elementary solution has 60",
-    "closed form",
-)
+@claim(WHITTAKER, 1e-59, "58 digits are requested; the elementary solution has 60", "closed form")
 def whittaker_closed_form():
     """1 − cos θ of three tops up to γt = 30 vs 1/cos θ = 1 + sech γt, relative."""
     worst = 0.0
@@ -54,7 +48,7 @@ def whittaker_closed_form():
     return worst
 
 
-@claim("whittaker-doubles", WHITTAKER, 1e-14, "some twenty roundings", "closed form")
+@claim(WHITTAKER, 1e-14, "some twenty roundings", "closed form")
 def whittaker_doubles():
     """1 − cos θ in doubles up to γt = 30 vs 1/cos θ = 1 + sech γt, relative."""
     top, start, gamma = released(*TOPS[0])
@@ -63,7 +57,7 @@ def whittaker_doubles():
     return most(abs(mp.mpf(float(x)) / one_minus_u(t) - 1) for x, t in zip(found, gt, strict=True))
 
 
-@claim("whittaker-kind", WHITTAKER, 0, "the start and the verdict are exact", "verdicts")
+@claim(WHITTAKER, 0, "the start and the verdict are exact", "verdicts")
 def whittaker_kind():
     """number of three such tops not proved to lie on the separatrix."""
     verdicts = [ht.classify(*released(*values)[:2]) for values in TOPS]
@@ -71,19 +65,19 @@ def whittaker_kind():
 
 
 @claim(
-    "whittaker-run-20",
     WHITTAKER,
     6e-12,
     "rounding of θ grown by exp(γt/2) = 22 000",
     "integrator",
+    name="whittaker-run-20",
     of=(20,),
 )
 @claim(
-    "whittaker-run-10",
     WHITTAKER,
     4e-14,
     "rounding of θ grown by exp(γt/2) = 150",
     "integrator",
+    name="whittaker-run-10",
     of=(10,),
 )
 def tilt_of_the_run(gt):

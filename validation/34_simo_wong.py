@@ -6,8 +6,8 @@ after an odd number of passes through the vertical, at each of which phi and psi
 
 from functools import cache
 
-from rigid import Body, body_rates, farthest, from_angles, mp, mpf
-from tools import most
+from rigid import Body, attitudes_apart, body_rates, farthest, from_angles, mp, mpf
+from tools import STATE, angles, most, motion_of, state
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -35,22 +35,13 @@ def exact(tilt):
     return next(body.at([END])).angles
 
 
-@claim(
-    "simo-wong-energy", SOLFEC, 0.0005, "half a unit of the last digit that is printed", "constants"
-)
+@claim(SOLFEC, 0.0005, "half a unit of the last digit that is printed", "constants")
 def simo_wong_energy():
     """energy vs the published 1269.975 [J]."""
-    scene = scene_of(TILTS[0])
-    return abs(float(ht.Motion(scene.top, scene.start).constants.E) - float(PUBLISHED))
+    return abs(float(motion_of(scene_of(TILTS[0])).constants.E) - float(PUBLISHED))
 
 
-@claim(
-    "simo-wong-energy-run",
-    SOLFEC,
-    0.0005,
-    "half a unit of the last digit that is printed",
-    "integrator",
-)
+@claim(SOLFEC, 0.0005, "half a unit of the last digit that is printed", "integrator")
 def simo_wong_energy_run():
     """energy after 10 s vs the published 1269.975 [J]."""
     at = ht.propagate(scene_of(TILTS[0]))(float(END))
@@ -60,41 +51,25 @@ def simo_wong_energy_run():
 
 
 @claim(
-    "simo-wong-closed-form",
-    EULER,
-    2e-39,
-    "rigid.py drops 2^-140 = 7e-43 in each of some two hundred steps",
-    "closed form",
+    EULER, 2e-39, "rigid.py drops 2^-140 = 7e-43 in each of some two hundred steps", "closed form"
 )
 def simo_wong_closed_form():
     """θ, φ and ψ after 10 s at two tilts vs Euler's equations [rad]."""
-    worst = 0.0
-    for tilt in TILTS:
-        scene = scene_of(tilt)
-        at = ht.Motion(scene.top, scene.start).at(END, digits=DIGITS)
-        worst = most(worst, farthest((at.theta, at.phi, at.psi), exact(tilt)))
-    return worst
+    ends = {tilt: motion_of(scene_of(tilt)).at(END, DIGITS) for tilt in TILTS}
+    return most(farthest(angles(end), exact(tilt)) for tilt, end in ends.items())
 
 
 def apart(top, start, t):
-    """How far the closed form's attitude is from Euler's; a quaternion and its negative are one."""
-    angles, rates = (
-        (start.theta, start.phi, start.psi),
-        (start.thetadot, start.phidot, start.psidot),
-    )
-    theta, phi, psi, *moving = (x.mpf(mp) for x in (*angles, *rates))
+    """How far the closed form's attitude is from Euler's."""
+    theta, phi, psi, *rates = (getattr(start, name).mpf(mp) for name in STATE)
     A, C, gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
-    turned = from_angles(theta, phi, psi)
-    body = Body((A, A, C), gMR, (0, 0, 1), turned, body_rates(theta, psi, *moving))
-    exact = next(body.at([t])).q
-    at = ht.Motion(top, start).at(t, digits=DIGITS)
-    found = from_angles(at.theta, at.phi, at.psi)
-    other = farthest(found, [-x for x in exact])
-    return min(farthest(found, exact), other) if other == other else other
+    omega = body_rates(theta, psi, *rates)
+    body = Body((A, A, C), gMR, (0, 0, 1), from_angles(theta, phi, psi), omega)
+    found = from_angles(*angles(ht.Motion(top, start).at(t, DIGITS)))
+    return attitudes_apart(found, next(body.at([t])).q)
 
 
 @claim(
-    "euler-upside-down",
     EULER,
     8e-43,
     "rigid.py drops 2^-140 = 7e-43 in each step; 45 digits are requested",
@@ -102,18 +77,12 @@ def apart(top, start, t):
 )
 def euler_upside_down():
     """quaternion of a top with gMR < 0 after 2 s at 45 digits vs Euler's equations."""
-    start = ht.State(
-        theta="2.1", phi="0.1", psi="-0.4", thetadot="0.3", phidot="0.7", psidot="-5"
-    )  # that of 37_dop853.py
+    start = state("2.1", "0.1", "-0.4", "0.3", "0.7", "-5")  # that of 37_dop853.py
     return apart(ht.Top(A="1.3", C="0.7", gMR="-2.1"), start, 2)
 
 
 @claim(
-    "euler-through",
-    EULER,
-    8e-42,
-    "rigid.py drops 2^-140 = 7e-43 in each of a few steps, ten times",
-    "closed form",
+    EULER, 8e-42, "rigid.py drops 2^-140 = 7e-43 in each of a few steps, ten times", "closed form"
 )
 def euler_through():
     """quaternion at 1 s, after three passes through the top and three through the bottom, vs
@@ -126,29 +95,36 @@ def euler_through():
 
 
 def of_the_run(index):
-    worst = 0.0
-    for tilt in TILTS:
-        at = ht.propagate(scene_of(tilt))(float(END))
-        found = float((at.theta, at.phi, at.psi)[index])
-        worst = most(worst, float(abs(mpf(found) - exact(tilt)[index])))
-    return worst
+    ends = {tilt: angles(ht.propagate(scene_of(tilt))(float(END))) for tilt in TILTS}
+    return most(abs(mpf(float(end[index])) - exact(tilt)[index]) for tilt, end in ends.items())
 
 
 @claim(
-    "simo-wong-theta-run", EULER, 2e-15, "rounding of 0.3 rad over some hundred steps", "integrator"
+    EULER,
+    2e-15,
+    "rounding of 0.3 rad over some hundred steps",
+    "integrator",
+    name="simo-wong-theta-run",
 )
 def theta_of_the_run():
     """θ of the run after 10 s at two tilts vs Euler's equations [rad]."""
     return of_the_run(0)
 
 
-@claim("simo-wong-psi-run", EULER, 1e-12, "rounding of 496 rad, ten times", "integrator", of=("ψ",))
 @claim(
-    "simo-wong-phi-run",
+    EULER,
+    1e-12,
+    "rounding of 496 rad, ten times",
+    "integrator",
+    name="simo-wong-psi-run",
+    of=("ψ",),
+)
+@claim(
     EULER,
     1e-13,
     "rounding of some hundred steps in doubles, ten times",
     "integrator",
+    name="simo-wong-phi-run",
     of=("φ",),
 )
 def turns_of_the_run(angle):

@@ -51,9 +51,7 @@ def moved():
     return scene, ht.propagate(scene)
 
 
-@claim(
-    "betsch-cone", BETSCH, 0, "both are exact; the claim tests how the scene is read", "constants"
-)
+@claim(BETSCH, 0, "both are exact; the claim tests how the scene is read", "constants")
 def betsch_cone():
     """moments and weight of the scene vs those of the cone per kilogram, relative."""
     top = ht.load_scene("steady-betsch").top
@@ -61,7 +59,7 @@ def betsch_cone():
     return most(abs(a.fraction / b - 1) for a, b in pairs)
 
 
-@claim("betsch-solid", BETSCH, 2e-49, "both are exact; the comparison has 50 digits", "constants")
+@claim(BETSCH, 2e-49, "both are exact; the comparison has 50 digits", "constants")
 def betsch_solid():
     """moments and weight of the cone as a solid of density 2700 vs METIS's formulas, relative.
 
@@ -74,9 +72,7 @@ def betsch_solid():
     return most(abs(found.mpf(mp) / (mass * decimal(each)) - 1) for found, each in pairs)
 
 
-@claim(
-    "betsch-spin", BETSCH, 0, "both are exact; the claim tests how the scene is read", "constants"
-)
+@claim(BETSCH, 0, "both are exact; the claim tests how the scene is read", "constants")
 def betsch_spin():
     """precession and spin of the scene vs METIS's formula, relative.
 
@@ -87,7 +83,7 @@ def betsch_spin():
     return most(abs(turn / PRECESSION - 1), abs((omega3 - turn * COSINE) / SPIN - 1))
 
 
-@claim("betsch-rates", BETSCH, 1e-49, "both are exact; the comparison has 50 digits", "start")
+@claim(BETSCH, 1e-49, "both are exact; the comparison has 50 digits", "start")
 def betsch_rates():
     """both steady rates at METIS's spin vs METIS's formula of the spin, and the slow one vs 10,
     relative.
@@ -105,7 +101,7 @@ def betsch_rates():
     return most(abs(slow / PRECESSION - 1), *off, int(not fast > 2 * slow))
 
 
-@claim("betsch-kind", BETSCH, 0, "the starts and the verdicts are exact", "verdicts")
+@claim(BETSCH, 0, "the starts and the verdicts are exact", "verdicts")
 def betsch_kind():
     """of METIS's start, and one with 1e-30 less spin: number not proved steady and nutating."""
     top = ht.Top(A=TRANSVERSE, C=AXIAL, gMR=WEIGHT)
@@ -116,7 +112,7 @@ def betsch_kind():
     return wrong
 
 
-@claim("betsch-closed-form", BETSCH, 1e-12, "rounding of 271 rad, twenty times", "closed form")
+@claim(BETSCH, 1e-12, "rounding of 271 rad, twenty times", "closed form")
 def betsch_closed_form():
     """θ, φ and ψ over 2 s vs π/3, 10 t and 135.6 t [rad]."""
     scene, t = ht.load_scene("steady-betsch"), np.linspace(0, 2, 101)
@@ -125,20 +121,14 @@ def betsch_closed_form():
     return most(float(np.max(np.abs(x))) for x in off)
 
 
-@claim(
-    "betsch-tilt-run",
-    BETSCH,
-    1e-14,
-    "rounding of some hundred steps in doubles, ten times",
-    "integrator",
-)
+@claim(BETSCH, 1e-14, "rounding of some hundred steps in doubles, ten times", "integrator")
 def betsch_tilt_run():
     """θ over 2 s vs π/3 [rad]."""
     _, run = moved()
     return float(np.max(np.abs(run.theta - np.pi / 3)))
 
 
-@claim("betsch-angles-run", BETSCH, 1e-12, "rounding of 271 rad, twenty times", "integrator")
+@claim(BETSCH, 1e-12, "rounding of 271 rad, twenty times", "integrator")
 def betsch_angles_run():
     """φ and ψ over 2 s vs 10 t and 135.6 t [rad]."""
     _, run = moved()

@@ -3,21 +3,21 @@
 from functools import cache
 
 import numpy as np
+from tools import angles, farthest, state
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
 
 DOP853 = Authority("scipy's DOP853 on the textbook's equations", "program")
 
-
 REASON = "the error of DOP853 at its least tolerance, about ten times"
 END = 2.0
-BOOK = {"A": 3.28e-4, "C": 6.60e-5, "gMR": 0.0456}
+BOOK = (3.28e-4, 6.60e-5, 0.0456)
 STARTS = {
     "kicked": (BOOK, (0.1, 0.0, 0.0, 0.0, -15.0, 140.0)),
     "dropped": (BOOK, (0.1, 0.0, 0.0, 0.0, 0.0, 140.0)),
-    "tilted": ({"A": 1.3, "C": 0.7, "gMR": 2.1}, (0.8, 0.1, -0.4, 0.6, -0.5, 4.0)),
-    "upside down": ({"A": 1.3, "C": 0.7, "gMR": -2.1}, (2.1, 0.1, -0.4, 0.3, 0.7, -5.0)),
+    "tilted": ((1.3, 0.7, 2.1), (0.8, 0.1, -0.4, 0.6, -0.5, 4.0)),
+    "upside down": ((1.3, 0.7, -2.1), (2.1, 0.1, -0.4, 0.3, 0.7, -5.0)),
 }
 
 
@@ -33,29 +33,23 @@ def rates(t, y, A, C, gMR):
 
 @cache
 def scipys(name):
+    """The three angles at the end, phi and psi continuous from the start."""
     from scipy.integrate import solve_ivp
 
     top, start = STARTS[name]
-    found = solve_ivp(
-        rates, (0, END), start, method="DOP853", rtol=3e-14, atol=1e-14, args=tuple(top.values())
-    )
-    return found.y[:3, -1]
+    least = {"rtol": 3e-14, "atol": 1e-14}
+    return solve_ivp(rates, (0, END), start, method="DOP853", args=top, **least).y[:3, -1]
 
 
 def ours(name):
     top, start = STARTS[name]
-    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
-    return ht.Top(**top), ht.State(**dict(zip(names, start, strict=True)))
+    return ht.Top(*top), state(*start)
 
 
-def off(angles, name):
-    """The largest difference of the three angles, phi and psi continuous from the start."""
-    return float(np.max(np.abs(np.asarray(angles, dtype=float) - scipys(name))))
-
-
-def dop853(kind, name, bound, *of):
-    about = f"dop853-{kind}-{name.replace(' ', '-')}", DOP853, bound, REASON
-    return claim(*about, "integrator" if of else "closed form", of=(name, *of))
+def dop853(kind, name, bound, *form):
+    """The claim of one start, by the closed form or by a run in a form."""
+    holds, words = "integrator" if form else "closed form", f"{kind} {name}".replace(" ", "-")
+    return claim(DOP853, bound, REASON, holds, name=f"dop853-{words}", of=(name, *form))
 
 
 @dop853("closed-form", "upside down", 2e-13)
@@ -64,8 +58,7 @@ def dop853(kind, name, bound, *of):
 @dop853("closed-form", "kicked", 1e-12)
 def end_of_the_closed_form(name):
     """θ, φ and ψ of the {0} top after 2 s vs DOP853 [rad]."""
-    at = ht.Motion(*ours(name)).at(END)
-    return off((at.theta, at.phi, at.psi), name)
+    return farthest(angles(ht.Motion(*ours(name)).at(END)), scipys(name))
 
 
 @dop853("run", "upside down", 2e-13, "Lagrange")
@@ -75,5 +68,4 @@ def end_of_the_closed_form(name):
 def end_of_the_run(name, form):
     """θ, φ and ψ of the {0} top, run in the {1} form, vs DOP853 [rad]."""
     scene = ht.Scene(*ours(name), time=END, quantities=("theta", "phi", "psi"))
-    at = ht.propagate(scene, formulation=form.lower())(END)
-    return off((at.theta, at.phi, at.psi), name)
+    return farthest(angles(ht.propagate(scene, formulation=form.lower())(END)), scipys(name))

@@ -94,9 +94,7 @@ def form(formula):
     return Digits(ht.Motion(formula.scene.top, formula.scene.start), DIGITS)
 
 
-@claim(
-    "mpmath-first", MPMATH, 1e-133, "125 digits are requested; ten more are correct", "closed form"
-)
+@claim(MPMATH, 1e-133, "125 digits are requested; ten more are correct", "closed form")
 def mpmath_first():
     """F and K for the times of twelve motions at 125 digits vs mpmath's, relative."""
     with mp.workdps(160):
@@ -108,9 +106,7 @@ def mpmath_first():
         return most(relative(a, b) for a, b in (*whole, *parts))
 
 
-@claim(
-    "mpmath-third", MPMATH, 1e-134, "125 digits are requested; ten more are correct", "closed form"
-)
+@claim(MPMATH, 1e-134, "125 digits are requested; ten more are correct", "closed form")
 def mpmath_third():
     """Π(n|m) for the angles of twelve motions at 125 digits, n of either sign, vs mpmath's,
     relative.
@@ -126,20 +122,13 @@ def mpmath_third():
     return most(found)
 
 
-@claim(
-    "mpmath-period",
-    MPMATH,
-    1e-128,
-    "125 digits are requested; the formula is evaluated with 130",
-    "closed form",
-)
+@claim(MPMATH, 1e-128, "125 digits are requested; the formula is evaluated with 130", "closed form")
 def mpmath_period():
     """period of four scenes at 125 digits vs the textbook's formula, relative."""
     return most(relative(form(x).period, x.period) for x in formulas())
 
 
 @claim(
-    "mpmath-precession",
     MPMATH,
     1e-124,
     "125 digits are requested; the formula is evaluated with 130, and loses four in its roots",
@@ -151,7 +140,6 @@ def mpmath_precession():
 
 
 @claim(
-    "mpmath-tilt",
     MPMATH,
     1e-125,
     "125 digits are requested; the formula is evaluated with 130, and loses three",
@@ -167,13 +155,7 @@ def mpmath_tilt():
     return most(off)
 
 
-@claim(
-    "mpmath-tilt-run",
-    MPMATH,
-    1e-36,
-    "30 digits are requested; the run carries eight more",
-    "integrator",
-)
+@claim(MPMATH, 1e-36, "30 digits are requested; the run carries eight more", "integrator")
 def mpmath_tilt_run():
     """θ of the kicked top, run with 30 digits, vs the textbook's sn [rad]."""
     scene = ht.load_scene("sicm-kicked", ["want.digits=30"])

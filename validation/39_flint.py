@@ -107,20 +107,13 @@ def off(enclosure, value):
     return 1.0 if float(enclosure.rad()) > 1e-68 else float(apart.abs_upper())
 
 
-@claim(
-    "flint-period",
-    FLINT,
-    1e-86,
-    "75 digits are requested; the interval arithmetic has 90",
-    "closed form",
-)
+@claim(FLINT, 1e-86, "75 digits are requested; the interval arithmetic has 90", "closed form")
 def flint_period():
     """period of four scenes at 75 digits vs a rigorous integral, relative to max(1, T)."""
     return most(off(x.period, form(x).period) for x in cubics())
 
 
 @claim(
-    "flint-precession",
     FLINT,
     1e-74,
     (
@@ -135,7 +128,6 @@ def flint_precession():
 
 
 @claim(
-    "flint-weierstrass",
     FLINT,
     1e-84,
     "75 digits are requested; the interval arithmetic has 90, and lose four",
@@ -151,7 +143,6 @@ def fraction(value):
 
 
 @claim(
-    "flint-enclosures",
     FLINT,
     0,
     (
@@ -177,9 +168,7 @@ def flint_enclosures():
     return missed
 
 
-@claim(
-    "flint-run", FLINT, 1e-14, "rounding of some hundred steps in doubles, ten times", "integrator"
-)
+@claim(FLINT, 1e-14, "rounding of some hundred steps in doubles, ten times", "integrator")
 def flint_run():
     """cos θ of the runs at four times vs Weierstrass's function."""
     worst = 0.0

@@ -7,7 +7,7 @@ package's symbols goes in.
 from functools import cache
 
 import numpy as np
-from tools import most
+from tools import angles, farthest, most, state
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -67,29 +67,30 @@ def theirs(which, name):
 
 
 def ours(name):
-    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
-    return ht.Top(A, C, GMR), ht.State(**dict(zip(names, STARTS[name], strict=True)))
+    return ht.Top(A, C, GMR), state(*STARTS[name])
 
 
-def off(angles, which, name):
-    return float(np.max(np.abs(np.array([*map(float, angles)]) - theirs(which, name))))
+def heyoka(which, kind, *form):
+    """The claim of one function, by the closed form or by a run in a form."""
+    reason, holds = (RUN, "integrator") if form else (EXACT, "closed form")
+    return claim(HEYOKA, 2e-12, reason, holds, name=f"heyoka-{which}-{kind}", of=(which, *form))
 
 
-@claim("heyoka-hamiltonian-closed-form", HEYOKA, 2e-12, EXACT, "closed form", of=("hamiltonian",))
-@claim("heyoka-lagrangian-closed-form", HEYOKA, 2e-12, EXACT, "closed form", of=("lagrangian",))
+@heyoka("hamiltonian", "closed-form")
+@heyoka("lagrangian", "closed-form")
 def end_of_the_closed_form(which):
     """θ, φ and ψ of two starts after 2 s vs heyoka's {0} [rad]."""
-    ends = {name: ht.Motion(*ours(name)).at(END) for name in STARTS}
-    return most(off((at.theta, at.phi, at.psi), which, name) for name, at in ends.items())
+    ends = {name: angles(ht.Motion(*ours(name)).at(END)) for name in STARTS}
+    return most(farthest(end, theirs(which, name)) for name, end in ends.items())
 
 
-@claim("heyoka-hamiltonian-run", HEYOKA, 2e-12, RUN, "integrator", of=("hamiltonian", "axis"))
-@claim("heyoka-lagrangian-run", HEYOKA, 2e-12, RUN, "integrator", of=("lagrangian", "book's"))
+@heyoka("hamiltonian", "run", "axis")
+@heyoka("lagrangian", "run", "book's")
 def end_of_the_run(which, form):
     """θ, φ and ψ of the run in the {1} form vs heyoka's {0} [rad]."""
     worst = 0.0
     for name in STARTS:
         scene = ht.Scene(*ours(name), time=END, quantities=("theta", "phi", "psi"))
         at = ht.propagate(scene, formulation="subsystem" if form == "book's" else form)(END)
-        worst = most(worst, off((at.theta, at.phi, at.psi), which, name))
+        worst = most(worst, farthest(angles(at), theirs(which, name)))
     return worst

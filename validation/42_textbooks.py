@@ -33,13 +33,7 @@ def certain(scene_top, omega3):
     return set(verdict.tags) if verdict.certified else set()
 
 
-@claim(
-    "landau-sleeping",
-    LANDAU,
-    0,
-    "exact: a sign separates stable, marginal and unstable",
-    "verdicts",
-)
+@claim(LANDAU, 0, "exact: a sign separates stable, marginal and unstable", "verdicts")
 def landau_sleeping():
     """number of tops at p_ψ² = 4A gMR, and 1e-30 above and below, with another stability proved.
 
@@ -76,7 +70,6 @@ def next_term(which):
 
 
 @claim(
-    "landau-fast-period",
     LANDAU,
     5e-19,
     "extrapolated from three spins; the third power of 4A gMR/p_ψ² < 1.4e-6, over 64, is left",
@@ -92,7 +85,6 @@ def landau_fast_period():
 
 
 @claim(
-    "landau-fast-precession",
     LANDAU,
     5e-19,
     "extrapolated from three spins; the third power of 4A gMR/p_ψ² < 1.4e-6, over 64, is left",
@@ -141,11 +133,7 @@ class Regular:
 
 
 @claim(
-    "landau-free",
-    LANDAU,
-    5e-79,
-    "75 digits are requested, and a few more kept; the formula has 80",
-    "closed form",
+    LANDAU, 5e-79, "75 digits are requested, and a few more kept; the formula has 80", "closed form"
 )
 def landau_free():
     """axis at three times and period of a free top (gMR = 0) vs a rotation about L at |L|/A,
@@ -158,7 +146,7 @@ def landau_free():
         return most(abs(period - 1), exact.off(motion.at(t, digits=75).axis for t in AFTER))
 
 
-@claim("landau-free-run", LANDAU, 1e-14, "rounding of the axis, a hundred times", "integrator")
+@claim(LANDAU, 1e-14, "rounding of the axis, a hundred times", "integrator")
 def landau_free_run():
     """axis of a free top's run at three times in 20 s vs a rotation about L at |L|/A."""
     scene = ht.Scene(FREE, TOSSED, time=20, quantities=("theta", "phi", "psi"))
@@ -176,20 +164,14 @@ def gauss():
     return 2 * mp.pi * mp.sqrt(mp.mpf("0.4") / 3) / mp.agm(1, mp.cos(amplitude / 2))
 
 
-@claim("gauss-pendulum", GAUSS, 1e-49, "48 digits are requested; the mean has 50", "closed form")
+@claim(GAUSS, 1e-49, "48 digits are requested; the mean has 50", "closed form")
 def gauss_pendulum():
     """period of a swing vs the arithmetic-geometric mean, relative."""
     motion = Digits(ht.Motion(PENDULUM, ht.State(**SWING)), 48)
     return abs(2 * mp.mpf(motion.period) / gauss() - 1)  # a period of theta is half a swing
 
 
-@claim(
-    "gauss-pendulum-run",
-    GAUSS,
-    1e-13,
-    "rounding of some hundred steps in doubles, ten times",
-    "integrator",
-)
+@claim(GAUSS, 1e-13, "rounding of some hundred steps in doubles, ten times", "integrator")
 def gauss_pendulum_run():
     """distance of the axis from the vertical after five swings and a quarter.
 
@@ -202,7 +184,6 @@ def gauss_pendulum_run():
 
 
 @claim(
-    "huygens-conical",
     HUYGENS,
     1e-13,
     "rounding of some hundred steps in doubles, ten times",
@@ -224,14 +205,7 @@ def huygens_conical():
     return most(float(np.max(np.abs(part))) for pair in angles for part in pair)
 
 
-@claim(
-    "goldstein-rates",
-    GOLDSTEIN,
-    1e-49,
-    "the rates are exact; the comparison has 50 digits",
-    "start",
-    "verdicts",
-)
+@claim(GOLDSTEIN, 1e-49, "the rates are exact; the comparison has 50 digits", "start", "verdicts")
 def goldstein_rates():
     """steady rates at θ = 0.1 and ω₃ = 140 vs the quadratic's roots, relative; 1 if not proved
     steady.
@@ -249,14 +223,7 @@ def goldstein_rates():
     return worst
 
 
-@claim(
-    "goldstein-nodding",
-    GOLDSTEIN,
-    5e-25,
-    "the square of a nutation of 1e-13 rad",
-    "closed form",
-    "start",
-)
+@claim(GOLDSTEIN, 5e-25, "the square of a nutation of 1e-13 rad", "closed form", "start")
 def goldstein_nodding():
     """period of small nutation about both steady rates vs 2π √(A/V″) of the effective potential,
     relative.

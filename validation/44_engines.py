@@ -218,7 +218,6 @@ def ours():
 
 
 @claim(
-    "mujoco-rk4-check",
     MUJOCO,
     0.3,
     "steps of 0.25 and 0.125 ms, where the next order still shows; twice what it shows",
@@ -231,7 +230,6 @@ def mujoco_rk4_check():
 
 
 @claim(
-    "exudyn-rk44-check",
     EXUDYN_PROGRAM,
     0.3,
     "steps of 0.25 and 0.125 ms, where the next order still shows; twice what it shows",
@@ -246,7 +244,6 @@ def exudyn_rk44_check():
 
 
 @claim(
-    "exudyn-trapezoidal-check",
     EXUDYN_PROGRAM,
     0.03,
     "steps of 0.2 and 0.1 ms; a few times what the next order shows",
@@ -319,7 +316,6 @@ def apart(a, b):
 
 
 @claim(
-    "mujoco-closed-form",
     MUJOCO,
     3e-13,
     "20 000 roundings; MuJoCo's own error, of fourth order, is below them at this step",
@@ -332,7 +328,6 @@ def mujoco_closed_form():
 
 
 @claim(
-    "mujoco-run",
     MUJOCO,
     3e-13,
     "20 000 roundings; MuJoCo's own error, of fourth order, is below them at this step",
@@ -346,7 +341,6 @@ def mujoco_run():
 
 
 @claim(
-    "mujoco-order",
     MUJOCO,
     0.05,
     "the difference is MuJoCo's own error only if both integrate the same top",

@@ -14,57 +14,43 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from tools import main
+from rigid import body_rates
+from scipy.spatial.transform import Rotation
+from tools import STATE, main, motion_of
 
 import heavytop as ht
 from heavytop.claims import proof
 
 QUALITIES = ("exact", "order 4, nine digits", "order 1, five per cent")
 SPAN, ROWS, HALVINGS, OFF = 6.0, 301, 12, 0.05
-GOOD = 1e-9
+TIMES = np.linspace(0, SPAN, ROWS)
 
-# --- integrators -----------------------------------------------------------------------------
+Array = np.ndarray
 
-
-def start(scene: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The rotation matrix and the angular velocity in the body."""
-    theta, phi, psi, thetadot, phidot, omega3 = (
-        float(getattr(scene.start, x))
-        for x in ("theta", "phi", "psi", "thetadot", "phidot", "omega3")
-    )
-    across = phidot * np.sin(theta)
-    s, c = np.sin(psi), np.cos(psi)
-    return rz(phi) @ rx(theta) @ rz(psi), np.array(
-        [across * s + thetadot * c, across * c - thetadot * s, omega3]
-    )
+# --- integrators: a state is the rotation matrix, and below it the angular velocity in the body --
 
 
-def rz(angle: float) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+def start(scene: Any) -> Array:
+    theta, phi, psi, *rates = numbers(scene.start, STATE).values()
+    R = Rotation.from_euler("ZXZ", [phi, theta, psi]).as_matrix()
+    return np.vstack([R, [float(x) for x in body_rates(theta, psi, *rates)]])
 
 
-def rx(angle: float) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+def numbers(thing: Any, names: tuple[str, ...]) -> dict[str, float]:
+    return {name: float(getattr(thing, name)) for name in names}
 
 
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.array(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
+def cross(a: Array, b: Array) -> Array:
+    return hat(a) @ b
 
 
-def hat(w: np.ndarray) -> np.ndarray:
+def hat(w: Array) -> Array:
     return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
 
 
-def turn(w: np.ndarray) -> np.ndarray:
+def turn(w: Array) -> Array:
     """The rotation by a vector."""
-    angle = float(np.sqrt(w @ w))
-    k = hat(w)
-    if angle < 1e-8:
-        return np.eye(3) + k
+    angle, k = float(np.sqrt(w @ w)), hat(w)
     return np.eye(3) + np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * k @ k
 
 
@@ -72,7 +58,7 @@ class Physics:
     """Euler's equations in the body, right or wrong."""
 
     def __init__(self, scene: Any, wrong: str = "") -> None:
-        A, C, self.gMR = (float(getattr(scene.top, x)) for x in ("A", "C", "gMR"))
+        A, C, self.gMR = numbers(scene.top, TOP).values()
         if wrong == "inertia-about-centre":
             A = max(0.7 * A, 0.51 * C)
         if wrong == "gravity-sign":
@@ -82,115 +68,79 @@ class Physics:
         self.friction = 0.15 * C if wrong == "friction" else 0.0
         self.motor = wrong == "motor"
 
-    def rate(self, R: np.ndarray, w: np.ndarray) -> np.ndarray:
+    def rates(self, y: Array) -> Array:
+        return np.vstack([y[:3] @ hat(y[3]), self.acceleration(y)])
+
+    def acceleration(self, y: Array) -> Array:
+        g, w = y[2], y[3]  # the vertical in the body
         moment = self.gyroscopic * cross(self.moments * w, w)
-        moment[0] += self.gMR * R[2, 1]
-        moment[1] -= self.gMR * R[2, 0]
-        moment[2] -= self.friction * w[2]
-        # psi' = w3 - phi' cos(theta) stays: the motor gives the moment about the axis
+        moment += [self.gMR * g[1], -self.gMR * g[0], -self.friction * w[2]]
+        found = moment / self.moments
         if self.motor:
-            return self.held(R, w, moment)
-        return moment / self.moments
+            found[2] = self.held(g, w, found)
+        return found
 
-    def held(self, R: np.ndarray, w: np.ndarray, moment: np.ndarray) -> np.ndarray:
-        """w3' = d/dt (phi' cos theta), where w3 - phi' cos theta is to be constant."""
-        g = R[2]  # the vertical in the body
-        across = g[0] ** 2 + g[1] ** 2
-        phidot = (w[0] * g[0] + w[1] * g[1]) / across
-        gdot = cross(g, w)
-        wdot = moment / self.moments
-        slope = (
-            wdot[0] * g[0] + wdot[1] * g[1] + w[0] * gdot[0] + w[1] * gdot[1]
-            - phidot * 2 * (g[0] * gdot[0] + g[1] * gdot[1])
-        ) / across  # fmt: skip
-        wdot[2] = slope * g[2] + phidot * gdot[2]
-        return wdot
+    def held(self, g: Array, w: Array, wdot: Array) -> float:
+        """d/dt (phi' cos theta): a motor about the axis keeps psi' = w3 - phi' cos(theta)."""
+        gdot, across = cross(g, w)[:2], g[:2] @ g[:2]
+        phidot = w[:2] @ g[:2] / across
+        slope = (wdot[:2] @ g[:2] + w[:2] @ gdot - phidot * 2 * (g[:2] @ gdot)) / across
+        return float(slope * g[2] + phidot * cross(g, w)[2])
 
 
-def runge_kutta(physics: Physics, R: np.ndarray, w: np.ndarray, h: float) -> Any:
-    k1, l1 = R @ hat(w), physics.rate(R, w)
-    R2, w2 = R + h / 2 * k1, w + h / 2 * l1
-    k2, l2 = R2 @ hat(w2), physics.rate(R2, w2)
-    R3, w3 = R + h / 2 * k2, w + h / 2 * l2
-    k3, l3 = R3 @ hat(w3), physics.rate(R3, w3)
-    R4, w4 = R + h * k3, w + h * l3
-    k4, l4 = R4 @ hat(w4), physics.rate(R4, w4)
-    return R + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), w + h / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
+def runge_kutta(physics: Physics, y: Array, h: float) -> Array:
+    k1 = physics.rates(y)
+    k2 = physics.rates(y + h / 2 * k1)
+    k3 = physics.rates(y + h / 2 * k2)
+    k4 = physics.rates(y + h * k3)
+    return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-def euler(physics: Physics, R: np.ndarray, w: np.ndarray, h: float) -> Any:
-    w = w + h * physics.rate(R, w)
-    return R @ turn(h * w), w
+def euler(physics: Physics, y: Array, h: float) -> Array:
+    w = y[3] + h * physics.acceleration(y)
+    return np.vstack([y[:3] @ turn(h * w), w])
 
 
-def integrate(scene: Any, wrong: str, step: Any, parts: int) -> tuple[np.ndarray, np.ndarray]:
-    """The attitude and the angular velocity at each row, with so many steps between two."""
-    physics, (R, w) = Physics(scene, wrong), start(scene)
-    rows, h = [(R, w)], SPAN / (ROWS - 1) / parts
+def integrate(scene: Any, wrong: str, step: Any, parts: int) -> Array:
+    """The states at each row, with so many steps between two."""
+    physics, y = Physics(scene, wrong), start(scene)
+    rows, h = [y], SPAN / (ROWS - 1) / parts
     for _ in range(ROWS - 1):
         for _ in range(parts):
-            R, w = step(physics, R, w, h)
-        rows.append((R, w))
-    return np.array([R for R, _ in rows]), np.array([w for _, w in rows])
+            y = step(physics, y, h)
+        rows.append(y)
+    return np.array(rows)
 
 
-EXACT = {"gyroscopic-sign", "no-gyroscopic-term", "motor", "friction"}
+def integrate_coarsely(scene: Any, wrong: str) -> Array:
+    """By Euler's method, with steps halved until the axis is as near as it has to be."""
+    parts, found = 1, integrate(scene, wrong, euler, 1)
+    while parts < 2**HALVINGS:
+        finer = integrate(scene, wrong, euler, 2 * parts)
+        if 2 * abs(finer[:, :3, 2] - found[:, :3, 2]).max() <= OFF:
+            break
+        parts, found = 2 * parts, finer
+    return found
 
 
-def trajectory(scene: Any, quality: str, wrong: str = "") -> dict[str, np.ndarray]:
+def exact(scene: Any) -> Array:
+    record = motion_of(scene).at(TIMES)
+    R = Rotation.from_quat(np.roll(record.quaternion, -1, axis=1)).as_matrix()
+    return np.concatenate([R, record.omega[:, None, :] @ R], axis=1)
+
+
+def trajectory(scene: Any, quality: str, wrong: str = "") -> dict[str, Array]:
     """All columns of a trajectory of a quality."""
     if quality == QUALITIES[2]:
-        parts, found = 1, integrate(scene, wrong, euler, 1)
-        while parts < 2**HALVINGS:
-            finer = integrate(scene, wrong, euler, 2 * parts)
-            off = 2 * abs(finer[0][:, :, 2] - found[0][:, :, 2]).max()
-            if off <= OFF:
-                break
-            parts, found = 2 * parts, finer
-        return columns(*found)
-    parts = 16 if quality == QUALITIES[0] or wrong else 8
+        return columns(integrate_coarsely(scene, wrong))
     if quality == QUALITIES[0] and not wrong:
-        record = ht.Motion(scene.top, scene.start).at(times())
-        q = record.quaternion
-        R = np.array([from_quaternion(each) for each in q])
-        return columns(R, np.einsum("nji,nj->ni", R, record.omega))
-    return columns(*integrate(scene, wrong, runge_kutta, parts))
+        return columns(exact(scene))
+    return columns(integrate(scene, wrong, runge_kutta, 16 if wrong else 8))
 
 
-def times() -> np.ndarray:
-    return np.linspace(0, SPAN, ROWS)
-
-
-def from_quaternion(q: np.ndarray) -> np.ndarray:
-    w, x, y, z = q
-    k = hat(np.array([x, y, z]))
-    return np.eye(3) + 2 * w * k + 2 * k @ k
-
-
-def to_quaternions(R: np.ndarray) -> np.ndarray:
-    """By the largest of the four squares, continued."""
-    found = []
-    for m in R:
-        table = np.array(
-            [
-                [1 + m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0],
-                 m[1, 0] - m[0, 1]],
-                [m[2, 1] - m[1, 2], 1 + m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0],
-                 m[0, 2] + m[2, 0]],
-                [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], 1 - m[0, 0] + m[1, 1] - m[2, 2],
-                 m[1, 2] + m[2, 1]],
-                [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1],
-                 1 - m[0, 0] - m[1, 1] + m[2, 2]],
-            ]
-        )  # fmt: skip
-        q = table[int(np.argmax(np.diag(table)))]
-        q = q / np.sqrt(q @ q)
-        found.append(q if not found or q @ found[-1] > 0 else -q)
-    return np.array(found)
-
-
-def columns(R: np.ndarray, w: np.ndarray) -> dict[str, np.ndarray]:
+def columns(states: Array) -> dict[str, Array]:
     """Everything that people write of attitudes and angular velocities in the body."""
+    R, w = states[:, :3], states[:, 3]
     theta = np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2])
     phi = np.unwrap(np.arctan2(R[:, 0, 2], -R[:, 1, 2]))
     psi = np.unwrap(np.arctan2(R[:, 2, 0], R[:, 2, 1]))
@@ -198,19 +148,16 @@ def columns(R: np.ndarray, w: np.ndarray) -> dict[str, np.ndarray]:
     thetadot = w[:, 0] * c - w[:, 1] * s
     phidot = (w[:, 0] * s + w[:, 1] * c) / np.sin(theta)
     psidot = w[:, 2] - phidot * np.cos(theta)
-    return {
-        "t": times(), "theta": theta, "phi": phi, "psi": psi,
-        "thetadot": thetadot, "phidot": phidot, "psidot": psidot,
-        "axis": R[:, :, 2], "matrix": R, "omega_body": w,
-        "omega": np.einsum("nij,nj->ni", R, w),
-    }  # fmt: skip
+    angles = dict(zip(STATE, (theta, phi, psi, thetadot, phidot, psidot), strict=True))
+    omega = np.einsum("nij,nj->ni", R, w)
+    return {"t": TIMES, **angles, "axis": R[:, :, 2], "matrix": R, "omega_body": w, "omega": omega}
 
 
 # --- plants ----------------------------------------------------------------------------------
 
 FORMS = {
-    "angles": ("theta", "phi", "psi"),
-    "angles and rates": ("theta", "phi", "psi", "thetadot", "phidot", "psidot"),
+    "angles": STATE[:3],
+    "angles and rates": STATE,
     "axis": ("axis",),
     "attitude": ("matrix",),
     "attitude and ω": ("matrix", "omega"),
@@ -221,13 +168,14 @@ VECTORS = ("axis", "attitude", "attitude and ω", "attitude and ω in the body")
 SPINNING = tuple(FORMS)[1:2] + tuple(FORMS)[4:]
 ATTITUDES = VECTORS[1:]
 ALL = tuple(FORMS)
+TOP = ("A", "C", "gMR")
 
 
 def scaled(x: dict[str, Any], factor: float, *names: str) -> dict[str, Any]:
     return x | {name: factor * x[name] for name in names if name in x}
 
 
-def world(x: dict[str, Any], P: np.ndarray, carried: bool) -> dict[str, Any]:
+def world(x: dict[str, Any], P: Array, carried: bool) -> dict[str, Any]:
     """The same in a world whose axes are the rows of P, the body's too where it is carried."""
     B, sign, found = P.T if carried else np.eye(3), np.linalg.det(P), dict(x)
     for name in x:
@@ -259,17 +207,22 @@ def exchanged(x: dict[str, Any]) -> dict[str, Any]:
 
 
 def frame(x: dict[str, Any]) -> dict[str, Any]:
-    found = {name: value for name, value in x.items() if name not in ("omega", "omega_body")}
-    other = "omega_body" if "omega" in x else "omega"
-    return found | {other: x["omega" if "omega" in x else "omega_body"]}
+    names = {"omega": "omega_body", "omega_body": "omega"}
+    return {names.get(name, name): value for name, value in x.items()}
+
+
+def scalar_last(x: dict[str, Any]) -> dict[str, Any]:
+    """With quaternions for matrices, x, y, z, w, continued from row to row."""
+    q = Rotation.from_matrix(x["matrix"]).as_quat()
+    same = np.sum(q[1:] * q[:-1], axis=1) > 0
+    q[1:] *= np.cumprod(np.where(same, 1, -1))[:, None]
+    return {name: value for name, value in x.items() if name != "matrix"} | {"quaternion": q}
 
 
 def origin(x: dict[str, Any], phi: float, psi: float) -> dict[str, Any]:
-    found = world(x, rz(phi), False)
-    if "matrix" in x:
-        found["matrix"] = found["matrix"] @ rz(psi)
-    if "omega_body" in x:
-        found["omega_body"] = x["omega_body"] @ rz(psi)
+    world_turn, body_turn = (Rotation.from_euler("Z", a).as_matrix() for a in (phi, psi))
+    found = world(x, world_turn, False)
+    found |= {n: found[n] @ body_turn for n in ("matrix", "omega_body") if n in x}
     return found | {n: x[n] + a for n, a in (("phi", phi), ("psi", psi)) if n in x}
 
 
@@ -292,8 +245,7 @@ PLANTS = {
     "inverse-rotation": (ATTITUDES, lambda x, **_: x | {"matrix": x["matrix"].swapaxes(1, 2)}),
     "omega-sign": (ATTITUDES[1:], lambda x, **_: scaled(x, -1, "omega", "omega_body")),
     "omega-body": (ATTITUDES[1:], lambda x, **_: frame(x)),
-    "quaternion-xyzw": (ATTITUDES, lambda x, **_: {n: v for n, v in x.items() if n != "matrix"}
-                        | {"quaternion": np.roll(to_quaternions(x["matrix"]), -1, axis=1)}),
+    "quaternion-xyzw": (ATTITUDES, lambda x, **_: scalar_last(x)),
     "rpm": (ANGULAR[1:], lambda x, **_: scaled(x, 30 / np.pi, "thetadot", "phidot", "psidot")),
     "degrees": (ANGULAR, lambda x, **_: scaled(x, 180 / np.pi, *FORMS["angles and rates"])),
     "time-scale": (ALL, lambda x, rng, **_: x | {"t": x["t"] * rng.choice([0.5, 2])}),
@@ -310,17 +262,17 @@ def random_scene(rng: np.random.Generator) -> Any:
     A = rng.uniform(0.5, 2)
     top = ht.Top(A, A * rng.uniform(0.1, 1.9), rng.uniform(0.5, 5))
     rates = {name: rng.uniform(-3, 3) for name in ("thetadot", "phidot", "psi", "phi")}
-    return ht.Scene(top, ht.State(rng.uniform(0.2, 2.8), psidot=rng.uniform(2, 9), **rates), time=6)
+    return ht.Scene(
+        top, ht.State(rng.uniform(0.2, 2.8), psidot=rng.uniform(2, 9), **rates), time=SPAN
+    )
 
 
 def changed(scene: Any, name: str) -> Any:
     """The scene whose start has the other spin."""
-    values = {
-        x: float(getattr(scene.start, x)) for x in ("theta", "phi", "psi", "thetadot", "phidot")
-    }
-    spin = float(scene.start.psidot)
+    values = numbers(scene.start, STATE)
+    spin = values.pop("psidot")
     spins = {"spin-sign": {"psidot": -spin}, "spin-held": {"omega3": spin}}
-    return ht.Scene(scene.top, ht.State(**values, **spins[name]), time=6)
+    return ht.Scene(scene.top, ht.State(**values, **spins[name]), time=SPAN)
 
 
 def planted(
@@ -398,14 +350,13 @@ def good(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
 
 def other(scene: Any, name: str, part: float) -> dict[str, Any]:
     """The trajectory of a problem in which one number, or all, are others than the scene's."""
-    numbers = {x: float(getattr(scene.top, x)) for x in ("A", "C", "gMR")}
-    start = {x: float(getattr(scene.start, x)) for x in STARTED}
-    if name in numbers:
-        numbers[name] *= 1 + part
+    top, start = numbers(scene.top, TOP), numbers(scene.start, STATE)
+    if name in top:
+        top[name] *= 1 + part
     if name in start:
         start[name] *= -1 if name in ("thetadot", "phidot") else 1 + part / 2
-    numbers["C"] = min(numbers["C"], 2 * numbers["A"])
-    every = trajectory(ht.Scene(ht.Top(**numbers), ht.State(**start), time=6), QUALITIES[0])
+    top["C"] = min(top["C"], 2 * top["A"])
+    every = trajectory(ht.Scene(ht.Top(**top), ht.State(**start), time=SPAN), QUALITIES[0])
     if name == "the first row":
         return {x: values[: -ROWS // 6] if x == "t" else values[ROWS // 6 + 1 :]
                 for x, values in every.items()}  # fmt: skip
@@ -416,7 +367,6 @@ def other(scene: Any, name: str, part: float) -> dict[str, Any]:
     return every
 
 
-STARTED = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 OTHERS = ("A", "C", "gMR", "theta", "thetadot", "phidot", "psidot", "the first row", "the clock",
           "a constant ψ̇", "everything")  # fmt: skip
 

@@ -58,15 +58,27 @@ def body_rates(theta, psi, thetadot, phidot, psidot):
     )
 
 
+def times(p, q):
+    """Return the product of two quaternions."""
+    w, x, y, z = p
+    a, b, c, d = q
+    return (
+        w * a - x * b - y * c - z * d,
+        w * b + x * a + y * d - z * c,
+        w * c - x * d + y * a + z * b,
+        w * d + x * c - y * b + z * a,
+    )
+
+
+def conjugate(q):
+    """Return the inverse of a unit quaternion."""
+    w, x, y, z = q
+    return w, -x, -y, -z
+
+
 def rotated(q, vector):
     """Return R(q) vector."""
-    w, x, y, z = q
-    rows = (
-        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
-    )
-    return tuple(sum(a * b for a, b in zip(row, vector, strict=True)) for row in rows)
+    return times(times(q, (0, *vector)), conjugate(q))[1:]
 
 
 class Body:
@@ -79,8 +91,7 @@ class Body:
             fixed((moments[(i + 1) % 3] - moments[(i + 2) % 3]) / moments[i]) for i in range(3)
         ]
         self.pull = [fixed(mpf(gMR) / x) for x in moments]
-        w, x, y, z = q
-        gamma = rotated((w, -x, -y, -z), (0, 0, 1))
+        gamma = rotated(conjugate(q), (0, 0, 1))
         self.state = [fixed(x) for x in (*omega, *gamma, *q)]
         self.turns = [0.0, 0.0]  # phi + psi and phi - psi, followed
 
@@ -168,6 +179,11 @@ class Body:
             product(q0, w3) + product(q1, w2) - product(q2, w1),
         )
         return (*spins, *falls, *(x // 2 for x in halves))
+
+
+def attitudes_apart(a, b) -> float:
+    """Return the distance of two quaternions; one and its negative are the same attitude."""
+    return min(farthest(a, b), farthest(a, [-x for x in b]))
 
 
 def farthest(a, b) -> float:

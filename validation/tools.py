@@ -1,4 +1,4 @@
-"""What scripts share: largest errors, interleaved times, digits by name, and running one alone."""
+"""What scripts share: motions, largest errors, interleaved times, and running one alone."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from inspect import signature
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
+import heavytop as ht
 from heavytop.claims import CLAIMS
 from heavytop.results.validation import VERDICTS
 
@@ -17,6 +20,35 @@ def most(*found: Any) -> Any:
     """Return the largest of some numbers, as max does, but no number where one of them is none."""
     values = list(found[0]) if len(found) == 1 else list(found)
     return next((value for value in values if value != value), None) or max(values)
+
+
+def farthest(found: Any, expected: Any) -> float:
+    """Return the largest difference of two arrays, no number where one of them is none."""
+    return float(np.max(np.abs(np.subtract(found, expected))))
+
+
+def relative(found: Any, exact: Any) -> Any:
+    """Return how far a number is from an mpmath number, relative to that, with its digits."""
+    return abs(exact.context.mpf(found) / exact - 1)
+
+
+def motion_of(scene: Any) -> Any:
+    """Return the exact motion of a scene, or of a shipped one that is named."""
+    scene = ht.load_scene(scene) if isinstance(scene, str) else scene
+    return ht.Motion(scene.top, scene.start)
+
+
+STATE = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+
+
+def state(*values: Any) -> Any:
+    """Return the start of these angles and rates."""
+    return ht.State(**dict(zip(STATE, values, strict=True)))
+
+
+def angles(at: Any) -> tuple[Any, Any, Any]:
+    """Return theta, phi and psi of a state."""
+    return at.theta, at.phi, at.psi
 
 
 def interleaved(
@@ -44,7 +76,7 @@ class Digits:
         return self.motion.mpf(name, self.digits)
 
     def __call__(self, t: Any) -> Any:
-        return self.motion.at(t, self.digits)
+        return self.motion.at(self.ctx.mpf(t), self.digits)
 
 
 def main() -> None:

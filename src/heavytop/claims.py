@@ -143,11 +143,11 @@ CLAIMS: Final[dict[str, Claim]] = {}
 
 
 def claim(
-    name: str,
     authority: Authority,
     bound: float,
     reason: str,
     *holds: str,
+    name: str | None = None,
     needs: str | None = None,
     of: tuple[Any, ...] = (),
 ) -> Callable[[Measure], Measure]:
@@ -158,15 +158,20 @@ def claim(
 
     Parameters
     ----------
-    name, authority, bound, reason, holds, needs, of
+    name : str, optional
+        Its id; by default that of the function, with hyphens.
+    authority, bound, reason, holds, needs, of
         As for `Claim`.
     """
 
     def add(measure: Measure) -> Measure:
-        paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
+        paragraph = " ".join((measure.__doc__ or "").partition("
+
+")[0].split())
         about = {"statement": paragraph.removesuffix(".").format(*of), "bound": float(bound)}
         about |= {"authority": authority, "reason": reason, "holds": holds}
-        return _add(Claim, name, measure, needs=needs, of=of, **about)
+        named = name or measure.__name__.replace("_", "-")
+        return _add(Claim, named, measure, needs=needs, of=of, **about)
 
     return add
 

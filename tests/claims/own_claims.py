@@ -8,7 +8,7 @@ from pathlib import Path
 from heavytop.claims import Authority, claim, proof
 BOOK = Authority("a book", "formula")
 def of_a_book(name, **more):
-    return claim(name, BOOK, 1, "so it is", "closed form", **more)
+    return claim(BOOK, 1, "so it is", "closed form", name=name, **more)
 """
 FAKE = (
     HEAD

@@ -37,7 +37,7 @@ def test_without_an_error_the_same_claims_hold():
 
 
 def test_a_plant_that_no_longer_fits_is_no_plant(tmp_path):
-    gone = plants.Plant("nothing", "equations/lagrangian.py", (("no such text", ""),), ())
+    gone = plants.Plant("nothing", "equations/lagrangian.py", {"no such text": ""}, "")
     with pytest.raises(ValueError, match="0 times"):
         plants.planted(gone, tmp_path)
 
