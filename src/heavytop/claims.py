@@ -165,9 +165,7 @@ def claim(
     """
 
     def add(measure: Measure) -> Measure:
-        paragraph = " ".join((measure.__doc__ or "").partition("
-
-")[0].split())
+        paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
         about = {"statement": paragraph.removesuffix(".").format(*of), "bound": float(bound)}
         about |= {"authority": authority, "reason": reason, "holds": holds}
         named = name or measure.__name__.replace("_", "-")
