@@ -105,6 +105,33 @@ def test_a_step_and_a_solver_may_read_the_top():
     assert found[0] is found[-1] is top
 
 
+class Foreign:
+    """An array that only its own library reads, as those are that JAX traces."""
+
+    def __init__(self, numbers):
+        self.numbers = numbers
+
+    def __iter__(self):
+        return iter(self.numbers)
+
+    def __array_namespace__(self):
+        return SimpleNamespace(stack=Foreign)
+
+    def __array__(self, *_, **__):
+        raise TypeError("traced")
+
+
+def test_arrays_of_another_library_become_arrays_of_that():
+    def forwards(f, y, h):
+        return y + h * f(y)
+
+    def by_foreign_arrays(f, y, h):
+        return y + h * np.array(list(f(Foreign(y))))
+
+    errors = [axis_error(own.Method(step), 100) for step in (forwards, by_foreign_arrays)]
+    assert errors[0] == errors[1]
+
+
 def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_stored():
     assert axis_error(dop853, 1e-11) < 1e-9 < axis_error(dop853, 1e-5) < 1e-1
     for asked, setting in ((rk4, 100), (dop853, 1e-8)):

@@ -106,9 +106,11 @@ class RightHandSide:
     ) -> None:
         self.function, self.constants, self.top, self.calls = function, constants, top, 0
 
-    def __call__(self, y: Array) -> Array:
-        """Return the derivatives."""
+    def __call__(self, y: Any) -> Any:
+        """Return the derivatives; of an array of another library, as JAX traces, one of that."""
         self.calls += 1
+        if not isinstance(y, np.ndarray) and hasattr(y, "__array_namespace__"):
+            return y.__array_namespace__().stack(self.function(*y, *self.constants))
         try:
             return np.array(self.function(*np.asarray(y, float).tolist(), *self.constants))
         except (ZeroDivisionError, OverflowError, ValueError):
