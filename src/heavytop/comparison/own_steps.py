@@ -213,7 +213,7 @@ def _named() -> Iterator[None]:
 def _solver(solver: Callable[..., Any], rates: RightHandSide, tolerance: float) -> Solver:
     """Return what calls a solver of one's own once for a span: only its end is looked at."""
 
-    def fun(_: float, y: Array) -> Array:
+    def fun(_: float, y: Any) -> Any:
         return rates(y)
 
     fun.top = rates.top  # type: ignore[attr-defined]
