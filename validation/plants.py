@@ -110,7 +110,7 @@ FINE = (
           {"lambda x: x.over_top,": "lambda x: x.over_top - x.g * x.one_minus_u0 * 10**-20,"},
           "whittaker-kind whittaker-closed-form whittaker-doubles"),
     Plant("the balance of steady precession off by 1e-20", "classification/kinds.py",
-          {"lambda x: x.pull)": "lambda x: x.pull + x.g * x.sin2 * 10**-20)"},
+          {"lambda x: x.slope0)": "lambda x: x.slope0 + x.g * x.sin2 * 10**-20)"},
           "betsch-kind goldstein-rates betsch-closed-form book-exercise-2.13"),
 )  # fmt: skip
 

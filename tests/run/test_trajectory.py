@@ -1,5 +1,7 @@
 """A trajectory asked for any time, and stored and read back: the same bits, in more digits too."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -46,7 +48,8 @@ def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formul
     run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation=formulation)
     form, states = run.orbit.integrator.formulation, run.samples.states
     constants = {name: float(x) for name, x in run.orbit.parameters.items()}
-    again = outputs.sample(form, states, constants, run.t, (run.phi, run.psi))
+    near = SimpleNamespace(phi=run.phi, psi=run.psi)
+    again = outputs.sample(form, states, constants, run.t, near)
     for name in ht.Sample.__slots__:
         assert getattr(again, name) == pytest.approx(getattr(run.samples, name), abs=1e-11), name
 

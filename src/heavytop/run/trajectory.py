@@ -63,6 +63,17 @@ class Statistics:
     whole: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class FirstRows:
+    """The first rows of a record's columns, each taken when it is read."""
+
+    record: Any
+    rows: int
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.record, name)[: self.rows]
+
+
 class Compared(NamedTuple):
     """A run wherever it is held against the exact motion of its own numbers.
 
@@ -70,7 +81,7 @@ class Compared(NamedTuple):
     ----------
     run : Sample
         The samples first.
-    exact : Record or None
+    exact : FirstRows or None
         That motion in doubles at the same times; None where there is none.
     fixed : ndarray of int
         Which of them do not depend on how many samples there are; the last is the end.
@@ -281,13 +292,14 @@ class Trajectory(Played):
         """The run wherever it is held against the exact motion, and that in doubles."""
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
-        seen, place = self._seen, self.orbit.places_of(times)
+        seen, between, place = self._seen, self.orbit.between, self.orbit.places_of(times)
         if place is None:
-            seen = Seen.join([samples, self.orbit.at(times), *self.orbit.hits])
-            place = np.arange(times.size)
-        run = self.readings if seen is self._seen else self.read(seen)
+            between, place = self.orbit.at(times), np.arange(times.size)
+            seen = Seen.join([samples, between])
+        run, exact = self.readings if seen is self._seen else self.read(seen), self._exact_at(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
-        return Compared(run, self._exact_at(seen), fixed)
+        count = samples.t.size + between.t.size  # without zeros: beside a pole these have no angles
+        return Compared(run.at(slice(count)), exact and FirstRows(exact, count), fixed)
 
     @cached_property
     def own_samples(self) -> Sample:
