@@ -20,7 +20,6 @@ from heavytop.scene.scene import load_scene
 from ..claims.own_claims import FAKE, script
 from ..commands import heavytop_
 
-PAGE = (Path(__file__).parents[2] / "docs" / "check-a-trajectory.md").read_text("utf-8")
 KICKED = load_scene("sicm-kicked")
 
 
