@@ -207,8 +207,8 @@ FINE = (
         "classification/kinds.py",
         (
             (
-                "lambda x: x.pull)",
-                "lambda x: x.pull + x.g * x.sin2 * 10**-20)",
+                "lambda x: x.slope0)",
+                "lambda x: x.slope0 + x.g * x.sin2 * 10**-20)",
             ),
         ),
         ("betsch-kind", "goldstein-rates", "betsch-closed-form", "book-exercise-2.13"),
