@@ -118,8 +118,8 @@ PLANTS = (
         "analytic/form.py",
         (
             (
-                '"sn": lambda r: _theta(r, 1) / r.under,',
-                '"sn": lambda r: _theta(r, 1) / r.under * (arb("nan") if r.upper is True else 1),',
+                '_series(r, "function", 1) / r.under,',
+                '_series(r, "function", 1) / r.under * (arb("nan") if r.upper is True else 1),',
             ),
         ),
         ("mpmath-tilt", "flint-weierstrass", "lie-closed-form"),
@@ -150,7 +150,7 @@ FINE = (
     Plant(
         "loops at three halves of their kick",
         "classification/kinds.py",
-        (("lambda x: x.looping,", "lambda x: x.looping - x.g * x.drift0 / 2,"),),
+        (("lambda x: x.cusp_number,", "lambda x: x.cusp_number - x.g * x.drift0 / 2,"),),
         ("book-figures-edge",),
     ),
     Plant(
