@@ -72,8 +72,8 @@ PLANTS = (
            "    high.flat[high.size // 2] = np.nan\n"},
           "dop853-closed-form-kicked dop853-closed-form-tilted dop853-closed-form-dropped"),
     Plant("no number beside one turning point, in the closed form", "analytic/form.py",
-          {'"sn": lambda r: _theta(r, 1) / r.under,':
-           '"sn": lambda r: _theta(r, 1) / r.under * (arb("nan") if r.upper is True else 1),'},
+          {'_series(r, "function", 1) / r.under,':
+           '_series(r, "function", 1) / r.under * (arb("nan") if r.upper is True else 1),'},
           "mpmath-tilt flint-weierstrass lie-closed-form"),
 )  # fmt: skip
 
@@ -88,7 +88,7 @@ FINE = (
           {"r.form.kappa + r.side * (r.rates[0]": "r.form.kappa - r.side * (r.rates[0]"},
           "book-spin-partway"),
     Plant("loops at three halves of their kick", "classification/kinds.py",
-          {"lambda x: x.looping,": "lambda x: x.looping - x.g * x.drift0 / 2,"},
+          {"lambda x: x.cusp_number,": "lambda x: x.cusp_number - x.g * x.drift0 / 2,"},
           "book-figures-edge"),
     Plant("Δψ of a period, its parts twice, in the closed form", "analytic/constants.py",
           {"self.period + self.relative_spin": "self.period + 2 * self.relative_spin"},

@@ -6,14 +6,16 @@ a turning point, where φ̇ = (a − b u)/(1 − u²).
 """
 
 import itertools
+from fractions import Fraction
 
 import pytest
+from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
-from heavytop.classification.classify import classify
+from heavytop.classification.classify import UndecidedError, classify
 from heavytop.exact import Exact, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -149,6 +151,12 @@ def test_what_cannot_be_proved_is_undecided():
     assert found.tags == ()
     assert found.bound.endswith("e-1221") or float(found.bound) < 1e-300
     assert found.bound in found.why
+
+
+@pytest.mark.parametrize("size", ["1.249", "-9.96e-5", "1.001e-1300"])
+def test_the_bound_of_an_open_sign_is_rounded_up(size):
+    bound = UndecidedError("p", arb(size)).bound
+    assert abs(Fraction(size)) <= Fraction(bound) <= abs(Fraction(size)) * Fraction("1.1")
 
 
 def test_tilts_given_by_their_cosine():

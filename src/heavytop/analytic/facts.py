@@ -221,9 +221,7 @@ def _facts(c: Constants, cusps: bool) -> Balls:
 
 def _rates(c: Constants, cusps: bool) -> Balls:
     """Extremes and reversals of φ̇ and ψ̇; at an exact pass through a pole P± is exactly 0."""
-    misses_bottom, misses_top = (c.regime.misses_bottom, c.regime.misses_top)[:: c.side]
-    plus = _or_zero(c.start.P_plus) if misses_bottom else arb(0)
-    minus = _or_zero(c.start.P_minus) if misses_top else arb(0)
+    plus, minus = map(_or_zero, c.P[:: c.side])
     tilts = c.tilts
     ends = tilts[:1] if c.regime.steady else tilts[:: -c.side]
     phidot = _rate("phidot", arb(0), plus, minus, ends, cusp=tilts[1] if cusps else None)

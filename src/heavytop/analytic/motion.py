@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final, NamedTuple
 
-from heavytop.analytic.constants import Constants
 from heavytop.analytic.events import EventTimes
 from heavytop.analytic.record import SPARE_DIGITS, Record, mapped, midpoint, read_digits, to_mpf
 from heavytop.analytic.refine import Refined
@@ -114,11 +113,8 @@ class ClosedForm(Refined):
             passes = not (self.regime.misses_top and self.regime.misses_bottom)
             if passes or not self.vanishes("cusp_number"):
                 return False
-
-        def sign(c: Constants) -> int:
-            return sign_of(c.start.P_plus * c.start.P_minus, "P+ or P- and 0")
-
-        return bool(self.refine("the sign of P+ P-", sign) < 0)
+        side = self.refine("P+ P-", lambda c: sign_of(c.P[0] * c.P[1], "P+ or P- and 0"))
+        return bool(side < 0)
 
     def energy(self, digits: int) -> Number:
         """E [J]; nan where the moments are not known.

@@ -17,6 +17,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
+from heavytop.exact.number import rational, written
 from heavytop.files import write_document, write_text
 from heavytop.scene.arguments import (
     Range,
@@ -268,10 +269,8 @@ def read_times(text: str) -> str | list[str]:
 
 def exact_text(x: Fraction) -> str:
     """A rational number as a decimal, where it is one; else as a fraction."""
-    places = next((n for n in range(1100) if 10**n % x.denominator == 0), None)
-    if places is None:
-        return str(x)
-    return Interval(x, Fraction(0)).rounded(places + (len(str(int(abs(x)))) if abs(x) >= 1 else 0))
+    text = written(rational(x))
+    return text if "/" in text else f"{Decimal(text):f}"
 
 
 OPTIONS: Final[Mapping[str, Callable[[object], Any]]] = {

@@ -17,7 +17,7 @@ from heavytop.analytic.roots import TooFewBits
 from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, Regime, vanishes
 from heavytop.errors import Unseparated
 from heavytop.exact import Exact
-from heavytop.exact.balls import Interval, above, ball_of, working
+from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.exact.number import rational, rational_value
 
 LIMIT: Final = 1 << 16
@@ -98,22 +98,22 @@ class Refined:
         Unseparated
             No balls of up to `limit` bits have the digits.
         """
-        why, bound = f"{what} is not bounded", math.inf
+        why, ball = f"{what} is known to", arb.nan()
         for bits in self._precisions(digits or 0, late):
             with working(bits):
                 try:
                     found = value(self._constants(bits))
                     wide = [x for x in _balls(found) if digits and not self._has(what, x, digits)]
                 except TooFewBits as close:
-                    why, bound = close.reason
+                    why, ball = f"{close.names} differ by less than", close.difference
                     continue
                 if not wide:
                     return found
                 if wide[0].is_finite():
-                    bound = Interval.of(wide[0]).radius
-                    why = f"{what} is known to {above(bound)}"
-        why += f" with {self.limit} bits: more bits or fewer digits are needed"
-        raise Unseparated(why, bound)
+                    why, ball = f"{what} is known to", wide[0].rad()
+        size, bound = bound_of(ball)
+        more = f"with {self.limit} bits: more bits or fewer digits are needed"
+        raise Unseparated(f"{why} {size} {more}", bound)
 
     def _precisions(self, digits: int, late: float) -> Iterator[int]:
         turned = min(max(1.0, abs(late) * self.rate), sys.float_info.max) if late else 1.0

@@ -7,13 +7,11 @@ difference, and by (u₂ − u₀)(u₀ − u₁)(u₃ − u₀) = f₀/2g and 2
 
 from __future__ import annotations
 
-import math
 from typing import Final, NamedTuple
 
 from flint import acb, arb, arb_poly, ctx
 
 from heavytop.classification.reduced import Reduced, Regime
-from heavytop.exact.balls import Interval, above
 
 _MOST_STEPS: Final = 40  # of a mean: its numbers are then equal to 65 536 bits, if mc > 2^-2^20
 
@@ -32,14 +30,6 @@ class TooFewBits(Exception):
     def __init__(self, names: str, difference: arb) -> None:
         super().__init__(names, difference)
         self.names, self.difference = names, difference
-
-    @property
-    def reason(self) -> tuple[str, float]:
-        """What to say of them, and an upper bound of their difference."""
-        if not self.difference.is_finite():
-            return f"{self.names} are not told apart", math.inf
-        bound = Interval.of(abs(self.difference)).upper
-        return f"{self.names} differ by less than {above(bound)}", bound
 
 
 class Roots(NamedTuple):

@@ -91,19 +91,14 @@ class Starts(NamedTuple):
         return reduce(np.logical_and, fits)
 
     @property
-    def pole(self) -> Mask:
-        """Where the axis points up; of the doubles in [0, π] no other is a pole."""
-        return np.equal(self.theta, 0)
-
-    @property
     def still(self) -> Mask:
         """Where θ̇ = 0."""
         return np.equal(self.thetadot, 0)
 
     @property
     def level(self) -> Mask:
-        """Where φ̇ sinθ = 0."""
-        return self.pole | np.equal(self.phidot, 0)
+        """Where φ̇ sinθ = 0; of the doubles in [0, π] only 0 is a pole."""
+        return np.equal(self.theta, 0) | np.equal(self.phidot, 0)
 
 
 class InputArrays:

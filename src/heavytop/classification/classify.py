@@ -23,7 +23,7 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     root_of,
 )
-from heavytop.exact.balls import ball_of, working
+from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.exact.number import Exact, Sign
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
@@ -200,7 +200,7 @@ class UndecidedError(Exception):
     """A number that is neither separated from zero nor proved to be zero."""
 
     def __init__(self, symbol: str, size: arb) -> None:
-        self.bound = abs(size).upper().str(2, radius=False)
+        self.bound, _ = bound_of(size)
         super().__init__(
             f"the sign of {symbol} is open: in units A = 1 its size is at most {self.bound}"
         )

@@ -7,7 +7,6 @@ In units A = 1, with g = gMR/A, a = p_φ/A, b = p_ψ/A, h = E'/A and u = cos θ,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
@@ -18,7 +17,7 @@ from flint import arb, fmpq
 
 from heavytop.errors import Unseparated
 from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
-from heavytop.exact.balls import Interval, above, ball_of, rational_ball, working
+from heavytop.exact.balls import ball_of, bound_of, rational_ball, working
 from heavytop.exact.number import Sign, rational, rational_value
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -211,10 +210,9 @@ def vanishes(source: ReducedMotion, start: Reduced, name: str) -> bool:
     if side is not None:
         return side == 0
     with working(MOST_BITS):
-        near = getattr(source.reduced(MOST_BITS), name)
-        bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
-    size = f"less than {above(bound)} with {MOST_BITS} bits"
-    raise Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
+        size, bound = bound_of(getattr(source.reduced(MOST_BITS), name))
+    why = f"{name} is less than {size} with {MOST_BITS} bits, and could not be proved to be 0"
+    raise Unseparated(why, bound)
 
 
 def ball_sign(ball: arb) -> Sign | None:

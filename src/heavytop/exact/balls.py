@@ -234,9 +234,12 @@ class Interval:
         return f"<Interval {self}>"
 
 
-def above(bound: float) -> str:
-    """Return two digits of a number that is not smaller than the bound."""
-    return str(Context(2, ROUND_CEILING).create_decimal(bound)).replace("E", "e")
+def bound_of(ball: arb) -> tuple[str, float]:
+    """Two digits of a number that no number of a ball exceeds in size, and a double that is one."""
+    if not ball.is_finite():
+        return "infinity", math.inf
+    size = Interval.of(abs(ball))
+    return size.bounds(2)[1], size.upper
 
 
 def outward(q: Fraction, way: int) -> float:
