@@ -39,15 +39,6 @@ def test_a_convention_that_is_planted_alone_is_named(plants, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ALONE[::4])
-def test_it_is_named_in_spite_of_the_error_of_a_coarse_step(plants, name):
-    rng = np.random.default_rng([4, *map(ord, name)])
-    scene = plants.random_scene(rng)
-    data, _ = plants.planted(scene, plants.QUALITIES[2], (name,), rng)
-    assert plants.verdict(data, scene, (name,))[0] in ("named", "ambiguous", "none")
-
-
-@pytest.mark.slow
 def test_of_pairs_and_in_good_data_no_wrong_name_is_sure(plants):
     for found in (plants.pairs(7, 4), plants.good(7, 4)):
         counts, wrong = plants.counted(found)
