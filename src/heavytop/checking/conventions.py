@@ -52,8 +52,8 @@ Undo = Callable[[Comparison], Variants]
 class Convention(NamedTuple):
     """A name, a sentence with a place for words of the undo, the undo, and what it is about.
 
-    An origin, a clock or physics another start, or another number, may have as well; of physics
-    there is one error at a time.
+    Another start, or another number, may do the same as an origin, a clock, or other physics; of
+    physics one error at a time is looked for.
     """
 
     name: str

@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
@@ -21,7 +20,6 @@ from heavytop.text import Shown, closest, cut, harmless, nearest, readable
 FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES: Final = "--set"
-_MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
 _RIVALS: Final = (
     ("time", "periods"), ("psidot", "omega3"), ("omega3", "p_psi"), ("E", "E_prime"),
     ("A", "A_cm"), ("C", "C_cm"),
@@ -397,8 +395,8 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
 
 def _meant(path: Path) -> str:
     """A hint at the scene that may have been meant by a name that none has."""
-    beside = [file.name for file in islice(path.parent.glob("*.toml"), _MANY_FILES)]
-    if meant := closest(f"{path.stem}.toml", sorted(beside)):
+    beside = sorted(file.name for file in path.parent.glob("*.toml"))
+    if meant := closest(f"{path.stem}.toml", beside):
         return f'did you mean "{path.with_name(meant)}"?'
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
