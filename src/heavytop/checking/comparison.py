@@ -195,12 +195,10 @@ class Comparison:
             return -self.data.values["elevationdot"]
         return self.data.values.get(name)
 
-    @cached_property
+    @property
     def omega_body(self) -> Any:
-        """The angular velocity (n, 3) in the body [rad/s]."""
+        """The angular velocity (n, 3) in the body [rad/s], given or by the angular momentum."""
         values = self.data.values
-        if "omega" in values and self.attitude is not None:
-            return np.einsum("nji,nj->ni", self.attitude, values["omega"])
         if "momentum_body" in values and "omega_body" not in values and self.top.C != 0:
             return values["momentum_body"] / moments(self.top)
         return values.get("omega_body")
@@ -227,7 +225,8 @@ class Comparison:
             omega3, across = (omega * e).sum(axis=1), np.cross(omega, e)
             return e[:, 2], (across**2).sum(axis=1), omega3, omega[:, 2]
         w, g = self.omega_body, self.data.values.get("vertical")
-        g = self.attitude[:, 2] if g is None and self.attitude is not None else g
+        if w is not None and g is None and self.attitude is not None:
+            g = self.attitude[:, 2]
         if w is None or g is None:
             return None
         return g[:, 2], w[:, 0] ** 2 + w[:, 1] ** 2, w[:, 2], (w * g).sum(axis=1)
