@@ -303,7 +303,7 @@ TOP: Final[Mapping[str, Reader]] = {
 @lru_cache(64)
 def _way_of(names: tuple[str, ...]) -> Way:
     """The way that is nearest to some names."""
-    return min(WAYS, key=lambda each: each.off(names))
+    return min(WAYS, key=lambda each: each.distance(names))
 
 
 def broken_body(values: Numbers) -> Broken:
