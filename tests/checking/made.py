@@ -1,4 +1,4 @@
-"""Trajectories to be judged: of the closed form, and of a Runge–Kutta integrator of our own."""
+"""Trajectories to be judged, of the closed form."""
 
 import numpy as np
 
@@ -44,31 +44,3 @@ def random_scene(rng):
     rates = {name: rng.uniform(-3, 3) for name in ("thetadot", "phidot", "psi")}
     start = State(rng.uniform(0.2, 2.8), phi=rng.uniform(-3, 3), psidot=rng.uniform(2, 9), **rates)
     return Scene(top, start, time=6)
-
-
-def runge_kutta(t, top=TOP, start=START):
-    """The axis and the angular velocity by ė = ℓ × e, ℓ̇ = (gMR/A)(−e_y, e_x, 0), order 4."""
-    A, C, gMR = (float(x) for x in (top.A, top.C, top.gMR))
-    theta, phi, thetadot, phidot, omega3 = (
-        float(getattr(start, name)) for name in ("theta", "phi", "thetadot", "phidot", "omega3")
-    )
-    s, c = np.sin(theta), np.cos(theta)
-    e = np.array([s * np.sin(phi), -s * np.cos(phi), c])
-    moving = thetadot * np.array([c * np.sin(phi), -c * np.cos(phi), -s])
-    moving += phidot * np.array([-e[1], e[0], 0])
-    y = np.concatenate([e, np.cross(e, moving) + C * omega3 / A * e])
-
-    def rate(y):
-        return np.concatenate([np.cross(y[3:], y[:3]), gMR / A * np.array([-y[1], y[0], 0])])
-
-    rows = [y]
-    for h in np.diff(t):
-        k1 = rate(y)
-        k2 = rate(y + h / 2 * k1)
-        k3 = rate(y + h / 2 * k2)
-        k4 = rate(y + h * k3)
-        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        rows.append(y)
-    found = np.array(rows)
-    e, turning = found[:, :3], found[:, 3:]
-    return {"t": t, "axis": e, "omega": turning + (omega3 - C * omega3 / A) * e}

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heavytop.checking.comparison import Comparison
+from heavytop.checking.comparison import Comparison, octaves
 from heavytop.checking.conventions import INERTIA, NUMBER, TABLE, Variant
 from heavytop.checking.judge import check
 from heavytop.checking.reading import read
@@ -36,15 +36,6 @@ def test_a_convention_that_is_planted_alone_is_named(plants, name):
     scene = plants.random_scene(rng)
     data, form = plants.planted(scene, "exact", (name,), rng)
     assert plants.verdict(data, scene, (name,))[0] == "named", form
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ALONE[::4])
-def test_it_is_named_in_spite_of_the_error_of_a_coarse_step(plants, name):
-    rng = np.random.default_rng([4, *map(ord, name)])
-    scene = plants.random_scene(rng)
-    data, _ = plants.planted(scene, plants.QUALITIES[2], (name,), rng)
-    assert plants.verdict(data, scene, (name,))[0] in ("named", "ambiguous", "none")
 
 
 @pytest.mark.slow
@@ -87,6 +78,17 @@ def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatc
     assert of_another_problem(plants, "everything", 4)[0] == "named"
     monkeypatch.setattr("heavytop.checking.search.FIRST", np.inf)
     assert of_another_problem(plants, "everything", 4)[0] == "wrong"
+
+
+def test_every_octave_of_rows_counts_once():
+    """Of some rows, and of all, from which a start is to follow."""
+    rows, begins = octaves(20, most=2)
+    assert (rows.tolist(), begins.tolist()) == (
+        [0, 1, 2, 3, 4, 7, 8, 15, 16, 19],
+        [0, 1, 2, 4, 6, 8],
+    )
+    rows, begins = octaves(20, most=20)
+    assert (rows.tolist(), begins.tolist()) == ([*range(20)], [0, 1, 2, 4, 8, 16])
 
 
 def explanation(misfit, *names):

@@ -68,19 +68,10 @@ def table(path, header, columns, between=",", comma=".", encoding="utf-8"):
     return path
 
 
-def german(path):
-    header = ["Zeit (s)", "Neigung in °", "Präzession in Grad", "Eigendrehung (°)"]
-    return table(path / "a.csv", header, [T, *DEGREES], ";", ",", "utf-16")
-
-
 def french(path):
     header = ["Temps [ms]", "nutation [deg]", "précession [deg]", "rotation propre [tr/min]"]
     columns = [1000 * T, *DEGREES[:2], RECORD.psidot * 30 / np.pi]
-    return table(path / "a.txt", header, columns, "\t", ",", "utf-8-sig")
-
-
-def precession_called_psi(path):
-    return table(path / "a.csv", ["time", "theta", "psi", "phi"], [T, *DEGREES])
+    return table(path / "a.txt", header, columns, "\t", ",", "utf-16")
 
 
 def game_engine(path):
@@ -112,11 +103,6 @@ def netcdf(path):
     return path / "a.nc"
 
 
-def centre_of_mass(path):
-    header = ["t/ms", "x_com [mm]", "y_com [mm]", "z_com [mm]"]
-    return table(path / "a.csv", header, [1000 * T, *80 * RECORD.axis.T])
-
-
 def backwards_from_below(path):
     """Besides one row twice, an azimuth that is wrapped, and a column that is none."""
     rows, header = np.r_[150, 150:-1:-1], ["t", "theta", "prec_deg", "note"]
@@ -129,13 +115,10 @@ def off_zero(path):
 
 
 OWN = {
-    german: ({"degrees"}, 11),
     french: ({"degrees", "rpm", "milliseconds"}, 11),
-    precession_called_psi: ({"degrees", "exchanged-angles"}, 11),
     game_engine: ({"inverse-rotation"}, 0),
     depression: ({"degrees", "elevation", "from-below", "azimuth-origin"}, 11),
     netcdf: ({"degrees"}, 6),
-    centre_of_mass: ({"milliseconds"}, 12),
     backwards_from_below: ({"from-below", "degrees"}, 11),
     off_zero: ({"time-origin"}, 11),
 }

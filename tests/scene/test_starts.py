@@ -233,21 +233,6 @@ def test_a_wrong_start_is_refused_in_one_sentence_with_what_would_be_right(text:
     assert word in sentence.removeprefix(f"mine.toml:{number}: start.{key}{value}: ")
 
 
-def test_all_that_is_wrong_with_a_start_is_said_at_once() -> None:
-    """The first sentences of single faults, each at its own line."""
-    together = ["theta = true", 'psidot = "3 kg"', "omega3 = 1", "quaternions = [1, 0, 0, 0]"]
-    with pytest.raises(BadScene) as bad:
-        read_scene(HEAD.replace("A = 1", "A = -1") + "\n".join(together), "mine.toml")
-    places = [(fault.line, fault.key, fault.value) for fault in bad.value.faults]
-    assert places == [
-        (3, "top.A", "-1"),
-        (7, "start.theta", "true"),
-        (8, "start.psidot", '"3 kg"'),
-        (9, "start.omega3", "1"),
-        (10, "start.quaternions", "[1, 0, 0, 0]"),
-    ]
-
-
 def test_a_start_that_follows_from_a_wrong_top_is_read_all_the_same() -> None:
     head = HEAD.replace("A = 1", "A = 0")
     for start, keys in (

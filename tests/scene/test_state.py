@@ -7,7 +7,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from heavytop.errors import ImpossibleStart
 from heavytop.exact import Exact, cos, sin, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -41,27 +40,6 @@ def test_spin_is_zero_where_none_is_given_and_poles_belong_to_the_tilts() -> Non
     assert State("pi/3", phidot=3).omega3 == Fraction(3, 2)
     for theta in (0, math.pi, "180 deg", "3.14159265358979323846"):
         assert State(theta).theta == Exact.of(theta)
-
-
-@pytest.mark.parametrize(
-    ("values", "broken"),
-    [
-        ({"theta": "3 rpm"}, {"theta"}),
-        ({"theta": math.inf, "psi": None}, {"theta", "psi"}),
-        ({"theta": "x", "psidot": 1, "omega3": 1}, {"theta", "omega3"}),
-    ],
-)
-def test_impossible_starts_are_refused(values: dict[str, object], broken: set[str]) -> None:
-    with pytest.raises(ImpossibleStart) as error:
-        State(**({"theta": 0.1} | values))
-    assert {name for name, _ in error.value.broken} == broken
-
-
-@pytest.mark.parametrize("rate", ["thetadot", "phidot", "psidot", "omega3"])
-def test_rates_have_units_of_rates_and_no_others(rate: str) -> None:
-    assert getattr(State(theta=1, **{rate: "30 rpm"}), rate) == Exact.of("pi")
-    with pytest.raises(ImpossibleStart, match=f"{rate}: a unit here is rpm"):
-        State(theta=1, **{rate: "30 deg"})
 
 
 def test_a_start_from_constants_at_a_turning_point_and_through_the_vertical() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -138,11 +138,8 @@ class Comparison:
         return other
 
     def rows(self, which: Any) -> Comparison:
-        """The same of some rows, with the start of all."""
-        data = self.data.rows(which)
-        if self.given is None:
-            data = replace(data, t=data.t - self.data.t[0])
-        return replace(self, data=data, given=self.start)
+        """The same of some rows."""
+        return replace(self, data=self.data.rows(which))
 
     @cached_property
     def folded(self) -> Comparison:
@@ -198,12 +195,10 @@ class Comparison:
             return -self.data.values["elevationdot"]
         return self.data.values.get(name)
 
-    @cached_property
+    @property
     def omega_body(self) -> Any:
-        """The angular velocity (n, 3) in the body [rad/s]."""
+        """The angular velocity (n, 3) in the body [rad/s], given or by the angular momentum."""
         values = self.data.values
-        if "omega" in values and self.attitude is not None:
-            return np.einsum("nji,nj->ni", self.attitude, values["omega"])
         if "momentum_body" in values and "omega_body" not in values and self.top.C != 0:
             return values["momentum_body"] / moments(self.top)
         return values.get("omega_body")
@@ -230,7 +225,8 @@ class Comparison:
             omega3, across = (omega * e).sum(axis=1), np.cross(omega, e)
             return e[:, 2], (across**2).sum(axis=1), omega3, omega[:, 2]
         w, g = self.omega_body, self.data.values.get("vertical")
-        g = self.attitude[:, 2] if g is None and self.attitude is not None else g
+        if w is not None and g is None and self.attitude is not None:
+            g = self.attitude[:, 2]
         if w is None or g is None:
             return None
         return g[:, 2], w[:, 0] ** 2 + w[:, 1] ** 2, w[:, 2], (w * g).sum(axis=1)
@@ -267,31 +263,26 @@ class Comparison:
         return float(max(there, default=0.0)) if self.since[0] == 0 else 0.0
 
 
-class Octaves(NamedTuple):
-    """Rows of every octave of their numbers, so that early ones weigh most."""
+def octaves(size: int, most: int = OCTAVE_ROWS) -> tuple[Any, Any]:
+    """At most so many rows of every octave, and where each octave begins among them.
 
-    rows: Any
-    starts: Any
-    counts: Any
-
-
-def octaves(size: int) -> Octaves:
-    """Some rows of every octave: the first, the second, two more, four more, …"""
+    Octaves are the first row, the second, two more, four more, …: early rows weigh most.
+    """
     edges = [0, *(2**k for k in range(int(np.log2(size)) + 1)), size]
     each = [
-        np.unique(np.linspace(a, b - 1, min(b - a, OCTAVE_ROWS)).astype(int))
+        np.unique(np.linspace(a, b - 1, min(b - a, most)).astype(int))
         for a, b in pairwise(edges)
         if b > a
     ]
-    counts = np.array([rows.size for rows in each])
-    return Octaves(np.concatenate(each), np.cumsum(counts) - counts, counts)
+    return np.concatenate(each), np.cumsum([0, *map(len, each[:-1])])
 
 
-def decades(c: Comparison, windows: Octaves) -> dict[str, float]:
+def decades(c: Comparison, begins: Any) -> dict[str, float]:
     """How far off each quantity is, of how far the motion has moved: its decades, mean of octaves.
 
-    An error that an integrator makes grows from nothing with the motion, one of a convention is
-    there from the first row on, or as large as the motion.
+    Each octave begins at one of the rows `begins`. An error that an integrator makes grows from
+    nothing with the motion, one of a convention is there from the first row on, or as large as the
+    motion.
     """
     errors = np.array([*c.errors.values()]) + FLOOR
     axis, attitude = c.exact.moved
@@ -299,7 +290,8 @@ def decades(c: Comparison, windows: Octaves) -> dict[str, float]:
     squares = (errors / (errors + moved + STILL)) ** 2
     if moved.max() < MOVES:  # as if time were frozen: everything fits that
         squares[:] = 1.0
-    means = np.log10(np.add.reduceat(squares, windows.starts, axis=1) / windows.counts).mean(axis=1)
+    sums, counts = np.add.reduceat(squares, begins, axis=1), np.diff([*begins, errors.shape[1]])
+    means = np.log10(sums / counts).mean(axis=1)
     names = (name.removesuffix("_body") for name in c.errors)
     return dict(zip(names, (means / 2).tolist(), strict=True))
 

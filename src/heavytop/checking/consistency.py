@@ -14,7 +14,7 @@ LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 JUMP: Final = 0.5  # of a turn, from which on a step of an angle is a wrap
 
 
-def prepare(data: Data) -> Data:
+def scale_lengths(data: Data) -> Data:
     """The data with lengths of 1, and what was found in remarks.
 
     Lengths are divided by their first, so that a drift of them stays in the data.

@@ -30,7 +30,6 @@ TILTED: Final = 0.2  # of cos θ: a world whose first row is off by more is anot
 QUARTER: Final = np.pi / 2
 RPM: Final = 2 * np.pi / 60
 IDENTITY: Final = np.eye(3)
-BELOW: Final = ("thetadot", "elevation", "elevationdot")
 TILTS: Final = (*ANGLES, "elevation")
 TURNS: Final = (*RATES, "elevationdot")
 SPINS: Final = ("omega", "omega_body")
@@ -53,8 +52,8 @@ Undo = Callable[[Comparison], Variants]
 class Convention(NamedTuple):
     """A name, a sentence with a place for words of the undo, the undo, and what it is about.
 
-    An origin, a clock or physics another start, or another number, may have as well; of physics
-    there is one error at a time.
+    Another start, or another number, may do the same as an origin, a clock, or other physics; of
+    physics one error at a time is looked for.
     """
 
     name: str
@@ -373,12 +372,12 @@ def _fit(bounds: Mapping[str, tuple[float, float]]) -> Undo:
     def undo(c: Comparison) -> Variants:
         if c.given is None:
             return
-        windows = octaves(c.data.t.size)
-        some = c.rows(windows.rows)
+        rows, begins = octaves(c.data.t.size)
+        some = c.rows(rows)
 
         def misfit(x: float, name: str) -> float:
             try:
-                return sum(decades(_changed(some, name, x)[1], windows).values())
+                return sum(decades(_changed(some, name, x)[1], begins).values())
             except HeavyTopError:
                 return np.inf
 
@@ -450,7 +449,8 @@ TABLE: Final = (
     Convention("elevation", "the tilt is an elevation above the horizontal{}", _map(
         ("", {"theta": lambda x: QUARTER - x, "thetadot": np.negative}))),
     Convention("from-below", "the tilt is counted from below{}", _map(
-        ("", {"theta": lambda x: np.pi - x} | _all(np.negative, *BELOW)))),
+        ("", {"theta": lambda x: np.pi - x}
+         | _all(np.negative, "thetadot", "elevation", "elevationdot")))),
     Convention("y-up", "y is up: {}", _worlds(Y_UP)),
     Convention("z-down", "z is down: {}", _worlds(Z_DOWN), cost=1.5),
     Convention("axes-permuted", "{}", _worlds(*PERMUTED)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
@@ -22,28 +23,18 @@ _TIMES: Final = "t time zeit temps tiempo tempo tid timestamp times clock"
 _RATES: Final = "{0}dot d{0} d{0}dt {0}d {0}rate {0}velocity {0}speed {0}punkt {0}geschwindigkeit"
 _NINE: Final = tuple(f"{i}{j}" for i in "123" for j in "123")
 _ZERO: Final = tuple(f"{i}{j}" for i in "012" for j in "012")
+_XYZ: Final = (tuple("xyz"), tuple("123"))
 # Of vectors: the names, and those of the components, of which one set has to be complete.
 _VECTORS: Final[Mapping[str, tuple[str, tuple[tuple[str, ...], ...]]]] = {
-    "quaternion": (
-        "quaternion quat q attitude orientation rot e ep",
-        (tuple("wxyz"), tuple("0123"), tuple("1234"), tuple("rijk")),
-    ),
+    "quaternion": ("quaternion quat q attitude orientation rot e ep",
+                   (tuple("wxyz"), tuple("0123"), tuple("1234"), tuple("rijk"))),
     "matrix": ("matrix rotation rot r m dcm rotationmatrix rmat", (_NINE, _ZERO)),
-    "axis": (
-        "axis e n d u com cm cog pos position tip apex director symmetryaxis bodyaxis achse axe "
-        "schwerpunkt center centre centreofmass centerofmass",
-        (tuple("xyz"), tuple("123")),
-    ),
-    "omega": (
-        "omega w om angvel angularvelocity angularrate winkelgeschwindigkeit gyro",
-        (tuple("xyz"), tuple("123")),
-    ),
-    "momentum": (
-        "l angmom angularmomentum momentum drehimpuls h",
-        (tuple("xyz"), tuple("123")),
-    ),
-    "vertical": ("gamma vertical poisson gam", (tuple("xyz"), tuple("123"))),
-}
+    "axis": ("axis e n d u com cm cog pos position tip apex director symmetryaxis bodyaxis achse "
+             "axe schwerpunkt center centre centreofmass centerofmass", _XYZ),
+    "omega": ("omega w om angvel angularvelocity angularrate winkelgeschwindigkeit gyro", _XYZ),
+    "momentum": ("l angmom angularmomentum momentum drehimpuls h", _XYZ),
+    "vertical": ("gamma vertical poisson gam", _XYZ),
+}  # fmt: skip
 SHAPES: Final = {"quaternion": (4,), "matrix": (3, 3)} | dict.fromkeys(
     ("axis", "omega", "omega_body", "momentum", "momentum_body", "vertical"), (3,)
 )
@@ -144,15 +135,12 @@ def _named(words: list[str], unit: str) -> Iterator[Meaning]:
     for key in dict.fromkeys("".join(x) for x in (words, short, framed) if x):
         for quantity, component in _USUAL.get(key, ()):
             full = quantity
-            if quantity in ("omega", "momentum"):
-                local = frame in _BODY if frame else component.isdigit()
-                full += "_body" if local else ""
+            if quantity in ("omega", "momentum") and (frame in _BODY or not frame):
+                full += "_body" * (bool(frame) or component.isdigit())
             parsed = parse_unit(unit, quantity) if unit else None
-            if unit and parsed is None:
-                continue
             if parsed and parsed.kind == "rate" and f"{quantity}dot" in _USUAL:
                 full = f"{quantity}dot"  # as of ``spin [rpm]``
-            elif parsed and not _fits(parsed, full):
+            elif unit and not (parsed and _fits(parsed, full)):
                 continue
             yield Meaning(full, component, parsed)
 
@@ -168,28 +156,26 @@ def _fits(unit: Unit, quantity: str) -> bool:
 
 def _table() -> dict[str, list[tuple[str, str]]]:
     """Every usual name with the quantities and the components that it may stand for."""
-    table: dict[str, list[tuple[str, str]]] = {}
+    table = defaultdict[str, list[tuple[str, str]]](list)
     for quantity, (names, sets) in _VECTORS.items():
         for name in names.split():
             if len(name) > 1 or name == "q":
-                table.setdefault(name, []).append((quantity, ""))
+                table[name].append((quantity, ""))
             for component in dict.fromkeys(c for each in sets for c in each):
                 if (name, component) == ("e", "4"):
                     continue
                 for key in dict.fromkeys((name + component, component + name)):
-                    table.setdefault(key, []).append((quantity, component))
+                    table[key].append((quantity, component))
     for component in "wxyz":
-        table.setdefault(component, []).append(("quaternion", component))
+        table[component].append(("quaternion", component))
     for component in "xyz":
         table[component].append(("axis", component))
-    scalars = {"t": _TIMES} | _ANGLES
-    for quantity, names in scalars.items():
+    for quantity, names in ({"t": _TIMES} | _ANGLES).items():
         for name in names.split():
-            table.setdefault(name, []).insert(0, (quantity, ""))
-            if quantity != "t":
-                for rate in _RATES.format(name).split():
-                    table.setdefault(rate, []).insert(0, (f"{quantity}dot", ""))
-    return table
+            table[name].insert(0, (quantity, ""))
+            for rate in _RATES.format(name).split() if quantity != "t" else ():
+                table[rate].insert(0, (f"{quantity}dot", ""))
+    return dict(table)
 
 
 _USUAL: Final = _table()

@@ -10,7 +10,7 @@ import numpy as np
 
 from heavytop.checking import method
 from heavytop.checking.comparison import Comparison, norm, wrapped
-from heavytop.checking.consistency import prepare, remark_angles
+from heavytop.checking.consistency import remark_angles, scale_lengths
 from heavytop.checking.conventions import TABLE
 from heavytop.checking.reading import Array, Data, read
 from heavytop.checking.result import Check, Finding, Size, Slip
@@ -88,7 +88,7 @@ def check(
     the energy to 2 %, and data of the closed form to 14 digits; ``validation/47_conventions.py``
     counts what is said of planted conventions.
     """
-    given = prepare(read(data, columns))
+    given = scale_lengths(read(data, columns))
     if unknown := sorted({*undone} - {row.name for row in TABLE}):
         rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
         raise BadScene(tuple(Fault("check", None, "as", name, rule) for name in unknown))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from heavytop.checking.comparison import Origin
+from heavytop.checking.conventions import MOMENTS
 from heavytop.checking.method import Count, Phase
 from heavytop.checking.reading import Array
 from heavytop.scene.quantities import ANGLES, RATES
@@ -18,6 +19,11 @@ SCHEMA: Final = "heavytop/check/1"
 CHARTED: Final = 1000  # rows in the document
 MOST_NAMED: Final = 6  # columns that are ignored, in a line
 MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
+PLAIN: Final = (
+    *("origin", "assumed", "errors", "growth", "events", "condition", "digits", "digits_as_given"),
+    *("conventions", "method", "slip"),
+)
+"""The attributes that are as they are in the document, or nearly so."""
 START: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
 UNITS: Final = {"axis": "", "energy": " (of max(|E'|, gMR))"} | dict.fromkeys(
@@ -148,18 +154,17 @@ class Check(Plotted):
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/check/1``; of long curves some rows."""
-        t = self.curves["t"]
-        errors = {n: self.errors[n]._asdict() if n in self.errors else None for n in MEASURED}
-        some = {n: x[:: -(-x.size // CHARTED) or 1].tolist() for n, x in self.curves.items()}
-        return {
+        t, found = self.curves["t"], {name: _plain(getattr(self, name)) for name in PLAIN}
+        some = {name: x[:: -(-x.size // CHARTED) or 1].tolist() for name, x in self.curves.items()}
+        errors = {name: found["errors"].get(name) for name in MEASURED}
+        return found | {
             "schema": SCHEMA,
             "scene": {
                 "name": self.name,
                 "title": "",
-                "top": {name: float(getattr(self.top, name)) for name in ("A", "C", "gMR")},
+                "top": {name: float(getattr(self.top, name)) for name in MOMENTS},
                 "start": {name: float(getattr(self.start, name)) for name in START},
             },
-            "origin": self.origin,
             "data": {
                 "file": self.name,
                 "rows": t.size,
@@ -167,17 +172,8 @@ class Check(Plotted):
                 "columns": {name: quantity or None for name, quantity in self.columns.items()},
                 "read_as": [*dict.fromkeys(x for x in self.columns.values() if x not in ("", "t"))],
             },
-            "assumed": [*self.assumed],
-            "errors": errors | {"phase_s": None if self.phase is None else self.phase._asdict()},
-            "growth": dict(self.growth),
-            "events": {
-                name: self.events[name]._asdict() if name in self.events else None
-                for name in EVENTS
-            },
-            "condition": self.condition,
-            "digits": self.digits,
-            "digits_as_given": self.digits_as_given,
-            "conventions": [each._asdict() for each in self.conventions],
+            "errors": errors | {"phase_s": _plain(self.phase)},
+            "events": {name: found["events"].get(name) for name in EVENTS},
             "alternatives": [
                 {
                     "names": [x.name for x in each],
@@ -185,10 +181,17 @@ class Check(Plotted):
                 }
                 for each in self.alternatives
             ],
-            "method": dict(self.method),
-            "slip": None if self.slip is None else self.slip._asdict(),
             "curves": {n: [None if x != x else x for x in curve] for n, curve in some.items()},
         }
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON has it: named tuples by their names."""
+    if hasattr(value, "_asdict"):
+        return value._asdict()
+    if isinstance(value, Mapping):
+        return {name: _plain(each) for name, each in value.items()}
+    return [*map(_plain, value)] if isinstance(value, tuple) else value
 
 
 def lines(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -211,19 +214,12 @@ def lines(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "convention", f"{each['name']}: {each['sentence']}{gain}"
     for each in document["alternatives"]:
         yield "could be", f"{' and '.join(each['names']) or 'none'}: {each['sentence']}"
-    given = document["digits_as_given"]
-    yield (
-        "digits",
-        f"{document['digits']:.1f}" + f" ({given:.1f} as given)" * bool(document["conventions"]),
-    )
-    sizes = {name: document["errors"].get(name) for name in MEASURED}
-    for name, size in sizes.items():
-        if size is not None:
-            unit = UNITS.get(name, " (rad)")
-            yield (
-                name,
-                "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e}{unit}".format(unit=unit, **size),
-            )
+    given = f" ({document['digits_as_given']:.1f} as given)" * bool(document["conventions"])
+    yield "digits", f"{document['digits']:.1f}{given}"
+    for name in MEASURED:
+        if (size := document["errors"].get(name)) is not None:
+            text = "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e}".format(**size)
+            yield name, text + UNITS.get(name, " (rad)")
     if (phase := document["errors"]["phase_s"]) is not None:
         way, power = "behind" if phase["last"] < 0 else "ahead", document["growth"]["phase"]
         grows = "" if power is None else f", grows as t^{power:.1f}"
@@ -262,11 +258,7 @@ def _count(count: Mapping[str, Any]) -> str:
 def _columns(columns: Mapping[str, str | None]) -> str:
     """The columns that were used, and the others, or the first of very many."""
     ignored = [name for name, quantity in columns.items() if not quantity]
-    used = ", ".join(
-        harmless(f"{name} ({q})" if q != name else name) for name, q in columns.items() if q
-    )
-    if not ignored:
-        return used
-    more = len(ignored) - MOST_NAMED
-    others = ", ".join(map(harmless, ignored[:MOST_NAMED]))
-    return f"{used}; ignored: {others}" + (f" and {more} more" if more > 0 else "")
+    used = [f"{name} ({q})" if q != name else name for name, q in columns.items() if q]
+    others = f"; ignored: {', '.join(ignored[:MOST_NAMED])}" if ignored else ""
+    more = f" and {len(ignored) - MOST_NAMED} more" if len(ignored) > MOST_NAMED else ""
+    return harmless(", ".join(used) + others + more)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import combinations
 from operator import attrgetter
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import FIRST, Comparison, Octaves, decades, octaves
+from heavytop.checking.comparison import FIRST, Comparison, decades, octaves
 from heavytop.checking.conventions import INERTIA, NUMBER, TABLE, Convention, Variant
 from heavytop.errors import HeavyTopError
 
@@ -142,31 +141,29 @@ def undo_names(comparison: Comparison, names: Iterable[str]) -> Comparison:
 
 def explain(comparison: Comparison) -> Judgement:
     """The conventions that explain the data clearly better than any others do."""
-    some, windows = _some(comparison)
-    base = next(_try(some, windows, [()]), Explanation((), {"axis": 0.0}))
+    some, begins = _some(comparison)
+    base = next(_try(some, begins, [()]), Explanation((), {"axis": 0.0}))
     found, best = [base], base
     every = range(INERTIA)
     often = [k for k in every if not TABLE[k].rare]
     for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
         if best.fits or (level > 2 and len(best.steps) < level - 1):
             break
-        if level == 1:
-            found += _try(some, windows, [(k,) for k in every])
-        elif level == 2:
-            found += _try(some, windows, combinations(often, 2))
+        if level <= 2:
+            found += _try(some, begins, combinations(every if level == 1 else often, level))
         for each in _ranked(found)[: EXTENDED * (level > 1)]:
-            found += _extend(some, windows, each, every)
+            found += _extend(some, begins, each, every)
         best = min(found, key=by_total)
     if not best.fits:
         for each in _ranked(found)[:EXTENDED]:
             if "axis-with-spin" not in each.names:  # which is undone by the ψ of the scene's A
-                found += _extend(some, windows, each, [INERTIA])
+                found += _extend(some, begins, each, [INERTIA])
     verdict = judge(found)
     doubtful = {x for step in verdict.best.steps if step.convention.doubtful for x in step.names}
     if verdict.sure & doubtful:  # does another number do the same?
         kept = tuple(step for step in verdict.best.steps if not step.convention.doubtful)
         for each in [base, *(x for x in _ranked(found) if kept and x.steps == kept)]:
-            found += _extend(some, windows, each, [NUMBER])
+            found += _extend(some, begins, each, [NUMBER])
         verdict = judge(found)
     return verdict
 
@@ -176,16 +173,15 @@ def _ranked(found: Iterable[Explanation]) -> list[Explanation]:
     return sorted({each.steps: each for each in found}.values(), key=by_total)
 
 
-def _some(comparison: Comparison) -> tuple[Comparison, Octaves]:
-    """The rows that conventions are tried on, and their octaves."""
+def _some(comparison: Comparison) -> tuple[Comparison, Any]:
+    """The rows that conventions are tried on, and where their octaves begin."""
     size = comparison.data.t.size
-    windows = octaves(size)
-    rows = windows.rows
-    if comparison.given is None:
+    rows, begins = octaves(size)
+    if comparison.given is None:  # the start follows from the rows
         rest = np.arange(DENSE_ROWS, size)
         rows = np.r_[: min(DENSE_ROWS, size), rest[:: rest.size // SPARSE_ROWS + 1]]
-        windows = octaves(rows.size)
-    return replace(comparison, data=comparison.data.rows(rows)), windows
+        _, begins = octaves(rows.size, most=rows.size)
+    return comparison.rows(rows), begins
 
 
 def judge(found: Sequence[Explanation]) -> Judgement:
@@ -217,17 +213,17 @@ def judge(found: Sequence[Explanation]) -> Judgement:
 
 
 def _extend(
-    some: Comparison, windows: Octaves, each: Explanation, further: Iterable[int]
+    some: Comparison, begins: Any, each: Explanation, further: Iterable[int]
 ) -> Iterator[Explanation]:
     """An explanation with one more convention."""
     used = {step.row: step.variant for step in each.steps}
     sets = [tuple(sorted((*used, k))) for k in further if k not in used]
-    return _try(some, windows, sets, used)
+    return _try(some, begins, sets, used)
 
 
 def _try(
     some: Comparison,
-    windows: Octaves,
+    begins: Any,
     sets: Iterable[tuple[int, ...]],
     fixed: Mapping[int, int] | None = None,
 ) -> Iterator[Explanation]:
@@ -246,7 +242,7 @@ def _try(
             ]
         for steps, after in states:
             try:
-                misfit = {x: max(off, DEEPEST) for x, off in decades(after, windows).items()}
+                misfit = {x: max(off, DEEPEST) for x, off in decades(after, begins).items()}
                 yield Explanation(steps, misfit, after.first)
             except HeavyTopError:
                 continue

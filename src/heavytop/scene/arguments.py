@@ -289,7 +289,7 @@ class Way(NamedTuple):
         every = {name for slot in (*self.slots, *self.optional) for name in slot}
         return [name for name in given if name not in every]
 
-    def off(self, given: Collection[str]) -> float:
+    def distance(self, given: Collection[str]) -> float:
         """The share of its slots that are empty, and how many names are foreign."""
         return len(self.lacking(given)) / len(self.slots) + len(self.foreign(given))
 

@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
@@ -21,13 +20,12 @@ from heavytop.text import Shown, closest, cut, harmless, nearest, readable
 FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES: Final = "--set"
-_MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
 _RIVALS: Final = (
     ("time", "periods"), ("psidot", "omega3"), ("omega3", "p_psi"), ("E", "E_prime"),
     ("A", "A_cm"), ("C", "C_cm"),
 )  # fmt: skip
 """Keys of which a change of one displaces the other."""
-_LONGEST: Final = 120  # of changes, told in a title
+_LONGEST: Final = 120  # of changes, in a title
 _OF_THE_MOTION: Final = ("top.", "start.")
 
 
@@ -263,13 +261,13 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
         raw = scene_file.parse(text)
     except ValueError as error:
         _refuse_line(where, text, str(error))
-    changed, wrong = overridden(raw, overrides)
+    changed, wrong = apply_changes(raw, overrides)
     values, in_tables = scene_file.read_tables(where, raw)
     if wrong or in_tables:
         if changed and not scene_file.read_tables(where, scene_file.parse(text))[1]:
             changed = {fault.key for fault in in_tables}  # all that is wrong comes of the changes
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
-        wrong += [_placed(fault, lines, changed) for fault in in_tables]
+        wrong += [_place_fault(fault, lines, changed) for fault in in_tables]
         raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
     return Scene(**values, name=readable(Path(where).stem))
 
@@ -289,7 +287,7 @@ def scene_of(document: Mapping[str, Any]) -> Scene:
     return read_scene(text, where=document["name"])
 
 
-def _placed(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:
+def _place_fault(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:
     """The fault with the line of its key or of its table, or as one of the changes."""
     if fault.key in changed:
         return replace(fault, file=CHANGES)
@@ -376,7 +374,7 @@ def _text_of(path: Path, where: str) -> str:
             _refuse(where, f"a scene file is at most {MAX_BYTES} bytes long")
         return data.decode("utf-8-sig")
     except FileNotFoundError:
-        _refuse(where, "no shipped scene and no file has this name", _meant(path))
+        _refuse(where, "no shipped scene and no file has this name", _hint_at_scene(path))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         _refuse(where, f"a scene is UTF-8 text, and byte {error.start} is not", line=line)
@@ -395,10 +393,10 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     _refuse(where, f"not TOML: {message}", hint, line, key, value)
 
 
-def _meant(path: Path) -> str:
+def _hint_at_scene(path: Path) -> str:
     """A hint at the scene that may have been meant by a name that none has."""
-    beside = [file.name for file in islice(path.parent.glob("*.toml"), _MANY_FILES)]
-    if meant := closest(f"{path.stem}.toml", sorted(beside)):
+    beside = sorted(file.name for file in path.parent.glob("*.toml"))
+    if meant := closest(f"{path.stem}.toml", beside):
         return f'did you mean "{path.with_name(meant)}"?'
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
@@ -406,7 +404,7 @@ def _meant(path: Path) -> str:
 # --- changes: KEY=VALUE each, of --set and of `overrides` ------------------------------------
 
 
-def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Fault]]:
+def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Fault]]:
     """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
     changed: dict[str, str] = {}
     wrong: list[Fault] = []
@@ -451,9 +449,11 @@ def _retitle(raw: dict[str, Any], changes: Mapping[str, str]) -> None:
 
     Without it a scene goes on asserting what its changes may have undone.
     """
-    told = [f"{k[:60]} = {v[:60]}" for k, v in changes.items() if k.startswith(_OF_THE_MOTION)]
-    these = cut(harmless(", ".join(told)), _LONGEST)
-    for key, before, after in ("title", "", f"; with {these}"), ("source", "changed from ", ""):
+    of_motion = [f"{k[:60]} = {v[:60]}" for k, v in changes.items() if k.startswith(_OF_THE_MOTION)]
+    if not of_motion:
+        return
+    words = cut(harmless(", ".join(of_motion)), _LONGEST)
+    for key, before, after in ("title", "", f"; with {words}"), ("source", "changed from ", ""):
         text = raw.get(key)
-        if told and key not in changes and type(text) is str and 0 < len(text) <= MAX_TITLE:
+        if key not in changes and type(text) is str and 0 < len(text) <= MAX_TITLE:
             raw[key] = cut(f"{before}{text}{after}", MAX_TITLE)

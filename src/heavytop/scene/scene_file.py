@@ -192,10 +192,10 @@ def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], l
         except Impossible as error:
             faults += faults_of(error, file, table, f"{name}.")
     found.pop("format", None)
-    return found | wants, [*map(_at_home, faults)]
+    return found | wants, [*map(_hint_at_table, faults)]
 
 
-def _at_home(fault: Fault) -> Fault:
+def _hint_at_table(fault: Fault) -> Fault:
     """The fault of an unknown key with the table in which it would be known."""
     table, _, key = fault.key.rpartition(".")
     if fault.rule.startswith("unknown key") and key in _HOMES and table != _HOMES[key]:

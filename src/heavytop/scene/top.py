@@ -122,15 +122,10 @@ class Top(Shown):
         'C = 5 > 2A = 2: no rigid body has these moments of inertia'
         """
         top = cls.__new__(cls)
-        top._set({"A": A, "C": C, "gMR": gMR})
+        top._read({"A": A, "C": C, "gMR": gMR}, warn=False)
         return top
 
-    def _read(self, given: Mapping[str, object]) -> None:
-        self._set(given)
-        if self.impossible:
-            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
-
-    def _set(self, given: Mapping[str, object]) -> None:
+    def _read(self, given: Mapping[str, object], warn: bool = True) -> None:
         way = _way_of(tuple(name for name in given if name in TOP))
         values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
         found = way.make(values)
@@ -139,6 +134,8 @@ class Top(Shown):
         source = tuple((found if "solids" in values else values).items())
         made = found | {"given": source, "impossible": _impossible(found)}
         arguments.set_fields(self, {"mass": None, "distance": None} | made)
+        if warn and self.impossible:
+            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
 
     @property
     def warning(self) -> str:
@@ -306,7 +303,7 @@ TOP: Final[Mapping[str, Reader]] = {
 @lru_cache(64)
 def _way_of(names: tuple[str, ...]) -> Way:
     """The way that is nearest to some names."""
-    return min(WAYS, key=lambda each: each.off(names))
+    return min(WAYS, key=lambda each: each.distance(names))
 
 
 def broken_body(values: Numbers) -> Broken:
