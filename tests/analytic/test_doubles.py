@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.analytic import doubles
-from heavytop.analytic.doubles import CHUNK, FARTHEST
+from heavytop.analytic.doubles import FARTHEST, TIMES_AT_ONCE
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import reduced_from_axis, reduced_from_scene
 from heavytop.errors import NoClosedForm, NotANumber
@@ -183,9 +183,9 @@ FAMILIES = ("kicked", "lie", "hanging upside down", "separatrix", "uniform", "at
 def test_times_are_cut_anyhow(name):
     """Bit for bit, with and without low words of time."""
     motion, source = named(name), np.random.default_rng(3)
-    t = source.uniform(-30, 30, 3 * CHUNK + 17)
+    t = source.uniform(-30, 30, 3 * TIMES_AT_ONCE + 17)
     low = t * source.uniform(-1e-17, 1e-17, t.size)
-    part = slice(CHUNK - 3, CHUNK + 9)
+    part = slice(TIMES_AT_ONCE - 3, TIMES_AT_ONCE + 9)
     whole, some = motion.at(t, t_lo=low), motion.at(t[part], t_lo=low[part])
     for name in ("t", "energy", *OUTCOMES):
         np.testing.assert_array_equal(getattr(whole, name)[part], getattr(some, name), name)

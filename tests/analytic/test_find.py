@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.find import FACTS, find, read_range
+from heavytop.analytic.find import FOUND_FACTS, find, read_range
 from heavytop.errors import BadScene
 from heavytop.scene.scene import read_scene
 
@@ -43,7 +43,7 @@ def problem(seed: int) -> tuple[ht.Scene, str, float, str]:
 def solve_problem(seed: int) -> None:
     """In a range around the value, backwards, from it, up to it, or of that value alone."""
     made, key, value, name = problem(seed)
-    wanted = FACTS[name][0](ht.Motion(made.top, made.start))
+    wanted = FOUND_FACTS[name][0](ht.Motion(made.top, made.start))
     width = 0.3 * abs(value) if key != "start.theta" else min(0.3, value / 2)
     low, high = value - width * random.Random(seed).random(), value + width / 2
     high = min(high, 3.14) if key == "start.theta" else high
@@ -68,7 +68,7 @@ def solve_problem(seed: int) -> None:
 
 def _fact(made, key, x, name) -> float:
     changed = made.changed(key, float(x))
-    return FACTS[name][0](ht.Motion(changed.top, changed.start)) or 0.0
+    return FOUND_FACTS[name][0](ht.Motion(changed.top, changed.start)) or 0.0
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -11,7 +11,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic import many
-from heavytop.analytic.many import CHUNK, Motions, complete, motions_many
+from heavytop.analytic.many import MOTIONS_AT_ONCE, Motions, complete, motions_many
 from heavytop.analytic.motion import Motion
 
 from ..motions import SCENES
@@ -80,7 +80,7 @@ def test_integrals_are_those_of_mpmath():
 
 def test_a_row_is_the_same_bits_in_any_company():
     random = np.random.default_rng(8)
-    n = CHUNK + 1237
+    n = MOTIONS_AT_ONCE + 1237
     numbers = regular(random, n)
     whole = columns(motions_many(**numbers))
     order = random.permutation(n)

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.reference import COLUMNS, read_times, reference
+from heavytop.analytic.reference import EVENT_QUANTITIES, read_times, reference
 from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile
 from heavytop.scene.scene import load_scene, shipped_scenes
@@ -31,7 +31,7 @@ def off(text, finer):
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_every_digit_is_that_of_a_finer_computation(name):
     scene = load_scene(name)
-    coarse, fine = (reference(scene, "-0.3:1.7:0.5", list(COLUMNS), n) for n in (12, 40))
+    coarse, fine = (reference(scene, "-0.3:1.7:0.5", list(EVENT_QUANTITIES), n) for n in (12, 40))
     for column, texts in coarse.columns.items():
         for text, finer in zip(texts, fine.columns[column], strict=True):
             assert off(text, finer) <= 1, column

@@ -60,8 +60,8 @@ def test_cosines_are_within_their_errors():
 # --- the criteria themselves ---------------------------------------------------------------------
 
 NUMBERS = (
-    kinds.PASS_TOP, kinds.PASS_BOTTOM, kinds.OVER_TOP, kinds.OVER_BOTTOM, kinds.STEADY,
-    kinds.LOOPING, kinds.SLEEPING, kinds.THETA_RATE, kinds.ACROSS, kinds.SPIN,
+    kinds.PASS_TOP, kinds.PASS_BOTTOM, kinds.OVER_TOP, kinds.OVER_BOTTOM, kinds.PULL,
+    kinds.LOOPING, kinds.SLEEPING, kinds.THETA_RATE, kinds.ACROSS_RATE, kinds.SPIN_MOMENTUM,
     kinds.WEIGHT, kinds.SINE, kinds.HIGH, kinds.FASTER, kinds.SLOWER, kinds.KINETIC,
     kinds.SPIN_STOPS,
 )  # fmt: skip
@@ -107,7 +107,7 @@ def test_numbers_are_within_their_errors(held, stretched):
                 if math.isnan(value):
                     assert not certain[at]
                     continue
-                assert abs(truth - value) <= module.ERROR * sized.magnitude[at], number
+                assert abs(truth - value) <= module.FILTER_ROUNDING * sized.magnitude[at], number
                 sure = bool(certain[at])
                 assert not sure or (value > 0) == (truth > 0)
                 seen[which, int(sure)] += 1
@@ -118,6 +118,6 @@ def test_numbers_are_within_their_errors(held, stretched):
 @pytest.mark.parametrize("roundings", [0, 1])
 def test_without_its_errors_the_filter_would_be_wrong(roundings, monkeypatch):
     """The rows that are aimed at a boundary are beside it: nearly no error is not enough."""
-    monkeypatch.setattr(module, "ERROR", roundings * 2.0**-53)
+    monkeypatch.setattr(module, "FILTER_ROUNDING", roundings * 2.0**-53)
     with pytest.raises(AssertionError):
         test_numbers_are_within_their_errors("psidot", False)

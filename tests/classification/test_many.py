@@ -7,7 +7,14 @@ import pytest
 
 import heavytop as ht
 from heavytop.classification import kinds, many
-from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES, InputArrays, bits, detail
+from heavytop.classification.arrays import (
+    TAG_NAMES,
+    VERDICT_DETAILS,
+    VERDICT_NAMES,
+    InputArrays,
+    bits,
+    detail,
+)
 from heavytop.classification.filter import Filtered, filtered
 from heavytop.classification.many import classify_many
 from heavytop.errors import FoldedTiltWarning, Impossible, ImpossibleStart, NotANumber
@@ -29,15 +36,16 @@ def test_what_doubles_tell_is_true(held, seed):
     numbers = nasty(np.random.default_rng(seed), 12_500, held)
     found = Filtered(*filtered(InputArrays(numbers).starts(slice(None))))
     wrong = [
-        (row, NAMES[kind], DETAILS[part], truth)
+        (row, VERDICT_NAMES[kind], VERDICT_DETAILS[part], truth)
         for row, kind, part, certain in zip(
             rows(numbers), found.kind, found.detail, found.certain, strict=True
         )
-        if certain and (NAMES[kind], DETAILS[part]) != (truth := kind_of(*row, held=held))
+        if certain
+        and (VERDICT_NAMES[kind], VERDICT_DETAILS[part]) != (truth := kind_of(*row, held=held))
     ]
     assert not wrong
     assert 0.7 < np.mean(found.certain) < 0.98  # they are beside the boundaries
-    seen = {NAMES[kind] for kind in found.kind[found.certain > 0]}
+    seen = {VERDICT_NAMES[kind] for kind in found.kind[found.certain > 0]}
     assert seen == {
         "at-rest", "force-free", "sleeping", "hanging", "planar-pendulum", "through-top",
         "loops", "cusps", "waves",
@@ -119,8 +127,8 @@ def test_far_from_the_separatrix_by_two_numbers():
     minus, plus = np.sqrt(2 * (1 - u1) * e * d), np.sqrt(2 * (1 + u1) * (2 - e) * (2 + d))
     for side in (-1, 1):
         spare = u1 + 1 + d - e - ((plus - side * minus) / 2) ** 2 / 2  # E' − gMR
-        assert np.all(kinds.FAR * abs(2 * spare) < 1 - 1e-9)
-    assert np.all((kinds.FAR * minus) ** 2 < 10)
+        assert np.all(kinds.FAR_RATIO * abs(2 * spare) < 1 - 1e-9)
+    assert np.all((kinds.FAR_RATIO * minus) ** 2 < 10)
     assert near.sum() > 250
 
 
@@ -132,7 +140,7 @@ def test_far_from_the_separatrix_by_two_numbers():
 
 def names(found):
     return [
-        " ".join(filter(None, (NAMES[kind], DETAILS[part])))
+        " ".join(filter(None, (VERDICT_NAMES[kind], VERDICT_DETAILS[part])))
         for kind, part in zip(found.kind.ravel(), found.detail.ravel(), strict=True)
     ]
 
@@ -162,7 +170,7 @@ def test_arrays_are_broadcast_whatever_their_order(monkeypatch):
     }  # fmt: skip
     found = classify_many(**given, tags=True)
     assert found.kind.shape == found.certified.shape == found.tags.shape == (3, 4, 5)
-    monkeypatch.setattr(many, "CHUNK", 7)
+    monkeypatch.setattr(many, "TOPS_AT_ONCE", 7)
     parts = classify_many(**given, tags=True)
     for field in ("kind", "detail", "certified", "tags", "open_tags"):
         assert np.array_equal(getattr(parts, field), getattr(found, field)), field

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heavytop.classification.classify import classify
-from heavytop.classification.kinds import DETAILS, RULES
+from heavytop.classification.kinds import KIND_DETAILS, RULES
 from heavytop.scene.scene import load_scene, shipped_names
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -97,7 +97,9 @@ def test_the_numbers_of_every_kind_are_those_of_their_definitions():
         "through-top", "through-bottom", "uniform-precession", "loops", "cusps", "waves",
     }  # fmt: skip
     asked = {number for rule in RULES for number in (*rule.zeros, *(x for x, _ in rule.shown))}
-    asked |= {number for detail in DETAILS.values() for number in (detail.shown, *detail.beside)}
+    asked |= {
+        number for detail in KIND_DETAILS.values() for number in (detail.shown, *detail.beside)
+    }
     assert set.union(*(met for _, met in found)) == {number.symbol for number in asked}
     assert all(met for _, met in found)
 

@@ -11,7 +11,7 @@ import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration import paces
 from heavytop.integration.blocks import integrate, not_begun
-from heavytop.integration.paces import FAST, SLOW, paces_of
+from heavytop.integration.paces import FASTEST_PACE, SLOWEST_PACE, paces_of
 
 ROUNDING = 2.0**-53
 UNIT = ht.Top(1, 1, 1)
@@ -53,7 +53,7 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected):
 @pytest.mark.parametrize(("spin", "least", "most"), [("1e6", 1e-11, 1e-10), ("1e8", 1e-9, 1e-8)])
 def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch):
     """The same steps, with time in seconds: a claim of docs/precision.md."""
-    monkeypatch.setattr(paces, "FAST", math.inf)
+    monkeypatch.setattr(paces, "FASTEST_PACE", math.inf)
     assert least < axis_error(ht.propagate(kicked(spin), formulation="axis")) < most
 
 
@@ -106,7 +106,7 @@ def test_paces_are_powers_of_two_and_one_for_ordinary_tops():
     found = [pace_of(rate, -rate / 3) for rate in rates.tolist()]
     for rate, pace in zip(rates, found, strict=True):
         assert math.frexp(pace)[0] == 0.5
-        if SLOW <= rate <= FAST:
+        if SLOWEST_PACE <= rate <= FASTEST_PACE:
             assert pace == 1
         elif 1e-150 < rate < 1e150:
             assert 0.5 <= rate / pace < 1

@@ -13,7 +13,7 @@ from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.exact.pairs import add
 from heavytop.integration import bits, projection
-from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
+from heavytop.integration.projection import EVEN_STEPS, GOLDEN, Projected, Projection
 from heavytop.run.own_motion import own_motion
 from heavytop.run.verify import phase_error, run_errors
 from heavytop.scene.quantities import Need
@@ -121,7 +121,7 @@ def test_legs_lose_no_time(whole):
     both = projected.block(start, 21 * stride, 1e4, wanted)
     local = (wanted - first.elapsed[0]) - first.elapsed[1]
     mean = projected.engine.block(start, stride, 1e4).elapsed[0] / stride
-    even = mean * (1 - EVEN * (20 * GOLDEN % 1))
+    even = mean * (1 - EVEN_STEPS * (20 * GOLDEN % 1))
     second = projected.engine.block(first.state, stride, 1e4, local, even)
     assert np.array_equal(both.rows, second.rows)
     assert both.elapsed == add(first.elapsed, second.elapsed)
@@ -143,7 +143,7 @@ def test_what_nobody_looks_at_is_the_same(samples):
     for k, steps in enumerate(strides, start=1):
         leg = projected.engine.block(state, steps, 1e4, longest=even)
         mean = mean or leg.elapsed[0] / steps
-        even = mean * (1 - EVEN * (k * GOLDEN % 1))
+        even = mean * (1 - EVEN_STEPS * (k * GOLDEN % 1))
         state, elapsed = projected.projection(leg.state), add(elapsed, leg.elapsed)
     assert np.array_equal(block.state, state)
     assert (block.elapsed, block.steps) == (elapsed, 1980)
@@ -205,7 +205,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
 
 
 def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
-    monkeypatch.setattr(bits, "extended", lambda: projection.DOUBLE)
+    monkeypatch.setattr(bits, "extended", lambda: projection.DOUBLE_SPACING)
     with pytest.raises(ht.BadScene, match="long double has no more digits than double"):
         ht.propagate(scene(1), projected=True)
 

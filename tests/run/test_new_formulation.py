@@ -64,7 +64,7 @@ def euler(monkeypatch):
     monkeypatch.setitem(sys.modules, module.__name__, module)
     entry = FormulationEntry("euler_body.euler_form", (None,), Need.TILT, states=5)
     monkeypatch.setitem(FORMULATIONS, "euler", entry)
-    monkeypatch.setitem(planning.NAMES, "euler", entry)
+    monkeypatch.setitem(planning.FORMULATION_OPTIONS, "euler", entry)
 
 
 @pytest.mark.parametrize(("digits", "bound"), [(12, 1e-12), (30, 1e-30)])

@@ -7,7 +7,7 @@ import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.classification.arrays import NAMES
+from heavytop.classification.arrays import VERDICT_NAMES
 from heavytop.report.files import write_study
 from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
@@ -61,7 +61,7 @@ def test_pixels_are_what_their_motions_are_alone(rows):
     pick = np.random.default_rng(3)
     for i, j in zip(pick.integers(0, 29, 60), pick.integers(0, 33, 60), strict=True):
         motion = alone(plane_of(**AXES), i, j)
-        assert NAMES[kind[i, j]] == motion.kind
+        assert VERDICT_NAMES[kind[i, j]] == motion.kind
         for name, own in (("theta_min", motion.theta_min), ("theta_max", motion.theta_max),
                           ("precession", motion.precession)):  # fmt: skip
             assert rows[name][i, j] == pytest.approx(own, rel=1e-13, abs=1e-13)
@@ -70,7 +70,7 @@ def test_pixels_are_what_their_motions_are_alone(rows):
 
 def test_all_pixels_are_counted_and_proved(rows):
     codes, counts = np.unique(rows["kind"], return_counts=True)
-    names = [NAMES[code] for code in codes]
+    names = [VERDICT_NAMES[code] for code in codes]
     assert rows.counts == dict(zip(names, counts.tolist(), strict=True))
     assert rows.uncertified == 0
 
@@ -78,7 +78,7 @@ def test_all_pixels_are_counted_and_proved(rows):
 def test_impossible_pixels_are_counted_and_have_no_numbers():
     scene = ht.load_scene("sicm-kicked", ["start.theta=0.9"])
     found = ht.atlas(scene, "E=0:2:21", "p_phi=-0.02:0.02:23", jobs=1)
-    out = found["kind"] == NAMES.index("impossible")
+    out = found["kind"] == VERDICT_NAMES.index("impossible")
     assert 50 < out.sum() == found.counts["impossible"] < 21 * 23
     assert np.isnan(found["period"][out]).all()
     assert np.isfinite(found["period"][~out]).all()
@@ -114,15 +114,15 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
     with xarray.open_dataset(tmp_path / "atlas.nc", mask_and_scale=False) as stored:
         flags = stored["kind"].attrs
         assert stored.attrs["accuracy"].startswith("1e-12: of period")
-        assert flags["flag_meanings"].split() == list(NAMES)
-        assert flags["flag_values"].tolist() == list(range(len(NAMES)))
+        assert flags["flag_meanings"].split() == list(VERDICT_NAMES)
+        assert flags["flag_values"].tolist() == list(range(len(VERDICT_NAMES)))
         assert stored["kind"].dims == ("psidot", "phidot")
         assert stored["phidot"].attrs["units"] == "rad s-1"
         assert stored["phidot"].values.tolist() == plane_of(**AXES).x.values.tolist()
         for name in COLUMNS:
             assert np.array_equal(stored[name].values, rows[name], equal_nan=True)
     assert rows.document()["shape"] == (29, 33)
-    assert rows.to_xarray()["kind"].attrs["flag_meanings"].split() == list(NAMES)
+    assert rows.to_xarray()["kind"].attrs["flag_meanings"].split() == list(VERDICT_NAMES)
 
 
 def test_an_atlas_is_what_its_files_say(rows, tmp_path):
@@ -158,11 +158,11 @@ def test_the_double_nearest_pi_means_pi(gMR):
         for at in map(tuple, np.argwhere(tops["theta"] == np.pi)):
             start = {name: float(tops[name][at]) for name in START} | {"theta": "pi"}
             if not np.isfinite(start["phidot"]):
-                assert NAMES[found["kind"][at]] == "impossible"
+                assert VERDICT_NAMES[found["kind"][at]] == "impossible"
                 assert found["tags"][at] == 0
                 continue
             motion = ht.Motion(ht.Top(**{k: float(tops[k][at]) for k in SICM}), ht.State(**start))
-            assert NAMES[found["kind"][at]] == motion.kind
+            assert VERDICT_NAMES[found["kind"][at]] == motion.kind
             assert found["theta_max"][at] == pytest.approx(motion.theta_max, abs=1e-13)
             assert found["theta_min"][at] == pytest.approx(motion.theta_min, abs=1e-13)
             assert bool((found["tags"][at] >> 5) & 1) == ("inverted-gravity" in motion.tags)

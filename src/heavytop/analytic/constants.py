@@ -19,7 +19,7 @@ from heavytop.analytic.theta import Series, Theta
 from heavytop.classification.reduced import Reduced, Regime
 
 Pair = tuple[arb, arb]
-ZERO: Final = arb(0)
+ZERO_BALL: Final = arb(0)
 
 
 @dataclass(frozen=True)
@@ -34,10 +34,10 @@ class PoleAngle:
     v: arb | None = None
     sign: int = 1
     jumps: bool = False
-    step: arb = ZERO  # from one turning point to the next, but for
-    rate: arb = ZERO  # what is proportional to time [rad/s]
-    turn: arb = ZERO  # over a period, jumps included
-    mean: arb = ZERO  # rate, without jumps [rad/s]
+    step: arb = ZERO_BALL  # from one turning point to the next, but for
+    rate: arb = ZERO_BALL  # what is proportional to time [rad/s]
+    turn: arb = ZERO_BALL  # over a period, jumps included
+    mean: arb = ZERO_BALL  # rate, without jumps [rad/s]
 
 
 class Constants:

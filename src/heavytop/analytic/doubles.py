@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from heavytop.analytic.record import Read
 
 KNOWN: Final = 10.0**-40  # what is not known of a constant, beside it
-SMALL: Final = 1e-280  # squares beside which one that is no double any more does not count
-EDGE: Final = 1e-30  # what z is not known to at a turning point, beside what it comes from
-LARGEST: Final = 700.0  # z whose sinh is a double; sech is nothing beyond
+SMALL_SQUARE: Final = 1e-280  # squares beside which one that is no double any more does not count
+TURNING_EDGE: Final = 1e-30  # what z is not known to at a turning point, beside what it comes from
+LARGEST_Z: Final = 700.0  # z whose sinh is a double; sech is nothing beyond
 BIG: Final = 1e300  # the nome has made nothing of such squares long before
 
 MOST_PERIODS: Final = 2**31
@@ -34,10 +34,10 @@ MOST_PERIODS: Final = 2**31
 FARTHEST: Final = 2**62
 """Periods that are counted."""
 
-CHUNK: Final = 16384
+TIMES_AT_ONCE: Final = 16384
 """Times computed at once, so that what is computed with them stays in the processor's cache."""
 
-VECTORS: Final = {"axis": (3,), "quaternion": (4,), "omega": (3,)}
+VECTOR_SHAPES: Final = {"axis": (3,), "quaternion": (4,), "omega": (3,)}
 NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
 LATE_DIGITS: Final = 20  # of what is computed in balls for doubles
 
@@ -59,8 +59,10 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
         parts: Any = range(time.size)
     else:
         # of one time all are scalars, which is several times as fast
-        starts = range(0, time.size, CHUNK)
-        parts = [slice(at, at + CHUNK) for at in starts] if time.size > 1 else [0] * time.size
+        starts = range(0, time.size, TIMES_AT_ONCE)
+        parts = (
+            [slice(at, at + TIMES_AT_ONCE) for at in starts] if time.size > 1 else [0] * time.size
+        )
         points = [motion.doubles()((time[part], low[part])) for part in parts]
 
     @quietly
@@ -69,7 +71,7 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
             return time.reshape(shape)
         if name == "energy":
             return np.full(shape, float(motion.energy(17)))
-        wide = VECTORS.get(name, ())
+        wide = VECTOR_SHAPES.get(name, ())
         found = np.empty((time.size, *wide))
         try:
             values = [getattr(point, name) for point in points]
@@ -156,7 +158,7 @@ def nearest(c: Constants, z: Callable[..., Any]) -> Callable[[Any], tuple[Any, .
         n = np.rint(t[0] * steps + ahead) if steps else zero
         high, low = z(n, t)
         # a turning point counts as passed at it: at an exact pass what follows has begun
-        at_it = abs(high) <= EDGE * (abs(rate * t[0]) + size)
+        at_it = abs(high) <= TURNING_EDGE * (abs(rate * t[0]) + size)
         half = (n + c.first) / 2
         return n, half != np.floor(half), (np.where(at_it, 0.0, high), np.where(at_it, 0.0, low))
 
@@ -170,7 +172,7 @@ def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
         S, C = np.sin(z), np.cos(z)
         S, C = S + C * low, C - S * low
         return S, C, S * S
-    z = np.clip(z, -LARGEST, LARGEST)
+    z = np.clip(z, -LARGEST_Z, LARGEST_Z)
     S, C = np.sinh(z), np.cosh(z)
     S, C = S + C * low, C + S * low
     return S, C, np.maximum(-S * S, -BIG)
@@ -202,7 +204,7 @@ def sign(x: Any, at_zero: int) -> Any:
 
 def length(least: float, square: float, leg: Any) -> Any:
     """√(least² + leg²)."""
-    return np.sqrt(square + leg * leg) if square > SMALL else np.hypot(least, leg)
+    return np.sqrt(square + leg * leg) if square > SMALL_SQUARE else np.hypot(least, leg)
 
 
 def cosine(one_minus_u: Any, one_plus_u: Any) -> Any:

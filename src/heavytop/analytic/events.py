@@ -14,16 +14,16 @@ from heavytop.classification.reduced import FEW_BITS
 from heavytop.errors import Impossible
 from heavytop.exact.balls import ball_of
 from heavytop.scene.arguments import text_of, whole
+from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import ClosedForm
 
-EVENTS: Final = ("turning", "reversal", "cusp")
 """What can be counted: a cusp is a turning point too, but no theta_min or theta_max."""
 
-KINDS: Final = (*EVENTS, "theta_min", "theta_max")
-MOST: Final = 10**100
-DIGITS: Final = 20
+KINDS_OF_EVENTS: Final = (*EVENTS, "theta_min", "theta_max")
+MOST_COUNTED: Final = 10**100
+EVENT_DIGITS: Final = 20
 AT_AN_END: Final = "an event and the end of the span"
 
 
@@ -42,7 +42,7 @@ class EventTimes:
     """
 
     def __init__(self, motion: ClosedForm, kind: str) -> None:
-        if text_of("event", kind) not in KINDS:
+        if text_of("event", kind) not in KINDS_OF_EVENTS:
             raise ValueError(f"turning, reversal or cusp, not {kind!r}")
         self.motion, self.kind = motion, kind
         self.below, self.above = ("theta_max", "theta_min")[:: -1 if motion.regime.mirrored else 1]
@@ -55,7 +55,7 @@ class EventTimes:
     @property
     def spacing(self) -> arb | None:
         """The period after which all events happen again [s]."""
-        period: arb | None = self.motion.ball("period", DIGITS)
+        period: arb | None = self.motion.ball("period", EVENT_DIGITS)
         return period
 
     @property
@@ -79,7 +79,7 @@ class EventTimes:
         """
         return max(0, self._until(b) - self._before(a))
 
-    def times(self, a: Any, b: Any, digits: int = DIGITS) -> list[arb]:
+    def times(self, a: Any, b: Any, digits: int = EVENT_DIGITS) -> list[arb]:
         """When they happen from one time to another, both included: balls of so many digits.
 
         Parameters
@@ -91,7 +91,7 @@ class EventTimes:
         """
         return [self.nth(n, digits) for n in range(self._before(a), self._until(b))]
 
-    def nth(self, n: int, digits: int = DIGITS) -> arb:
+    def nth(self, n: int, digits: int = EVENT_DIGITS) -> arb:
         """When one of them happens [s], a ball of so many digits.
 
         Parameters
@@ -106,7 +106,7 @@ class EventTimes:
         NotANumber, Impossible
             n is no whole number up to 10¹⁰⁰ in magnitude, or there is no such event.
         """
-        n = whole("n", n, -MOST, MOST)
+        n = whole("n", n, -MOST_COUNTED, MOST_COUNTED)
 
         def time(c: Constants) -> arb | None:
             fractions = self._fractions(c)

@@ -39,7 +39,7 @@ Balls: TypeAlias = "dict[str, Any]"
 """Facts by name: balls of the working precision, words, truth values, or None."""
 
 ESTIMATES: Final = ("precession", "period", "amplitude", "round")
-DIGITS: Final = 30  # of each fact, before it is rounded to a double
+FACT_DIGITS: Final = 30  # of each fact, before it is rounded to a double
 ZERO_BITS: Final = 4096  # a ball of so many bits that contains 0 is taken for 0
 
 
@@ -188,7 +188,7 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     if start is not None:
         raise wrong_type("start", "only with a top, as a motion has its own", start)
     top, cusps = motion.top, motion.cusps
-    balls = motion.refine("a fact", lambda c: _facts(c, cusps), DIGITS)
+    balls = motion.refine("a fact", lambda c: _facts(c, cusps), FACT_DIGITS)
     if side := top.gMR.sign():
         least = 2 * sqrt(side * top.A * top.gMR)
         balls["sleeping_threshold"] = float(least / top.C) if top.C.sign() else math.inf

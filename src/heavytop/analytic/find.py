@@ -25,12 +25,12 @@ from heavytop.exact.balls import working
 from heavytop.exact.parse import UNITS_OF
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Reader, Refused
-from heavytop.scene.quantities import NUMBERS, UNIT_OF
+from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
 from heavytop.text import Shown, nearest
 
-SCHEMA: Final = "heavytop/find/1"
+FIND_SCHEMA: Final = "heavytop/find/1"
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0
 _ROUNDINGS: Final = 8 * 2.0**-53  # of a fact that is made of others
 _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
@@ -54,7 +54,7 @@ def _per_weight(motion: Motion, power: int, factor: float) -> float | None:
     return factor * momentum**power / weight if momentum and weight else None
 
 
-FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {
+FOUND_FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {
     "period": (lambda m: m.period, "s"),
     "round": (lambda m: m.round, "s"),
     "theta_min": (lambda m: m.theta_min, "rad"),
@@ -100,7 +100,12 @@ class Found(Shown):
         """The document of the schema ``heavytop/find/1``."""
         found = {name: getattr(self, name) for name in ("vary", "so_that", "why")}
         solutions = [asdict(each) for each in self.solutions]
-        return {"schema": SCHEMA, "scene": self.scene.problem(), **found, "solutions": solutions}
+        return {
+            "schema": FIND_SCHEMA,
+            "scene": self.scene.problem(),
+            **found,
+            "solutions": solutions,
+        }
 
 
 def find(scene: Scene, vary: str, so_that: str) -> Found:
@@ -156,7 +161,9 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
         where = ", ".join(f"from {a:.6g} to {b:.6g}" for a, b in inside)
         why = f"holds {where} {unit_of(key)}".rstrip()
     middles = [(low + (high - low) / 2, (low, high)) for low, high in brackets]
-    solutions = [Solution(x, bracket, facts_of(motion_at(x), FACTS)) for x, bracket in middles]
+    solutions = [
+        Solution(x, bracket, facts_of(motion_at(x), FOUND_FACTS)) for x, bracket in middles
+    ]
     return Found(scene, vary, so_that, tuple(solutions), why)
 
 
@@ -174,7 +181,7 @@ def motion_of(scene: Scene, key: str, x: float) -> Motion | None:
 def value_of(motion: Motion | None, name: str) -> float | None:
     """A fact of a motion; None where it has none, or none that is decided."""
     try:
-        return None if motion is None else FACTS[name][0](motion)
+        return None if motion is None else FOUND_FACTS[name][0](motion)
     except NoClosedForm:
         return None
 
@@ -208,7 +215,7 @@ def _of_fact(
     values = [off + wanted for off in map(distance, points) if off is not None]
     goes = "does not exist"
     if values:
-        goes = f"goes from {min(values):.6g} to {max(values):.6g} {FACTS[name][1]}".rstrip()
+        goes = f"goes from {min(values):.6g} to {max(values):.6g} {FOUND_FACTS[name][1]}".rstrip()
     return found, [], "" if found else f"{_none(points)}: the {name} {goes}"
 
 
@@ -333,9 +340,9 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     if parts is None:
         raise Refused("KEY=A:B of a number of top or start, such as start.psidot=10:400")
     table, name, *ends, number = parts.groups()
-    if name not in (homes := [key for key in TABLES[table] if key in NUMBERS]):
+    if name not in (homes := [key for key in TABLES[table] if key in QUANTITY_READERS]):
         raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))
-    low, high = sorted(float(NUMBERS[name](end.strip())) for end in ends)
+    low, high = sorted(float(QUANTITY_READERS[name](end.strip())) for end in ends)
     steps = int(number or count or SAMPLES + 1)
     points = {low + (high - low) * k / max(steps - 1, 1) for k in range(steps)} | {high}
     if low * high > 0 and not (number or count):
@@ -350,11 +357,11 @@ def _read_wish(text: Any) -> tuple[str, str, Any]:
     name, relation = (_SPELLINGS.get(part, part) for part in parts.groups()[:2])
     if name == "kind" and relation == "=":
         return name, relation, arguments.one_of({str(kind): str(kind) for kind in Kind})(parts[3])
-    if name not in FACTS:
-        raise Refused(f"a fact out of kind, {', '.join(FACTS)}", nearest(name, FACTS))
+    if name not in FOUND_FACTS:
+        raise Refused(f"a fact out of kind, {', '.join(FOUND_FACTS)}", nearest(name, FOUND_FACTS))
     return name, relation, float(Exact.of(parts[3], UNITS_OF[unit_of(name)]))
 
 
 def unit_of(name: str) -> str:
     """The SI unit of a column: of a fact, or of a key of the scene."""
-    return FACTS[name][1] if name in FACTS else UNIT_OF.get(name.rpartition(".")[2], "")
+    return FOUND_FACTS[name][1] if name in FOUND_FACTS else UNIT_OF.get(name.rpartition(".")[2], "")

@@ -20,7 +20,7 @@ from heavytop.analytic.constants import Constants
 from heavytop.analytic.roots import root_of
 from heavytop.exact.balls import working
 
-SLOWEST: Final = 1e-300  # rad/s: beside this rates are known where no time is too late
+SLOWEST_RATE: Final = 1e-300  # rad/s: beside this rates are known where no time is too late
 
 
 def constant(build: Callable[[Form], Any]) -> cached_property[Any]:
@@ -76,7 +76,7 @@ class Form:
         """φ and ψ but for what Φ± have swept since the nearest turning point."""
         c, (plus, minus) = self.c, self.c.halves
         one, other = (self._swept_at_start(which) for which in (0, 1))
-        slowest = arb(SLOWEST) if c.period is None else 1 / c.period
+        slowest = arb(SLOWEST_RATE) if c.period is None else 1 / c.period
         return [
             self.N.linear(
                 angle - (a * one + b * other),
@@ -123,7 +123,7 @@ class Form:
             (c.P[0] * high + c.P[1] * low) / (2 * sine)
             for (high, low), sine in zip((c.lower, c.upper), sines, strict=True)
         ]
-        size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST
+        size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST_RATE
         return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
 
     def series(self, build: str, upper: bool, which: int) -> Any:

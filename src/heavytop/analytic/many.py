@@ -24,16 +24,20 @@ from heavytop.errors import NoClosedForm
 from heavytop.exact.pairs import PI_REST
 from heavytop.scene.arguments import expect
 
-CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
+MOTIONS_AT_ONCE: Final = (
+    8192  # motions at a time: the arrays in use stay in the cache, the calls are few
+)
 PROMISED: Final = 1e-12  # relative error of T; of angles relative to max(1, |x|)
 
-ERROR: Final = 2.0**-51  # of a sum of products, relative to the sizes of its terms
-ROUNDING: Final = 7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
+SUM_ROUNDING: Final = 2.0**-51  # of a sum of products, relative to the sizes of its terms
+PERIOD_ROUNDING: Final = (
+    7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
+)
 LAGUERRE_STEPS: Final = 4  # each triples the digits once a root is isolated
 CONVERGED: Final = 1e-6  # bound on the last of these steps, relative to the root
-TINY: Final = 2.0**-1000  # that nothing is divided by 0
+NOT_ZERO: Final = 2.0**-1000  # that nothing is divided by 0
 LEAST_MC: Final = 1e-2  # for 1 − m not less than this
-STEPS: Final = 5  # of the mean are enough,
+MEAN_STEPS: Final = 5  # of the mean are enough,
 MORE_STEPS: Final = 9  # and so many for 1 − m ≥ 1e-32
 SINE_TERMS: Final = 8
 ARCTAN_TERMS: Final = 10  # of the arctangent of an eighth of the tilt, to 2e-17
@@ -150,8 +154,8 @@ def motions_many(
     columns = InputArrays(given)
     found = np.empty((len(Motions.columns), columns.size))
     reliable = np.empty(columns.size, np.bool_)
-    for at in range(0, columns.size, CHUNK):
-        span = slice(at, at + CHUNK)
+    for at in range(0, columns.size, MOTIONS_AT_ONCE):
+        span = slice(at, at + MOTIONS_AT_ONCE)
         with np.errstate(all="ignore"):  # unreliable numbers may be anything
             *numbers, reliable[span] = rows(columns.starts(span))
         for column, number in zip(found, numbers, strict=True):
@@ -225,11 +229,11 @@ def rows(starts: Starts) -> tuple[Array, ...]:
     reach = lead + 2 * g * minus1  # 2g (u₃ − u₁)
     mc, w = (lead + 2 * g * minus2) / reach, np.sqrt(reach) / 2
     # P±, once their signs are known, and f₁ add no more than a few times this
-    error = ERROR * (4 * g + kinetic2 + size_b * size_b) / reach
-    error = error + 2 * ERROR * size_surplus / (minus1 * larger) + ROUNDING
+    error = SUM_ROUNDING * (4 * g + kinetic2 + size_b * size_b) / reach
+    error = error + 2 * SUM_ROUNDING * size_surplus / (minus1 * larger) + PERIOD_ROUNDING
     known = converged & starts.in_range
     for P, height, zero in ((plus, low, exact[0]), (minus, high, exact[1])):
-        known = known & (zero | (abs(P) >= 4 * ERROR * (abs(drift) + size_b * height)))
+        known = known & (zero | (abs(P) >= 4 * SUM_ROUNDING * (abs(drift) + size_b * height)))
     p = np.stack((plus2 / plus1, minus2 / minus1))
     K, third = complete(mc, p)
     if (small := mc < LEAST_MC).any():
@@ -239,7 +243,7 @@ def rows(starts: Starts) -> tuple[Array, ...]:
     at_top = np.where(minus == 0, pi * (minus2 == 0), minus / (w * minus1) * third[1])
     carried, turned = omega3 * (A - C) * period, abs(at_bottom) + abs(at_top)
     precession, spun = at_bottom + at_top, sign * (carried + (at_bottom - at_top))
-    reliable = known & (error <= PROMISED) & ((f0 > 0) | (abs(f1) > ERROR * size_f1))
+    reliable = known & (error <= PROMISED) & ((f0 > 0) | (abs(f1) > SUM_ROUNDING * size_f1))
     reliable &= ~impossible(A, C, starts.theta)
     for angle, size in ((precession, turned), (spun, turned + abs(carried))):
         reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
@@ -278,7 +282,7 @@ def _lowest(f0: Array, f1: Array, f2: Array, f3: Array, low: Array) -> tuple[Arr
         half_bend = f2 + f33 * d
         slope = f1 + d * (f2 + half_bend)
         root = np.sqrt(np.maximum(slope * slope + value * half_bend, 0.0))
-        step = value / (slope + 2 * root + TINY)
+        step = value / (slope + 2 * root + NOT_ZERO)
         d = np.minimum(d + step, 0.0)
     return d, (abs(step) <= CONVERGED * abs(d)) & (slope > 0)
 
@@ -290,7 +294,7 @@ def _negative_root(f0: Array, f1: Array, f2: Array) -> Array:
     return np.where(f2 < 0, root, np.nan)
 
 
-def complete(mc: Array, p: Array, steps: int = STEPS) -> tuple[Array, Array]:
+def complete(mc: Array, p: Array, steps: int = MEAN_STEPS) -> tuple[Array, Array]:
     """K(1 − mc), and Π(1 − p | 1 − mc) for p > 0, mc ≥ 1e-32, by steps of one mean.
 
     Bulirsch's sequences, whose terms are all positive; that of the mean is the same for every p,

@@ -9,7 +9,14 @@ from functools import cached_property
 from typing import Any, Final, NamedTuple
 
 from heavytop.analytic.events import EventTimes
-from heavytop.analytic.record import SPARE_DIGITS, Record, mapped, midpoint, read_digits, to_mpf
+from heavytop.analytic.record import (
+    BALL_SPARE_DIGITS,
+    Record,
+    mapped,
+    midpoint,
+    read_digits,
+    to_mpf,
+)
 from heavytop.analytic.refine import Refined
 from heavytop.analytic.roots import sign_of
 from heavytop.classification import Kind, Verdict
@@ -227,7 +234,7 @@ class ClosedForm(Refined):
 
     def mpf(self, name: str, digits: int, t: Any = None) -> Any:
         """The same as mpmath numbers, the middles of balls."""
-        return to_mpf(self.ball(name, digits + SPARE_DIGITS, t), digits)
+        return to_mpf(self.ball(name, digits + BALL_SPARE_DIGITS, t), digits)
 
     def floats(self, name: str) -> Any:
         """The same as floats; what cannot be separated from zero is zero."""

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 Read = Callable[[str], Any]
 
-SPARE_DIGITS: Final = 2  # that a ball has beyond those asked for
+BALL_SPARE_DIGITS: Final = 2  # that a ball has beyond those asked for
 SHOWN_DIGITS: Final = 10  # that a number has beyond those asked for
-NAMES: Final = ("t", "energy", *FORMULAS)
+RECORD_NAMES: Final = ("t", "energy", *FORMULAS)
 
 
 class Record:
@@ -55,10 +55,10 @@ class Record:
         return self._made
 
     def __dir__(self) -> tuple[str, ...]:
-        return NAMES
+        return RECORD_NAMES
 
     def __getattr__(self, name: str) -> Any:
-        if name not in NAMES:
+        if name not in RECORD_NAMES:
             raise AttributeError(name)
         value = self.__dict__[name] = self._read(name)
         return value
@@ -66,7 +66,7 @@ class Record:
 
 def read_digits(motion: ClosedForm, t: Any, digits: int) -> Read:
     """The numbers of a motion at a time, to so many digits."""
-    ball = motion.reader(t, digits + SPARE_DIGITS)
+    ball = motion.reader(t, digits + BALL_SPARE_DIGITS)
     return lambda x: motion.energy(digits) if x == "energy" else to_mpf(ball(x), digits)
 
 

@@ -12,7 +12,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.analytic.events import EVENTS
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
 from heavytop.exact import Exact, Number
@@ -31,16 +30,18 @@ from heavytop.scene.arguments import (
 )
 from heavytop.scene.quantities import QUANTITIES, component_names
 from heavytop.scene.scene import Scene
+from heavytop.scene.scene_file import EVENTS
 
-SCHEMA: Final = "heavytop/reference/1"
+REFERENCE_SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
 MOST_EVENTS: Final = 100_000
-SPARE_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
+PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
-NAMES: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
+REFERENCE_COLUMNS: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
 # the columns of every quantity, and what of the motion at a time stands in them
-COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
-    name: (component_names(names), names) for name, names in (NAMES | {"omega": ("omega",)}).items()
+EVENT_QUANTITIES: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+    name: (component_names(names), names)
+    for name, names in (REFERENCE_COLUMNS | {"omega": ("omega",)}).items()
 }
 
 
@@ -107,7 +108,7 @@ class Reference:
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/reference/1``."""
         return {
-            "schema": SCHEMA,
+            "schema": REFERENCE_SCHEMA,
             "scene": self.scene.problem(),
             "digits": self.digits,
             "columns": {name: list(texts) for name, texts in self.columns.items()},
@@ -173,8 +174,8 @@ def reference(
     """
     expect("scene", scene, Scene)
     file = scene.name
-    options, wrong = parse_options(file, {"times": times, "digits": digits}, OPTIONS)
-    wanted, unknown = parse_names(file, "quantities", quantities, one_of(COLUMNS))
+    options, wrong = parse_options(file, {"times": times, "digits": digits}, REFERENCE_OPTIONS)
+    wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
     kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
     spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
     if scene.top.C == 0 and spun and not (wrong or unknown):
@@ -186,7 +187,7 @@ def reference(
     motion, texts = Motion(scene.top, scene.start), {"t": tuple(map(exact_text, exact))}
     motion.require_proof()
     names = [name for _, names in wanted for name in names]
-    balls = (motion.reader(t, digits + SPARE_DIGITS) for t in exact)
+    balls = (motion.reader(t, digits + PROVED_DIGITS) for t in exact)
     cells = [[x for name in names for x in _texts(ball(name), digits)] for ball in balls]
     header = (name for columns, _ in wanted for name in columns)
     columns = texts | dict(zip(header, zip(*cells, strict=True), strict=True))
@@ -197,7 +198,7 @@ def reference(
     happened = (
         (kind, text)
         for kind, times in found
-        for t in times.times(min(exact), max(exact), digits + SPARE_DIGITS)
+        for t in times.times(min(exact), max(exact), digits + PROVED_DIGITS)
         for text in _texts(t, digits)
     )
     return Reference(scene, digits, columns, tuple(happened))
@@ -273,7 +274,7 @@ def exact_text(x: Fraction) -> str:
     return text if "/" in text else f"{Decimal(text):f}"
 
 
-OPTIONS: Final[Mapping[str, Callable[[object], Any]]] = {
+REFERENCE_OPTIONS: Final[Mapping[str, Callable[[object], Any]]] = {
     "times": times_of,
     "digits": Range(2, 4000, whole=True),  # Python prints integers of 4300
 }

@@ -19,6 +19,7 @@ from heavytop.errors import Unseparated
 from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.exact.number import rational, rational_value
+from heavytop.scene.quantities import RATES
 
 LIMIT: Final = 1 << 16
 """Bits at which the closed form gives up."""
@@ -32,7 +33,6 @@ RELATIVE: Final = (
     "a fact", "nearest", "modulus", "amplitude", "theta", "one_minus_u", "one_plus_u"
 )  # fmt: skip
 """Whose digits count from the first one that is not 0; others' from max(1, |x|)."""
-RATES: Final = ("thetadot", "phidot", "psidot")
 """Whose digits in a motion slower than 1 rad/s count from its fastest rate."""
 
 

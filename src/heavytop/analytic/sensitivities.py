@@ -11,9 +11,9 @@ from heavytop.exact import Exact
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-QUANTITIES: Final = ("period", "precession", "spin")
-DIGITS: Final = 130  # of the closed form on either side
-STEP: Final = Exact.of("1e-40")  # of a number's natural size
+DIFFERENTIATED: Final = ("period", "precession", "spin")
+DIFFERENCE_DIGITS: Final = 130  # of the closed form on either side
+DIFFERENCE_STEP: Final = Exact.of("1e-40")  # of a number's natural size
 
 
 def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
@@ -67,11 +67,11 @@ def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
     numbers = {x: getattr(top, x) for x in ("A", "C", "gMR")}
     numbers |= {x: getattr(start, x) for x in ("theta", "thetadot", "phidot", start.held)}
     least = {"A": 0.0, "C": 0.0, "gMR": float(top.A) / motion.period**2, "theta": 1.0}
-    found: dict[str, dict[str, float]] = {quantity: {} for quantity in QUANTITIES}
+    found: dict[str, dict[str, float]] = {quantity: {} for quantity in DIFFERENTIATED}
     for x, value in numbers.items():
         size = abs(float(value)) + least.get(x, 1 / motion.period)
-        slopes = _slopes(numbers, x, Exact.of(size) * STEP)
-        for quantity, slope in zip(QUANTITIES, slopes, strict=True):
+        slopes = _slopes(numbers, x, Exact.of(size) * DIFFERENCE_STEP)
+        for quantity, slope in zip(DIFFERENTIATED, slopes, strict=True):
             found[quantity][x] = slope
     return found
 
@@ -96,4 +96,4 @@ def _turns(numbers: dict[str, Exact]) -> list[Any]:
     """T, Δφ and Δψ of the motion that some numbers make."""
     A, C, gMR, *start = numbers.items()
     motion = Motion(Top.of_numbers(A[1], C[1], gMR[1]), State(**dict(start)))
-    return [motion.mpf(quantity, DIGITS) for quantity in QUANTITIES]
+    return [motion.mpf(quantity, DIFFERENCE_DIGITS) for quantity in DIFFERENTIATED]

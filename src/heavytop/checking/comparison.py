@@ -20,15 +20,15 @@ FIRST_FITTED: Final = 12  # rows that a fit begins with
 FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
 CLOSELY: Final = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
-FOLDED: Final = 1e-9  # rad beyond [0, π] that nobody minds
+FOLD_ALLOWED: Final = 1e-9  # rad beyond [0, π] that nobody minds
 FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
-STILL: Final = 1e-3  # rad: motions that are smaller say little
+STILL_ANGLE: Final = 1e-3  # rad: motions that are smaller say little
 FIRST: Final = 0.02  # rad by which the first row may be off: no integrator has made an error yet
 MOVES: Final = 0.05  # rad that a motion moves at least, to say anything
 OCTAVE_ROWS: Final = 8  # that are looked at of each octave
-SLOWEST: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
-START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
-VECTORS: Final = {"axis": 1.0, "vertical": 1.0} | dict.fromkeys(
+LEAST_RATE: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
+FITTED_START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
+EXACT_VECTORS: Final = {"axis": 1.0, "vertical": 1.0} | dict.fromkeys(
     ("omega", "omega_body", "momentum_body")
 )
 """The vectors that are compared, with what their errors are relative to: the largest if None."""
@@ -145,7 +145,7 @@ class Comparison:
     def folded(self) -> Comparison:
         """The same with θ in [0, π]: beyond, φ and ψ turn by π and θ̇ changes its sign."""
         theta, values = self.data.values.get("theta"), self.data.values
-        if theta is None or ((theta > -FOLDED) & (theta < np.pi + FOLDED)).all():
+        if theta is None or ((theta > -FOLD_ALLOWED) & (theta < np.pi + FOLD_ALLOWED)).all():
             return self
         reduced = np.mod(theta, 2 * np.pi)
         out = reduced > np.pi
@@ -247,12 +247,12 @@ class Comparison:
         for name in RATES:
             if (mine := folded.rate(name)) is not None:
                 other = getattr(exact, name)
-                scale = max(float(abs(other).max()), SLOWEST * exact.fastest)
+                scale = max(float(abs(other).max()), LEAST_RATE * exact.fastest)
                 found[name] = abs(mine - other) / scale
-        for name in [name for name in VECTORS if name in values]:
+        for name in [name for name in EXACT_VECTORS if name in values]:
             other = getattr(exact, name.replace("momentum", "omega"))
             other = other * moments(self.top) if name == "momentum_body" else other
-            scale = VECTORS[name] or float(norm(other).max()) or 1.0
+            scale = EXACT_VECTORS[name] or float(norm(other).max()) or 1.0
             found[name] = norm(values[name] - other) / scale
         return found
 
@@ -287,7 +287,7 @@ def decades(c: Comparison, begins: Any) -> dict[str, float]:
     errors = np.array([*c.errors.values()]) + FLOOR
     axis, attitude = c.exact.moved
     moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
-    squares = (errors / (errors + moved + STILL)) ** 2
+    squares = (errors / (errors + moved + STILL_ANGLE)) ** 2
     if moved.max() < MOVES:  # as if time were frozen: everything fits that
         squares[:] = 1.0
     sums, counts = np.add.reduceat(squares, begins, axis=1), np.diff([*begins, errors.shape[1]])
@@ -374,14 +374,14 @@ def _fitted(c: Comparison) -> State:
     some = replace(some, t=some.t - some.t[0])
 
     def state(p: Array) -> State:
-        return State(**dict(zip(START, p, strict=True)), psi=guess.psi)
+        return State(**dict(zip(FITTED_START, p, strict=True)), psi=guess.psi)
 
     def axis_error(p: Array, rows: int) -> Array:
         near = Comparison(some.rows(slice(0, rows)), c.top, state(p))
         off: Array = near.axis - near.exact.axis
         return off.ravel()
 
-    p, rows = np.array([float(getattr(guess, name)) for name in START]), FIRST_FITTED
+    p, rows = np.array([float(getattr(guess, name)) for name in FITTED_START]), FIRST_FITTED
     try:
         while True:
             found = least_squares(axis_error, p, x_scale="jac", args=(rows,), **CLOSELY)

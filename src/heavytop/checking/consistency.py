@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from heavytop.checking.comparison import FOLDED, Comparison, norm
+from heavytop.checking.comparison import FOLD_ALLOWED, Comparison, norm
 from heavytop.checking.reading import Data
 
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
@@ -49,7 +49,7 @@ def remark_angles(c: Comparison) -> list[str]:
     remarks, data = [], c.data
     if c.folded is not c:
         theta = data.values["theta"]
-        row = int(np.argmax((theta < -FOLDED) | (theta > np.pi + FOLDED)))
+        row = int(np.argmax((theta < -FOLD_ALLOWED) | (theta > np.pi + FOLD_ALLOWED)))
         where = f"row {row + 1} (t = {data.t[row]:g} s, {theta[row]:.6g})"
         remarks.append(f"θ leaves [0, π] in {where}: folded")
     jumps = {x: abs(np.diff(data.values[x])) for x in ("phi", "psi") if x in data.values}

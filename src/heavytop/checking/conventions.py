@@ -21,11 +21,11 @@ from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-TURNED: Final = 0.02  # rad, from which on an angle is counted from another origin
-UPRIGHT: Final = 0.05  # sin θ below which an azimuth is not read off
-AHEAD: Final = 0.5  # decades, by which another number has to explain more
+LEAST_OFFSET: Final = 0.02  # rad, from which on an angle is counted from another origin
+AZIMUTH_SINE: Final = 0.05  # sin θ below which an azimuth is not read off
+BETTER_BY: Final = 0.5  # decades, by which another number has to explain more
 EIGHT: Final = np.geomspace(1, 1 / 128, 8)
-SLOW: Final = 0.1  # of the largest angular velocity: rates below it are changed by as much
+SLOW_RATE: Final = 0.1  # of the largest angular velocity: rates below it are changed by as much
 TILTED: Final = 0.2  # of cos θ: a world whose first row is off by more is another one
 QUARTER: Final = np.pi / 2
 RPM: Final = 2 * np.pi / 60
@@ -34,7 +34,7 @@ TILTS: Final = (*ANGLES, "elevation")
 TURNS: Final = (*RATES, "elevationdot")
 SPINS: Final = ("omega", "omega_body")
 
-MOMENTS: Final = ("A", "C", "gMR")
+MOMENT_NAMES: Final = ("A", "C", "gMR")
 
 
 class Variant(NamedTuple):
@@ -140,8 +140,8 @@ def _exchange_angles(c: Comparison) -> Variants:
 def _with(c: Comparison, **numbers: float) -> Comparison:
     """The same data, of a top or of a start with other numbers."""
     top, given = c.top, c.given
-    if numbers.keys() & {*MOMENTS}:
-        top = Top.of_numbers(**{name: float(getattr(top, name)) for name in MOMENTS} | numbers)
+    if numbers.keys() & {*MOMENT_NAMES}:
+        top = Top.of_numbers(**{name: float(getattr(top, name)) for name in MOMENT_NAMES} | numbers)
     elif given is not None:
         spin = () if numbers.keys() & {"psidot", "omega3"} else (given.held,)
         names = (*ANGLES, "thetadot", "phidot", *spin)
@@ -277,7 +277,7 @@ def _azimuth(c: Comparison) -> float:
         return 0.0
     mine, other = c.axis, c.exact.axis
     across = np.minimum(norm(mine[:, :2]), norm(other[:, :2]))
-    row = int(np.argmax(across > min(UPRIGHT, float(across.max()))))
+    row = int(np.argmax(across > min(AZIMUTH_SINE, float(across.max()))))
     (x, y), (u, v) = mine[row, :2], other[row, :2]
     return float(np.arctan2(x * v - y * u, x * u + y * v))
 
@@ -287,7 +287,7 @@ def _offset(c: Comparison, name: str) -> float:
     if name not in c.data.values:
         return 0.0
     sine = c.exact.sine
-    row = int(np.argmax(sine > min(UPRIGHT, float(sine.max()) / 2)))
+    row = int(np.argmax(sine > min(AZIMUTH_SINE, float(sine.max()) / 2)))
     return float(wrapped(c.exact.angle(name)[row] - c.data.values[name][row]))
 
 
@@ -297,15 +297,15 @@ def _turn_azimuth(c: Comparison) -> Variants:
     vectors = c.data.values.keys() & {"axis", "matrix", "quaternion", "omega"}
     turn, offset = _azimuth(c) if vectors else 0.0, _offset(c, "phi")
     turned, words = _turn(c, _about(turn)), f"{np.degrees(turn):.4g}"
-    if abs(turn) > TURNED:
+    if abs(turn) > LEAST_OFFSET:
         yield Variant(words, turned)
         if c.matrix is not None:  # the axes of the body are turned with those of space
             both = _turn(c, _about(turn), _about(-turn))
             yield Variant(f"{words}° in space and in the body: {words}", both)
-    if abs(offset) > TURNED:
+    if abs(offset) > LEAST_OFFSET:
         phi = c.data.values["phi"] + offset
         yield Variant(f"{np.degrees(offset):.4g}", c.updated(phi=phi))
-        if abs(turn) > TURNED:
+        if abs(turn) > LEAST_OFFSET:
             yield Variant(words, turned.updated(phi=phi))
 
 
@@ -318,9 +318,9 @@ def _turn_spin(c: Comparison) -> Variants:
         turn = float(np.arctan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1]))
     elif "vertical" in c.data.values:
         turn = float(wrapped(c.exact.psi_mod[0] - c.angle("psi")[0]))
-    if abs(turn) > TURNED:
+    if abs(turn) > LEAST_OFFSET:
         yield Variant(f"{np.degrees(turn):.4g}", _turn(c, IDENTITY, _about(turn)))
-    if abs(offset) > TURNED:
+    if abs(offset) > LEAST_OFFSET:
         yield Variant(f"{np.degrees(offset):.4g}", c.updated(psi=c.data.values["psi"] + offset))
 
 
@@ -353,7 +353,7 @@ def _changed(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
     if name == "the time of the first row":
         shift = x * (c.motion.period or float(c.data.t[-1]))
         return shift, _at_times(c, c.data.t + shift)
-    if name in MOMENTS:
+    if name in MOMENT_NAMES:
         least = float(c.top.C) / 2 if name == "A" else 0.0
         value = least + (float(getattr(c.top, name)) - least) * factor
         return value, _with(c, **{name: value})
@@ -362,7 +362,7 @@ def _changed(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
     if name == "theta":
         value = float(np.clip(value + x / 2, 0, np.pi))
     else:
-        value += 2 * x * max(abs(value), SLOW * c.exact.fastest)
+        value += 2 * x * max(abs(value), SLOW_RATE * c.exact.fastest)
     return value, _with(c, **{key: value})
 
 
@@ -381,7 +381,7 @@ def _fit(bounds: Mapping[str, tuple[float, float]]) -> Undo:
             except HeavyTopError:
                 return np.inf
 
-        wanted = misfit(0.0, "C") - AHEAD
+        wanted = misfit(0.0, "C") - BETTER_BY
         for name, (down, up) in bounds.items():
             grid = [*-EIGHT * down, 0.0, *EIGHT[::-1] * up]
             x, least = _smallest(partial(misfit, name=name), grid, wanted)
@@ -400,7 +400,7 @@ def _smallest(
 
     values = [f(x) for x in grid]
     k = int(np.argmin(values))
-    if values[k] > wanted + AHEAD or not grid[k]:
+    if values[k] > wanted + BETTER_BY or not grid[k]:
         return grid[k], values[k]
     sides = (grid[max(0, k - 1)], grid[min(len(grid) - 1, k + 1)])
     found = minimize_scalar(f, bounds=sides, method="bounded", options={"xatol": 1e-10})

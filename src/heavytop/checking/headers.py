@@ -35,7 +35,7 @@ _VECTORS: Final[Mapping[str, tuple[str, tuple[tuple[str, ...], ...]]]] = {
     "momentum": ("l angmom angularmomentum momentum drehimpuls h", _XYZ),
     "vertical": ("gamma vertical poisson gam", _XYZ),
 }  # fmt: skip
-SHAPES: Final = {"quaternion": (4,), "matrix": (3, 3)} | dict.fromkeys(
+QUANTITY_SHAPES: Final = {"quaternion": (4,), "matrix": (3, 3)} | dict.fromkeys(
     ("axis", "omega", "omega_body", "momentum", "momentum_body", "vertical"), (3,)
 )
 _BODY: Final = {"body", "b", "local", "corps", "koerper", "korper", "bf", "rotor", "fixed"}

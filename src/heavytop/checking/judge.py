@@ -21,8 +21,8 @@ from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-UPRIGHT: Final = 1e-6  # sin θ below which φ and ψ are not told apart
-LEAST: Final = 2.0**-53  # the least error
+UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
+LEAST_ERROR: Final = 2.0**-53  # the least error
 
 
 def check(
@@ -113,7 +113,7 @@ def check(
     slip = None
     if conventions:
         first, left = conventions[0], _rms_error(judged) or 0.0
-        slip = Slip(first.name, first.sentence, _rms_error(comparison), max(left, LEAST))
+        slip = Slip(first.name, first.sentence, _rms_error(comparison), max(left, LEAST_ERROR))
     return Check(
         name=given.name,
         top=judged.top,
@@ -204,7 +204,7 @@ def _digits(c: Comparison) -> float:
         if name in errors:  # as angles that grow are written: with so many digits
             errors[name] = errors[name] / np.maximum(1, abs(getattr(c.exact, angle)))
     largest = max(float(np.nanmax(error)) for error in errors.values())
-    return max(0.0, -float(np.log10(max(largest, LEAST))))
+    return max(0.0, -float(np.log10(max(largest, LEAST_ERROR))))
 
 
 def _rms_error(c: Comparison) -> float | None:
@@ -223,7 +223,7 @@ def error_curves(c: Comparison) -> dict[str, Array]:
     for name in ANGLES:
         if (mine := c.folded.angle(name)) is not None:
             off = wrapped(mine - exact.angle(name))
-            clear = off == off if name == "theta" else exact.sine > UPRIGHT
+            clear = off == off if name == "theta" else exact.sine > UPRIGHT_SINE
             if clear.any():
                 off[clear], off[~clear] = np.unwrap(off[clear]), np.nan
                 found[name] = off

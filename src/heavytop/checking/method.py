@@ -8,13 +8,14 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.analytic.events import EVENTS, EventTimes
+from heavytop.analytic.events import EventTimes
 from heavytop.analytic.motion import Motion
 from heavytop.checking.comparison import FIRST, Comparison, wrapped
-from heavytop.checking.conventions import MOMENTS
+from heavytop.checking.conventions import MOMENT_NAMES
 from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES
+from heavytop.scene.scene_file import EVENTS
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -23,17 +24,17 @@ LOOKS: Final = 8  # times at which the motion's own condition is looked at,
 LOOK_DIGITS: Final = 40  # in so many digits
 WINDOWS: Final = 100  # of time, at most, in each of which there is one phase
 WINDOW_ROWS: Final = 5  # at least
-ROUNDED: Final = 1e-15  # an error of such size does not tell how it grows
+LEAST_GROWTH: Final = 1e-15  # an error of such size does not tell how it grows
 LEAST_PHASE: Final = 1e-14  # of the time: what rounding leaves
 CERTAIN: Final = 3.0  # standard errors from which on a phase is told from 0
 FEWEST: Final = 5  # phases whose growth is fitted,
-REACH: Final = 4.0  # over times that are in such a ratio,
-SURE: Final = 0.2  # and whose exponent has at most this standard error
-STEADY: Final = 1e-9  # rad: a swing of the tilt that is smaller is no nutation
-LOST: Final = 0.05  # of a period: beyond it an error of the phase is lost
+TIMES_RATIO: Final = 4.0  # over times that are in such a ratio,
+SURE_EXPONENT: Final = 0.2  # and whose exponent has at most this standard error
+LEAST_SWING: Final = 1e-9  # rad: a swing of the tilt that is smaller is no nutation
+LOST_PHASE: Final = 0.05  # of a period: beyond it an error of the phase is lost
 ONE_PHASE: Final = 0.98  # how alike the phases of rows are that show one phase only
 FEW_ROWS: Final = 6  # a period, below which events are not counted
-FAINT: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
+LEAST_TURN: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
 NOISE: Final = 1e-12  # rad, likewise
 AT_REST: Final = 0.01  # of the greatest rate: the axis stands still at a cusp
 HELD: Final = 0.02  # of what it would vary by: ψ̇ is constant
@@ -99,8 +100,8 @@ class PhaseCurve(NamedTuple):
 def nutates(c: Comparison) -> bool:
     """Whether the exact tilt swings above rounding."""
     if (roots := c.motion.roots) is None:
-        return float(np.ptp(c.exact.theta)) > STEADY
-    return bool(np.ptp(np.arccos(np.clip(roots[:2], -1, 1))) > STEADY)
+        return float(np.ptp(c.exact.theta)) > LEAST_SWING
+    return bool(np.ptp(np.arccos(np.clip(roots[:2], -1, 1))) > LEAST_SWING)
 
 
 def measure_phase(c: Comparison) -> PhaseCurve:
@@ -132,7 +133,7 @@ def measure_phase(c: Comparison) -> PhaseCurve:
             shift += step
             if abs(step) <= 1e-6 * abs(shift) or abs(shift - before) > period / 4:
                 break
-        if abs(shift - before) > LOST * period or abs(shift) > abs(c.since[-1] - c.since[0]):
+        if abs(shift - before) > LOST_PHASE * period or abs(shift) > abs(c.since[-1] - c.since[0]):
             return none("not told by these rows: they fit no shift in time")
         spread = np.sqrt(((off - step * slope) ** 2).mean() / weight)
         found.append((float(c.data.t[rows].mean()), shift, spread))
@@ -140,7 +141,7 @@ def measure_phase(c: Comparison) -> PhaseCurve:
     after = abs(t - c.data.t[0])
     growth = _fit_power(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
     rms, largest = float(np.sqrt((shifts**2).mean())), float(shifts[abs(shifts).argmax()])
-    lost = next(iter(t[abs(shifts) > LOST * period].tolist()), None)
+    lost = next(iter(t[abs(shifts) > LOST_PHASE * period].tolist()), None)
     phase = Phase(float(shifts[-1]), rms, largest, float(t[-1]), lost)
     return PhaseCurve(t, shifts, phase, growth, "")
 
@@ -152,7 +153,7 @@ def measure_growth(c: Comparison, curve: Array | None) -> float | None:
     rows = _windows(c.since, c.motion.period)
     after = np.array([abs(c.since[each].mean()) for each in rows])
     size = np.array([np.sqrt(np.nanmean(curve[each] ** 2)) for each in rows])
-    return _fit_power(after, size, np.full(size.shape, ROUNDED))
+    return _fit_power(after, size, np.full(size.shape, LEAST_GROWTH))
 
 
 def _windows(t: Array, period: float | None) -> list[slice]:
@@ -168,10 +169,10 @@ def _windows(t: Array, period: float | None) -> list[slice]:
 def _fit_power(t: Array, size: Array, spread: Array) -> float | None:
     """The power of time by which sizes grow, where they are clear and it is."""
     clear = (size > CERTAIN * spread) & (t > 0)
-    if clear.sum() < FEWEST or t[clear].max() < REACH * t[clear].min():
+    if clear.sum() < FEWEST or t[clear].max() < TIMES_RATIO * t[clear].min():
         return None
     line, errors = np.polyfit(np.log(t[clear]), np.log(size[clear]), 1, cov=True)
-    return float(line[0]) if np.sqrt(errors[0, 0]) < SURE else None
+    return float(line[0]) if np.sqrt(errors[0, 0]) < SURE_EXPONENT else None
 
 
 def _fit_line(part: Array, y: Array) -> tuple[float, float]:
@@ -231,7 +232,7 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
     error = error[np.isfinite(error)]
     size, first = (float(np.sqrt((x**2).mean())) for x in (error, error[: 3 + error.size // 20]))
     last = float(abs(error[-1 - error.size // 10 :]).max())
-    floor = -float(np.log10(size)) if ROUNDED < size < COARSE and first > size / 2 else None
+    floor = -float(np.log10(size)) if LEAST_GROWTH < size < COARSE and first > size / 2 else None
     order, sentence = None, REMEDY
     if size < EXACT:
         sentence = "the error is that of rounding"
@@ -303,13 +304,13 @@ def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
     """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
     t, exact, found = c.since, c.exact, dict[str, int | None].fromkeys(EVENTS)
     if theta is not None:
-        swing = max(FAINT * float(np.ptp(exact.theta)) + NOISE, STEADY * (not nutates(c)))
+        swing = max(LEAST_TURN * float(np.ptp(exact.theta)) + NOISE, LEAST_SWING * (not nutates(c)))
         tops = _turns(theta, swing)
         found["turning"] = len(tops)
     if phi is not None:
         phi, part = np.unwrap(phi), (t - t[0]) / (t[-1] - t[0])
         swing = np.ptp(exact.phi - np.polyval(np.polyfit(part, exact.phi, 1), part))
-        found["reversal"] = len(_turns(phi, FAINT * swing + NOISE))
+        found["reversal"] = len(_turns(phi, LEAST_TURN * swing + NOISE))
         if theta is not None:
             rate = abs(np.gradient(phi, t)[tops])
             found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
@@ -329,13 +330,15 @@ def _turns(x: Array, least: float) -> Any:
 def measure_condition(c: Comparison) -> float:
     """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
     state = ("theta", "thetadot", "phidot", c.start.held)
-    numbers = {name: getattr(c.top, name) for name in MOMENTS}
+    numbers = {name: getattr(c.top, name) for name in MOMENT_NAMES}
     numbers |= {name: getattr(c.start, name) for name in state}
     times = c.since[np.linspace(0, c.since.size - 1, LOOKS).astype(int)].tolist()
 
     def axes(**changed: Any) -> Any:
         x = numbers | changed
-        motion = Motion(Top.of_numbers(*(x[n] for n in MOMENTS)), State(**{n: x[n] for n in state}))
+        motion = Motion(
+            Top.of_numbers(*(x[n] for n in MOMENT_NAMES)), State(**{n: x[n] for n in state})
+        )
         records: Any = motion.at(times, LOOK_DIGITS)
         return np.array([record.axis for record in records])
 

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.checking.headers import SHAPES, Meaning, complete_set, meanings, parse_unit
+from heavytop.checking.headers import QUANTITY_SHAPES, Meaning, complete_set, meanings, parse_unit
 from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.text import harmless, nearest
@@ -27,10 +27,10 @@ Table = Mapping[str, Any]
 LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
 FIRST_FAULTS: Final = 5  # of each kind that are listed
-LARGEST: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
+LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
 HEAD_LINES: Final = 40  # among which the header is looked for
 POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
-RATES: Final = ("thetadot", "phidot", "psidot", "elevationdot")
+READ_RATES: Final = ("thetadot", "phidot", "psidot", "elevationdot")
 DECLARED: Final = {  # by the kind and the size of a unit
     ("angle", 0.017453293): ("degrees", "the header says that angles are in degrees"),
     ("rate", 0.017453293): ("degrees", "the header says that rates are in degrees"),
@@ -150,14 +150,14 @@ def choose_columns(
             possible[alike[0]] = [meant[0]._replace(unit=own)]
     possible |= {name: meanings(name) for name in names if name not in possible}
     found: dict[str, Meaning] = {}
-    for quantity in ("t", *SHAPES, *POSITIONS[:4], *RATES):
+    for quantity in ("t", *QUANTITY_SHAPES, *POSITIONS[:4], *READ_RATES):
         here = {
             meaning.component: (name, meaning)
             for name, some in reversed(possible.items())
             for meaning in some
             if meaning.quantity == quantity and name not in found
         }
-        whole = quantity not in SHAPES or "" in here
+        whole = quantity not in QUANTITY_SHAPES or "" in here
         components = ("",) if whole else complete_set(quantity, {*here})
         found |= dict(here[component] for component in components if component in here)
     return found
@@ -178,7 +178,7 @@ def _quantities(
         spelled = getattr(table[name], "attrs", {}).get("units")
         unit = parse_unit(spelled, quantity) or unit if isinstance(spelled, str) else unit
         numbers = _numbers(table[name])
-        if numbers is None or (quantity in SHAPES and not component and numbers.ndim < 2):
+        if numbers is None or (quantity in QUANTITY_SHAPES and not component and numbers.ndim < 2):
             del found[name]  # a text, or one number a row where vectors have three
             if quantity == "t":
                 faults.add(f"1: {harmless(name)}", "the times have to be numbers")
@@ -242,7 +242,7 @@ def _shaped(values: Mapping[str, Array], faults: Faults) -> tuple[Array, dict[st
         faults.stop()
     found = {}
     for name, x in values.items():
-        shape = (t.size, *SHAPES.get(name, ()))
+        shape = (t.size, *QUANTITY_SHAPES.get(name, ()))
         if x.ndim > 1 and x.shape[0] != t.size:  # as MATLAB has it
             x = np.moveaxis(x, -1, 0)
         if x.size != np.prod(shape) or x.shape[:1] != (t.size,):
@@ -251,11 +251,11 @@ def _shaped(values: Mapping[str, Array], faults: Faults) -> tuple[Array, dict[st
         found[name] = x.reshape(shape)
         flat = x.reshape(t.size, -1)
         with np.errstate(invalid="ignore"):
-            bad = ~(abs(flat) < LARGEST).all(axis=1)
+            bad = ~(abs(flat) < LARGEST_VALUE).all(axis=1)
         if name in ("axis", "quaternion"):
             bad |= ~flat.any(axis=1)
         for row in np.flatnonzero(bad):
-            rule = f"a finite number below {LARGEST:g}, no vector of length 0, is needed"
+            rule = f"a finite number below {LARGEST_VALUE:g}, no vector of length 0, is needed"
             faults.add(f"row {row + 1}: {name}", rule, flat[row].squeeze())
     return found.pop("t"), found
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from heavytop.checking.comparison import Origin
-from heavytop.checking.conventions import MOMENTS
+from heavytop.checking.conventions import MOMENT_NAMES
 from heavytop.checking.method import Count, Phase
 from heavytop.checking.reading import Array
 from heavytop.scene.quantities import ANGLES, RATES
@@ -15,21 +15,21 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Plotted, harmless
 
-SCHEMA: Final = "heavytop/check/1"
+CHECK_SCHEMA: Final = "heavytop/check/1"
 CHARTED: Final = 1000  # rows in the document
 MOST_NAMED: Final = 6  # columns that are ignored, in a line
-MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
-PLAIN: Final = (
+CHECKED_QUANTITIES: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
+PLAIN_ERRORS: Final = (
     *("origin", "assumed", "errors", "growth", "events", "condition", "digits", "digits_as_given"),
     *("conventions", "method", "slip"),
 )
 """The attributes that are as they are in the document, or nearly so."""
-START: Final = (*ANGLES, *RATES, "omega3")
+START_NUMBERS: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
-UNITS: Final = {"axis": "", "energy": " (of max(|E'|, gMR))"} | dict.fromkeys(
+ERROR_UNITS: Final = {"axis": "", "energy": " (of max(|E'|, gMR))"} | dict.fromkeys(
     ("p_phi", "p_psi"), " (relative)"
 )
-EVENTS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
+EVENT_WORDS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
 
 
 class Size(NamedTuple):
@@ -154,16 +154,16 @@ class Check(Plotted):
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/check/1``; of long curves some rows."""
-        t, found = self.curves["t"], {name: _plain(getattr(self, name)) for name in PLAIN}
+        t, found = self.curves["t"], {name: _plain(getattr(self, name)) for name in PLAIN_ERRORS}
         some = {name: x[:: -(-x.size // CHARTED) or 1].tolist() for name, x in self.curves.items()}
-        errors = {name: found["errors"].get(name) for name in MEASURED}
+        errors = {name: found["errors"].get(name) for name in CHECKED_QUANTITIES}
         return found | {
-            "schema": SCHEMA,
+            "schema": CHECK_SCHEMA,
             "scene": {
                 "name": self.name,
                 "title": "",
-                "top": {name: float(getattr(self.top, name)) for name in MOMENTS},
-                "start": {name: float(getattr(self.start, name)) for name in START},
+                "top": {name: float(getattr(self.top, name)) for name in MOMENT_NAMES},
+                "start": {name: float(getattr(self.start, name)) for name in START_NUMBERS},
             },
             "data": {
                 "file": self.name,
@@ -173,7 +173,7 @@ class Check(Plotted):
                 "read_as": [*dict.fromkeys(x for x in self.columns.values() if x not in ("", "t"))],
             },
             "errors": errors | {"phase_s": _plain(self.phase)},
-            "events": {name: found["events"].get(name) for name in EVENTS},
+            "events": {name: found["events"].get(name) for name in EVENT_WORDS},
             "alternatives": [
                 {
                     "names": [x.name for x in each],
@@ -216,10 +216,10 @@ def lines(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "could be", f"{' and '.join(each['names']) or 'none'}: {each['sentence']}"
     given = f" ({document['digits_as_given']:.1f} as given)" * bool(document["conventions"])
     yield "digits", f"{document['digits']:.1f}{given}"
-    for name in MEASURED:
+    for name in CHECKED_QUANTITIES:
         if (size := document["errors"].get(name)) is not None:
             text = "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e}".format(**size)
-            yield name, text + UNITS.get(name, " (rad)")
+            yield name, text + ERROR_UNITS.get(name, " (rad)")
     if (phase := document["errors"]["phase_s"]) is not None:
         way, power = "behind" if phase["last"] < 0 else "ahead", document["growth"]["phase"]
         grows = "" if power is None else f", grows as t^{power:.1f}"
@@ -227,7 +227,7 @@ def lines(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "phase", f"{lost}{abs(phase['last']):.2e} s {way} at t = {phase['t']:g} s{grows}"
     elif method["no_phase"]:
         yield "phase", method["no_phase"]
-    for name, plural in EVENTS.items():
+    for name, plural in EVENT_WORDS.items():
         if (count := document["events"].get(name)) is not None:
             lacks = name != "turning" and document["errors"]["phi"] is None
             yield plural, "no φ in the data" if lacks else _count(count)

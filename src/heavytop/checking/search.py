@@ -13,13 +13,15 @@ from heavytop.checking.comparison import FIRST, Comparison, decades, octaves
 from heavytop.checking.conventions import INERTIA, NUMBER, TABLE, Convention, Variant
 from heavytop.errors import HeavyTopError
 
-CLEAR: Final = 0.5  # decades, mean of all octaves, by which one explanation beats another clearly
+CLEAR_BY: Final = (
+    0.5  # decades, mean of all octaves, by which one explanation beats another clearly
+)
 ALIKE: Final = 0.05  # decades: no better and no worse
 LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
 MOST_DOUBTFUL: Final = 2  # names that another start may have as well
 GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
 FITTING: Final = -5.0  # decades: nothing is looked for
-DEEPEST: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
+LEAST_RESIDUAL: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
 NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
 MOST_NAMES: Final = 5
@@ -90,7 +92,7 @@ class Explanation(NamedTuple):
     def beats(self, other: Explanation) -> bool:
         """Whether it is clearly better than another in anything."""
         return any(
-            other.misfit.get(name, value) - value > CLEAR for name, value in self.misfit.items()
+            other.misfit.get(name, value) - value > CLEAR_BY for name, value in self.misfit.items()
         )
 
     def equals(self, other: Explanation) -> bool:
@@ -103,7 +105,7 @@ class Explanation(NamedTuple):
         """Whether it gains enough, and what it makes better is good then."""
         gains = self.gains(base)
         pairs = zip(self.misfit.values(), gains, strict=True)
-        better = [value for value, gain in pairs if gain > CLEAR]
+        better = [value for value, gain in pairs if gain > CLEAR_BY]
         return bool(better) and sum(gains) > LEAST_GAIN and max(better) < GOOD
 
 
@@ -242,7 +244,7 @@ def _try(
             ]
         for steps, after in states:
             try:
-                misfit = {x: max(off, DEEPEST) for x, off in decades(after, begins).items()}
+                misfit = {x: max(off, LEAST_RESIDUAL) for x, off in decades(after, begins).items()}
                 yield Explanation(steps, misfit, after.first)
             except HeavyTopError:
                 continue

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.classification.kinds import TAGS, Kind
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 from heavytop.scene.arguments import broken_names
-from heavytop.scene.starts import RATES
+from heavytop.scene.starts import ANGLE_RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -23,15 +23,15 @@ Array: TypeAlias = "NDArray[np.float64]"
 Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
 
-LARGEST: Final = 2.0**100  # or 1 over it, of numbers that doubles decide about
+ARRAY_RANGE: Final = 2.0**100  # or 1 over it, of numbers that doubles decide about
 _WHOLE: Final = 2.0**53
 
-NAMES: Final = (*map(str, Kind), "impossible")
+VERDICT_NAMES: Final = (*map(str, Kind), "impossible")
 """What the codes of kinds mean; the last is of no motion."""
 
-IMPOSSIBLE: Final = NAMES.index("impossible")
+IMPOSSIBLE: Final = VERDICT_NAMES.index("impossible")
 
-DETAILS: Final = (
+VERDICT_DETAILS: Final = (
     "", "stable", "marginal", "unstable", "swinging", "rotating", "asymptotic",
     "slow", "fast", "single",
 )  # fmt: skip
@@ -60,7 +60,7 @@ def detail(names: tuple[str, ...]) -> int:
     >>> DETAILS[detail(("slow", "spherical-pendulum"))]
     'slow'
     """
-    return next((DETAILS.index(name) for name in names if name in DETAILS), 0)
+    return next((VERDICT_DETAILS.index(name) for name in names if name in VERDICT_DETAILS), 0)
 
 
 class Starts(NamedTuple):
@@ -87,7 +87,7 @@ class Starts(NamedTuple):
         Then no product in a criterion leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, where roundings are relative.
         """
         sizes = map(np.abs, self.arrays)
-        fits = ((x >= 1 / LARGEST) & (x <= LARGEST) | np.equal(x, 0) for x in sizes)
+        fits = ((x >= 1 / ARRAY_RANGE) & (x <= ARRAY_RANGE) | np.equal(x, 0) for x in sizes)
         return reduce(np.logical_and, fits)
 
     @property
@@ -157,7 +157,7 @@ def with_spin(
 ) -> dict[str, ArrayLike]:
     """Tops and starts with their spin, of which one name at most is given; none is ψ̇ = 0."""
     if psidot is not None and omega3 is not None:
-        raise ImpossibleStart(broken_names(RATES, ("psidot", "omega3")))
+        raise ImpossibleStart(broken_names(ANGLE_RATES, ("psidot", "omega3")))
     if omega3 is not None:
         return {**given, "omega3": omega3}
     return {**given, "psidot": 0.0 if psidot is None else psidot}

@@ -14,9 +14,18 @@ from typing import Final
 from flint import arb
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import DETAILS, RULES, SO, TAGS, Criterion, Kind, Rule, Verdict
+from heavytop.classification.kinds import (
+    KIND_DETAILS,
+    RULES,
+    SO,
+    TAGS,
+    Criterion,
+    Kind,
+    Rule,
+    Verdict,
+)
 from heavytop.classification.reduced import (
-    MOST_BITS,
+    MOST_SIGN_BITS,
     Real,
     Reduced,
     ball_sign,
@@ -30,7 +39,7 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 SIGN_BITS: Final = 106
-_REASON_BITS: Final = (SIGN_BITS, 256, 1024, MOST_BITS)
+_REASON_BITS: Final = (SIGN_BITS, 256, 1024, MOST_SIGN_BITS)
 _GOOD_BITS: Final = 20  # of a number of 4 digits
 _RELATIONS: Final = {1: "> 0", -1: "< 0", 0: "= 0 (proved)"}
 
@@ -103,9 +112,9 @@ def _rule(signs: SceneSigns) -> Rule:
 
 def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...], tuple[str, ...]]:
     """What distinguishes motions of one kind: the sign, its name, and what is open."""
-    if kind not in DETAILS:
+    if kind not in KIND_DETAILS:
         return None, (), ()
-    names, product, *_ = DETAILS[kind]
+    names, product, *_ = KIND_DETAILS[kind]
     try:
         side = signs.product(product)
     except UndecidedError:
@@ -140,13 +149,13 @@ def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
 def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
     """Whether the axis is known to run along a closed curve: a circle, or to and fro."""
     if kind is Kind.PLANAR_PENDULUM:
-        return signs.product(DETAILS[kind].product) != 0
+        return signs.product(KIND_DETAILS[kind].product) != 0
     return not signs.vanish(TAGS["start-at-rest"].zeros)
 
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
     over = kinds.OVER_BOTTOM if signs.sign(kinds.INVERTED) > 0 else kinds.OVER_TOP
-    if 2 * kinds.FAR * abs(over.value(signs.balls)) > abs(signs.balls.g):
+    if 2 * kinds.FAR_RATIO * abs(over.value(signs.balls)) > abs(signs.balls.g):
         return False
     if kind is Kind.PLANAR_PENDULUM and signs.sign(over) == 0:
         return False
@@ -181,7 +190,7 @@ def _sign(value: Real) -> Sign:
     """The sign of a ball or of an exact number, or `UndecidedError`."""
     side = value.sign() if isinstance(value, Exact) else ball_sign(value)
     if side is None:
-        raise UndecidedError("ψ̇", value.ball(MOST_BITS) if isinstance(value, Exact) else value)
+        raise UndecidedError("ψ̇", value.ball(MOST_SIGN_BITS) if isinstance(value, Exact) else value)
     return side
 
 
@@ -233,8 +242,10 @@ class SceneSigns:
         if side is None:
             side = number.value(self.source.exact).sign()
         if side is None:
-            with working(MOST_BITS):
-                raise UndecidedError(number.symbol, number.value(self.source.reduced(MOST_BITS)))
+            with working(MOST_SIGN_BITS):
+                raise UndecidedError(
+                    number.symbol, number.value(self.source.reduced(MOST_SIGN_BITS))
+                )
         return side
 
     def shown(self, number: Criterion, bits: int) -> arb:
@@ -281,7 +292,7 @@ def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
     text = f"{decided}: {SO[rule.kind]}"
     if side is None:
         return text
-    names, _, shown, beside = DETAILS[rule.kind]
+    names, _, shown, beside = KIND_DETAILS[rule.kind]
     beside_it = (f"{each.symbol} {value}" for each in beside if (value := _value(signs, each)))
     return f"{text}; {_inequality(signs, shown, side)}: {', '.join((names[side], *beside_it))}"
 

@@ -19,14 +19,21 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from heavytop.classification import kinds
-from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts
+from heavytop.classification.arrays import (
+    VERDICT_DETAILS,
+    VERDICT_NAMES,
+    Array,
+    Codes,
+    Mask,
+    Starts,
+)
 from heavytop.classification.kinds import Criterion, Kind, Rule, Tag
 from heavytop.classification.reduced import Reduced
 from heavytop.exact.pairs import PI_REST
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
-ERROR: Final = 160 * 2.0**-53
+FILTER_ROUNDING: Final = 160 * 2.0**-53
 """What a sum is off by at most, beside its magnitude.
 
 The number of roundings grows by 1 in a sum, where the larger one counts, and to n₁ + n₂ + 1 in a
@@ -48,7 +55,7 @@ class Bounded:
     @property
     def least(self) -> Array:
         """What |x| is at least; 0 or less where its sign is not certain."""
-        return np.abs(self.value) - ERROR * self.magnitude
+        return np.abs(self.value) - FILTER_ROUNDING * self.magnitude
 
     def __add__(self, other: Bounded) -> Bounded:
         return self._with(np.add, other)
@@ -220,7 +227,7 @@ def filtered(starts: Starts, tagged: bool = False) -> Codes:
     """
     rows = np.zeros((5, *np.broadcast_shapes(*(each.shape for each in starts.arrays))), np.uint8)
     found = Filtered(*rows)
-    found.kind[:], found.certain[:] = NAMES.index(kinds.RULES[-1].kind), True
+    found.kind[:], found.certain[:] = VERDICT_NAMES.index(kinds.RULES[-1].kind), True
     with np.errstate(all="ignore"):  # nan is what is not known
         signs = ArraySigns(starts)
         for rule in reversed(kinds.RULES[:-1]):
@@ -237,11 +244,11 @@ def _put(signs: ArraySigns, found: Filtered, rule: Rule) -> None:
     if no.all():
         return
     may = ~no & np.ones(found.kind.shape, np.bool_)
-    np.putmask(found.kind, may, NAMES.index(rule.kind))
-    if rule.kind in kinds.DETAILS:
-        names, product, *_ = kinds.DETAILS[rule.kind]
+    np.putmask(found.kind, may, VERDICT_NAMES.index(rule.kind))
+    if rule.kind in kinds.KIND_DETAILS:
+        names, product, *_ = kinds.KIND_DETAILS[rule.kind]
         positive, negative = signs.positive(product)
-        codes = (np.uint8(DETAILS.index(name)) for name in names[1:])
+        codes = (np.uint8(VERDICT_DETAILS.index(name)) for name in names[1:])
         np.putmask(found.detail, may, np.where(positive, *codes))
         yes = yes & (positive | negative)
     elif found.detail.any():
@@ -251,7 +258,7 @@ def _put(signs: ArraySigns, found: Filtered, rule: Rule) -> None:
 
 # --- tags --------------------------------------------------------------------------------------
 
-_MAY: Final = {name: np.isin(NAMES, list(tag.kinds)) for name, tag in kinds.TAGS.items()}
+_MAY: Final = {name: np.isin(VERDICT_NAMES, list(tag.kinds)) for name, tag in kinds.TAGS.items()}
 
 
 def _put_tags(signs: ArraySigns, found: Filtered) -> None:
@@ -272,7 +279,7 @@ def _spherical_top(signs: ArraySigns, _: Filtered) -> Answer:
 def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
     """A pendulum swings or rotates where its kind is certain."""
     resting = signs.vanish(kinds.TAGS["start-at-rest"].zeros).yes
-    return _decided(np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting)
+    return _decided(np.equal(found.kind, VERDICT_NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting)
 
 
 def _decided(holds: Mask) -> Answer:
@@ -287,8 +294,8 @@ def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
         for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), _POLES)
     )
     missed = np.where(up, *passed)
-    passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * weight)
-    return Answer(_ALWAYS.no, (2 * kinds.FAR * np.where(up, *over) > weight) | passes)
+    passes = (missed > 0) & ((kinds.FAR_RATIO * missed) ** 2 > 10 * weight)
+    return Answer(_ALWAYS.no, (2 * kinds.FAR_RATIO * np.where(up, *over) > weight) | passes)
 
 
 _POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
@@ -310,7 +317,7 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
         return free + Bounded(u) * (linear + Bounded(u) * square)
 
     rough = spin_at(near)
-    off = 4 * ERROR * (1 + rough.magnitude / root)  # root is the slope
+    off = 4 * FILTER_ROUNDING * (1 + rough.magnitude / root)  # root is the slope
     ends = near - off, near + off
     (below, speed_below), (above, speed_above) = (
         (spin_at(end), kinds.speed_at(x, Bounded(end))) for end in ends
@@ -320,7 +327,7 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
         known = known & (each.least > 0)
     known = known & (np.maximum(np.abs(ends[0]), np.abs(ends[1])) < 1)
     rises = (speed_below.value > 0) & (speed_above.value > 0)
-    here, off = x.u0.value, ERROR
+    here, off = x.u0.value, FILTER_ROUNDING
     higher = (ends[1] < here - off) & (speed_above.value < 0)
     lower = (ends[0] > here + off) & (speed_below.value < 0)
     turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")

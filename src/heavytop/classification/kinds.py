@@ -87,8 +87,8 @@ def _as_it_is(value: Real, _: Reduced, __: Real, ___: Real) -> Real:
 
 KINETIC: Final = Criterion("θ̇² + φ̇² sin² θ", lambda x: x.kinetic0)
 THETA_RATE: Final = Criterion("θ̇", lambda x: x.udot0)
-ACROSS: Final = Criterion("φ̇ sin θ", lambda x: x.drift0)
-SPIN: Final = Criterion("p_ψ", lambda x: x.b)
+ACROSS_RATE: Final = Criterion("φ̇ sin θ", lambda x: x.drift0)
+SPIN_MOMENTUM: Final = Criterion("p_ψ", lambda x: x.b)
 WEIGHT: Final = Criterion("gMR", lambda x: x.g)
 INVERTED: Final = Criterion("−gMR", lambda x: -x.g)
 SINE: Final = Criterion("sin θ", lambda x: x.sin2)
@@ -103,7 +103,7 @@ OVER_TOP: Final = Criterion("E′ − gMR", lambda x: x.over_top, "J")
 OVER_BOTTOM: Final = Criterion("E′ + gMR", lambda x: x.over_bottom, "J")
 """The energy to spare at the top, and at the bottom."""
 
-STEADY: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.slope0)
+PULL: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.slope0)
 """θ̈ sinθ: zero, with θ̇ = 0, where θ is constant."""
 
 LOOPING: Final = Criterion(
@@ -138,11 +138,11 @@ def _steady(x: Reduced, g: Real) -> Real:
 MOMENTA: Final = Criterion(
     "|p_φ| − |p_ψ|", lambda x: x.P_minus * x.P_plus / (abs(x.a) + abs(x.b)), "kg m²/s"
 )
-SPARE: Final = Criterion("E′ − |gMR|", lambda x: x.h - abs(x.g), "J")
+SPARE_ENERGY: Final = Criterion("E′ − |gMR|", lambda x: x.h - abs(x.g), "J")
 RATIO: Final = Criterion(
     "|cos θ| (A φ̇² |cos θ| − |gMR|)", lambda x: (_rate(x) * x.u0) ** 2 - abs(x.g * x.u0), "J"
 )
-RATE: Final = Criterion("φ̇", lambda x: _rate(x), "rad/s", _as_it_is)
+PRECESSION_RATE: Final = Criterion("φ̇", lambda x: _rate(x), "rad/s", _as_it_is)
 OTHER_RATE: Final = Criterion(
     "the other steady rate", lambda x: x.g / (x.u0 * _rate(x)), "rad/s", _as_it_is
 )
@@ -173,17 +173,17 @@ class Rule(NamedTuple):
 
 
 RULES: Final = (
-    Rule(Kind.AT_REST, (WEIGHT, KINETIC, SPIN)),
-    Rule(Kind.AT_REST, (SINE, KINETIC, SPIN)),
+    Rule(Kind.AT_REST, (WEIGHT, KINETIC, SPIN_MOMENTUM)),
+    Rule(Kind.AT_REST, (SINE, KINETIC, SPIN_MOMENTUM)),
     Rule(Kind.FORCE_FREE, (WEIGHT,)),
     Rule(Kind.SLEEPING, (SINE, KINETIC), (HIGH,), ((HIGH, 1),)),
     Rule(Kind.HANGING, (SINE, KINETIC), (), ((HIGH, -1),)),
-    Rule(Kind.PLANAR_PENDULUM, (SPIN, ACROSS)),
+    Rule(Kind.PLANAR_PENDULUM, (SPIN_MOMENTUM, ACROSS_RATE)),
     Rule(Kind.SEPARATRIX, (PASS_TOP, OVER_TOP)),
     Rule(Kind.SEPARATRIX, (PASS_BOTTOM, OVER_BOTTOM)),
     Rule(Kind.THROUGH_TOP, (PASS_TOP,), (OVER_TOP,), ((OVER_TOP, 1),)),
     Rule(Kind.THROUGH_BOTTOM, (PASS_BOTTOM,), (OVER_BOTTOM,), ((OVER_BOTTOM, 1),)),
-    Rule(Kind.UNIFORM_PRECESSION, (THETA_RATE, STEADY)),
+    Rule(Kind.UNIFORM_PRECESSION, (THETA_RATE, PULL)),
     Rule(Kind.WAVES, (), (PASS_TOP, PASS_BOTTOM), ((MOMENTA, 1),)),
     Rule(Kind.CUSPS, (LOOPING,), (), ((MOMENTA, -1),)),
     # P₊ is here of the sign of p_ψ
@@ -226,10 +226,10 @@ _NODS: Final = ("asymptotic", "rotating", "swinging")
 _RATES: Final = ("single", "fast", "slow")
 _SLEEP: Final = ("marginal", "stable", "unstable")
 
-DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
+KIND_DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
     Kind.SLEEPING: Detail(_SLEEP, (SLEEPING,), SLEEPING, (SPIN_RATE, LEAST_SPIN)),
-    Kind.PLANAR_PENDULUM: Detail(_NODS, (OVER_TOP, OVER_BOTTOM), SPARE),
-    Kind.UNIFORM_PRECESSION: Detail(_RATES, (FASTER, SLOWER), RATIO, (RATE, OTHER_RATE)),
+    Kind.PLANAR_PENDULUM: Detail(_NODS, (OVER_TOP, OVER_BOTTOM), SPARE_ENERGY),
+    Kind.UNIFORM_PRECESSION: Detail(_RATES, (FASTER, SLOWER), RATIO, (PRECESSION_RATE, OTHER_RATE)),
 }
 
 
@@ -246,7 +246,7 @@ _STILL: Final = frozenset({Kind.AT_REST, Kind.SLEEPING, Kind.HANGING})
 _FREE, _PLANAR, _STEADY = Kind.FORCE_FREE, Kind.PLANAR_PENDULUM, Kind.UNIFORM_PRECESSION
 
 TAGS: Final = {
-    "spherical-pendulum": Tag(_EVERY - {Kind.AT_REST, _PLANAR}, (SPIN,)),
+    "spherical-pendulum": Tag(_EVERY - {Kind.AT_REST, _PLANAR}, (SPIN_MOMENTUM,)),
     "spherical-top": Tag(_EVERY),
     "spin-reversal": Tag(_EVERY - _STILL - {_PLANAR, _STEADY}),
     "closed-orbit": Tag(frozenset({_FREE, _PLANAR, _STEADY})),
@@ -279,7 +279,7 @@ def speed_at(x: Reduced, u: Real) -> Real:
 NEAR_SEPARATRIX: Final = Fraction(1, 10**6)
 """1 − m below which a motion is near-separatrix: T is then the logarithm to 6 digits."""
 
-FAR: Final = 10**5
+FAR_RATIO: Final = 10**5
 """1 − m is not that small where FAR |2 (h − g)| > g, nor where FAR² P₋² > 10 g.
 
 With e = 1 − u₂ and d = u₃ − 1, e + d < (2 + d) 1e-6. So P₋² = −f(1) = 2g (1 − u₁) e d is

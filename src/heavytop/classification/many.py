@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from heavytop.classification.arrays import (
-    DETAILS,
     IMPOSSIBLE,
-    NAMES,
     TAG_NAMES,
+    VERDICT_DETAILS,
+    VERDICT_NAMES,
     Array,
     Codes,
     InputArrays,
@@ -28,7 +28,9 @@ from heavytop.classification.filter import Filtered, filtered
 from heavytop.errors import Impossible
 from heavytop.scene.arguments import expect
 
-CHUNK: Final = 4096  # tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew
+TOPS_AT_ONCE: Final = (
+    4096  # tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +62,8 @@ class Verdicts:
     open_tags: Codes | None
     sent: int
 
-    names: ClassVar[tuple[str, ...]] = NAMES
-    details: ClassVar[tuple[str, ...]] = DETAILS
+    names: ClassVar[tuple[str, ...]] = VERDICT_NAMES
+    details: ClassVar[tuple[str, ...]] = VERDICT_DETAILS
     tag_names: ClassVar[tuple[str, ...]] = TAG_NAMES
 
     @property
@@ -72,8 +74,8 @@ class Verdicts:
     @property
     def counts(self) -> dict[str, int]:
         """How many there are of each kind that occurs; together they are all."""
-        counted = np.bincount(self.kind.ravel(), minlength=len(NAMES)).tolist()
-        return {name: n for name, n in zip(NAMES, counted, strict=True) if n}
+        counted = np.bincount(self.kind.ravel(), minlength=len(VERDICT_NAMES)).tolist()
+        return {name: n for name, n in zip(VERDICT_NAMES, counted, strict=True) if n}
 
 
 def classify_many(
@@ -139,8 +141,8 @@ def classify_many(
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
     columns = InputArrays(with_spin(given, psidot, omega3))
     found = np.empty((5, columns.size), np.uint8)  # the rows of `Filtered`
-    for at in range(0, columns.size, CHUNK):
-        span = slice(at, at + CHUNK)
+    for at in range(0, columns.size, TOPS_AT_ONCE):
+        span = slice(at, at + TOPS_AT_ONCE)
         found[:, span] = _filter_chunk(columns.starts(span), tags)
     sent = _classify_open(columns, found)
     found.setflags(write=False)
@@ -172,7 +174,7 @@ def _classify_open(columns: InputArrays, found: Codes) -> int:
             found[:, at] = _IMPOSSIBLE[:, 0]
             continue
         sent += 1
-        kind, holding, unsure = NAMES.index(verdict.kind), verdict.tags, verdict.open_tags
+        kind, holding, unsure = VERDICT_NAMES.index(verdict.kind), verdict.tags, verdict.open_tags
         found[:, at] = kind, detail(holding), verdict.certified, bits(holding), bits(unsure)
     return sent
 

@@ -25,7 +25,7 @@ from heavytop.scene.top import Top
 Real: TypeAlias = Any
 
 FEW_BITS: Final = 192  # which decide nearly always, and serve for 40 digits
-MOST_BITS: Final = 4096  # as many as the exact numbers try
+MOST_SIGN_BITS: Final = 4096  # as many as the exact numbers try
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,9 +209,9 @@ def vanishes(source: ReducedMotion, start: Reduced, name: str) -> bool:
         side = getattr(source.exact, name).sign()
     if side is not None:
         return side == 0
-    with working(MOST_BITS):
-        size, bound = bound_of(getattr(source.reduced(MOST_BITS), name))
-    why = f"{name} is less than {size} with {MOST_BITS} bits, and could not be proved to be 0"
+    with working(MOST_SIGN_BITS):
+        size, bound = bound_of(getattr(source.reduced(MOST_SIGN_BITS), name))
+    why = f"{name} is less than {size} with {MOST_SIGN_BITS} bits, and could not be proved to be 0"
     raise Unseparated(why, bound)
 
 

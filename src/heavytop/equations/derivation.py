@@ -17,9 +17,9 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import axis_form, g, l_z
 from heavytop.equations.lagrangian import A, C, gMR, p_phi, p_psi, theta
 
-SCHEMA = "heavytop/derive/1"
+DERIVE_SCHEMA = "heavytop/derive/1"
 # sympy has a subscript φ, but spells ψ and θ
-SHOWN: Final = {"p_theta": "p_θ", "p_phi": "p_φ", "p_psi": "p_ψ", "E_prime": "E′"}
+GREEK: Final = {"p_theta": "p_θ", "p_phi": "p_φ", "p_psi": "p_ψ", "E_prime": "E′"}
 
 _DOCUMENT = r"""\documentclass{{article}}
 \usepackage{{amsmath}}
@@ -150,7 +150,7 @@ def _text(step: Step, width: int) -> str:
 
 def _in_terminal(equation: Equation, width: int) -> str:
     shown = (
-        side.xreplace({x: sp.Symbol(SHOWN.get(x.name, x.name)) for x in side.free_symbols})
+        side.xreplace({x: sp.Symbol(GREEK.get(x.name, x.name)) for x in side.free_symbols})
         for side in map(sp.sympify, equation)
     )
     both = sp.Eq(*shown, evaluate=False)
@@ -182,7 +182,7 @@ def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
         {"name": step.name, "words": step.words, "equations": list(map(_plain, step.equations))}
         for step in steps
     ]
-    return {"schema": SCHEMA, "steps": plain}
+    return {"schema": DERIVE_SCHEMA, "steps": plain}
 
 
 def _plain(e: Equation) -> dict[str, str]:

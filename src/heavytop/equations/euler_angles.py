@@ -25,7 +25,7 @@ from heavytop.equations.formulation import Formulation, components, time
 from heavytop.equations.lagrangian import A, C, gMR, p_psi, theta, thetadot
 
 DEVIATIONS = phi_deviation, psi_deviation = sp.symbols("phi_deviation psi_deviation", real=True)
-RATES = phi_rate, psi_rate = sp.symbols("phi_rate psi_rate", real=True)
+MEAN_RATES = phi_rate, psi_rate = sp.symbols("phi_rate psi_rate", real=True)
 phi_0, psi_0, p_minus, omega3 = sp.symbols("phi_0 psi_0 p_minus omega3", real=True)
 
 _TOP = {A: A, C: C, gMR: gMR}
@@ -125,7 +125,7 @@ def _with_angles(form: Formulation) -> Formulation:
         states=(*form.states, *DEVIATIONS),
         derivatives=(*form.derivatives, *rates),
         start=(*form.start, sp.Integer(0), sp.Integer(0)),
-        given=RATES,
+        given=MEAN_RATES,
         outputs=outputs | _space_vectors(outputs),
     )
 

@@ -25,10 +25,10 @@ from heavytop.integration.library import hy
 from heavytop.integration.paces import in_units, paces_of
 
 Indices = NDArray[np.int64]
-TOLERANCE = 2.0**-52
-LOST = hy.taylor_outcome.err_nf_state
+BATCH_TOLERANCE = 2.0**-52
+LOST_LANE = hy.taylor_outcome.err_nf_state
 WINK = 20_000  # steps at a time, some hundredths of a second: heyoka itself heeds no Ctrl-C
-SHARE = 64  # tops at least, for a thread of their own
+TOPS_A_THREAD = 64  # tops at least, for a thread of their own
 
 _BUILDING = Lock()  # sympy is not made for threads
 
@@ -122,7 +122,7 @@ class Journey:
         """
         tops = np.flatnonzero(self.sound)
         tops = tops[np.argsort(self.ends[tops], kind="stable")]
-        count = max(1, min(jobs or os.cpu_count() or 1, tops.size // SHARE))
+        count = max(1, min(jobs or os.cpu_count() or 1, tops.size // TOPS_A_THREAD))
         if count == 1:
             self._advance(tops)
         else:
@@ -185,7 +185,7 @@ class Journey:
                 taylor.propagate_until(target, max_steps=some, max_delta_t=bound)
                 if engine.time.tolist() == target:
                     break
-                lost = [each[0] == LOST for each in taylor.propagate_res]
+                lost = [each[0] == LOST_LANE for each in taylor.propagate_res]
                 some, left, bound = WINK, left - some, endless
             last[i], reached[i], marks[i + 1] = engine.state, engine.time, len(found) // 2
             if any(lost):
@@ -214,7 +214,7 @@ def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
             system.equations,
             np.zeros((len(system.equations), width)),
             pars=np.zeros((len(system.loaded), width)),
-            tol=TOLERANCE,
+            tol=BATCH_TOLERANCE,
             nt_events=[
                 hy.nt_event_batch(zero, _recorder(i * width, found))
                 for i, zero in enumerate(system.zeros)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from heavytop.equations.formulation import Formulation
 
 DOUBLE: Final = 53
-SPARE_DIGITS: Final = 12
+TEXT_SPARE_DIGITS: Final = 12
 ROOM: Final = 260  # states in a leg that is projected: steps take longer the more they have
 WORD: Final = 64  # MPFR computes in whole words
 
@@ -27,7 +27,7 @@ def digits_of(bits: int) -> int:
     >>> digits_of(53)
     27
     """
-    return int(bits * math.log10(2)) + SPARE_DIGITS
+    return int(bits * math.log10(2)) + TEXT_SPARE_DIGITS
 
 
 def enough(needed: float) -> int:

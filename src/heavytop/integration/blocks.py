@@ -30,7 +30,7 @@ from heavytop.exact.pairs import add
 from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.engine import (
     ABOVE,
-    HEAVY,
+    HEAVY_BITS,
     Array,
     Block,
     Engine,
@@ -44,10 +44,10 @@ from heavytop.integration.projection import Projected, Projection
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
-PRECISE_BLOCKS = ((256, 64), (HEAVY, 8))  # of reals: below so many bits; beyond them a step
-BEYOND = 1e-9  # the end, as a part of it: zeros may be there by rounding
-LONGEST = float(np.finfo(float).max)  # a time [s]
-EPSILON = float(np.finfo(float).eps)
+PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
+END_MARGIN = 1e-9  # the end, as a part of it: zeros may be there by rounding
+LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
+MACHINE_EPSILON = float(np.finfo(float).eps)
 NEVER = np.empty(0)
 Keep = Callable[[Callable[[], "Orbit"]], object]
 
@@ -160,7 +160,7 @@ class Integrator:
             return None
         own, constants = self.engine, self.own_constants
         if own.bits > DOUBLE:
-            own = engine(own.formulation, (), EPSILON)
+            own = engine(own.formulation, (), MACHINE_EPSILON)
             constants = {name: float(x) for name, x in constants.items()}
         own.load(constants)
         state = (start.state / self._units).astype(np.float64)
@@ -223,7 +223,7 @@ class Integrator:
 
     def _own_time(self, far: float) -> float:
         """Return a time without end in the run's own unit of time, and finite."""
-        return math.copysign(min(abs(far) * float(self.pace), LONGEST), far)
+        return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
 
     def _taken(
         self, state: Array, steps: int, far: float, samples: Array, longest: float | None
@@ -461,7 +461,7 @@ class _Journey:
         is_sample = self.is_sample[: seen.t.size]
 
         def up_to_end(hit: Seen) -> Seen:
-            return hit.where(abs(hit.t) <= (1 + BEYOND) * abs(end))
+            return hit.where(abs(hit.t) <= (1 + END_MARGIN) * abs(end))
 
         return Orbit(
             integrator=self.integrator,

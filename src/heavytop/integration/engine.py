@@ -39,9 +39,9 @@ T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
-HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
+HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
-HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
+STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
@@ -389,7 +389,7 @@ class Engine:
 
     def _away(self, *asked: Any) -> tuple[Any, int, Array]:
         """Take steps; where one takes long, on a thread of its own, which Ctrl-C leaves behind."""
-        if self.bits < HEAVY:
+        if self.bits < HEAVY_BITS:
             return self._propagated(*asked)
 
         def alone() -> tuple[Any, int, Array]:
@@ -435,7 +435,7 @@ class Engine:
         together with it, and then find the start a second time.
         """
         shorter = bound
-        for _ in range(HALVINGS if self.events else 0):
+        for _ in range(STEP_HALVINGS if self.events else 0):
             self._begin(state)
             self._taylor.step(shorter)
             at_start = [event for event, t, _ in self._zeros if t == 0]

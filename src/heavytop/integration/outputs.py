@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, Any]
-CLOSE = 1e-9  # of an axis to a pole: beyond any drift of the state,
-CLOSE_BITS = 0.5  # and of those of more digits, as a part of their bits: its square is rounding
-VECTORS = {"axis": "xyz", "omega": "xyz", "quaternion": "0123"}
+POLE_DISTANCE = 1e-9  # of an axis to a pole: beyond any drift of the state,
+POLE_BITS = 0.5  # and of those of more digits, as a part of their bits: its square is rounding
+COMPONENTS = {"axis": "xyz", "omega": "xyz", "quaternion": "0123"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +128,7 @@ def sample(
     scalars = {name: full[name] for name in (*ANGLES, *RATES)}
     vectors = {
         name: np.stack([full.get(f"{name}_{i}", unknown) for i in indices], axis=-1)
-        for name, indices in VECTORS.items()
+        for name, indices in COMPONENTS.items()
     }
     return Sample(t, **scalars, **vectors, states=rows)
 
@@ -183,10 +183,10 @@ def _close(parameters: Parameters) -> Any:
     """Return a distance to a pole beyond any drift of a state."""
     bits = precision(next(iter(parameters.values())))
     if bits == DOUBLE:
-        return CLOSE
+        return POLE_DISTANCE
     from heavytop.integration.library import hy
 
-    return hy.real(2, bits) ** -int(CLOSE_BITS * bits)
+    return hy.real(2, bits) ** -int(POLE_BITS * bits)
 
 
 def _nearest(angle: Array, near: Array, half: NDArray[np.bool_]) -> Array:

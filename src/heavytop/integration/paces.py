@@ -15,8 +15,11 @@ from heavytop.equations.formulation import Formulation, power_of_rate
 
 Array = NDArray[np.float64]
 
-SLOW, FAST = 2.0**-8, 2.0**8  # rad/s, between which rates are as good as of the size of one
-MOST = 500  # of the exponent: far beyond any top, and squares are still finite
+SLOWEST_PACE, FASTEST_PACE = (
+    2.0**-8,
+    2.0**8,
+)  # rad/s, between which rates are as good as of the size of one
+MOST_EXPONENT = 500  # of the exponent: far beyond any top, and squares are still finite
 
 
 def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:
@@ -41,8 +44,8 @@ def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) ->
 
 def units_of(pace: Array) -> Array:
     """Return the paces of motions whose largest rates are given [1/s]: powers of two."""
-    exponent = np.clip(np.frexp(pace)[1], -MOST, MOST)
-    far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOW) & (pace <= FAST))
+    exponent = np.clip(np.frexp(pace)[1], -MOST_EXPONENT, MOST_EXPONENT)
+    far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOWEST_PACE) & (pace <= FASTEST_PACE))
     return np.where(far, np.ldexp(1.0, exponent), 1.0)
 
 

@@ -47,9 +47,11 @@ from heavytop.integration.engine import (
 from heavytop.integration.library import hy
 
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
-DOUBLE = float(np.finfo(float).eps)
-TINY = float(np.finfo(float).tiny)
-EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
+DOUBLE_SPACING = float(np.finfo(float).eps)
+LEAST_TIME = float(np.finfo(float).tiny)
+EVEN_STEPS = (
+    0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
+)
 GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
 
 
@@ -96,7 +98,7 @@ class Projection:
         constants = [parameters[p.name] for p in found.constants]
         scale = max(1.0, float(np.max(np.abs(start))))  # as the integrator's tolerance has it
         sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
-        floors = (extended() / DOUBLE * sizes / scale) ** 2
+        floors = (extended() / DOUBLE_SPACING * sizes / scale) ** 2
         made = cls(formulation, np.concatenate((constants, np.zeros(sizes.size), floors)))
         made(start)
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
@@ -233,7 +235,7 @@ class Projected:
 
 def _longest(mean: float, legs: int, longest: float | None) -> float:
     """Return the longest step of a leg, after so many legs; `mean` is that of the first one."""
-    bound = mean * (1 - EVEN * (legs * GOLDEN % 1))
+    bound = mean * (1 - EVEN_STEPS * (legs * GOLDEN % 1))
     return bound if longest is None else min(bound, longest)
 
 
@@ -243,7 +245,7 @@ def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArra
     Two that rounding has made equal are one; where there are none, no places are returned.
     """
     local = (times - begun[0]) - begun[1]
-    local = np.where(local * far > 0, local, math.copysign(TINY, far))
+    local = np.where(local * far > 0, local, math.copysign(LEAST_TIME, far))
     if local.size < 2 or (np.diff(np.abs(local)) > 0).all():
         return local, None
     sizes, place = np.unique(np.abs(local), return_inverse=True)

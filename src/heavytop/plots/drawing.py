@@ -14,7 +14,7 @@ from heavytop.plots import figures
 from heavytop.plots.style import legend
 from heavytop.results.check import CheckResult
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
-from heavytop.scene.quantities import SHOWN, read_units, showing
+from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
 
 Draw = Callable[..., Axes]
 
@@ -24,7 +24,7 @@ def plotted(
 ) -> Axes:
     """Draw a picture of a thing, as `heavytop.text.Plotted.plot` says."""
     try:
-        units = SHOWN.get() if unit is None else read_units(text_of("unit", unit))
+        units = UNITS_SHOWN.get() if unit is None else read_units(text_of("unit", unit))
     except Refused as wrong:
         raise Impossible([("unit", str(wrong))]) from None
     with showing(units):

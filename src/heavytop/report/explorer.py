@@ -133,7 +133,7 @@ def _data(scene: Scene) -> dict[str, Any]:
     ]  # fmt: skip
     details = {
         kind: {"names": detail.names, "product": _names(detail.product)}
-        for kind, detail in kinds.DETAILS.items()
+        for kind, detail in kinds.KIND_DETAILS.items()
     }
     looks = {
         kind: {"label": KINDS[kind].label, "colour": KINDS[kind].colour, "plain": PLAIN[kind]}

@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from heavytop.analytic.events import EVENTS
 from heavytop.doctor import version
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
@@ -26,6 +25,7 @@ from heavytop.results.classification import (
     warnings_of,
 )
 from heavytop.scene.quantities import MISSING, QUANTITIES, RATES, Need, need_of, quantity_of
+from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.exact import SceneMotion

@@ -29,26 +29,26 @@ from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, Impossible, Outcome
 from heavytop.integration.batch import Journey, Lane, Zeros, joined
 from heavytop.integration.outputs import Sample, event_function, invariants, sample
-from heavytop.run.estimates import MOST_DIGITS
-from heavytop.run.planning import EPSILON
+from heavytop.run.estimates import DOUBLE_DIGITS
+from heavytop.run.planning import DOUBLE_TOLERANCE
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
-KIND = "propagate_many"
+ENSEMBLE_NAME = "propagate_many"
 OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
 MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # some ten seconds: then a top is given up
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
-TINY = float(np.finfo(np.float64).tiny)
-SMALL = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
+LEAST_SIZE = float(np.finfo(np.float64).tiny)
+SMALL_NUTATION = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
 LOCAL: Final = 16.0  # units of rounding in a state, whatever the span,
 WALK: Final = 4.0  # and of the root of the number of nutations
-MOST: Final = 700.0  # of an exponent
+MOST_GROWTH: Final = 700.0  # of an exponent
 _SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 
 
@@ -142,7 +142,7 @@ class Ensemble:
         ends = first, self.states
         before, after = ([*invariants(form, y, named, self.end).values()] for y in ends)
         sizes = np.max([known.sizes(*y.T, *constants) for y in ends], axis=0)
-        moved: Array = abs(np.subtract(after, before)) / np.maximum(sizes, TINY)
+        moved: Array = abs(np.subtract(after, before)) / np.maximum(sizes, LEAST_SIZE)
         return moved.max(axis=0)  # type: ignore[no-any-return]
 
     @property
@@ -258,7 +258,7 @@ def propagate_many(
     >>> found.missed
     array([False, False,  True])
     """
-    digits = whole("digits", digits, 1, MOST_DIGITS)
+    digits = whole("digits", digits, 1, DOUBLE_DIGITS)
     jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
     form, events = _asked(formulation, events)
     given = {
@@ -291,11 +291,11 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
     if not isinstance(events, Sequence):
         raise wrong_type("events", "names of events, in a row", events)
     entry, faults = parse_options(
-        KIND, {"formulation": formulation}, {"formulation": one_of(FORMULATIONS)}
+        ENSEMBLE_NAME, {"formulation": formulation}, {"formulation": one_of(FORMULATIONS)}
     )
     if events:
         known = {event: event for event in ("turning", "reversal")}
-        events, wrong = parse_names(KIND, "events", events, one_of(known))
+        events, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known))
         faults += wrong
     if faults:
         raise BadScene(tuple(faults))
@@ -348,7 +348,7 @@ class _Expected(NamedTuple):
         clear, short = _clear(event, ahead), SHORT / ahead.rate
         if event == "turning":
             begins = (clear > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
-            return cls(clear <= 0, begins, begins & (clear < SMALL), short)
+            return cls(clear <= 0, begins, begins & (clear < SMALL_NUTATION), short)
         begins = (clear > 0) & (start["phidot"] == 0)
         sine, falling = np.sin(start["theta"]), abs(start["thetadot"])  # beside a pole or a cusp
         with np.errstate(all="ignore"):
@@ -437,7 +437,7 @@ def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     nods = abs(thetadot) / rate + abs(pull) / rate**2
     P_plus, P_minus = drift + b * below, drift - b * above
     near = np.minimum(np.minimum(abs(P_plus), abs(P_minus)) / (2 * rate), 1.0)
-    return Outlook(EPSILON * (LOCAL + WALK * np.sqrt(nutations)), growth, rate, nods, near,
+    return Outlook(DOUBLE_TOLERANCE * (LOCAL + WALK * np.sqrt(nutations)), growth, rate, nods, near,
                    _turns_back(g, b, drift, speed2, P_plus * P_minus))  # fmt: skip
 
 
@@ -445,10 +445,12 @@ def _growth(g: Array, b: Array, drift: Array, speed2: Array, above: Array, time:
     """G, for g ≥ 0: 1 but beside the separatrix."""
     P, lift = drift - b * above, 2 * g * above
     S, F = 2 * (speed2 - lift - b * P), 4 * g - b**2 - (speed2 - lift)
-    S = abs(S) + 2 * EPSILON * (speed2 + lift + abs(b * P))  # it may be all rounding
+    S = abs(S) + 2 * DOUBLE_TOLERANCE * (speed2 + lift + abs(b * P))  # it may be all rounding
     mc = 2 * g * np.sqrt(S**2 + 4 * np.maximum(F, 0) * P**2) / F**2
     near = np.where(F > 0, np.maximum(1 / mc, 1.0), 1.0)
-    return np.minimum(near, np.exp(np.minimum(np.sqrt(np.maximum(g - b**2 / 4, 0)) * time, MOST)))
+    return np.minimum(
+        near, np.exp(np.minimum(np.sqrt(np.maximum(g - b**2 / 4, 0)) * time, MOST_GROWTH))
+    )
 
 
 def _turns_back(g: Array, b: Array, drift: Array, speed2: Array, P2: Array) -> Array:

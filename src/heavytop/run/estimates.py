@@ -23,22 +23,22 @@ UNIT: Final = 2.0**-53
 
 # time
 QUADRATURE_US: Final = 2.0  # of psi beside the axis
-WATCHED: Final = 3.0  # times as long, with events
+EVENTS_FACTOR: Final = 3.0  # times as long, with events
 PROJECTED: Final = 1.4  # times as long
 MPFR_MS: Final = 9.0  # a period in 128 bits; it grows a little faster than their square
-HEAVY: Final = 2400.0  # bits, beyond which it grows as their cube
+CUBIC_BITS: Final = 2400.0  # bits, beyond which it grows as their cube
 MOST_TIMED: Final = 2**40  # bits; a plan that takes more is refused
 SPARE_STEPS: Final = 1_000_000  # some seconds of them,
-STEPS: Final = 1_000  # and so many for each nutation: a sound run takes 10 to 40
+STEPS_A_NUTATION: Final = 1_000  # and so many for each nutation: a sound run takes 10 to 40
 # error
-PHASE: Final = 2.0  # lost after N periods, in units of T 2⁻⁵³ N^{3/2};
+PLAIN_PHASE: Final = 2.0  # lost after N periods, in units of T 2⁻⁵³ N^{3/2};
 WANDER: Final = 40.0  # projected, of T 2⁻⁵³ N^{1/2},
-STEADY: Final = 0.1  # and of T 2⁻⁵³ N, where rounding does not average out
-LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
+DRIFT_PHASE: Final = 0.1  # and of T 2⁻⁵³ N, where rounding does not average out
+LOCAL_ROUNDING: Final = 16.0  # units of rounding in a state at the end, whatever the span
 CLOSEST: Final = 1e-4  # of the swing: so near a pole rates are still held to their digits
 # digits
-MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
-SPARE: Final = 2.0  # bits, beyond those that have a reason
+DOUBLE_DIGITS: Final = 13  # what double precision can promise at the end of a short run
+PLAN_SPARE_BITS: Final = 2.0  # bits, beyond those that have a reason
 MOST_TURNS: Final = 2.0**50  # of theta, phi or psi: beyond them a double does not tell turns apart
 
 
@@ -51,7 +51,9 @@ class Forecast:
         self.periods = periods_of(motion, span)
         self.nearest = min(motion.nearest)  # to a pole
         self.bits_grown = _bits_grown(motion, span)
-        self.rounding = UNIT * LOCAL * self.growth  # of a state at the end, whatever the span
+        self.rounding = (
+            UNIT * LOCAL_ROUNDING * self.growth
+        )  # of a state at the end, whatever the span
 
     @property
     def growth(self) -> float:
@@ -67,9 +69,9 @@ class Forecast:
     def error(self, projected: bool) -> float:
         """How far off a run in doubles may end, by the rule."""
         count = self.periods
-        lost = PHASE * count**1.5
+        lost = PLAIN_PHASE * count**1.5
         if projected:
-            lost = WANDER * math.sqrt(count) + STEADY * count
+            lost = WANDER * math.sqrt(count) + DRIFT_PHASE * count
         late = abs(self.span) / max(count, 1.0) * self.rate / 4
         local = float(self.rounding) / self.sharpness
         return float(local + UNIT * self.growth * late * lost)
@@ -85,7 +87,7 @@ class Forecast:
             lost += 1.5 * math.log2(1 + self.periods)
         if FORMULATIONS[formulation].grows:  # phi and psi are its largest states
             lost += math.log2(1 + self.rate * abs(self.span))
-        return enough(self.scene.digits * math.log2(10) + SPARE + lost)
+        return enough(self.scene.digits * math.log2(10) + PLAN_SPARE_BITS + lost)
 
     def seconds(self, formulation: str, projected: bool, bits: int) -> float:
         """Time to integrate, without compiling and sampling [s]."""
@@ -98,10 +100,10 @@ class Forecast:
         if not entry.starts_at_pole:
             # time scales follow one another down to the pass, and back
             each *= 1 - math.log10(max(min(self.nearest, 1.0), UNIT))
-        each *= (PROJECTED if projected else 1.0) * (WATCHED if asked else 1.0)
+        each *= (PROJECTED if projected else 1.0) * (EVENTS_FACTOR if asked else 1.0)
         if bits > DOUBLE:
             bits = min(bits, MOST_TIMED)
-            each = 1e3 * MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
+            each = 1e3 * MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / CUBIC_BITS)
         return float(1e-6 * each * self.periods)
 
     @cached_property
@@ -138,4 +140,4 @@ def _bits_grown(motion: Motion, span: float) -> float:
 
 def most_steps(motion: Motion, span: float) -> int:
     """Steps that no sound run of so many seconds takes, by far."""
-    return int(SPARE_STEPS + STEPS * periods_of(motion, span))
+    return int(SPARE_STEPS + STEPS_A_NUTATION * periods_of(motion, span))

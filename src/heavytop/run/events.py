@@ -40,8 +40,9 @@ from heavytop.integration.outputs import (
     newton_step,
     spin_momentum,
 )
-from heavytop.run.planning import EPSILON, exact_span
+from heavytop.run.planning import DOUBLE_TOLERANCE, exact_span
 from heavytop.scene.scene import Scene
+from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
@@ -51,15 +52,16 @@ Places = NDArray[np.intp]
 
 TURNING = ("theta_min", "theta_max", "cusp")
 KINDS_OF = {"turning": TURNING, "reversal": ("reversal",), "cusp": ("cusp",)}
-EVENTS = tuple(KINDS_OF)
-KINDS = (*TURNING, "reversal", "turning")
-COLUMNS = ("t", "theta", "phi", "phidot", "residual")
-STORED = (*COLUMNS, "t_low", "axis", "states")
+EVENT_KINDS = (*TURNING, "reversal", "turning")
+EVENT_COLUMNS = ("t", "theta", "phi", "phidot", "residual")
+STORED = (*EVENT_COLUMNS, "t_low", "axis", "states")
 FROM_STATES = ("theta", "phi", "phidot", "axis", "states")
 
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
-EDGE: Final = 1e-9  # of a period, for each period: so near the end an event may be on either side
+COUNT_EDGE: Final = (
+    1e-9  # of a period, for each period: so near the end an event may be on either side
+)
 AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
 SPARE_IN_TIME: Final = 20  # digits of the times at which events are looked for
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
@@ -149,9 +151,9 @@ class Events:
         most : int, optional
             How many at most.
         """
-        columns = {name: getattr(self, name)[:most].tolist() for name in COLUMNS}
+        columns = {name: getattr(self, name)[:most].tolist() for name in EVENT_COLUMNS}
         rows = zip(self.kind[:most], *columns.values(), strict=True)
-        return [dict(zip(("kind", *COLUMNS), row, strict=True)) for row in rows]
+        return [dict(zip(("kind", *EVENT_COLUMNS), row, strict=True)) for row in rows]
 
     def of(self, kind: str) -> Events:
         """Return those of one kind; none where there are none, or it was not asked for.
@@ -173,8 +175,8 @@ class Events:
         >>> len(events.of("reversal")), events.of("theta_max").kind
         (4, ('theta_max', 'theta_max'))
         """
-        if kind not in KINDS:
-            raise ValueError(f"kind: one of {', '.join(KINDS)}, not {kind!r}")
+        if kind not in EVENT_KINDS:
+            raise ValueError(f"kind: one of {', '.join(EVENT_KINDS)}, not {kind!r}")
         here = [k in KINDS_OF.get(kind, (kind,)) for k in self.kind]
         kept = {name: getattr(self, name)[np.array(here, dtype=bool)] for name in STORED}
         return Events(tuple(compress(self.kind, here)), asked=self.asked, **kept)
@@ -313,7 +315,7 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]
         place = np.append(np.arange(begins), np.arange(end, end := end + hit.t.size))
         with np.errstate(divide="ignore", invalid="ignore"):
             noise = abs(at.phidot[place]) + 2 * b / abs(np.sin(at.theta[place]))
-        noise *= EPSILON
+        noise *= DOUBLE_TOLERANCE
         level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
         t_low = np.append(np.zeros(begins), hit.t_low)
         found = _zeros(form, event, at, place, known, t_low, level)
@@ -350,7 +352,7 @@ def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZer
     them, may be found again beside itself; `step` is a measure of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
-    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
+    margin = EDGE_LEVEL * DOUBLE_TOLERANCE * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
     kept = zeros.where(forward * zeros.t <= abs(end) + margin)
     t, t_low = _ended(kept.t, kept.t_low, end)
     kept = kept._replace(t=t, t_low=t_low)
@@ -429,7 +431,7 @@ def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts
     """
     if not asked or motion.regime.steady or motion.kind is Kind.UNDECIDED:
         return None
-    edge = EDGE * (abs(end) + _scale(motion))
+    edge = COUNT_EDGE * (abs(end) + _scale(motion))
     if motion.period is None:
         least, most = (_counts(motion, end, slack, asked) for slack in (-edge, edge))
         return {name: (least[name], most[name]) for name in least}

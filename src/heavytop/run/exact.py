@@ -20,7 +20,7 @@ from heavytop.scene.scene import Scene
 if TYPE_CHECKING:
     import xarray
 
-SPARE_DIGITS: Final = 20  # beyond those of the scene, so that what happens at the end is told
+END_SPARE_DIGITS: Final = 20  # beyond those of the scene, so that what happens at the end is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,9 @@ class SceneMotion:
         """Decimal digits that leave the scene's to what φ and ψ are beyond their whole turns."""
         rate = self.motion.rate
         turned = (1 + abs(self.span) * rate) * (1 + rate)
-        return min(self.scene.digits + SPARE_DIGITS + math.ceil(math.log10(turned)), MOST_DIGITS)
+        return min(
+            self.scene.digits + END_SPARE_DIGITS + math.ceil(math.log10(turned)), MOST_DIGITS
+        )
 
     @cached_property
     def end(self) -> Any:

@@ -37,8 +37,8 @@ from heavytop.scene.top import Top
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
-DIGITS = 40  # of roots that a motion in doubles is known by
-SPARE_DIGITS = 10  # beyond those of a run in more digits
+ROOT_DIGITS = 40  # of roots that a motion in doubles is known by
+OWN_SPARE_DIGITS = 10  # beyond those of a run in more digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +58,9 @@ class OwnMotion:
     def closed_form(self) -> ClosedForm:
         """It, to any digits; a NoClosedForm where there is none."""
         constants, state = self.constants, self.start.tolist()
-        digits, bits = DIGITS, precision(state[0])
+        digits, bits = ROOT_DIGITS, precision(state[0])
         if bits > DOUBLE:
-            digits = digits_of(bits) + SPARE_DIGITS
+            digits = digits_of(bits) + OWN_SPARE_DIGITS
             numbers = context(digits).mpf
             constants = {name: numbers(text(x)) for name, x in constants.items()}
             state = [numbers(text(x)) for x in state]

@@ -20,13 +20,13 @@ from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI, Exact
 from heavytop.exact.decimals import Context, Number
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
-from heavytop.run.estimates import MOST_DIGITS, MOST_TURNS, SPARE, Forecast
+from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
 from heavytop.text import Shown, duration
 
-EPSILON = 2.0**-52
+DOUBLE_TOLERANCE = 2.0**-52
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
@@ -34,14 +34,14 @@ BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in th
 PATIENCE_S: Final = 20.0  # for more than doubles
 ONTO: Final = "projected onto"
 HOPE: Final = 30.0  # times too far off by the rule: tried all the same, for bits take far longer
-FEW: Final = 10  # periods, in which little phase is lost: projection does not help
+FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
 MANY_PERIODS: Final = 1e6  # if it has more than so many
 
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
-NAMES: Final = {"auto": None, **FORMULATIONS}
+FORMULATION_OPTIONS: Final = {"auto": None, **FORMULATIONS}
 
 Words = tuple[str, ...]
 
@@ -86,7 +86,7 @@ class Plan(Shown):
     watched: Words = ()
     states: int = 0
     precision: str = "double"
-    tolerance: float = EPSILON
+    tolerance: float = DOUBLE_TOLERANCE
     projected: bool = False
     reasons: Words = ()
     warnings: Words = ()
@@ -154,7 +154,7 @@ def planned(
     """The plan for a scene whose motion is at hand."""
     expect("projected", projected, bool)
     options = {"formulation": formulation}
-    if wrong := parse_options(scene.name, options, {"formulation": one_of(NAMES)})[1]:
+    if wrong := parse_options(scene.name, options, {"formulation": one_of(FORMULATION_OPTIONS)})[1]:
         raise BadScene(tuple(wrong))
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:
@@ -172,7 +172,7 @@ def planned(
             said = duration(found.seconds)
             return _nothing(f"the steps of {expected.periods:.3g} periods take {said}")
     else:
-        bits = DOUBLE if scene.digits <= MOST_DIGITS else expected.bits(name)
+        bits = DOUBLE if scene.digits <= DOUBLE_DIGITS else expected.bits(name)
         found = _at(expected, found, bits, projected)
     if tolerance is not None:
         found = _loosened(scene, found, tolerance)
@@ -271,7 +271,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular there"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
-    if "attitude" in wants and turned * EPSILON > allowed:
+    if "attitude" in wants and turned * DOUBLE_TOLERANCE > allowed:
         return "attitude", f"attitude: it takes out the spin, {turned:.1e} rad, exactly"
     return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"
 
@@ -344,7 +344,7 @@ def choose_precision(expected: Forecast, found: Plan) -> Plan:
     [False, True]
     """
     digits, allowed = expected.scene.digits, 10.0**-expected.scene.digits
-    if digits > MOST_DIGITS:
+    if digits > DOUBLE_DIGITS:
         return _at(expected, found, expected.bits(found.formulation))
     for projected, most in ((False, allowed), (True, HOPE * allowed)):
         if expected.error(projected) <= most:
@@ -375,17 +375,19 @@ def next_plan(expected: Forecast, tried: Plan, factor: float, said: str) -> Plan
         regular = replace(regular, tried=found.tried, auto=True)
         return completed_plan(expected, choose_precision(expected, regular))
     projects = bits == DOUBLE and not (tried.projected or why_not(tried.equations))
-    if projects and expected.periods > FEW:
+    if projects and expected.periods > FEW_PERIODS:
         return completed_plan(expected, _at(expected, found, DOUBLE, True))
-    more = log2(factor) if 1 < factor < inf else WORD - SPARE
-    further = _in_more_bits(expected, found, bits if bits == DOUBLE else bits + more + SPARE)
+    more = log2(factor) if 1 < factor < inf else WORD - PLAN_SPARE_BITS
+    further = _in_more_bits(
+        expected, found, bits if bits == DOUBLE else bits + more + PLAN_SPARE_BITS
+    )
     return completed_plan(expected, further) if bits_of(further.precision) > bits else None
 
 
 def _in_more_bits(expected: Forecast, found: Plan, least: float) -> Plan:
     """A plan in as many bits as it takes, and at least; in doubles, projected, if that is long."""
     lost = log2(expected.error(False)) + expected.scene.digits * log2(10)
-    wanted = enough(max(DOUBLE + 1.0, DOUBLE + lost + SPARE, least))
+    wanted = enough(max(DOUBLE + 1.0, DOUBLE + lost + PLAN_SPARE_BITS, least))
     seconds = expected.seconds(found.formulation, False, wanted)
     if seconds <= PATIENCE_S and wanted <= MOST_BITS:
         return _at(expected, found, wanted)

@@ -30,7 +30,7 @@ from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
 from heavytop.run.own_motion import OwnMotion
 from heavytop.run.planning import (
-    EPSILON,
+    DOUBLE_TOLERANCE,
     Plan,
     closed_form_of,
     exact_span,
@@ -47,8 +47,8 @@ from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
 
 Progress = Callable[[float], None]
-EVERY_S = 10.0  # between two saves of a trajectory on its way
-SHARE = 20.0  # times as long as a save takes, until the next one
+SAVE_S = 10.0  # between two saves of a trajectory on its way
+SAVE_SHARE = 20.0  # times as long as a save takes, until the next one
 MOST_TRIED = 3  # plans before the last
 UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 
@@ -419,7 +419,9 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
 def integrator_of(chosen: Plan, constants: dict[str, Any], start: Checkpoint) -> Integrator:
     """Return what takes the steps of a plan's run from a start."""
     bits = bits_of(chosen.precision)
-    watched, tolerance = (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), EPSILON)
+    watched, tolerance = (
+        (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), DOUBLE_TOLERANCE)
+    )
     found = engine(chosen.equations, watched, tolerance, bits)
     return Integrator(found, constants, start.state, projected=chosen.projected)
 
@@ -457,7 +459,7 @@ class Checkpoints:
     path: str | os.PathLike[str]
     begun: Trajectory
     saved: float = field(default_factory=time.monotonic)
-    due: float = field(default_factory=lambda: time.monotonic() + EVERY_S)
+    due: float = field(default_factory=lambda: time.monotonic() + SAVE_S)
 
     def __call__(self, so_far: Callable[[], Orbit]) -> None:
         """Save the orbit so far, if it is time."""
@@ -479,4 +481,4 @@ class Checkpoints:
             with_events=False,
         ).save(self.path)
         self.saved = time.monotonic()
-        self.due = self.saved + max(EVERY_S, SHARE * (self.saved - began))
+        self.due = self.saved + max(SAVE_S, SAVE_SHARE * (self.saved - began))

@@ -35,8 +35,11 @@ if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
-ROUNDED = 4 * np.finfo(float).eps
-SPREAD, LATE = 64, 16  # times over the span and over the last period at which a run is compared
+START_ROUNDING = 4 * np.finfo(float).eps
+SPREAD_TIMES, LATE_TIMES = (
+    64,
+    16,
+)  # times over the span and over the last period at which a run is compared
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,7 +260,7 @@ class Trajectory(Played):
         start = {name: float(getattr(self.scene.start, name)) for name in (*ANGLES, *RATES)}
         told = {}
         for names in (ANGLES, RATES):
-            rounding = ROUNDED * max(1.0, *(abs(start[name]) for name in names))
+            rounding = START_ROUNDING * max(1.0, *(abs(start[name]) for name in names))
             for name in names:
                 column, known = getattr(found, name), start[name]
                 near = begun & (abs(column - known) <= rounding)
@@ -468,9 +471,9 @@ def times_between(end: float, period: float | None) -> Array:
     Samples a whole number of periods apart would see every error at one phase only; at a turning
     point that hides an error in time.
     """
-    spread = np.mod(np.arange(1, SPREAD + 1) * GOLDEN, 1.0)
+    spread = np.mod(np.arange(1, SPREAD_TIMES + 1) * GOLDEN, 1.0)
     late = math.copysign(min(abs(end), period or abs(end)), end)
-    return np.concatenate((end * spread, end - late * spread[:LATE]))
+    return np.concatenate((end * spread, end - late * spread[:LATE_TIMES]))
 
 
 def rounded(found: Sample) -> Sample:

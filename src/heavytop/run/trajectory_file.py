@@ -39,7 +39,7 @@ from heavytop.text import readable
 if TYPE_CHECKING:
     import xarray
 
-SCHEMA: Final = "heavytop/trajectory/2"
+TRAJECTORY_SCHEMA: Final = "heavytop/trajectory/2"
 # of every variable, by the last word of its name: what it is, its unit, and a second dimension
 VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
     **{n: (q.name, q.cf_unit, *(["space"] if q.parts else [])) for n, q in QUANTITIES.items()},
@@ -51,8 +51,8 @@ VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
     "kind": ("what happens: a turning point, a reversal or a cusp", "1"),
     "steps": ("natural steps taken", "1"),
 }
-POINTS: Final = ("time", "states", "steps")  # the columns of checkpoints
-OWN: Final = ("t", "states")  # and of what was seen in more digits, as decimal texts
+CHECKPOINT_COLUMNS: Final = ("time", "states", "steps")  # the columns of checkpoints
+OWN_COLUMNS: Final = ("t", "states")  # and of what was seen in more digits, as decimal texts
 
 Variables = dict[str, Any]
 SPACE: Final = {"space": np.array(list("xyz"))}
@@ -155,14 +155,16 @@ def _kept(trajectory: Trajectory) -> Variables:
     """Return what it takes to run any block again, and to go on: block starts and all zeros."""
     orbit = trajectory.orbit
     rows = zip(*((c.time, c.state, c.steps) for c in orbit.checkpoints), strict=True)
-    points = dict(zip(POINTS, map(np.array, rows), strict=True))
+    points = dict(zip(CHECKPOINT_COLUMNS, map(np.array, rows), strict=True))
     kept = _over("t", {"t_low": orbit.samples.t_low.astype(float)})
     for i, seen in enumerate(orbit.hits):
         kept |= _over(f"zero_{i}", seen._asdict(), f"zeros_{i}_", "at a zero of an event function")
     if not trajectory.in_doubles:
         more = "of the run in more than doubles"
         points |= {name: _whole(points[name]) for name in ("time", "states")}
-        kept |= _over("t", {n: _whole(getattr(orbit.samples, n)) for n in OWN}, "own_", more)
+        kept |= _over(
+            "t", {n: _whole(getattr(orbit.samples, n)) for n in OWN_COLUMNS}, "own_", more
+        )
     return kept | _over("checkpoint", points, "checkpoint_", "at the start of a block")
 
 
@@ -174,7 +176,7 @@ def _whole(column: Any) -> Any:
 def _attributes(run: Trajectory | SceneMotion) -> dict[str, Any]:
     """What samples are of, and what made them."""
     found: dict[str, Any] = {
-        "schema": SCHEMA,
+        "schema": TRAJECTORY_SCHEMA,
         "name": run.scene.name,
         "title": run.scene.title,
         "references": run.scene.source,
@@ -274,8 +276,8 @@ def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
 
 
 def _trajectory(file: Any) -> Trajectory:
-    if (schema := attribute(file, "schema")) != SCHEMA:
-        raise ForeignFile(f"schema = {schema!r:.60}: expected {SCHEMA}")
+    if (schema := attribute(file, "schema")) != TRAJECTORY_SCHEMA:
+        raise ForeignFile(f"schema = {schema!r:.60}: expected {TRAJECTORY_SCHEMA}")
     if attribute(file, "source") == SceneMotion.source:
         told = "xarray reads the samples, heavytop.Motion has the motion at any time"
         raise ForeignFile(f"of the closed form, nothing was integrated: {told}")
@@ -321,7 +323,7 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
     samples = seen()
     if bits > DOUBLE:
         constants = {name: reals(np.array(x), bits)[()] for name, x in constants.items()}
-        t, states = (numbers(f"own_{name}") for name in OWN)
+        t, states = (numbers(f"own_{name}") for name in OWN_COLUMNS)
         samples = Seen(t, 0 * t, states)
     return Orbit(
         integrator=integrator_of(chosen, constants, points[0]),

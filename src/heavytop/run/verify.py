@@ -29,12 +29,13 @@ from heavytop.errors import (
     NoClosedForm,
 )
 from heavytop.exact.decimals import Number, context
-from heavytop.run.events import EVENTS, Counts, differences, tally
-from heavytop.run.own_motion import SPARE_DIGITS
+from heavytop.run.events import Counts, differences, tally
+from heavytop.run.own_motion import OWN_SPARE_DIGITS
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
+from heavytop.scene.scene_file import EVENTS
 from heavytop.text import Shown
 
 Array = NDArray[Any]
@@ -42,9 +43,9 @@ Places = NDArray[np.intp]
 Columns = Any  # what a run, a closed form or `_columns` says at several times, by the same names
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
-FEW: Final = 16  # samples and events that stand for all, where a closed form takes long
+FEW_IN_DIGITS: Final = 16  # samples and events that stand for all, where a closed form takes long
 GRAIN_BITS: Final = 24  # of a state in more digits that rounding may have spoilt
-LEAST: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
+LEAST_DOUBLE: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -275,7 +276,10 @@ def missed(found: dict[str, float], digits: int) -> str:
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
 HEIGHTS: Final = ("one_minus_u", "one_plus_u")
-NAMES: Final = ("t", *(column for name in COMPARED for column in QUANTITIES[name].columns))
+COMPARED_COLUMNS: Final = (
+    "t",
+    *(column for name in COMPARED for column in QUANTITIES[name].columns),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,13 +293,15 @@ class _ClosedForm:
     def of(cls, trajectory: Trajectory, scene: bool = False) -> _ClosedForm:
         """Return that of a run's own numbers, or of the scene's exact ones."""
         motion = trajectory.motion if scene else trajectory.own.closed_form
-        digits = None if trajectory.in_doubles else trajectory.scene.digits + SPARE_DIGITS
+        digits = None if trajectory.in_doubles else trajectory.scene.digits + OWN_SPARE_DIGITS
         return cls(motion, digits)
 
     def __call__(self, t: Any, t_low: Any = 0.0) -> Columns:
         if self.digits is None:
             return self.motion.at(t, t_lo=t_low)
-        return _columns(self.motion.at(t, self.digits), (*NAMES, "u", "udot", "uddot", *HEIGHTS))
+        return _columns(
+            self.motion.at(t, self.digits), (*COMPARED_COLUMNS, "u", "udot", "uddot", *HEIGHTS)
+        )
 
     def reversal_u(self) -> Number:
         """Return where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
@@ -312,8 +318,8 @@ def _compared(trajectory: Trajectory, own: _ClosedForm) -> tuple[Columns, Column
     if trajectory.in_doubles:
         return run, own(run.t) if exact is None else exact, fixed
     count = trajectory.orbit.samples.t.size
-    chosen = run.at(np.append(np.arange(count)[_some(count, FEW)], fixed))
-    columns = {name: trajectory.numbers(getattr(chosen, name)) for name in NAMES}
+    chosen = run.at(np.append(np.arange(count)[_some(count, FEW_IN_DIGITS)], fixed))
+    columns = {name: trajectory.numbers(getattr(chosen, name)) for name in COMPARED_COLUMNS}
     return SimpleNamespace(**columns), own(columns["t"]), np.arange(-fixed.size, 0)
 
 
@@ -335,7 +341,7 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
     if trajectory.in_doubles:
         return trajectory.invariants, constants, 0.0
     samples = trajectory.own_samples
-    places = np.arange(samples.t.size)[_some(samples.t.size, FEW)]
+    places = np.arange(samples.t.size)[_some(samples.t.size, FEW_IN_DIGITS)]
     found = trajectory.own_invariants(samples.at(np.append(0, places)))
     number = trajectory.number
     columns = {name: trajectory.numbers(values) for name, values in found.items()}
@@ -346,7 +352,7 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
 def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
     """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
     events, motion = trajectory.events, trajectory.motion
-    some = slice(None) if events.own is None else _some(len(events), FEW)
+    some = slice(None) if events.own is None else _some(len(events), FEW_IN_DIGITS)
     if events.own is None:
         at = form(events.t[some], events.t_low[some])
     else:
@@ -404,4 +410,4 @@ def _size(trajectory: Trajectory, name: str) -> float:
 
 def _double(x: Number) -> float:
     """A number as a double; one smaller than any is the smallest there is."""
-    return max(float(x), LEAST) if x else 0.0
+    return max(float(x), LEAST_DOUBLE) if x else 0.0

@@ -40,7 +40,7 @@ Units: TypeAlias = Mapping[str, tuple[str, float]]
 """By a unit of SI another one, and how many of it one of SI is."""
 
 SI: Final[Units] = {}
-SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
+UNITS_SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
 """The units that people asked for, in place of those of SI."""
 
 
@@ -62,11 +62,11 @@ def read_units(names: str) -> Units:
 @contextmanager
 def showing(units: Units) -> Iterator[None]:
     """Let people see these units in place of those of SI."""
-    token = SHOWN.set(units)
+    token = UNITS_SHOWN.set(units)
     try:
         yield
     finally:
-        SHOWN.reset(token)
+        UNITS_SHOWN.reset(token)
 
 
 def scaled(unit: str, units: Units) -> tuple[str, float]:
@@ -111,7 +111,7 @@ class Quantity(NamedTuple):
     @property
     def shown(self) -> tuple[str, float]:
         """The unit in which it is shown, and how many of it one of SI is."""
-        return scaled(self.unit, SHOWN.get())
+        return scaled(self.unit, UNITS_SHOWN.get())
 
     @property
     def heading(self) -> str:
@@ -292,8 +292,8 @@ UNIT_OF: Final[Mapping[str, str]] = {
     **{"mass": "kg", "gravity": "m/s²", "density": "kg/m³", "time": "s", "periods": ""},
 }
 """What each number of a scene is in, by its key."""
-PLAIN: Final[Reader] = partial(Exact.of, units=())
-NUMBERS: Final[Mapping[str, Reader]] = {
+PLAIN_NUMBER: Final[Reader] = partial(Exact.of, units=())
+QUANTITY_READERS: Final[Mapping[str, Reader]] = {
     name: partial(Exact.of, units=parse.UNITS_OF[unit]) for name, unit in UNIT_OF.items()
 }
 """What reads each of them."""

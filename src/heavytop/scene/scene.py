@@ -12,14 +12,14 @@ from typing import Any, Final, NoReturn
 from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments, scene_file
-from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE, TABLES
+from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Shown, closest, cut, harmless, nearest, readable
 
 FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
-CHANGES: Final = "--set"
+CHANGES_SOURCE: Final = "--set"
 _RIVALS: Final = (
     ("time", "periods"), ("psidot", "omega3"), ("omega3", "p_psi"), ("E", "E_prime"),
     ("A", "A_cm"), ("C", "C_cm"),
@@ -31,8 +31,8 @@ _OF_THE_MOTION: Final = ("top.", "start.")
 
 _ARGUMENTS: Final = {
     **TABLES["want"],
-    "title": SCENE["title"],
-    "source": SCENE["source"],
+    "title": SCENE_READERS["title"],
+    "source": SCENE_READERS["source"],
     "top": arguments.a(Top),
     "start": arguments.a(State),
     "name": arguments.a(str),
@@ -290,7 +290,7 @@ def scene_of(document: Mapping[str, Any]) -> Scene:
 def _place_fault(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:
     """The fault with the line of its key or of its table, or as one of the changes."""
     if fault.key in changed:
-        return replace(fault, file=CHANGES)
+        return replace(fault, file=CHANGES_SOURCE)
     return replace(fault, line=lines.get(fault.key, lines.get(fault.key.partition(".")[0])))
 
 
@@ -419,7 +419,7 @@ def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[F
         table = raw.setdefault(name, {}) if name and readable else raw
         if not readable or not isinstance(table, dict):
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
-            wrong.append(Fault(CHANGES, None, change[:60], "", rule))
+            wrong.append(Fault(CHANGES_SOURCE, None, change[:60], "", rule))
             continue
         _displace(table, last, _override_value(text))
         changed[key] = text.strip("\"'")

@@ -19,7 +19,7 @@ from heavytop.errors import Fault, Impossible
 from heavytop.exact import Exact
 from heavytop.scene import arguments, starts
 from heavytop.scene.arguments import NumberText, Range, Reader, Refused
-from heavytop.scene.quantities import NUMBERS, RATES, WANTED
+from heavytop.scene.quantities import QUANTITY_READERS, RATES, WANTED
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
 from heavytop.text import nearest
@@ -116,7 +116,7 @@ def _names(allowed: tuple[str, ...], least: int) -> Reader:
 
 
 def _length(name: str, value: object) -> Exact:
-    length: Exact = NUMBERS[name](value)
+    length: Exact = QUANTITY_READERS[name](value)
     if not length.sign():
         raise Refused("not 0: a span has a length")
     return length
@@ -132,7 +132,7 @@ def _format(value: object) -> int:
 
 TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "top": TOP,
-    "start": starts.START,
+    "start": starts.START_READERS,
     "span": {name: partial(_length, name) for name in ("time", "periods")},
     "want": {
         "quantities": _names(WANTED, least=1),
@@ -141,7 +141,7 @@ TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
         "digits": Range(1, MAX_DIGITS, whole=True),
     },
 }
-SCENE: Final[Mapping[str, Reader]] = {
+SCENE_READERS: Final[Mapping[str, Reader]] = {
     "format": _format,
     "title": _text,
     "source": _text,
@@ -176,7 +176,7 @@ def faults_of(
 
 def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
     """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
-    found, faults = arguments.parse_options(file, raw, SCENE)
+    found, faults = arguments.parse_options(file, raw, SCENE_READERS)
     faults += [Fault(file, None, key, "", rule) for key, rule in _NEEDED.items() if key not in raw]
     tables = {name: found.pop(name) for name in TABLES if name in found}  # the top before the start
     wants, wrong = arguments.parse_options(file, tables.pop("want", {}), TABLES["want"], "want.")

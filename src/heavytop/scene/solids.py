@@ -13,7 +13,7 @@ from typing import Any, Final
 from heavytop.errors import ImpossibleTop
 from heavytop.exact import PI, Exact, Number
 from heavytop.scene.arguments import Numbers, Refused, Way, exact_numbers, not_positive
-from heavytop.scene.quantities import NUMBERS
+from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.text import nearest
 
 ALUMINIUM = Exact.of(2700)
@@ -218,13 +218,13 @@ def read_solids(value: object) -> tuple[Solid, ...]:
 
 
 def solid(shape: object = None, **given: object) -> Solid:
-    """The solid of a shape of `SHAPES`, by the sizes that the shape has."""
-    if not isinstance(shape, str) or shape not in SHAPES:
-        rule = f"one of {', '.join(SHAPES)} {nearest(shape, SHAPES)}"
+    """The solid of a shape of `SOLIDS`, by the sizes that the shape has."""
+    if not isinstance(shape, str) or shape not in SOLIDS:
+        rule = f"one of {', '.join(SOLIDS)} {nearest(shape, SOLIDS)}"
         raise ImpossibleTop([("shape", rule.rstrip())])
-    way = SHAPES[shape]
+    way = SOLIDS[shape]
     values = exact_numbers(
-        ImpossibleTop, way, given, NUMBERS, lambda found: not_positive(found, _POSITIVE)
+        ImpossibleTop, way, given, QUANTITY_READERS, lambda found: not_positive(found, _POSITIVE)
     )
     found = way.make(values)
     mass = values["mass"] if "mass" in values else values["density"] * found["volume"]
@@ -271,7 +271,7 @@ def _shape(name: str, make: Callable[..., dict[str, Any]], *sizes: str) -> Way:
 
 
 _POSITIVE: Final = ("radius", "outer", "inner", "thickness", "length", "density", "mass")
-SHAPES: Final[Mapping[str, Way]] = {
+SOLIDS: Final[Mapping[str, Way]] = {
     "cone": _shape("a cone", _cone, "radius", "apex", "base"),
     "cylinder": _shape("a cylinder", _cylinder, "radius", "length"),
     "disc": _shape("a disc", _cylinder, "radius", "thickness"),

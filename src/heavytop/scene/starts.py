@@ -14,7 +14,7 @@ from typing import Any, Final
 from heavytop.errors import ImpossibleStart
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
 from heavytop.scene.arguments import Numbers, Reader, Refused, Way, one_of, short
-from heavytop.scene.quantities import NUMBERS, PLAIN
+from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.top import Top
 
 Values = Mapping[str, Any]
@@ -35,21 +35,21 @@ _NEARLY: Final = 1e-6  # so far a rotation may be from a rotation
 def way_of(given: Values) -> Way:
     """Return the way that the names of a start begin."""
     if "steady" in given:
-        return SPIN_OF_STEADY if given["steady"] is True else STEADY
+        return SPIN_OF_STEADY if given["steady"] is True else STEADY_START
     if {*_ENERGIES, "p_phi", "p_psi"} & given.keys():
-        return CONSTANTS
-    return OMEGA if {"omega_body", "omega_space"} & given.keys() else RATES
+        return CONSTANTS_START
+    return OMEGA if {"omega_body", "omega_space"} & given.keys() else ANGLE_RATES
 
 
 def completed(given: Values) -> Values:
     """Return a start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
     way = way_of(given)
-    if way is RATES:
+    if way is ANGLE_RATES:
         placed = {*_PLACED} & given.keys()
         names = ("thetadot", "phidot") if placed else _FIELDS
         spin = {} if {*_SPINS} & given.keys() else {"psidot": ZERO}
         return {**dict.fromkeys(names, ZERO), **given, **spin}
-    still = way is CONSTANTS and not {*_ENERGIES} & given.keys()
+    still = way is CONSTANTS_START and not {*_ENERGIES} & given.keys()
     return {"thetadot": ZERO, **given} if still else given
 
 
@@ -342,24 +342,24 @@ def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
 
 # --- the ways, and what reads their values ---------------------------------------------------
 
-RATES: Final = Way(
+ANGLE_RATES: Final = Way(
     "angles and rates", (), _from_rates, (ATTITUDE, ("thetadot",), ("phidot",), _SPINS, *_ANGLES)
 )
 OMEGA: Final = Way(
     "an angular velocity", (ATTITUDE, ("omega_body", "omega_space")), _from_omega, _ANGLES
 )
-CONSTANTS: Final = Way(
+CONSTANTS_START: Final = Way(
     "constants of the motion",
     (_ENERGIES, ("p_phi",), ("p_psi", "omega3"), ("theta",), ("thetadot",)),
     _from_constants, (("branch",), ("phi",), ("psi",)), needed=4,
 )  # fmt: skip
-STEADY: Final = Way(
+STEADY_START: Final = Way(
     "a steady start", (("steady",), ("theta",), _SPINS[::-1]), _steady, (("phi",), ("psi",))
 )
-SPIN_OF_STEADY: Final = STEADY._replace(
+SPIN_OF_STEADY: Final = STEADY_START._replace(
     slots=(("steady",), ("theta",), ("phidot",)), make=_spin_of_steady
 )
-ON_TOP: Final = (CONSTANTS, STEADY, SPIN_OF_STEADY)
+ON_TOP: Final = (CONSTANTS_START, STEADY_START, SPIN_OF_STEADY)
 """The ways for which a start follows from what spins."""
 WITHOUT_TOP: Final = "top"
 """What is named where that is not known."""
@@ -376,7 +376,7 @@ def _vector(read: Reader, count: int, value: Any, rule: str = "") -> tuple[Any, 
 
 
 def _quaternion_given(value: object) -> tuple[Exact, ...]:
-    quaternion = _vector(PLAIN, 4, value)
+    quaternion = _vector(PLAIN_NUMBER, 4, value)
     if all(x.sign() == 0 for x in quaternion):
         raise Refused("not all zero")
     return quaternion
@@ -385,7 +385,7 @@ def _quaternion_given(value: object) -> tuple[Exact, ...]:
 def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
     import numpy as np  # as few scenes need
 
-    R = _vector(partial(_vector, PLAIN, 3), 3, value, "three rows of three numbers")
+    R = _vector(partial(_vector, PLAIN_NUMBER, 3), 3, value, "three rows of three numbers")
     rows = np.array(R, dtype=float)
     if (off := np.abs(rows @ rows.T - np.eye(3)).max()) > _NEARLY:
         within = f"to {_NEARLY:g}, and these are {off:.1g} off"
@@ -395,13 +395,16 @@ def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
     return R
 
 
-START: Final[dict[str, Reader]] = {
-    **{name: NUMBERS[name] for name in ("theta", "phi", "psi", "thetadot", "phidot", *_SPINS)},
-    **{name: NUMBERS[name] for name in (*_ENERGIES, "p_phi", "p_psi")},
+START_READERS: Final[dict[str, Reader]] = {
+    **{
+        name: QUANTITY_READERS[name]
+        for name in ("theta", "phi", "psi", "thetadot", "phidot", *_SPINS)
+    },
+    **{name: QUANTITY_READERS[name] for name in (*_ENERGIES, "p_phi", "p_psi")},
     "quaternion": _quaternion_given,
     "rotation": _rotation_given,
-    "omega_body": partial(_vector, NUMBERS["omega3"], 3),
-    "omega_space": partial(_vector, NUMBERS["omega3"], 3),
+    "omega_body": partial(_vector, QUANTITY_READERS["omega3"], 3),
+    "omega_space": partial(_vector, QUANTITY_READERS["omega3"], 3),
     "branch": one_of({name: name for name in BRANCHES}),
     "steady": _steadiness,
 }

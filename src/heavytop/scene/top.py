@@ -16,7 +16,7 @@ from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Broken, Numbers, Reader, Way, exact_numbers, short, there
-from heavytop.scene.quantities import NUMBERS
+from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.solids import Solid, read_solids, whole
 from heavytop.text import Shown
 
@@ -285,16 +285,16 @@ def _of_solids(values: Mapping[str, Any]) -> dict[str, Exact]:
     return _of_parts({**known, "A": body.A, "C": body.C})
 
 
-MOMENTS: Final = (("A",), ("C",), ("gMR",))
-PARTS: Final = (("mass",), ("distance",), ("gravity",), ("A_cm", "A"), ("C_cm", "C"))
+MOMENT_WAYS: Final = (("A",), ("C",), ("gMR",))
+TOP_PARTS: Final = (("mass",), ("distance",), ("gravity",), ("A_cm", "A"), ("C_cm", "C"))
 WAYS: Final = (
-    Way("a top of A, C, gMR", MOMENTS, dict),
-    Way("a top of mass and distance", PARTS, _of_parts),
-    Way("a top of A, C, gMR, mass, distance", (*MOMENTS, ("mass",), ("distance",)), dict),
+    Way("a top of A, C, gMR", MOMENT_WAYS, dict),
+    Way("a top of mass and distance", TOP_PARTS, _of_parts),
+    Way("a top of A, C, gMR, mass, distance", (*MOMENT_WAYS, ("mass",), ("distance",)), dict),
     Way("a top of solids", (("solids",), ("gravity",)), _of_solids),
 )
 TOP: Final[Mapping[str, Reader]] = {
-    name: read_solids if name == "solids" else NUMBERS[name]
+    name: read_solids if name == "solids" else QUANTITY_READERS[name]
     for way in WAYS for slot in way.slots for name in slot
 }  # fmt: skip
 """What reads each value of a top."""

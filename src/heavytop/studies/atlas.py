@@ -19,7 +19,7 @@ import numpy as np
 
 from heavytop import __version__
 from heavytop.analytic.many import PROMISED, Motions, motions_many
-from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
+from heavytop.classification.arrays import TAG_NAMES, VERDICT_DETAILS, VERDICT_NAMES
 from heavytop.classification.many import classify_many
 from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import BadScene, Fault, ForeignFile
@@ -44,7 +44,7 @@ NUMBERS: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 SETS: Final = {"kind": CODES[:3], "rows": (*CODES, *NUMBERS)}
 """The columns with ``only="kind"``, and by default."""
 TYPES: Final = dict.fromkeys(CODES, "u1") | dict.fromkeys(NUMBERS, "<f8")
-VALUES: Final = {"kind": NAMES, "detail": ("none", *DETAILS[1:])}
+VALUES: Final = {"kind": VERDICT_NAMES, "detail": ("none", *VERDICT_DETAILS[1:])}
 BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
 """What the codes and the bits of a column mean."""
 
@@ -104,7 +104,7 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     parameters, plane = journal.parameters, _plane(journal.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
     columns = {name: np.empty(plane.shape, TYPES[name]) for name in SETS[what]}
-    pairs, sent = np.zeros((len(NAMES), len(DETAILS)), np.int64), 0
+    pairs, sent = np.zeros((len(VERDICT_NAMES), len(VERDICT_DETAILS)), np.int64), 0
     for task, tile in tiles.items():
         if not journal.record(task).last.done:
             why = f"not computed yet; heavytop resume {journal.folder} goes on"
@@ -114,11 +114,13 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
         found = np.load(BytesIO(b64decode(row["tile"])))
         for name, column in columns.items():
             column[tile] = found[name]
-        codes = found["kind"].ravel() * np.int64(len(DETAILS)) + found["detail"].ravel()
+        codes = found["kind"].ravel() * np.int64(len(VERDICT_DETAILS)) + found["detail"].ravel()
         pairs += np.bincount(codes, minlength=pairs.size).reshape(pairs.shape)
-    kinds = dict(zip(NAMES, pairs.sum(axis=1).tolist(), strict=True))
+    kinds = dict(zip(VERDICT_NAMES, pairs.sum(axis=1).tolist(), strict=True))
     details = {
-        f"{NAMES[k]}, {DETAILS[d]}": int(pairs[k, d]) for k, d in np.argwhere(pairs) if DETAILS[d]
+        f"{VERDICT_NAMES[k]}, {VERDICT_DETAILS[d]}": int(pairs[k, d])
+        for k, d in np.argwhere(pairs)
+        if VERDICT_DETAILS[d]
     }
     seconds = sum(journal.record(task).seconds for task in tiles)
     return Atlas(

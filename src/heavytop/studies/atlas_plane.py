@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.classification.arrays import IMPOSSIBLE, NAMES, TAG_NAMES
+from heavytop.classification.arrays import IMPOSSIBLE, TAG_NAMES, VERDICT_NAMES
 from heavytop.classification.kinds import Kind
 from heavytop.exact import Exact
 from heavytop.results.atlas import ROLES as ROLES
 from heavytop.scene.arguments import Refused
-from heavytop.scene.quantities import NUMBERS, PLAIN
+from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest
 
@@ -92,7 +92,7 @@ class Axis:
         name, *ends, count, scale = match.groups()
         if name not in ROLES:
             raise Refused(f"NAME must be one of {', '.join(ROLES)}", nearest(name, ROLES))
-        low, high = map(NUMBERS.get(name, PLAIN), ends)
+        low, high = map(QUANTITY_READERS.get(name, PLAIN_NUMBER), ends)
         if not 2 <= int(count) <= MOST_VALUES:
             raise Refused(f"from 2 to {MOST_VALUES} pixels")
         if not float(low) < float(high):
@@ -315,8 +315,8 @@ def mirrored(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
 def restored(columns: Columns, tops: Mapping[str, Any], bottom: Mask) -> Columns:
     """The columns of mirrored tops, as they are seen from above."""
     found, kind = dict(columns), columns["kind"]
-    swapped = np.arange(len(NAMES), dtype=np.uint8)
-    poles = [NAMES.index(each) for each in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)]
+    swapped = np.arange(len(VERDICT_NAMES), dtype=np.uint8)
+    poles = [VERDICT_NAMES.index(each) for each in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)]
     swapped[poles] = poles[::-1]
     found["kind"] = np.where(bottom, swapped[kind], kind)
     if "tags" in found:

@@ -32,7 +32,7 @@ from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
 from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.outputs import sample
 from heavytop.results.certificate import QUANTITIES, Certificate
-from heavytop.run.estimates import MOST_DIGITS
+from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.run.events import KINDS_OF
 from heavytop.run.own_motion import own_motion
 from heavytop.run.planning import plan
@@ -130,7 +130,7 @@ def run_in_doubles(scene: Scene) -> Trajectory:
     However long the steps take, they are taken.
     """
     chosen = plan(scene)
-    if chosen.precision != "double" and scene.digits > MOST_DIGITS:
+    if chosen.precision != "double" and scene.digits > DOUBLE_DIGITS:
         return propagate(scene)
     wanted = {"psi"} if need_of(scene.quantities) >= Need.PSI else set[str]()
     able = [name for name, each in CERTIFIED.items() if wanted <= {*each.angles}]

@@ -14,7 +14,7 @@ from heavytop.comparison.methods import DECADES, METHODS, TOLERANCE, MethodEntry
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.integration.bits import bits_of, why_not
-from heavytop.run.planning import EPSILON, plan_steps
+from heavytop.run.planning import DOUBLE_TOLERANCE, plan_steps
 from heavytop.scene.arguments import Refused, one_of, shown
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest
@@ -83,10 +83,10 @@ def taylor_methods() -> Mapping[str, MethodEntry]:
     """Return the Taylor integrator's methods: every formulation, projected or in more bits."""
     found = []
     for form, formulation in FORMULATIONS.items():
-        limits = {"set_by": TOLERANCE, "least": EPSILON, "most": 1e-2}
-        grid = (*(x for x in DECADES if x >= EPSILON), EPSILON)
+        limits = {"set_by": TOLERANCE, "least": DOUBLE_TOLERANCE, "most": 1e-2}
+        grid = (*(x for x in DECADES if x >= DOUBLE_TOLERANCE), DOUBLE_TOLERANCE)
         about = {"language": "compiled by heyoka", "formulation": form, "short": form}
-        plain = entry(f"taylor-{form}", EPSILON, None, grid=grid, **limits, **about)
+        plain = entry(f"taylor-{form}", DOUBLE_TOLERANCE, None, grid=grid, **limits, **about)
         found.append(plain)
         if not why_not(formulation.build()):
             found.append(replace(plain, name=f"{plain.name}-projected", projected=True))

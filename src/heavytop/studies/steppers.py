@@ -42,7 +42,7 @@ from heavytop.integration.engine import text
 from heavytop.integration.library import hy
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
-from heavytop.run.planning import EPSILON, closed_form_of, plan
+from heavytop.run.planning import DOUBLE_TOLERANCE, closed_form_of, plan
 from heavytop.run.propagation import binary_start, integrator_of
 from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
@@ -91,7 +91,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     wants = Scene(scene.top, scene.start, periods=1, quantities=("theta",), events=(), samples=2,
                   digits=10, name=scene.name)  # fmt: skip
     chosen = plan(wants, method.formulation, projected=method.projected)
-    tolerance = EPSILON if method.is_rival or method.bits > DOUBLE else method.setting
+    tolerance = DOUBLE_TOLERANCE if method.is_rival or method.bits > DOUBLE else method.setting
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
     parameters, start = binary_start(scene, chosen)
     known, digits = parameters, DIGITS

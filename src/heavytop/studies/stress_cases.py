@@ -24,6 +24,7 @@ from heavytop.analytic.record import Record
 from heavytop.exact import Exact
 from heavytop.run.planning import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
+from heavytop.scene.scene_file import EVENTS
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -36,7 +37,6 @@ BOOK: Final = ("3.28e-4", "6.60e-5", "0.0456")  # A, C and gMR of SICM's top
 SIMPLE: Final = (1, "0.5", 1)
 BETSCH: Final = ("6.375e-3", "7.5e-4", "0.73575")
 SPAN: Final = "2.618"  # nutation periods
-EVENTS: Final = ("turning", "reversal", "cusp")
 
 UNIT: Final = 2.0**-53
 ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every method may make

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
-from heavytop.analytic.find import FACTS, facts_of, motion_of, read_range
+from heavytop.analytic.find import FOUND_FACTS, facts_of, motion_of, read_range
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.files import write_text
 from heavytop.results.ask import fact_quantity
@@ -103,7 +103,9 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     [(100.0, 1.1117), (200.0, 0.1233), (300.0, 0.1086)]
     """
     expect("scene", scene, Scene, "load_scene gives one")
-    names, faults = parse_names(scene.name, "facts", facts, one_of({name: name for name in FACTS}))
+    names, faults = parse_names(
+        scene.name, "facts", facts, one_of({name: name for name in FOUND_FACTS})
+    )
     try:
         key, points = read_range(text_of("over", over), _FEW)
     except (Refused, NotANumber) as wrong:
