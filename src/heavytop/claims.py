@@ -348,7 +348,7 @@ def tasks(parameters: Parameters) -> list[str]:
 
 
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
-    """Measure one chosen, in a process that can be killed; a proof has one of its own."""
+    """Measure one claim, in a process that can be killed; a proof has one of its own."""
     scripts = parameters["scripts"]
     chosen = load_claims(scripts, task.partition("/")[0])[task]
     if isinstance(chosen, ClaimGroup):
