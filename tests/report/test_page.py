@@ -152,7 +152,6 @@ TIMELESS = POINT | {"us_per_period": 0}
 WRONG = {
     "of another kind": ("validate", '{"schema": "heavytop/run/1"}', "validate.json"),
     "no time": ("workprec", {"points": [TIMELESS, POINT | {"rival": False}]}, "workprec.json"),
-    "another scene": ("run", {"scene": load_scene("sicm-dropped").document()}, "trajectory.nc"),
 }
 
 
