@@ -30,12 +30,6 @@ def test_an_error_can_be_pickled(error):
         assert getattr(again, name, None) == getattr(error, name, None)
 
 
-def test_a_fault_has_its_place_its_value_and_its_rule():
-    fault = errors.Fault("a.toml", 3, "top.A", "-1", "A > 0", "a hint")
-    assert str(fault) == "a.toml:3: top.A = -1: A > 0 (a hint)"
-    assert str(errors.Fault("--set", None, "top", "", "missing")) == "--set: top: missing"
-
-
 @pytest.mark.parametrize(
     ("folder", "command"),
     [

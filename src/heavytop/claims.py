@@ -300,31 +300,31 @@ def validate(
     heard("note", note)
     jobs = whole("jobs", jobs, 1)
     place = None if scripts is None else str(path_of("scripts", scripts).resolve())
-    known = load_claims(place)
-    asked = _known_names(names, known.values())
+    every = load_claims(place)
+    asked = _checked_names(names, every.values())
 
     def wanted(each: Claim) -> bool:
         by_name = each.id in asked or each.script in asked
         return by_name or (proofs if isinstance(each, ClaimGroup) else not asked)
 
-    chosen = [name for name, each in known.items() if wanted(each)]
+    chosen = [name for name, each in every.items() if wanted(each)]
     parameters = {
         "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
         "code": _code(place), "versions": versions(),
     }  # fmt: skip
     with Journal.open(folder, parameters) as journal:
-        left = [known[name] for name in tasks(parameters) if not journal.record(name).ended]
+        left = [every[name] for name in tasks(parameters) if not journal.record(name).ended]
         if note is not None:
             workers = 1 if proofs else jobs
             note(f"about {duration(sum(each.seconds for each in left) / workers)} to go")
         return complete(journal, jobs=jobs, on_progress=progress)
 
 
-def _known_names(names: Sequence[str], known: Iterable[Claim]) -> list[str]:
-    """The names, if all are known; none of them twice."""
+def _checked_names(names: Sequence[str], claims: Iterable[Claim]) -> list[str]:
+    """The names, if all are those of claims or scripts; none of them twice."""
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise wrong_type("names", "a list of names", names)
-    there = dict.fromkeys(name for each in known for name in (each.id, each.script))
+    there = dict.fromkeys(name for each in claims for name in (each.id, each.script))
     for name in names:
         if name not in there:
             hint = nearest(name, there)
@@ -340,41 +340,41 @@ def _code(scripts: str | None) -> str:
 
 
 def _claims(parameters: Parameters) -> dict[str, Claim]:
-    known = load_claims(parameters["scripts"])
-    return {name: known[name] for name in parameters["claims"]}
+    every = load_claims(parameters["scripts"])
+    return {name: every[name] for name in parameters["claims"]}
 
 
 def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the claims that can be measured here."""
-    known = _claims(parameters).items()
-    return [name for name, each in known if not each.needs or find_spec(each.needs)]
+    chosen = _claims(parameters).items()
+    return [name for name, each in chosen if not each.needs or find_spec(each.needs)]
 
 
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Measure one claim, in a process that can be killed; a proof has one of its own."""
-    asked = parameters["scripts"], task
-    known = load_claims(parameters["scripts"], task.partition("/")[0])[task]
-    if isinstance(known, ClaimGroup):
+    scripts = parameters["scripts"]
+    chosen = load_claims(scripts, task.partition("/")[0])[task]
+    if isinstance(chosen, ClaimGroup):
         TIMED_WORKER.close()
     began = time.monotonic()
     try:
-        rows = TIMED_WORKER.call(measure_task, *asked, timeout=known.limit_s)
+        rows = TIMED_WORKER.call(measure_task, scripts, task, timeout=chosen.limit_s)
     except (TimedOut, Lost) as fault:
-        rows = [known.judge(failure=str(fault))]
+        rows = [chosen.judge(failure=str(fault))]
     yield Chunk(rows=rows, done=True, seconds=time.monotonic() - began)
 
 
 def measure_task(scripts: str | None, task: str) -> list[Row]:
     """Measure a claim; an exception is why it does not hold."""
-    known = load_claims(scripts, task.partition("/")[0])[task]
+    chosen = load_claims(scripts, task.partition("/")[0])[task]
     rows: list[Row] = []
     with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
         try:
-            rows.extend(known.rows())  # those before an exception stay
+            rows.extend(chosen.rows())  # those before an exception stay
         except Exception as fault:  # whatever it is
             why = " ".join(f"{type(fault).__name__}: {fault}".split())
-            rows.append(known.judge(failure=why))
-    return rows or [known.judge(failure="it claims nothing")]
+            rows.append(chosen.judge(failure=why))
+    return rows or [chosen.judge(failure="it claims nothing")]
 
 
 def complete(

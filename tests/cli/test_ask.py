@@ -65,6 +65,10 @@ def test_a_held_spin_and_a_folded_tilt_are_said():
     words = run("classify", "sicm-kicked", "--set", "start.theta=-0.1").stdout
     assert "a kick that holds omega3 = 140 moves theta" in words
     assert "theta = -0.1 is outside [0, pi]" in words
-    notes = json.loads(run("classify", "sicm-kicked", "--json").stdout)["warnings"]
-    assert len(notes) == 1
+    in_degrees = ("classify", "sicm-kicked", "--unit", "deg")
+    assert "omega3 = 140 moves theta from 5.72958 to 20.8327 deg" in " ".join(
+        run(*in_degrees).stdout.split()
+    )
+    [note] = json.loads(run(*in_degrees, "--json").stdout)["warnings"]
+    assert "from 0.1 to 0.363598 rad" in note
     assert json.loads(run("classify", "sicm-forward", "--json").stdout)["warnings"] == []

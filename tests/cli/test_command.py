@@ -133,13 +133,6 @@ def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_fi
     assert "\n--set: start.phi" in result.stderr
 
 
-def test_a_letter_a_terminal_would_act_on_is_not_shown():
-    for words in (("\x1b[2J",), ("run", "\x1b[2J"), ("run", "sicm-kicked", "--set", "\x1b[2J")):
-        result = heavytop_(*words)
-        assert result.exit_code in (2, 3)
-        assert "\x1b" not in result.stderr
-
-
 @pytest.mark.parametrize("place", ["{file}", "/proc/nowhere/out"])
 def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(place, tmp_path):
     (tmp_path / "file").touch()

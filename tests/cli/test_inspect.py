@@ -51,25 +51,6 @@ def test_scenes_are_listed_and_printed_as_json():
         assert document[key]
 
 
-@pytest.mark.parametrize(
-    ("name", "answer"),
-    [
-        ("sicm_kicked", 'did you mean "sicm-kicked"?'),
-        ("my-top", 'did you mean "my-top.toml"?'),
-        ("zzz", "heavytop scenes lists those that are shipped"),
-        ("no\0name", "null byte"),
-    ],
-)
-def test_a_name_that_no_scene_has(name, answer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "my-top.toml").touch()
-    result = heavytop_("classify", name, "--json")
-    assert result.exit_code == Exit.BAD_SCENE
-    assert answer in result.stderr
-    assert result.stderr.count("scene: ") == 1
-    assert result.stdout == ""
-
-
 # --- derive and doctor ---------------------------------------------------------------------------
 
 

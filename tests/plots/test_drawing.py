@@ -116,6 +116,16 @@ def test_a_title_stays_events_may_be_left_out_and_angles_be_in_degrees(things, a
         wide = run.plot(name, ax=Figure().subplots(), unit="deg").get_xlim()
         narrow = run.plot(name, ax=Figure().subplots()).get_xlim()
         np.testing.assert_allclose(wide, np.degrees(narrow), rtol=1e-12)
+    late = run.plot("errors", ax=Figure().subplots(), unit="ms")
+    assert (late.get_xlabel(), late.lines[0].get_xdata()[-1]) == ("t [ms]", 2000.0)
+    drift, ends = things["Drift"], []
+    for unit in ("s", "ms"):
+        ahead = drift.plot("phase_s", ax=Figure().subplots(), unit=unit)
+        ends.append(ahead.lines[0].get_ydata()[-1])
+        assert ahead.get_ylabel() == f"error of phase [{unit}]"
+    assert ends[1] == 1000 * ends[0] > 0
+    checked = things["Check"].plot(ax=Figure().subplots(), unit="deg")
+    assert "θ [rad]" in checked.get_legend_handles_labels()[1]
     with pytest.raises(Impossible, match="unit: units out of"):
         run.plot(unit="furlong")
 

@@ -90,17 +90,6 @@ def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
     assert ax.get_title() == f"the first {12.5 * period:.4g} s of 60 s"
 
 
-def test_angles_of_a_page_have_degrees_on_the_other_side(kicked):
-    figure = run_figure("overview", kicked)
-    figure.draw_without_rendering()
-    ax, sphere = figure.axes
-    assert (len(ax.child_axes), len(sphere.child_axes), ax.get_title()) == (2, 0, "")
-    for side, other in zip("xy", ax.child_axes, strict=True):
-        ends = (getattr(each, f"get_{side}lim")() for each in (ax, other))
-        np.testing.assert_allclose(*(sorted(x) for x in (np.degrees(next(ends)), next(ends))))
-        assert getattr(other, f"get_{side}label")() == "[°]"
-
-
 @pytest.mark.parametrize("name", ["sleeping-unstable", "at-rest"])
 def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
     run = propagate(load_scene(name))

@@ -250,33 +250,6 @@ def test_the_scene_has_the_numbers_as_they_were_typed(page):
         assert given == pytest.approx(state(page)[name], rel=1e-15)
 
 
-FAULTS = [
-    ("theta", "200", "from 0 to 180 °"),
-    ("theta", "4 rad", "from 0 to 3.14159 rad"),
-    ("spin", "1e8 rpm", "from −9549300 to 9549300 rpm"),
-    ("shape", "3", "from 0.000001 to 2"),
-    ("A", "1e-12", "gMR/A is then to be from −1000000000 to 1000000000"),
-    ("phidot", "seven", "a number, such as −12.5, 2*pi*25 or 260 rpm"),
-]
-
-
-def test_a_fault_stands_beside_its_box_in_the_unit_that_was_typed(page):
-    before = state(page)
-    for name, typed, says in FAULTS:
-        box = f"document.querySelector('input[data-of={name}]')"
-        page.value(f"{box}.value = '{typed}'; {box}.dispatchEvent(new Event('input'))")
-        assert text(page, f"{name}-fault") == says
-        assert state(page) == before
-        gap = page.value(
-            f"document.getElementById('{name}-fault').getBoundingClientRect().top"
-            f"- {box}.getBoundingClientRect().bottom"
-        )
-        assert 0 <= gap < 60, name
-        assert page.value(f"{box}.getAttribute('aria-describedby')") == f"{name}-fault"
-        page.value(f"{box}.dispatchEvent(new Event('blur'))")
-        assert text(page, f"{name}-fault") == ""
-
-
 def test_a_top_is_given_by_its_moment_mass_and_distance(page):
     """A textbook's top: 0.5 kg, 0.05 m."""
     for name, typed in {"A": "12e-4", "shape": "0.375", "mass": "0.5", "distance": "5 cm"}.items():
@@ -295,29 +268,6 @@ def test_a_top_is_given_by_its_moment_mass_and_distance(page):
 
 
 # --- how it is used --------------------------------------------------------------------------
-
-
-def key(page, name):
-    code = {"ArrowRight": 39, "ArrowLeft": 37, "End": 35}[name]
-    for kind in ("keyDown", "keyUp"):
-        page.ask("Input.dispatchKeyEvent", type=kind, key=name, code=name,
-                 windowsVirtualKeyCode=code)  # fmt: skip
-
-
-def test_sliders_are_moved_with_keys_and_the_kind_follows_at_once(page):
-    page.value("document.getElementById('phidot-slider').focus()")
-    before = state(page)["phidot"]
-    key(page, "ArrowRight")
-    page.until(f"explorer.state().phidot > {before}")
-    key(page, "End")
-    page.until("explorer.state().phidot === 50")
-    assert state(page)["theta"] == 0.1  # the others keep all their digits
-    page.value("document.getElementById('theta-slider').focus()")
-    key(page, "End")
-    page.until(f"explorer.state().theta === {math.pi}")
-    assert text(page, "kind") == "hanging"
-    assert text(page, "plain").startswith("The axis hangs")
-    assert 'theta = "pi"' in text(page, "toml")
 
 
 def test_the_page_is_small_and_loads_nothing(html):

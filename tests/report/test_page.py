@@ -114,18 +114,6 @@ def test_claims_that_fail_are_named_in_the_head_and_their_table_is_read_first(pa
     assert "that-fails does not hold" in head
 
 
-def test_what_is_read_first_is_short_and_the_rest_is_behind_details(page):
-    section = page.sections[0]
-    html = Page((section,)).html()
-    first, _, rest = html[html.index(f'<section id="{section.ident}"') :].partition("<details>")
-    assert [first.count(f"<dt>{label}</dt>") for label, _ in section.facts[:4]] == [1] * 4
-    assert (first.count("<table>"), first.count("<figure ")) == (1, 1)
-    assert rest.count("<figure ") == len(section.pictures) - 1
-    t = section.result.events.table[1].t
-    assert f">{t:.6g}<" in first
-    assert f">{t:.12g}<" in rest
-
-
 @pytest.fixture
 def undrawn(monkeypatch):
     """Figures are made, and not drawn."""
@@ -164,7 +152,6 @@ TIMELESS = POINT | {"us_per_period": 0}
 WRONG = {
     "of another kind": ("validate", '{"schema": "heavytop/run/1"}', "validate.json"),
     "no time": ("workprec", {"points": [TIMELESS, POINT | {"rival": False}]}, "workprec.json"),
-    "another scene": ("run", {"scene": load_scene("sicm-dropped").document()}, "trajectory.nc"),
 }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 import time
 from html import escape
 from unittest.mock import patch
@@ -148,13 +147,6 @@ def click(browser, name):
     browser.value(f"document.querySelector('[data-do={name}]').click()")
 
 
-def key(browser, name):
-    browser.value(f"{CANVAS}.focus()")
-    text = {"text": name} if len(name) == 1 else {}
-    browser.ask("Input.dispatchKeyEvent", type="keyDown", key=name, **text)
-    browser.ask("Input.dispatchKeyEvent", type="keyUp", key=name)
-
-
 @pytest.fixture
 def resting(browser):
     """The first run at its start, at rest, in the middle of a large screen, as it is first seen."""
@@ -163,31 +155,6 @@ def resting(browser):
     browser.value(f"{PLAYER}.choose(0)")
     browser.value(f"{PLAYER}.to(0)")
     return browser
-
-
-KEYS = (  # one after the other, and what is so afterwards
-    (".", "at === 1"), (",", "at === 0"), ("e", "at > 0"), ("End", "at === count - 1"),
-    ("Home", "at === 0"), ("+", "zoom > 1"), ("-", "zoom === 1"), ("-", "zoom < 1"),
-    ("ArrowLeft", "turn > first.turn"), ("ArrowUp", "lift > first.lift"),
-    ("a", "Math.abs(lift - Math.PI / 2) < 1e-6"), (" ", "playing"), (" ", "!playing"),
-)  # fmt: skip
-
-
-def test_everything_can_be_done_with_keys_and_views_are_where_they_say(resting):
-    start = resting.value(STATE)
-    first, (x, y, _) = start["camera"], start["axis"]
-    across = abs(math.cos(first["turn"]) * x + math.sin(first["turn"]) * y) / math.hypot(x, y)
-    assert across < 0.5  # 0 where the tilt is all seen, 1 where it is towards the eye, or away
-    for name, found in KEYS:
-        key(resting, name)
-        names = "{at, count, playing, camera: {turn, lift, zoom}}"
-        resting.until(f"(({names}, first) => {found})({STATE}, {json.dumps(first)})")
-    click(resting, "side")
-    assert resting.value(STATE)["camera"] == first
-    click(resting, "above")
-    assert resting.value(STATE)["camera"]["lift"] == pytest.approx(math.pi / 2)
-    click(resting, "side")
-    assert resting.value(STATE)["camera"] == first
 
 
 CHOOSE = """(() => {

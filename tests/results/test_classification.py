@@ -104,23 +104,3 @@ def test_a_round_and_the_amplitude_are_those_of_the_angles(scene):
     turned = np.diff(Motion(given.top, given.start).at([0.0, span]).phi)[0]
     rate = 2 * math.pi / found["round"] if found["round"] else 0.0
     assert rate == pytest.approx(abs(turned) / span, abs=1e-12)
-
-
-def test_estimates_of_a_fast_top_are_those_of_the_textbooks_with_their_errors():
-    found, top = document("sicm-dropped"), load_scene("sicm-dropped").top
-    motion, A, pull = found["motion"], float(top.A), float(top.gMR)
-    p_psi = found["constants"]["p_psi"]
-    u1, u2 = (math.cos(motion[name]) for name in ("theta_max", "theta_min"))
-    rate = 2 * math.pi / motion["round"]
-    textbooks = {
-        "precession": (pull / p_psi, rate),
-        "period": (2 * math.pi * A / p_psi, motion["period"]),
-        "amplitude": (2 * A * pull * math.sin(0.1) ** 2 / p_psi**2, u2 - u1),
-        "round": (2 * math.pi * p_psi / pull, motion["round"]),
-    }
-    assert motion["estimates"].keys() == textbooks.keys()
-    for name, (estimate, exact) in textbooks.items():
-        known = {"estimate": estimate, "exact": exact, "error": estimate / exact - 1}
-        assert motion["estimates"][name] == pytest.approx(known)
-    assert document("spherical-pendulum")["motion"]["estimates"] == {}
-    assert document("force-free")["motion"]["estimates"] == {}

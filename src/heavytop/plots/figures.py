@@ -438,11 +438,11 @@ def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
     floor = 10.0 ** np.floor(np.log10(max(smallest, shown)) - 0.7)
     for name, error in found.items():
         label, (colour, marker) = QUANTITIES[name].symbol, ERRORS[name]
-        largest = np.fmax.accumulate(error)
+        largest, time = np.fmax.accumulate(error), _in_unit("t", t)
         size = f"at most {largest[-1]:.1e}" if largest[-1] else "none"
-        ax.plot(t, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)
+        ax.plot(time, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)
         so_far = np.where(largest > floor, largest, np.nan)
-        line(ax, t, so_far, looks, color=colour, lw=1.2, label=f"{label}: {size}")
+        line(ax, time, so_far, looks, color=colour, lw=1.2, label=f"{label}: {size}")
     ax.set_yscale("log")
     ax.set_ylim(bottom=min(floor, ax.dataLim.ymin), auto=None)
     ax.annotate(edge, (0, floor), (4, 4), ("axes fraction", "data"), "offset points",

@@ -19,7 +19,7 @@ from heavytop.results.ask import fact_quantity
 from heavytop.results.drift import columns_of, error_names, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import ERRORS, error_of_point, front
-from heavytop.scene.quantities import quantity_of
+from heavytop.scene.quantities import SI, quantity_of, showing
 
 Found = Any  # a result, whose fields are read by their names
 Looks = dict[str, dict[str, Any]]
@@ -102,15 +102,17 @@ def error_growth(ax: Axes, found: Found, name: str = "energy", /, **looks: Any) 
         ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
     """
     series, colours, marks = _series(found.methods, name), style.COLOURS, style.MARKERS
+    about = error_of(name)
     ax.set(xscale="log", yscale="log")
     for k, method in enumerate(each["name"] for each in found.methods):  # no two are alike
         if method in series:
             n, error = zip(*series[method], strict=True)
-            line(ax, n, error, looks, color=colours[k % len(colours)], marker=marks[k % len(marks)],
+            shown = about.shown[1] * np.array(error)
+            line(ax, n, shown, looks, color=colours[k % len(colours)], marker=marks[k % len(marks)],
                  ls=DASHES[k // len(colours) % len(DASHES)], lw=1.0, ms=3.5,
                  label=literal(method))  # fmt: skip
     _guides(ax, [n for points in series.values() for n, _ in points])
-    return gridded(ax, "nutation periods", literal(f"error of {error_of(name).heading}"))
+    return gridded(ax, "nutation periods", literal(f"error of {about.heading}"))
 
 
 def _series(methods: Sequence[Known], name: str) -> Series:
@@ -234,8 +236,9 @@ def work_precision(
     some : sequence, optional
         Those of its points that are drawn.
     """
+    about = quantity_of("phase_s" if name == "phase" else name)
     rows = [
-        {"method": p["method"], "error": off, "us_per_period": p["us_per_period"],
+        {"method": p["method"], "error": off * about.shown[1], "us_per_period": p["us_per_period"],
          "rhs_evaluations": (p["rhs_evaluations"] or 0) / p["periods"]}
         for p in (found.points if some is None else some)
         if (off := error_of_point(p, ERRORS[name])) and off < ASTRAY
@@ -250,9 +253,7 @@ def work_precision(
     ax.set(xscale="log", yscale="log")
     if not ax.xaxis_inverted():  # by what was drawn there before
         ax.invert_xaxis()
-    return gridded(
-        ax, f"error of {quantity_of('phase_s' if name == 'phase' else name).heading}", PER[work]
-    )
+    return gridded(ax, f"error of {about.heading}", PER[work])
 
 
 def _xy(rows: Sequence[Known], work: str) -> tuple[list[float], list[float]]:
@@ -360,10 +361,12 @@ def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     """
     curves = {name: np.array(x, dtype=float) for name, x in found.curves.items()}
     ax.set_yscale("log")
+    with showing(SI):  # which are of several units, as conditioning is
+        labels = {name: error_of(name).heading for name in CHECKED}
     for name, colour in zip(CHECKED, style.COLOURS, strict=True):
         if name in curves:
             off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
-            line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=error_of(name).heading)
+            line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=labels[name])
     if limit := found.condition:
         ax.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
     return gridded(ax, "t [s]", "error")

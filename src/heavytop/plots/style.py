@@ -95,7 +95,6 @@ _METADATA: Final[dict[str, dict[str, Any]]] = {
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
-MARKS: Final = 120  # of a curve on a page: more are not told apart
 MOST_LETTERS: Final = 90  # of a text that somebody else wrote
 _NO_LETTER: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 
@@ -208,10 +207,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def svg(figure: Figure) -> str:
-    """The SVG of a figure, its texts in the font of the reader: small, as a page takes it."""
-    for ax in figure.axes:
-        for curve in ax.lines:
-            curve.set_markevery(max(1, np.size(curve.get_xdata()) // MARKS))
+    """The SVG of a figure, its texts in the font of the reader."""
     return _drawn(figure, "svg", **{"svg.fonttype": "none"}).decode()
 
 

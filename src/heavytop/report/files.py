@@ -28,7 +28,7 @@ from heavytop.errors import (
     is_interrupt,
 )
 from heavytop.files import as_json, locked, write_document
-from heavytop.results.base import Result, Row, as_rows, not_as_written, typed
+from heavytop.results.base import Result, Row, not_as_written, typed
 from heavytop.results.classification import plan_summary
 from heavytop.results.run import PICTURES, RunResult, run_result
 from heavytop.scene.scene import Scene, read_scene
@@ -172,16 +172,8 @@ def _resumable(folder: Path) -> Iterator[None]:
 
 
 def _remove(folder: Path, names: Sequence[str]) -> None:
-    """Take away the files of an earlier run.
-
-    Raises
-    ------
-    ForeignFile
-        One of them is a folder.
-    """
+    """Take away the files of an earlier run."""
     for name in names:
-        if (folder / name).is_dir():
-            raise ForeignFile(f"{folder / name}: a folder, where a run has a file")
         (folder / name).unlink(missing_ok=True)
 
 
@@ -208,16 +200,13 @@ def load_part(folder: Path, scene: Scene) -> Trajectory | None:
     Raises
     ------
     ForeignFile
-        It is damaged, of another scene, or was begun with other versions.
+        It is damaged, or was begun with other versions.
     """
     from heavytop.run.trajectory_file import load_interrupted
 
-    path = folder / TRAJECTORY
-    if not path.exists():
+    if not (folder / TRAJECTORY).exists():
         return None
-    part = load_interrupted(path)
-    if Request(part.scene).question != Request(scene).question:
-        raise ForeignFile(f"{path}: of another scene than {REQUEST}")
+    part = load_interrupted(folder / TRAJECTORY)
     return replace(part, scene=scene)  # a file does not have the name of its scene
 
 
@@ -229,7 +218,7 @@ def load_run(result: RunResult, path: Path) -> Any:
     Raises
     ------
     ForeignFile
-        It is damaged, or of another scene.
+        It is damaged.
     """
     place = path.with_name(TRAJECTORY)
     if "trajectory" not in result.files or not place.exists():
@@ -244,11 +233,7 @@ def load_run(result: RunResult, path: Path) -> Any:
 
         known = read_scene(scene_text(result.scene), where=f"{result.scene.name}.toml")
         return SceneMotion(known, closed_form_of(known), plan(known))
-    run: Any = (load_trajectory if result.source == "integrated" else load_exact)(place)
-    scene = as_rows(run.scene.document())
-    if any(scene[key] != result.scene.get(key) for key in ("top", "start", "title", "span")):
-        raise ForeignFile(f"{place}: of another scene than {DOCUMENT} is about")
-    return run
+    return (load_trajectory if result.source == "integrated" else load_exact)(place)
 
 
 def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:

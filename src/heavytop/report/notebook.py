@@ -87,7 +87,7 @@ def _scene(scene: Scene) -> Iterator[Fact]:
 
 def _motion(motion: Motion) -> Iterator[Fact]:
     summary = motion_summary(motion)
-    yield from verdict_facts(asdict(motion.verdict))
+    yield from verdict_facts(summary)
     yield from course_facts(summary)
 
 

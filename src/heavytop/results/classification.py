@@ -248,10 +248,9 @@ def _bounds(motion: Motion, name: str) -> list[Any] | None:
 
 def verdict_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
     """The kind of a motion, its tags, and why."""
-    proof = "proved" if motion["certified"] else f"|x| < {NUMBER.text(motion['bound'])}"
-    yield "kind", f"{motion['kind']}, {proof}"
+    yield "kind", f"{motion['kind']}, {'' if motion['certified'] else 'not '}proved"
     for label, name in (("tags", "tags"), ("tags undecided", "open_tags")):
-        if motion[name]:
+        if motion.get(name):
             yield label, ", ".join(motion[name])
     yield "why", motion["why"]
 

@@ -22,6 +22,7 @@ from heavytop.results.classification import (
     numbers,
     plan_facts,
     plan_summary,
+    verdict_facts,
     warnings_of,
 )
 from heavytop.scene.quantities import MISSING, QUANTITIES, RATES, Need, need_of, quantity_of
@@ -115,18 +116,14 @@ class RunResult(Result):
 
     def facts(self) -> Iterator[Fact]:
         """What is known without integrating, the plan, the end, the errors and the cost."""
-        motion = self.motion
-        tags = f" ({', '.join(motion.tags)})" if motion.tags else ""
-        yield "kind", f"{motion.kind}{tags}{', proved' if motion.certified else ''}"
-        if motion.why:
-            yield "why", motion.why
-        yield from course_facts(motion)
+        yield from verdict_facts(self.motion)
+        yield from course_facts(self.motion)
         yield from numbers(self.constants, *CONSTANTS)
-        yield from estimate_facts(motion.estimates)
+        yield from estimate_facts(self.motion.estimates)
         yield from plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
         yield from end_facts(self)
-        if self.events.table and motion.kind.startswith("through-"):
+        if self.events.table and self.motion.kind.startswith("through-"):
             yield "at the pole", AT_POLE
         yield "cost", cost_text(self.cost)
 
