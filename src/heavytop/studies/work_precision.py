@@ -239,15 +239,14 @@ def complete(
             runs.take(show)
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder) from None
+    rows = runs.rows
     return WorkPrecision(
         scene=parameters["scene"],
         periods=parameters["periods"],
         phase=parameters["periods"] - BEFORE,
         budget=budget,
-        points=tuple(
-            _point(x, runs.rows[x], derived[x.formulation]) for x in asked if runs.rows[x]
-        ),
-        skipped=tuple(_skipped(x, runs.refused[x]) for x in asked if not runs.rows[x]),
+        points=tuple(_point(x, rows[x], derived[x.formulation]) for x in asked if rows[x]),
+        skipped=tuple(_skipped(x, runs.refused[x]) for x in asked if not rows[x]),
         versions=versions(),
     )
 
@@ -298,10 +297,10 @@ class Rounds:
         if not stored and clock() <= self.deadline:
             times = {x.text: {k: y["seconds"] for k, y in z.items()} for x, z in self.rows.items()}
             self.journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
-        for times in self.journal.rows(ROUNDS):
+        for known in self.journal.rows(ROUNDS):
             for each, runs in self.rows.items():
                 for start, row in runs.items():
-                    row["seconds"] = times[each.text][str(start)]
+                    row["seconds"] = known[each.text][str(start)]
 
     def _first(self, start: int, each: MethodEntry) -> None:
         known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
