@@ -215,11 +215,10 @@ def _chunks(
         if chosen.fixed and order is None and int(number) == 0:
             order = measured_order(scene, chosen)
         checkpoint = {"state": asdict(found.stepper.begin()), "sampled": 0, "order": order}
-    warned: Counter[str] = getattr(found.stepper, "warned", Counter())
+    warned: Any = getattr(found.stepper, "warned", {})
     warned.update(checkpoint.get("warned", {}))
-    words = {
-        name: tuple(x) if isinstance(x, list) else x for name, x in checkpoint["state"].items()
-    }
+    stored = checkpoint["state"].items()
+    words: Any = {name: tuple(x) if isinstance(x, list) else x for name, x in stored}
     state, sampled, ended = StepperState(**words), checkpoint["sampled"], ""
     yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
