@@ -146,6 +146,15 @@ def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
     assert process.call(abs, -1, timeout=5) == 1  # starting it is no part of the call
 
 
+def starts_a_process():
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        return pool.apply(os.getpid)
+
+
+def test_a_call_may_start_processes_of_its_own(process):
+    assert process.call(starts_a_process) not in (os.getpid(), process.call(os.getpid))
+
+
 def test_what_is_refused_in_a_worker_is_refused_here(process):
     with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
         process.call(study.study_of, {"kind": "unheard"})

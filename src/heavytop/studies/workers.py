@@ -185,6 +185,7 @@ class TimedWorker:
 def _serve(pipe: Connection) -> None:
     """In a worker: do one call after the other, until the parent has gone."""
     follow_parent()
+    getattr(multiprocessing.current_process(), "_config", {})["daemon"] = False  # it may start more
     pipe.send("ready")
     with suppress(EOFError):
         while True:
