@@ -2,12 +2,14 @@
 
 import multiprocessing
 import os
+import signal
 import socket
 import subprocess
 import sys
 import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from threading import Timer
 
 import pytest
 
@@ -144,6 +146,23 @@ def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
     with pytest.raises(workers.Lost, match=why):
         process.call(*call)
     assert process.call(abs, -1, timeout=5) == 1  # starting it is no part of the call
+
+
+def test_after_an_interrupted_call_the_next_one_has_its_own_answer(process):
+    process.call(abs, -1)
+    Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        process.call(time.sleep, 60)
+    assert process.call(abs, -2) == 2
+
+
+def starts_a_process():
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        return pool.apply(os.getpid)
+
+
+def test_a_call_may_start_processes_of_its_own(process):
+    assert process.call(starts_a_process) not in (os.getpid(), process.call(os.getpid))
 
 
 def test_what_is_refused_in_a_worker_is_refused_here(process):

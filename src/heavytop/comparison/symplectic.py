@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
 from itertools import pairwise
@@ -22,34 +21,35 @@ from heavytop.exact.pairs import Array
 Turn = Literal["exact", "cayley"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Splitting:
-    """A method of kicks, l by the torque at fixed e, and drifts between them, e about fixed l.
+def splitting(
+    lengths: tuple[Array, Array],
+    problem: InitialValueProblem,
+    setting: float,
+    steps: int,
+    *,
+    turn: Turn = "exact",
+    compensated: bool = False,
+) -> FixedStep:
+    """Return the stepper of a splitting with so many steps a period.
 
-    Attributes
+    Parameters
     ----------
-    kicks : ndarray, shape (s + 1,)
-        Their lengths, in steps; the last of a step and the first of the next are one.
-    drifts : ndarray, shape (s,)
+    lengths : pair of ndarray, shapes (s + 1,) and (s,)
+        Of kicks, l by the torque at fixed e, and of drifts between them, e about fixed l, in steps;
+        the last kick of a step and the first of the next are one.
+    problem, setting, steps
+        As of `heavytop.comparison.methods.MethodEntry.build`.
     turn : str
         ``exact``, the rotation by |l| h, or ``cayley``, by 2 atan(|l| h / 2).
     compensated : bool
         Whether what each sum loses is carried along.
     """
-
-    kicks: Array
-    drifts: Array
-    turn: Turn = "exact"
-    compensated: bool = False
-
-    def stepper(self, problem: InitialValueProblem, setting: float, steps: int) -> FixedStep:
-        """Return the stepper with so many steps a period."""
-        g, l_z = (problem.constants[name] for name in ("g", "l_z"))
-        h = problem.span / setting
-        table = h * np.vstack([g * self.kicks, np.append(self.drifts, 0.0)])
-        kernel, seconds = _steps(self.turn, compensated=self.compensated)
-        advance, carried = partial(kernel, g, l_z, table), 5 if self.compensated else 0
-        return FixedStep(problem.start, h, advance, steps, carried, 5 - carried, seconds)
+    g, l_z = (problem.constants[name] for name in ("g", "l_z"))
+    h, (kicks, drifts) = problem.span / setting, lengths
+    table = h * np.vstack([g * kicks, np.append(drifts, 0.0)])
+    kernel, seconds = _steps(turn, compensated=compensated)
+    advance, carried = partial(kernel, g, l_z, table), 5 if compensated else 0
+    return FixedStep(problem.start, h, advance, steps, carried, 5 - carried, seconds)
 
 
 # The first half of symmetric compositions of Strang's step, and the middle one.
@@ -118,10 +118,10 @@ def _mirrored(kicks: Sequence[Fraction], drifts: Sequence[Fraction]) -> tuple[Ar
     return np.array([*kicks, *kicks[::-1]], float), np.array([*drifts, *drifts[-2::-1]], float)
 
 
-STRANG = Splitting(*composition(["1"]))
-BLANES_MOAN = Splitting(*blanes_moan())
-SOFRONIOU_SPALETTA = Splitting(*composition(SOFRONIOU_SPALETTA_10), compensated=True)
-BOBENKO_SURIS = Splitting(*composition(["1"]), turn="cayley")
+STRANG = partial(splitting, composition(["1"]))
+BLANES_MOAN = partial(splitting, blanes_moan())
+SOFRONIOU_SPALETTA = partial(splitting, composition(SOFRONIOU_SPALETTA_10), compensated=True)
+BOBENKO_SURIS = partial(splitting, composition(["1"]), turn="cayley")
 """The integrable discrete Lagrange top, with the momentum half a kick on."""
 
 

@@ -68,15 +68,16 @@ def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iter
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
-    columns, sent = _computed(plane.tops(tile), tile.shape, parameters["what"])
+    columns, sent = _computed(plane.tops(tile), parameters["what"])
     file = BytesIO()  # compressed where that is worth its time
     (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
     row = {"sent": sent, "tile": b64encode(file.getvalue()).decode()}
     yield study.Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
-def _computed(tops: dict[str, Any], shape: tuple[int, int], what: str) -> tuple[Columns, int]:
+def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
     """The columns of a tile, and how many of its pixels needed interval arithmetic."""
+    shape = np.broadcast_shapes(*map(np.shape, tops.values()))
     bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
     seen = mirrored(tops, bottom) if bottom.any() else tops
     rows = None if what == "kind" else motions_many(**seen, tags=True)

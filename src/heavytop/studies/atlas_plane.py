@@ -143,16 +143,8 @@ class Axis:
 # --- the plane ------------------------------------------------------------------------------------
 
 
-class Tile(NamedTuple):
-    """A rectangle of pixels that is computed at once: slices of the y axis and of the x axis."""
-
-    rows: slice
-    columns: slice
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
-        return self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
+Tile = tuple[slice, slice]
+"""A rectangle of pixels that is computed at once: slices of the y axis and of the x axis."""
 
 
 @dataclass(frozen=True)
@@ -181,10 +173,7 @@ class Plane:
         width = min(self.x.count, WIDEST)
         height = max(1, most // width)
         return {
-            f"{row:07d}/{column:07d}": Tile(
-                slice(row, min(row + height, self.y.count)),
-                slice(column, min(column + width, self.x.count)),
-            )
+            f"{row:07d}/{column:07d}": np.s_[row : row + height, column : column + width]
             for row in range(0, self.y.count, height)
             for column in range(0, self.x.count, width)
         }
@@ -195,7 +184,8 @@ class Plane:
         What no top or start can be is nan. Where an axis holds p_phi, p_psi or E the rates that
         give it are rounded to doubles, so that the pixel is that of the rounded rates.
         """
-        return self.at(self.x.values[tile.columns][None, :], self.y.values[tile.rows][:, None])
+        rows, columns = tile
+        return self.at(self.x.values[columns][None, :], self.y.values[rows][:, None])
 
     def at(self, x: Array, y: Array) -> dict[str, Any]:
         """The tops and starts at places of the plane, given as arrays that broadcast."""

@@ -359,30 +359,30 @@ def _known_well() -> Iterator[None]:
 
 def collect(journal: Journal) -> Certificate:
     """Return the certificate that all parts of a run add up to."""
-    asked = journal.parameters
+    asked, rows = journal.parameters, list[dict[str, Any]]()
     for task in tasks(asked):
         if failed := journal.record(task).last.failed:
             raise ForeignFile(failed)
-    rounding, formulation = asked["rounding"], asked["run"]["formulation"]
-    rows = [row for task in tasks(asked) for row in journal.rows(task)]
-    observed = {n: _largest([row["found"].get(n, 0.0) for row in rows]) for n in rounding}
-    proved = {n: _largest([row["proved"].get(n, 0.0) for row in rows]) for n in rounding}
-    bounds = {
-        n: None if (x := proved.get(n)) is None else x + rounding[n] + asked["start"].get(n, 0.0)
-        for n in QUANTITIES
+        rows += journal.rows(task)
+    rounding, turns, proofs = asked["rounding"], asked["turns"], asked["events"]
+    observed, proved = (
+        {n: _largest([row[what].get(n, 0.0) for row in rows]) for n in rounding}
+        for what in ("found", "proved")
+    )
+    bounds: dict[str, Any] = dict.fromkeys(QUANTITIES) | {
+        n: x + rounding[n] + asked["start"].get(n, 0.0) for n, x in proved.items() if x is not None
     }
-    followed = asked["turns"]
     why = [
         f"{n} is not bounded: the axis comes too near to a pole"
-        for n in ("axis", "theta", *followed)
+        for n in ("axis", "theta", *turns)
         if bounds[n] is None
     ]
-    if asked["spins"] and "psi" not in followed:
-        why.append(f"psi is not bounded in the {formulation} form, but in the attitude form")
-    turns = all(x and (bounds[n] or math.inf) < ASTRAY for n, x in followed.items())
-    if not turns:
+    if asked["spins"] and "psi" not in turns:
+        form = asked["run"]["formulation"]
+        why.append(f"psi is not bounded in the {form} form, but in the attitude form")
+    whole_turns = all(x and (bounds[n] or math.inf) < ASTRAY for n, x in turns.items())
+    if not whole_turns:
         why.append("whole turns are not proved: angles are not near enough to the exact ones")
-    proofs = asked["events"]
     why += [proof["why"] for proof in proofs.values() if proof["why"]]
     events: dict[str, Any] = {
         event: {"count": count, "proved": proofs.get(event, {}).get("proved")}
@@ -390,21 +390,17 @@ def collect(journal: Journal) -> Certificate:
     }
     if "cusp" in events and "turning" in events:  # each is a turning point
         events["cusp"]["proved"] = events["turning"]["proved"]
-    verdicts = [each["proved"] for each in events.values()]
+    missed = False in [each["proved"] for each in events.values()]
     late = max((proof["off"] for proof in proofs.values()), default=None)
     return Certificate(
-        scene=asked["scene"],
-        formulation=formulation,
-        projected=asked["run"]["projected"],
-        tolerance=asked["run"]["tolerance"],
-        steps=asked["steps"],
+        **{name: asked[name] for name in ("scene", "steps", "versions")},
+        **{name: asked["run"][name] for name in ("formulation", "projected", "tolerance")},
         t=asked["run"]["end"],
         bound=bounds,
         rounding={n: None if bounds[n] is None else rounding[n] for n in QUANTITIES},
         observed={n: observed.get(n) for n in QUANTITIES},
-        turns=turns if followed else None,
+        turns=whole_turns if turns else None,
         events=dict.fromkeys(KINDS_OF) | events | {"time_bound_s": late},
-        proved=None not in (bounds["axis"], bounds["theta"]) and False not in verdicts,
+        proved=None not in (bounds["axis"], bounds["theta"]) and not missed,
         why=tuple(why),
-        versions=asked["versions"],
     )

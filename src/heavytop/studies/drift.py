@@ -210,17 +210,16 @@ def _chunks(
     found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
     periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
     times = [found.stepper.output_time(n * found.period) for n in periods]
-    here: Mapping[str, int] = getattr(found.stepper, "warned", {})
     if checkpoint is None:
         order: float | None = chosen.published_order
         if chosen.fixed and order is None and int(number) == 0:
             order = measured_order(scene, chosen)
-        state, checkpoint = found.stepper.begin(), {"sampled": 0, "order": order, "warned": {}}
-    else:
-        stored = checkpoint["state"].items()
-        words: Any = {name: tuple(x) if isinstance(x, list) else x for name, x in stored}
-        state = StepperState(**words)
-    sampled, warned, ended = checkpoint["sampled"], Counter(checkpoint["warned"]), ""
+        checkpoint = {"state": asdict(found.stepper.begin()), "sampled": 0, "order": order}
+    warned: Any = getattr(found.stepper, "warned", {})
+    warned.update(checkpoint.get("warned", {}))
+    stored = checkpoint["state"].items()
+    words: Any = {name: tuple(x) if isinstance(x, list) else x for name, x in stored}
+    state, sampled, ended = StepperState(**words), checkpoint["sampled"], ""
     yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
         rows: list[dict[str, Any]] = []
@@ -238,8 +237,7 @@ def _chunks(
             state, sampled = after, sampled + len(reached)
         done, gone = bool(ended) or sampled == len(times), state.time[0]
         checkpoint |= {"state": asdict(state), "periods": gone / found.period,
-                       "sampled": sampled, "ended": ended,
-                       "warned": warned + Counter(here)}  # fmt: skip
+                       "sampled": sampled, "ended": ended, "warned": dict(warned)}  # fmt: skip
         yield Chunk(dict(checkpoint), rows, done, gone / times[-1][0], seconds)
 
 

@@ -235,16 +235,18 @@ def complete(
         with study.stop_signal(at_once=True) as stop, TIMED_WORKER:
             show(0.0)
             derived = {each.formulation: _derived(each.formulation) for each in asked}
-            rows, refused = _measured(journal, asked, budget, began, show)
+            runs = Rounds(journal, asked, budget, began)
+            runs.take(show)
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder) from None
+    rows = runs.rows
     return WorkPrecision(
         scene=parameters["scene"],
         periods=parameters["periods"],
         phase=parameters["periods"] - BEFORE,
         budget=budget,
         points=tuple(_point(x, rows[x], derived[x.formulation]) for x in asked if rows[x]),
-        skipped=tuple(_skipped(x, refused[x]) for x in asked if not rows[x]),
+        skipped=tuple(_skipped(x, runs.refused[x]) for x in asked if not rows[x]),
         versions=versions(),
     )
 
@@ -256,84 +258,90 @@ def _derived(formulation: str) -> float:
     return clock() - began
 
 
-Rows = dict[MethodEntry, dict[int, dict[str, Any]]]
-"""By setting and number of the start what its runs gave."""
-
-
-def _measured(
-    journal: study.Journal,
-    asked: Sequence[MethodEntry],
-    budget: float,
-    began: float,
-    show: Callable[[float], object],
-) -> tuple[Rows, dict[MethodEntry, str]]:
-    """Run settings in turn, from one start after the other, in rounds: all feel what disturbs one.
+class Rounds:
+    """Runs of settings in turn, from one start after the other, in rounds: all feel what disturbs.
 
     The first round shows errors; slow settings are in no more than two. A setting that fails from
-    one start has no rows. Returned are the rows, and why settings have none.
+    one start has no rows.
+
+    Attributes
+    ----------
+    rows : dict
+        By setting and number of the start what its runs gave.
+    refused : dict
+        Why settings have no rows.
     """
-    scene, periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
-    states = [perturbed_start(scene.start, 0, k) for k in range(STARTS)]
-    starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
-    limit, deadline = max(1.0, budget / LIMITS), began + budget
-    round_ = [*product(range(STARTS), _in_turn(asked))]
-    rows: Rows = {each: {} for each in asked}
-    ready: dict[tuple[MethodEntry, int], MethodRun] = {}
-    refused: dict[MethodEntry, str] = {}
-    too_slow: dict[str, str] = {}  # by method, its setting that took too long
 
-    def run_of(each: MethodEntry, start: int) -> MethodRun:
-        if (each, start) not in ready:
-            ready[each, start] = set_up(starts[start], each)
-        return ready[each, start]
+    def __init__(
+        self, journal: study.Journal, settings: Sequence[MethodEntry], budget: float, began: float
+    ) -> None:
+        scene, self.periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
+        states = [perturbed_start(scene.start, 0, k) for k in range(STARTS)]
+        self.starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
+        self.journal, self.budget, self.deadline = journal, budget, began + budget
+        self.turns = [*product(range(STARTS), _in_turn(settings))]
+        self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
+        self.refused: dict[MethodEntry, str] = {}
+        self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
+        self.ready: dict[tuple[MethodEntry, int], MethodRun] = {}
 
-    def repeat(each: MethodEntry, start: int, times: int) -> None:
-        run = run_of(each, start)
-        for _ in range(times):
-            rows[each][start]["seconds"].append(
-                walk(run.stepper, _end(run, periods), clock=clock)[2]
-            )
+    def take(self, show: Callable[[float], object]) -> None:
+        """Take all rounds, unless their times are stored."""
+        stored, count = self.journal.record(ROUNDS).ended, (1 + REPEATS) * len(self.turns)
+        for done, (turn, place) in enumerate(product(range(1 + REPEATS), self.turns)):
+            show(done / count)
+            if turn == 0:
+                self._first(*place)
+            elif not stored:
+                self._repeat(*place, turn)
+        if not stored and clock() <= self.deadline:
+            times = {x.text: {k: y["seconds"] for k, y in z.items()} for x, z in self.rows.items()}
+            self.journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
+        for known in self.journal.rows(ROUNDS):
+            for each, runs in self.rows.items():
+                for start, row in runs.items():
+                    row["seconds"] = known[each.text][str(start)]
 
-    for place, (start, each) in enumerate(round_):
-        show(place / len(round_) / (1 + REPEATS))
-        known, task, late = rows[each], f"{each.text}/{start}", clock() > deadline
-        if journal.record(task).ended:
-            [known[start]] = journal.rows(task)
-            continue
-        if each in refused or (late and known):
-            continue
+    def _first(self, start: int, each: MethodEntry) -> None:
+        known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
+        if self.journal.record(task).ended:
+            [known[start]] = self.journal.rows(task)
+            return
+        if each in self.refused or (late and known):
+            return
+        limit = max(1.0, self.budget / LIMITS)
         try:
             if late:
-                raise IntegrationFailed(f"not started: no time was left in {budget:g} s")
-            if (slow := too_slow.get(each.name)) and not known:
+                raise IntegrationFailed(f"not started: no time was left in {self.budget:g} s")
+            if (slow := self.too_slow.get(each.name)) and not known:
                 raise IntegrationFailed(f"not started: {slow} took too long")
             if start == 0:
-                _expect_return(starts[0], each, periods, limit)
-            known[start] = first_run(run_of(each, start), periods, limit)
+                _expect_return(self.starts[0], each, self.periods, limit)
+            self.ready[each, start] = set_up(self.starts[start], each)
+            known[start] = first_run(self.ready[each, start], self.periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
-            refused[each] = " ".join(str(refusal).split())
+            self.refused[each] = " ".join(str(refusal).split())
             if isinstance(refusal, TooSlow):
-                too_slow[each.name] = each.label
-                refused[each] += f": more than {limit:g} s for a run"
-            continue
-        repeat(each, start, known[start]["seconds"][0] <= SHORT_S)
-        journal.append(task, study.Chunk(rows=[known[start]], done=True))
-    if not journal.record(ROUNDS).ended:
-        for turn, place in product(range(REPEATS), range(len(round_))):
-            show((1 + turn + place / len(round_)) / (1 + REPEATS))
-            start, each = round_[place]
-            spent = turn * sum(row["seconds"][0] for row in rows[each].values())
-            if start in rows[each] and spent <= REPEATS_S and clock() <= deadline:
-                repeat(each, start, 1 if rows[each][start]["seconds"][0] > SHORT_S else 2)
-        if clock() <= deadline:
-            every = {x.text: {k: y["seconds"] for k, y in rows[x].items()} for x in asked}
-            journal.append(ROUNDS, study.Chunk(rows=[every], done=True))
-    for times in journal.rows(ROUNDS):
-        for setting, known in rows.items():
-            for k, row in known.items():
-                row["seconds"] = times[setting.text][str(k)]
-    return rows, refused
+                self.too_slow[each.name] = each.label
+                self.refused[each] += f": more than {limit:g} s for a run"
+            return
+        if known[start]["seconds"][0] <= SHORT_S:
+            self._time(start, each)
+        self.journal.append(task, study.Chunk(rows=[known[start]], done=True))
+
+    def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
+        spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())
+        if start in self.rows[each] and spent <= REPEATS_S and clock() <= self.deadline:
+            if (each, start) not in self.ready:
+                self.ready[each, start] = set_up(self.starts[start], each)
+            for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_S else 2):
+                self._time(start, each)
+
+    def _time(self, start: int, each: MethodEntry) -> None:
+        run = self.ready[each, start]
+        _, _, seconds = walk(run.stepper, _end(run, self.periods), clock=clock)
+        self.rows[each][start]["seconds"].append(seconds)
 
 
 def _expect_return(scene: Scene, each: MethodEntry, periods: float, limit: float) -> None:

@@ -138,6 +138,9 @@ class TimedWorker:
                 self.close()
                 raise TimedOut(f"it did not return within {timeout:g} s")
             found, fault = self._pipe.recv()
+        except KeyboardInterrupt:  # an answer that nobody waits for would be that of the next call
+            self.close()
+            raise
         except (EOFError, OSError):
             self._process.join(1.0)
             code = self._process.exitcode or 0
@@ -185,6 +188,7 @@ class TimedWorker:
 def _serve(pipe: Connection) -> None:
     """In a worker: do one call after the other, until the parent has gone."""
     follow_parent()
+    getattr(multiprocessing.current_process(), "_config", {})["daemon"] = False  # it may start more
     pipe.send("ready")
     with suppress(EOFError):
         while True:
