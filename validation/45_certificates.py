@@ -115,8 +115,9 @@ def worst_share(found: Iterable[tuple[ht.Trajectory, ht.Certificate]], **look: i
                 known[name, "below" if short else "from "].append(error / bound)
     for (name, length), shares in sorted(known.items()):
         ratios = 1 / np.array([x for x in shares if x])
+        median, most_of_them = np.quantile(ratios, (0.5, 0.9))
         print(f"  {name:6} {length} ten periods, {len(ratios):3} runs: bound over error, "
-              f"median {np.median(ratios):.2f}, 9 of 10 below {np.quantile(ratios, 0.9):.2f}")  # fmt: skip
+              f"median {median:.2f}, nine of ten below {most_of_them:.2f}")  # fmt: skip
     return most(x for shares in known.values() for x in shares)
 
 
@@ -174,8 +175,8 @@ def long_run(periods, projected):
 
 # --- a hundred million periods ---------------------------------------------------------------
 # It took hours; its certificate is kept. Here its claims are read from that file, and the first
-# periods are integrated and certified again. With the word `again` everything is: the run is kept in out/,
-# and so is the certificate, so that what was stopped goes on.
+# periods are integrated and certified again. With the word `again` everything is: the run is kept
+# in out/, and so is the certificate, so that what was stopped goes on.
 
 KEPT = Path(__file__).with_name("data") / "certified-hundred-million.json"
 FOLDER = Path("out/certified-hundred-million")
