@@ -312,30 +312,27 @@ def bare(given, loop):
 
 
 def timed_calls():
-    """What is called, what makes its argument, how many at once, the most it may take [s]."""
-    anew = "`Motion(top, start).at(t)`, all built anew"
+    """What is called, what makes its argument, and the most it may take [s]."""
     return {
-        "a bare heyoka loop of the axis form, 2 s": (
-            partial(bare, loop=bare_loop()), numbers, 20, None,
+        "a bare heyoka loop of the axis form, 2 s": (partial(bare, loop=bare_loop()), numbers, None),
+        "`propagate`, 2 s: θ, φ, ψ and all events": (ht.propagate, scene, 2e-3),
+        "`propagate`, 2 s: the axis alone": (ht.propagate, lambda: scene(("axis",), (), 2), 1e-3),
+        "`run_errors` of 401 samples": (ht.run_errors, lambda: ht.propagate(scene()), 3e-3),
+        "`Motion(top, start).at(t)`, all built anew": (
+            lambda given: ht.Motion(*made(given)).at(1.0), numbers, 0.5e-3,
         ),
-        "`propagate`, 2 s: θ, φ, ψ and all events": (ht.propagate, scene, 1, 2e-3),
-        "`propagate`, 2 s: the axis alone": (
-            ht.propagate, lambda: scene(("axis",), (), 2), 1, 1e-3,
-        ),
-        "`run_errors` of 401 samples": (ht.run_errors, lambda: ht.propagate(scene()), 1, 3e-3),
-        anew: (lambda given: ht.Motion(*made(given)).at(1.0), numbers, 5, 0.5e-3),
         "`classify(top, start)`, both built anew": (
-            lambda given: ht.classify(*made(given)), numbers, 20, 1e-4,
+            lambda given: ht.classify(*made(given)), numbers, 1e-4,
         ),
-        "`plan` of 1e4 periods, 12 digits": (ht.plan, long_scene, 1, None),
-        "`Top` and `State`": (made, numbers, 20, None),
+        "`plan` of 1e4 periods, 12 digits": (ht.plan, long_scene, None),
+        "`Top` and `State`": (made, numbers, None),
     }  # fmt: skip
 
 
 MODULE = [sys.executable, "-m", "heavytop"]
-HELP = "`heavytop --help`"
+HELP, IMPORTING = "`heavytop --help`", "importing heyoka and sympy"
 FRESH = {  # and at most so many times the imports, if anything
-    "importing heyoka and sympy": ([sys.executable, "-c", "import heyoka, sympy"], None),
+    IMPORTING: ([sys.executable, "-c", "import heyoka, sympy"], None),
     "`heavytop run sicm-kicked --no-figures`": (
         [*MODULE, "run", "sicm-kicked", "--no-figures"], 1.9,
     ),
@@ -344,10 +341,10 @@ FRESH = {  # and at most so many times the imports, if anything
 }  # fmt: skip
 
 
-def batch(call, arguments, count):
-    """A program that makes some calls, each with the next of the arguments."""
-    left = iter(arguments)
-    return lambda: [call(next(left)) for _ in range(count)]
+def calling(call, make):
+    """A program that makes a call, each time with another argument, which was made before."""
+    left = iter([make() for _ in range(REPEATS + 1)])
+    return lambda: call(next(left)) and None
 
 
 def shares(call, make):
@@ -374,10 +371,7 @@ def shares(call, make):
 def calls(write=False):
     """What calls with new numbers cost in a process that has run once; and fresh processes."""
     known = timed_calls()
-    warm = {
-        name: batch(call, [make() for _ in range((REPEATS + 1) * count)], count)
-        for name, (call, make, count, _) in known.items()
-    }
+    warm = {name: calling(call, make) for name, (call, make, _) in known.items()}
     fresh = {
         name: partial(subprocess.run, command, check=True, capture_output=True)
         for name, (command, _) in FRESH.items()
@@ -386,14 +380,13 @@ def calls(write=False):
         program()
     times, processes = interleaved(warm, REPEATS), interleaved(fresh, 9)
     calls, beside = [], []
-    for name, (call, make, count, goal) in known.items():
-        t = times[name] / count
-        calls.append((name, f"{1e3 * t:.3g} ms", f"{1e3 * goal:g} ms" if goal else "–",
-                      shares(call, make)))  # fmt: skip
+    for name, (call, make, goal) in known.items():
+        shown = f"{1e3 * goal:g} ms" if goal else "–"
+        calls.append((name, f"{1e3 * times[name]:.3g} ms", shown, shares(call, make)))
         if goal:  # three times the goals, most of which are not reached
-            yield f"{name} [ms]", 1e3 * t, 3e3 * goal
+            yield f"{name} [ms]", 1e3 * times[name], 3e3 * goal
     for name, (_, goal) in FRESH.items():
-        ratio = processes[name] / processes[next(iter(FRESH))]
+        ratio = processes[name] / processes[IMPORTING]
         beside.append((name, f"{processes[name]:.2g} s", f"{ratio:.2f}"))
         if goal:
             yield f"{name}, over the imports", ratio, goal
