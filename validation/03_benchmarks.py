@@ -6,7 +6,6 @@ turn in one process, compile time apart. With the word `write` tables go to the 
 
 import cProfile
 import pstats
-import re
 import subprocess
 import sys
 import tempfile
@@ -14,11 +13,12 @@ from collections import Counter
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from time import perf_counter, process_time
 
 import numpy as np
 from page import markdown, rewrite
-from tools import interleaved, main
+from tools import integrating, interleaved, main, motion_of
 
 import heavytop as ht
 from heavytop.claims import proof
@@ -64,30 +64,21 @@ def overhead():
     first = ht.propagate(wanting(MODEST, 2, "[]"), **PLAIN)
     p, loop = first.orbit.parameters, bare_loop()
     bare = partial(loop, first.orbit.checkpoints[0].state, p["g"], p["l_z"])
+    drivers, wholes = {}, {}
+    for name, (*want, _) in WANTS.items():
+        drivers[name] = integrating(wanting(MODEST, *want), **PLAIN)
+        wholes[name] = partial(ht.propagate, wanting(LONG, *want), **PLAIN)
     end = first.orbit.end
-    best = dict.fromkeys(WANTS, float("inf"))
-    floor = float("inf")
-    for _ in range(25):
-        floor = min(floor, interleaved({"bare": lambda: bare(end)}, 1)["bare"])
-        for name, want in WANTS.items():
-            run = ht.propagate(wanting(MODEST, *want[:2]), **PLAIN)
-            best[name] = min(best[name], run.statistics.integrate_s)
-    scenes = {name: wanting(LONG, *want[:2]) for name, want in WANTS.items()}
-    whole = interleaved(
-        {"bare": lambda: bare(end * LONG / MODEST)}
-        | {name: partial(ht.propagate, scene, **PLAIN) for name, scene in scenes.items()}, 5,
-    )  # fmt: skip
+    best = interleaved({"bare": lambda: bare(end), **drivers}, 25)
+    whole = interleaved({"bare": lambda: bare(end * LONG / MODEST), **wholes}, 5)
     for name, (*_, bound) in WANTS.items():
-        yield f"driver, {name}, over bare", best[name] / floor, bound
+        yield f"driver, {name}, over bare", best[name] / best["bare"], bound
         yield f"propagate, {name}, over bare", whole[name] / whole["bare"], bound
-    spent = {"axis": [], "lagrange": []}
-    for _ in range(30):  # a tenth of the span: over longer ones the textbook form warns
-        for form, times in spent.items():
-            run = ht.propagate(wanting(100, 2, "[]"), formulation=form)
-            times.append(run.statistics.integrate_s)
-    ratio = min(spent["axis"]) / min(spent["lagrange"])
-    yield "axis form's time over the textbook's", ratio, 0.2
-    print(f"     bare: {floor / MODEST * 1e6:.2f} us a period")
+    short = wanting(100, 2, "[]")  # over longer spans the textbook form warns
+    forms = {form: integrating(short, formulation=form) for form in ("axis", "lagrange")}
+    spent = interleaved(forms, 30)
+    yield "axis form's time over the textbook's", spent["axis"] / spent["lagrange"], 0.2
+    print(f"     bare: {best['bare'] / MODEST * 1e6:.2f} us a period")
 
 
 # --- every formulation -----------------------------------------------------------------------
@@ -103,7 +94,6 @@ def formulations():
     import sympy as sp
 
     from heavytop.equations.formulation import FORMULATIONS
-    from heavytop.run.planning import plan
 
     span = [f"span.periods={PERIODS + 0.3}", "want.events=[]", "want.samples=100"]
     tilt, every = ('want.quantities=["theta"]', 'want.quantities=["theta", "phi", "psi"]')
@@ -111,19 +101,21 @@ def formulations():
         (form, wants): ht.load_scene("sicm-kicked", [*span, wants])
         for form in FORMULATIONS for wants in (tilt, every) if (form, wants) != ("cubic", every)
     }  # fmt: skip
-    best, runs, rows = dict.fromkeys(cases, float("inf")), {}, []
-    for _ in range(20):
-        for (form, wants), scene in cases.items():
-            run = runs[form, wants] = ht.propagate(scene, formulation=form)
-            best[form, wants] = min(best[form, wants], run.statistics.integrate_s / PERIODS * 1e6)
-    for (form, wants), run in runs.items():
-        built = FORMULATIONS[form].build(plan(cases[form, wants], form).variant)
-        replaced, reduced = sp.cse((built.integrated or built).derivatives)
+    timed = {
+        (form, wants): integrating(scene, formulation=form)
+        for (form, wants), scene in cases.items()
+    }
+    best, rows = interleaved(timed, 20), []
+    for (form, wants), scene in cases.items():
+        run = ht.propagate(scene, formulation=form)
+        built = FORMULATIONS[form].build(ht.plan(scene, form).variant)
+        replaced, reduced = sp.cse(built.derivatives)
         operations = sum(map(sp.count_ops, [*(x for _, x in replaced), *reduced]))
         errors = ht.run_errors(run)
         psi = "" if errors.psi is None or wants == tilt else f"{errors.psi:.0e}"
         rows.append((form, "θ" if wants == tilt else "θ, φ, ψ", str(operations),
-                     f"{run.statistics.steps / PERIODS:.0f}", f"{best[form, wants]:.1f}",
+                     f"{run.statistics.steps / PERIODS:.0f}",
+                     f"{best[form, wants] / PERIODS * 1e6:.1f}",
                      f"{errors.theta:.0e}", psi))  # fmt: skip
         bound = 1e-10 if form == "lagrange" else 1e-11
         yield f"{form}: error of theta after {PERIODS} periods", errors.theta, bound
@@ -173,13 +165,15 @@ def kinds(tops=1_000_000, alone=500):
         yield f"{name}: seconds for 1e6 kinds", 1e6 * best / size, 1.0
     numbers = maps["random tops, psidot held"]
     rows = list(islice(zip(*(x.tolist() for x in numbers.values()), strict=True), alone))
-    best = float("inf")
-    for _ in range(20):
+
+    def one_at_a_time():
         began = process_time()
         for row in rows:
             start = dict(zip([*numbers][3:], row[3:], strict=True))
             ht.classify(ht.Top(*row[:3]), ht.State(**start))
-        best = min(best, process_time() - began)
+        return process_time() - began
+
+    best = interleaved({"alone": one_at_a_time}, 20)["alone"]
     yield "seconds for 2000 verdicts, one at a time", 2000 * best / alone, 1.0
 
 
@@ -203,10 +197,7 @@ COURSES = ("sicm-kicked", "lie-group-benchmark", "near-separatrix", "separatrix"
 @proof(minutes=0.3)
 def closed_form():
     """Tilts a second, and a thousand digits."""
-    t, motions = np.linspace(-3.0, 40.0, 10**6), {}
-    for name in COURSES:
-        scene = ht.load_scene(name)
-        motions[name] = ht.Motion(scene.top, scene.start)
+    t, motions = np.linspace(-3.0, 40.0, 10**6), {name: motion_of(name) for name in COURSES}
     tilts = {name: lambda motion=motion: motion.at(t).theta for name, motion in motions.items()}
     for name, best in interleaved(tilts, 7).items():
         yield f"seconds for a million tilts, {name}", best, 1.0
@@ -248,17 +239,9 @@ def many_tops(tops=200_000):
     yield "tops with a turning point missed or doubled", missed, 0
 
 
-TILES = """
-import sys
-import heavytop as ht
-x, y, what = sys.argv[1:]
-how = {"kinds alone": {"only": "kind"}, "all quantities": {}}[what]
-ht.atlas(ht.load_scene("sicm-kicked"), x, y, jobs=1, **how)
-print(open("/proc/self/status").read())
-"""
-MAPS = {  # pixels along an axis of what is timed, and of three tiles; rates a second
-    "kinds alone": (4000, 1700, {"only": "kind"}, 5e6),
-    "all quantities": (1500, 420, {}, 2e5),
+MAPS = {  # pixels along an axis, and at least so many a second
+    "kinds alone": (4000, {"only": "kind"}, 5e6),
+    "all quantities": (1500, {}, 2e5),
 }
 MAPPED = ("map", "pixels", "pixels a second, in the workers", "whole time [s]")
 
@@ -271,23 +254,18 @@ def maps(write=False, side=10_000):
         return f"phidot=-20:20:{side}", f"psidot=-150:150:{side}"
 
     table = []
-    for name, (many, few, options, least) in MAPS.items():
-        timed = []
-        for _ in range(2):
-            began = perf_counter()
-            timed.append((ht.atlas(KICKED, *axes(many), jobs=2, **options), perf_counter() - began))
-        found, spent = max(timed, key=lambda each: each[0].pixels_per_s)
-        rate = found.pixels_per_s
+    for name, (many, options, least) in MAPS.items():
+        began = perf_counter()
+        found = ht.atlas(KICKED, *axes(many), jobs=2, **options)
+        spent, rate = perf_counter() - began, found.pixels_per_s
         table.append((name, f"{many**2:.3g}", f"{rate:.3g}", f"{spent:.1f}"))
         yield f"{name}: pixels that are not proved", found.uncertified, 0
         yield f"{name}: {least:g} over pixels a second, two cores", least / rate, 1
-        words = [sys.executable, "-c", TILES, *axes(few), name]
-        status = subprocess.run(words, capture_output=True, text=True, check=True).stdout
-        memory = int(re.search(r"VmHWM:\s+(\d+) kB", status)[1]) / 1e6
+        memory = getrusage(RUSAGE_CHILDREN).ru_maxrss / 1e6
         yield f"memory of a worker, {name} [GB]", memory, 0.5
     with tempfile.TemporaryDirectory() as place:
         huge = ht.atlas(KICKED, *axes(side), only="kind", jobs=2, folder=f"{place}/huge")
-        huge.save_map(Path(place) / "huge.nc")
+        huge.save_data(Path(place))
         yield f"{side**2} pixels: not proved", huge.uncertified, 0
     print(markdown(MAPPED, table))
     if write:
@@ -334,30 +312,27 @@ def bare(given, loop):
 
 
 def timed_calls():
-    """What is called, what makes its argument, how many at once, the most it may take [s]."""
-    anew = "`Motion(top, start).at(t)`, all built anew"
+    """What is called, what makes its argument, and the most it may take [s]."""
     return {
-        "a bare heyoka loop of the axis form, 2 s": (
-            partial(bare, loop=bare_loop()), numbers, 20, None,
+        "a bare heyoka loop of the axis form, 2 s": (partial(bare, loop=bare_loop()), numbers, None),
+        "`propagate`, 2 s: θ, φ, ψ and all events": (ht.propagate, scene, 2e-3),
+        "`propagate`, 2 s: the axis alone": (ht.propagate, lambda: scene(("axis",), (), 2), 1e-3),
+        "`run_errors` of 401 samples": (ht.run_errors, lambda: ht.propagate(scene()), 3e-3),
+        "`Motion(top, start).at(t)`, all built anew": (
+            lambda given: ht.Motion(*made(given)).at(1.0), numbers, 0.5e-3,
         ),
-        "`propagate`, 2 s: θ, φ, ψ and all events": (ht.propagate, scene, 1, 2e-3),
-        "`propagate`, 2 s: the axis alone": (
-            ht.propagate, lambda: scene(("axis",), (), 2), 1, 1e-3,
-        ),
-        "`run_errors` of 401 samples": (ht.run_errors, lambda: ht.propagate(scene()), 1, 3e-3),
-        anew: (lambda given: ht.Motion(*made(given)).at(1.0), numbers, 5, 0.5e-3),
         "`classify(top, start)`, both built anew": (
-            lambda given: ht.classify(*made(given)), numbers, 20, 1e-4,
+            lambda given: ht.classify(*made(given)), numbers, 1e-4,
         ),
-        "`plan` of 1e4 periods, 12 digits": (ht.plan, long_scene, 1, None),
-        "`Top` and `State`": (made, numbers, 20, None),
+        "`plan` of 1e4 periods, 12 digits": (ht.plan, long_scene, None),
+        "`Top` and `State`": (made, numbers, None),
     }  # fmt: skip
 
 
 MODULE = [sys.executable, "-m", "heavytop"]
-HELP = "`heavytop --help`"
+HELP, IMPORTING = "`heavytop --help`", "importing heyoka and sympy"
 FRESH = {  # and at most so many times the imports, if anything
-    "importing heyoka and sympy": ([sys.executable, "-c", "import heyoka, sympy"], None),
+    IMPORTING: ([sys.executable, "-c", "import heyoka, sympy"], None),
     "`heavytop run sicm-kicked --no-figures`": (
         [*MODULE, "run", "sicm-kicked", "--no-figures"], 1.9,
     ),
@@ -366,10 +341,10 @@ FRESH = {  # and at most so many times the imports, if anything
 }  # fmt: skip
 
 
-def batch(call, arguments, count):
-    """A program that makes some calls, each with the next of the arguments."""
-    left = iter(arguments)
-    return lambda: [call(next(left)) for _ in range(count)]
+def calling(call, make):
+    """A program that makes a call, each time with another argument, which was made before."""
+    left = iter([make() for _ in range(REPEATS + 1)])
+    return lambda: call(next(left)) and None
 
 
 def shares(call, make):
@@ -396,10 +371,7 @@ def shares(call, make):
 def calls(write=False):
     """What calls with new numbers cost in a process that has run once; and fresh processes."""
     known = timed_calls()
-    warm = {
-        name: batch(call, [make() for _ in range((REPEATS + 1) * count)], count)
-        for name, (call, make, count, _) in known.items()
-    }
+    warm = {name: calling(call, make) for name, (call, make, _) in known.items()}
     fresh = {
         name: partial(subprocess.run, command, check=True, capture_output=True)
         for name, (command, _) in FRESH.items()
@@ -408,14 +380,13 @@ def calls(write=False):
         program()
     times, processes = interleaved(warm, REPEATS), interleaved(fresh, 9)
     calls, beside = [], []
-    for name, (call, make, count, goal) in known.items():
-        t = times[name] / count
-        calls.append((name, f"{1e3 * t:.3g} ms", f"{1e3 * goal:g} ms" if goal else "–",
-                      shares(call, make)))  # fmt: skip
+    for name, (call, make, goal) in known.items():
+        shown = f"{1e3 * goal:g} ms" if goal else "–"
+        calls.append((name, f"{1e3 * times[name]:.3g} ms", shown, shares(call, make)))
         if goal:  # three times the goals, most of which are not reached
-            yield f"{name} [ms]", 1e3 * t, 3e3 * goal
+            yield f"{name} [ms]", 1e3 * times[name], 3e3 * goal
     for name, (_, goal) in FRESH.items():
-        ratio = processes[name] / processes[next(iter(FRESH))]
+        ratio = processes[name] / processes[IMPORTING]
         beside.append((name, f"{processes[name]:.2g} s", f"{ratio:.2f}"))
         if goal:
             yield f"{name}, over the imports", ratio, goal

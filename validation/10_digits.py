@@ -3,7 +3,7 @@
 from time import perf_counter
 
 from page import markdown
-from tools import Digits, main, most
+from tools import Digits, main, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import proof
@@ -21,11 +21,11 @@ def propagated(digits, *overrides):
 
 def off(run, digits):
     """Largest error of theta, phi and psi at the samples, relative to max(1, |x|), in digits."""
-    truth = Digits(ht.Motion(run.scene.top, run.scene.start), digits + 20)
+    truth = Digits(motion_of(run.scene), digits + 20)
     ctx, worst = truth.ctx, 0
     samples = run.in_mpmath()
     for sample in map(samples.at, range(1, len(samples.t))):
-        exact = truth(ctx.mpf(sample.t))
+        exact = truth(sample.t)
         for name in ("theta", "phi", "psi"):
             mine, true = ctx.mpf(getattr(sample, name)), getattr(exact, name)
             worst = most(worst, abs(mine - true) / max(1, abs(true)))
@@ -46,7 +46,7 @@ def runs():
             yield f"{digits} digits: error over 1e-{digits}", worst * ctx.mpf(10) ** digits, 1.0
         else:
             shown = f"{ht.run_errors(run).theta:.1e}"
-        each = ht.Motion(run.scene.top, run.scene.start).period / 3
+        each = motion_of(run.scene).period / 3
         fastest = min(run.statistics.integrate_s for run, _ in made)
         rows.append((str(digits), run.plan.precision, str(run.statistics.order),
                      f"{run.statistics.steps * each:.1f}", f"{fastest * each * 1e6:.3g}",

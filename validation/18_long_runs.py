@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from page import DOCS, markdown, rewrite
-from tools import main, most
+from tools import integrating, interleaved, main, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import proof
@@ -31,6 +31,11 @@ def study(name, methods, **asked):
     return found, folder
 
 
+def power(times, errors):
+    """The power of time with which errors grow."""
+    return float(np.polyfit(np.log(times), np.log(errors), 1)[0])
+
+
 # --- every method ----------------------------------------------------------------------------
 
 COMPILED = (
@@ -40,11 +45,7 @@ COMPILED = (
     "bobenko-suris",
 )  # fmt: skip
 PYTHON = ("dop853-scipy", "lsoda-scipy", "radau-scipy")  # these go 10 000 periods
-DRAWN = (
-    "taylor-axis", "taylor-axis-projected", "dop853-cyrk", "strang",
-    "sofroniou-spaletta10=20", "gauss8", "bobenko-suris", "lsoda-scipy",
-)  # fmt: skip
-IN_TABLE = (
+SHOWN = (
     "taylor-axis", "taylor-axis-projected", "taylor-cubic", "dop853-cyrk", "strang",
     "sofroniou-spaletta10=20", "gauss8", "bobenko-suris", "dop853-scipy", "lsoda-scipy",
 )  # fmt: skip
@@ -53,25 +54,23 @@ IN_TABLE = (
 @proof(minutes=6)
 def methods(periods=1e6, write=False):
     from heavytop.plots.style import save
-    from heavytop.results.drift import growth
 
     found, _ = study("long-runs", (*COMPILED, *PYTHON), periods=periods)
     [every] = found.tables()
     print(every.markdown)
     if write:
-        rows = [row for row in every.rows if row["name"] in IN_TABLE]
+        rows = [row for row in every.rows if row["name"] in SHOWN]
         rewrite("drift.md", "long runs", every._replace(rows=rows).markdown)
-        some = replace(found, methods=tuple(each for each in found.methods if each.name in DRAWN))
+        some = replace(found, methods=tuple(each for each in found.methods if each.name in SHOWN))
         save(some.figure(), DOCS / "images" / "drift.svg")
     gone = [each.name for each in found.methods if not each.skipped]
     yield "compiled methods that did not go all the way", len({*COMPILED} - {*gone}), 0
     projected, composed = found["taylor-axis-projected"], found["sofroniou-spaletta10=20"]
     yield "phase of the projected axis form [s]", projected.phase_s[-1], 1e-11
     coarse = found["sofroniou-spaletta10"]
-    early = [k for k, n in enumerate(coarse.periods) if n < 1e5]  # then rounding takes over
-    power = growth([coarse.periods[k] for k in early], [coarse.phase_s[k] for k in early])
-    yield ("Sofroniou-Spaletta: exponent of phase up to 1e5 periods, off 1",
-           abs(power.exponent - 1), 0.15)  # fmt: skip
+    early = sum(n < 1e5 for n in coarse.periods)  # then rounding takes over
+    exponent = power(coarse.periods[:early], coarse.phase_s[:early])
+    yield "Sofroniou-Spaletta: exponent of phase up to 1e5 periods, off 1", abs(exponent - 1), 0.15
     yield "Sofroniou-Spaletta, 20 steps a period: axis", composed.axis[-1], 5e-7
     pair = found["dop853-cyrk"]
     yield "DOP853 at 1e-12: exponent of energy, off 1", abs(pair.energy_exponent - 1), 0.1
@@ -105,25 +104,19 @@ def cyclic_angles(periods=1e5, write=False):
     forms = ("taylor-lagrange", "taylor-subsystem", "taylor-axis")
     found, folder = study("cyclic-angles", forms, periods=periods, ensemble=4, samples=31)
 
-    def power(method):
-        """The power of time with which phase errors grow over the last decade."""
-        n, errors = np.array(method.periods), np.array(method.phase_s)
-        last = n > n[-1] / 10
-        return float(np.polyfit(np.log(n[last]), np.log(errors[last]), 1)[0])
-
-    rows = [
-        (f"`{each.name}`", f"{each.phase_s[-1]:.1e}", f"{each.energy[-1]:.1e}",
-         f"{power(each):.2f}", f"{each.us_per_period:.3g}")
-        for each in found.methods
-    ]  # fmt: skip
+    ends, powers, rows = [], [], []
+    for each in found.methods:
+        last = [k for k, n in enumerate(each.periods) if n > each.periods[-1] / 10]
+        powers.append(power(*(np.array(x)[last] for x in (each.periods, each.phase_s))))
+        ends.append(each.phase_s[-1])
+        rows.append((f"`{each.name}`", f"{ends[-1]:.1e}", f"{each.energy[-1]:.1e}",
+                     f"{powers[-1]:.2f}", f"{each.us_per_period:.3g}"))  # fmt: skip
     print(markdown(LOST, rows))
     if write:
         rewrite("drift.md", "cyclic angles", markdown(LOST, rows))
         shutil.copyfile(folder / "drift.svg", DOCS / "images" / "cyclic-angles.svg")
-    lagrange, subsystem, axis = found.methods
-    yield "exponent of the textbook form's phase error, off 3", abs(power(lagrange) - 3), 0.5
-    yield "exponent of the axis form's, off 3/2", abs(power(axis) - 1.5), 0.4
-    ends = [each.phase_s[-1] for each in (lagrange, subsystem, axis)]
+    yield "exponent of the textbook form's phase error, off 3", abs(powers[0] - 3), 0.5
+    yield "exponent of the axis form's, off 3/2", abs(powers[2] - 1.5), 0.4
     yield "axis form's phase error over the textbook's", ends[2] / ends[0], 1e-4
     yield "the textbook form without phi and psi: over that with them", ends[1] / ends[0], 1e-3
 
@@ -132,11 +125,11 @@ MARKS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 STARTS = 8
 
 
-def run(formulation, projected, start, periods):
+def beside(start, periods):
+    """The kicked top from one of some tilts, without events."""
     wanted = (f"span.periods={periods + 1}", f"start.theta={0.1 + 0.001 * start:.3f}",
               'want.quantities=["theta"]', "want.events=[]")  # fmt: skip
-    scene = ht.load_scene("sicm-kicked", wanted)
-    return ht.propagate(scene, formulation=formulation, projected=projected)
+    return ht.load_scene("sicm-kicked", wanted)
 
 
 def off_energy(trajectory):
@@ -161,29 +154,29 @@ def projection(periods=MARKS[-1]):
     for form in ("axis", "cubic"):
         found = {}
         for projected in (False, True):
-            runs = [run(form, projected, start, periods) for start in range(STARTS)]
+            how = {"formulation": form, "projected": projected}
+            runs = [ht.propagate(beside(start, periods), **how) for start in range(STARTS)]
             each = np.array([
                 [phase_error(one, (n + 2 / 3) * own_motion(one).period) for n in marks]
                 for one in runs
             ])  # fmt: skip
             found[projected] = rms = np.sqrt(np.mean(each**2, axis=0))
-            power = float(np.polyfit(np.log(marks), np.log(rms), 1)[0])
-            name = f"{form}, {'projected' if projected else 'plain'}"
-            print(f"     {name}, grows as t^{power:.2f}:",
+            exponent = power(marks, rms)
+            print(f"     {form}, {projected=}, grows as t^{exponent:.2f}:",
                   *(f"{n}: {e:.1e} s" for n, e in zip(marks, rms, strict=True)))  # fmt: skip
         off = [off_energy(one) for one in runs]
         energy = most(float(np.sqrt(np.mean(x**2))) for x in off)
         yield f"{form}: phase error of one projected run, largest [s]", abs(each).max(), 1e-11
-        yield f"{form}: growth exponent of the phase error, projected", power, 0.7
+        yield f"{form}: growth exponent of the phase error, projected", exponent, 0.7
         yield f"{form}: RMS energy error of projected runs", energy, 1e-15
         yield f"{form}: largest energy error of projected runs", np.abs(off).max(), 1e-15
         yield f"{form}: phase error over that of plain runs", rms[-1] / found[False][-1], 0.1
-        spent = {False: [], True: []}
-        for _ in range(5):
-            for projected, times in spent.items():
-                times.append(run(form, projected, 0, 100_000).statistics.integrate_s)
-        ratio = min(spent[True]) / min(spent[False])
-        yield f"{form}: time of a projected run over a plain one", ratio, 1.5
+        timed = {
+            projected: integrating(beside(0, 100_000), formulation=form, projected=projected)
+            for projected in (False, True)
+        }
+        spent = interleaved(timed, 5)
+        yield f"{form}: time of a projected run over a plain one", spent[True] / spent[False], 1.5
 
 
 # --- a hundred million periods ---------------------------------------------------------------
@@ -226,7 +219,7 @@ def hundred_million(again=False, write=False):
     late, times = projected["phase_s"], projected["periods"]
     yield "projected: phase after 1e8 periods [s]", late[-1], 1e-9
     a_period = (late[-1] - late[-9]) / (times[-1] - times[-9])  # over the last factor of ten
-    period = float(ht.Motion(KICKED.top, KICKED.start).period)
+    period = float(motion_of(KICKED).period)
     yield "projected: phase gained in a period, over its length", a_period / period, 2e-18
     yield "projected: phase over the plain one", late[-1] / plain["phase_s"][-1], 1e-3
 

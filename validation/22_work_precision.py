@@ -65,9 +65,8 @@ def time(point):
 def timed(point):
     """A time, and the tolerance or the steps a period in brackets."""
     steps = point["steps_a_period"]
-    return f"{time(point)} ({point['tolerance']:.2g})" if steps is None else (
-        f"{time(point)} ({steps:g})"
-    )  # fmt: skip
+    words = f"{point['tolerance']:.2g}" if steps is None else f"{steps:g}"
+    return f"{time(point)} ({words})"
 
 
 def where_rivals_lead(document):
@@ -77,13 +76,12 @@ def where_rivals_lead(document):
     for k in range(16):
         within = [p for p in of_axis if p["error"] <= 10.0**-k]
         sides = [[p for p in within if p["rival"] is side] for side in (True, False)]
-        if not all(sides):
-            continue
-        first, ours = (min(side, key=lambda p: p["us_per_period"]) for side in sides)
-        ratio = ours["us_per_period"] / first["us_per_period"]
-        if ratio > 1:
-            led.setdefault((shown(first), shown(ours), f"{ratio:.2f}"),
-                           []).append(f"1e-{k}" if k else "1")  # fmt: skip
+        if all(sides):
+            first, ours = (min(side, key=lambda p: p["us_per_period"]) for side in sides)
+            ratio = ours["us_per_period"] / first["us_per_period"]
+            cells = shown(first), shown(ours), f"{ratio:.2f}"
+            if ratio > 1:
+                led.setdefault(cells, []).append(f"1e-{k}" if k else "1")
     for cells, bounds in led.items():
         yield ", ".join(bounds), *cells
 

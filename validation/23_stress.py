@@ -9,12 +9,12 @@ import shutil
 from pathlib import Path
 from time import perf_counter
 
-from page import DOCS, markdown, rewrite
+from page import DOCS, rewrite
 from tools import main, most
 
 import heavytop as ht
 from heavytop.claims import proof
-from heavytop.results.stress import UNTOLD, UNTOLD_RULE, StressOutcome, cell
+from heavytop.results.stress import UNTOLD, UNTOLD_RULE, StressOutcome
 
 FOLDER = Path("out") / "stress"
 OURS = ("auto", "taylor-axis", "taylor-attitude")
@@ -31,18 +31,14 @@ NO_DIGITS, _, WHY = UNTOLD_RULE.partition(": ")
 
 def table(found):
     """Some methods at some cases, what the marks mean, and how often each method ends ok."""
-    document = found.document()
-    runs = {(run["case"], run["method"]): run for run in document["cases"]}
-    names = list(document["methods"])
-    shown = [name for name in IN_TABLE if name in names]
-    head = ("case", *(document["methods"][name] for name in shown))
-    rows = [(f"`{case}`", *(cell(runs.get((case, name))) for name in shown))
-            for case in CASES]  # fmt: skip
+    [every] = found.tables()
+    rows = [row for row in every.rows if row["case"] in CASES]
+    some = every._replace(rows=rows, columns=[n for n in ("case", *IN_TABLE) if n in every.columns])
     marks = [f"- {word.mark} **{word}**: {word.rule}." for word in StressOutcome]
     marks.append(f"- {UNTOLD} **{NO_DIGITS}**: {WHY}.")
     counted = ", ".join(f"`{name}` {each['ok']}" for name, each in found.counts().items())
-    notes = f"Ended ok, of {len(document['hard'])} cases: {counted}."
-    return "\n\n".join([markdown(head, rows), "\n".join(marks), notes, measured(found)])
+    notes = f"Ended ok, of {len(found.hard)} cases: {counted}."
+    return "\n\n".join([some.markdown, "\n".join(marks), notes, measured(found)])
 
 
 def measured(found):

@@ -25,17 +25,16 @@ ROOT = Path(__file__).resolve().parents[1]
 NOT_REQUIRED = ("CyRK", "numba", "distributed", "mujoco", "exudyn", "sphinx", "pytest",
                 "hypothesis", "ruff")  # fmt: skip
 
-VERBS = (
-    "doctor --json",
-    "scenes --json",
-    "classify sicm-kicked --json",
-    "plan sicm-kicked --json",
-    "run sicm-kicked --json",
-    "run sicm-kicked --json -o out",
-    "report out --json -o page",
-    "validate book-period --json",
-)
-
+VERBS = """
+doctor --json
+scenes --json
+classify sicm-kicked --json
+plan sicm-kicked --json
+run sicm-kicked --json
+run sicm-kicked --json -o out
+report out --json -o page
+validate book-period --json
+"""
 FIND = """\
 import json, sys
 from importlib.util import find_spec
@@ -61,24 +60,23 @@ def built(folder):
     return wheel
 
 
-def needed(lines, extras=frozenset()):
-    """Return the names that lines of requirements ask for on this machine."""
-    for line in lines or []:
-        asked = Requirement(line)
-        marker = asked.marker
-        if marker is None or any(marker.evaluate({"extra": e}) for e in ("", *extras)):
+def needed(lines, extras):
+    """Return what lines of requirements ask for on this machine: names, and their extras."""
+    for asked in map(Requirement, lines or []):
+        marked = [{"extra": extra} for extra in ("", *extras)]
+        if asked.marker is None or any(map(asked.marker.evaluate, marked)):
             yield canonicalize_name(asked.name), frozenset(asked.extras)
 
 
 def closure(lines):
     """Return the distributions that lines of requirements bring, and what those bring."""
-    seen, waiting = set(), list(needed(lines))
+    seen, waiting = {}, list(needed(lines, ()))
     while waiting:
-        asked = waiting.pop()
+        name, extras = asked = waiting.pop()
         if asked not in seen:
-            seen.add(asked)
-            waiting += needed(metadata.distribution(asked[0]).requires, asked[1])
-    return [metadata.distribution(name) for name in {name for name, _ in seen}]
+            seen[asked] = metadata.distribution(name)
+            waiting += needed(seen[asked].requires, extras)
+    return {each.name: each for each in seen.values()}.values()
 
 
 def environment(folder, wheel):
@@ -86,9 +84,8 @@ def environment(folder, wheel):
     venv.create(folder, with_pip=False, symlinks=True)
     python = folder / "bin" / "python"
     [site] = folder.glob("lib/python*/site-packages")
-    pip = [sys.executable, "-m", "pip", "--python", str(python), "--disable-pip-version-check"]
-    install = [*pip, "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
-    subprocess.run(install, check=True, capture_output=True)
+    pip = f"-m pip --python {python} install --quiet --no-deps --no-index".split()
+    subprocess.run([sys.executable, *pip, str(wheel)], check=True, capture_output=True)
     [ours] = site.glob("heavytop-*.dist-info")
     info = metadata.PathDistribution(ours)
     brought = closure(info.requires)
@@ -104,29 +101,18 @@ class Place:
     """The environment, an empty folder to work in, and what was opened."""
 
     def __init__(self, folder, python):
-        self.python, self.folder = python, folder / "work"
+        self.python, self.folder, self.log = python, folder / "work", folder / "opened.txt"
         self.folder.mkdir()
-        self.log = folder / "opened.txt"
         kept = {name: os.environ[name] for name in ("PATH", "LANG") if name in os.environ}
         self.settings = kept | {"HOME": str(folder), "HEAVYTOP_OPENED": str(self.log)}
 
-    def run(self, *words):
-        """Return a finished process of this Python."""
-        command = [str(self.python), *words]
-        return subprocess.run(
-            command, cwd=self.folder, env=self.settings, capture_output=True, text=True
-        )
-
-    def heavytop(self, *words):
-        """Return the exit code and the JSON of a verb; a failure is shown."""
-        done = self.run(str(self.python.with_name("heavytop")), *words)
+    def run(self, program, *words):
+        """Return the exit code and the JSON of a program that is there; a failure is shown."""
+        how = {"cwd": self.folder, "env": self.settings, "capture_output": True, "text": True}
+        done = subprocess.run([str(self.python.with_name(program)), *words], **how)
         if done.returncode:
             print(done.stderr)
         return done.returncode, json.loads(done.stdout) if done.stdout else {}
-
-    def opened(self):
-        """Return every file that was opened so far."""
-        return self.log.read_text("utf-8").splitlines()
 
 
 def hold_contents(wheel):
@@ -143,8 +129,8 @@ def hold_contents(wheel):
 def hold_verbs(place, extras):
     """Run the verbs, and compare what they find."""
     found = {}
-    for line in VERBS:
-        code, found[line] = place.heavytop(*line.split())
+    for line in VERBS.strip().splitlines():
+        code, found[line] = place.run("heavytop", *line.split())
         yield f"exit code of heavytop {line}", code, 0
     tops = [each for line, each in found.items() if line.startswith(("classify", "run"))]
     others = [each for each in tops if each.get("motion", {}).get("kind") != "loops"]
@@ -156,7 +142,7 @@ def hold_verbs(place, extras):
 
 def hold_opened(place):
     """Compare what was opened with what may be: nothing of the repository."""
-    opened = place.opened()
+    opened = place.log.read_text("utf-8").splitlines()
     inside = f"{place.python.parents[1]}/"
     seen = [name for name in opened if name.startswith(inside) and "/heavytop/" in name]
     yield "watched in vain: no module of the wheel was seen", float(not seen), 0
@@ -178,7 +164,7 @@ def clean_wheel():
         python, info, brought = environment(folder / "clean", wheel)
         print(f"     {wheel.name}, {wheel.stat().st_size / 1e6:.2f} MB, brings {brought} packages")
         place = Place(folder, python)
-        there = json.loads(place.run("-c", FIND, *NOT_REQUIRED).stdout)
+        _, there = place.run("python", "-c", FIND, *NOT_REQUIRED)
         yield "packages of extras and tests that are there", len(there), 0
         yield from hold_verbs(place, set(info.metadata.get_all("Provides-Extra")))
         yield from hold_opened(place)

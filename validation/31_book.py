@@ -1,8 +1,12 @@
 """The book (SICM 2.10): its quadratures, its words about its figures, its three exercises."""
 
+from functools import cache
+from typing import NamedTuple
+
 import mpmath
 import numpy as np
-from tools import Digits, most
+from scipy.spatial.transform import Rotation
+from tools import Digits, farthest, most, motion_of, relative
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -19,11 +23,12 @@ NODES = 200
 DIGITS = 75  # asked of the closed form; the quadratures have 80, and lose four
 END = 2  # seconds that the figures show
 PARTWAY = "0.3"  # a tilt between the turning points of the kicked top
-STARTS = {  # released at theta = 0.1 with thetadot = 0; the book's sentence and what is held
-    "sicm-kicked": "loops",
-    "sicm-dropped": "cusps",
-    "sicm-forward": "waves",
+STARTS = {  # released at theta = 0.1: what the book says, phidot, and what is held at 140
+    "sicm-kicked": ("loops", -15, "psidot"),
+    "sicm-dropped": ("cusps", 0, "psidot"),
+    "sicm-forward": ("waves", 15, "omega3"),
 }
+START = mp.mpf("0.1")
 
 
 class Book:
@@ -31,10 +36,9 @@ class Book:
 
     def __init__(self, phidot, omega3):
         self.A, self.C, self.gMR = (mp.mpf(x) for x in (A, C, gMR))
-        start = mp.mpf("0.1")
         self.p_psi = self.C * omega3
-        self.p_phi = self.A * phidot * mp.sin(start) ** 2 + self.p_psi * mp.cos(start)
-        self.E = self.potential(start)
+        self.p_phi = self.A * phidot * mp.sin(START) ** 2 + self.p_psi * mp.cos(START)
+        self.E = self.potential(START)
 
     def potential(self, theta):
         """The effective potential without the constant p_psi^2/2C."""
@@ -49,8 +53,7 @@ class Book:
 
     def other_end(self, near):
         """The turning point that is not the start: a bracket of the potential, halved."""
-        inside = (mp.mpf("0.1") + 3 * near) / 4
-        out = near + (near - mp.mpf("0.1")) / 3
+        inside, out = (START + 3 * near) / 4, near + (near - START) / 3
         for _ in range(300):
             middle = (inside + out) / 2
             if self.potential(middle) < self.E:
@@ -67,134 +70,116 @@ class Book:
 
     def elapsed(self, end, tilt):
         """The time from the start to a tilt on the way to the other end: exercise 2.12 c."""
-        start = mp.mpf("0.1")
-        centre, half = (start + end) / 2, (end - start) / 2
+        centre, half = (START + end) / 2, (end - START) / 2
         angles = [-mp.pi / 2, mp.asin((mp.mpf(tilt) - centre) / half)]
         # Gauss's nodes stay away from the start, where E - V is lost in its rounding
-        return mp.quad(
-            lambda angle: self.time(angle, centre, half), angles, method="gauss-legendre"
-        )
+        return mp.quad(lambda x: self.time(x, centre, half), angles, method="gauss-legendre")
 
     def quadrature(self, near):
         """Other end, period, precession, and the turn of psi in a period."""
-        start, end = mp.mpf("0.1"), self.other_end(near)
-        centre, half = (start + end) / 2, abs(end - start) / 2
-
-        def time(angle):
-            return self.time(angle, centre, half)
-
-        def turn(angle):
-            return time(angle) * self.phidot(centre + half * mp.sin(angle))
-
-        def spun(angle):
-            return time(angle) * self.psidot(centre + half * mp.sin(angle))
-
-        angles = [mp.pi * ((2 * n + 1) / mp.mpf(2 * NODES) - mp.mpf(1) / 2) for n in range(NODES)]
+        end = self.other_end(near)
+        centre, half = (START + end) / 2, abs(end - START) / 2
+        sums = [mp.mpf(0)] * 3
+        for n in range(NODES):
+            angle = mp.pi * ((2 * n + 1) / mp.mpf(2 * NODES) - mp.mpf(1) / 2)
+            theta, time = centre + half * mp.sin(angle), self.time(angle, centre, half)
+            rates = 1, self.phidot(theta), self.psidot(theta)
+            sums = [x + time * rate for x, rate in zip(sums, rates, strict=True)]
         step = 2 * mp.pi / NODES  # midpoints of a periodic integrand: the error falls as c^-NODES
-        return end, *(step * sum(map(each, angles)) for each in (time, turn, spun))
+        return end, *(step * x for x in sums)
 
 
-def book_of(name):
-    """The book's potential for a shipped start, and the closed form's other end."""
-    scene = ht.load_scene(name)
-    motion = ht.Motion(scene.top, scene.start)
-    phidot = {"sicm-kicked": -15, "sicm-dropped": 0, "sicm-forward": 15}[name]
-    held = 140 if name == "sicm-forward" else 140 + phidot * mp.cos(mp.mpf("0.1"))
-    low, high = motion.theta_min, motion.theta_max
-    return scene, motion, Book(phidot, held), high if high > 0.1001 else low
+class Known(NamedTuple):
+    """A shipped start, its exact motion, and what the book's quadratures give for it."""
+
+    scene: ht.Scene
+    motion: ht.Motion
+    book: Book
+    end: mpmath.mpf
+    period: mpmath.mpf
+    precession: mpmath.mpf
+    spin: mpmath.mpf
 
 
-def relative(found, exact):
-    return float(abs(mp.mpf(found) / exact - 1))
-
-
-QUADRATURES = {}
-
-
+@cache
 def quadratures():
-    """What the book's quadratures give for each start, once."""
-    if not QUADRATURES:
-        for name in STARTS:
-            scene, motion, book, near = book_of(name)
-            QUADRATURES[name] = scene, motion, book.quadrature(mp.mpf(near)), book
-    return QUADRATURES.values()
+    """The three starts."""
+    found = []
+    for name, (_, phidot, held) in STARTS.items():
+        scene, motion = ht.load_scene(name), motion_of(name)
+        book = Book(phidot, 140 if held == "omega3" else 140 + phidot * mp.cos(START))
+        low, high = motion.theta_min, motion.theta_max
+        quadrature = book.quadrature(mp.mpf(high if high > 0.1001 else low))
+        found.append(Known(scene, motion, book, *quadrature))
+    return found
 
 
-@claim(BOOK, 1e-74, "75 digits are requested; the quadrature has 80 and loses four", "closed form")
+def off_the_book(name):
+    """How far an integral of a period is off, relative."""
+    return most(relative(x.motion.mpf(name, DIGITS), getattr(x, name)) for x in quadratures())
+
+
+LOSES = "75 digits are requested; the quadrature has 80 and loses four"
+
+
+@claim(BOOK, 1e-74, LOSES, "closed form")
 def book_period():
     """period of three starts vs the book's quadrature, relative."""
-    return most(
-        relative(motion.mpf("period", DIGITS), found[1]) for _, motion, found, _ in quadratures()
-    )
+    return off_the_book("period")
 
 
-@claim(BOOK, 1e-74, "75 digits are requested; the quadrature has 80 and loses four", "closed form")
+@claim(BOOK, 1e-74, LOSES, "closed form")
 def book_precession():
     """Δφ in a period of three starts vs the book's quadrature, relative."""
-    return most(
-        relative(motion.mpf("precession", DIGITS), found[2])
-        for _, motion, found, _ in quadratures()
-    )
+    return off_the_book("precession")
 
 
-@claim(BOOK, 1e-74, "75 digits are requested; the quadrature has 80 and loses four", "closed form")
+@claim(BOOK, 1e-74, LOSES, "closed form")
 def book_spin():
     """Δψ in a period of three starts vs the book's quadrature, relative."""
-    return most(
-        relative(motion.mpf("spin", DIGITS), found[3]) for _, motion, found, _ in quadratures()
-    )
+    return off_the_book("spin")
 
 
 @claim(BOOK, 1e-76, "75 digits are requested; the bracket is bisected to 80", "closed form")
 def book_range():
     """other turning point of three starts vs that of the effective potential, relative."""
-    worst = 0.0
-    for _, motion, found, _ in quadratures():
-        high, low = motion.mpf("tilts", DIGITS)
-        worst = most(worst, relative(high if found[0] > 0.1 else low, found[0]))
-    return worst
+    tilts = [x.motion.mpf("tilts", DIGITS)[0 if x.end > START else 1] for x in quadratures()]
+    return most(map(relative, tilts, (x.end for x in quadratures())))
 
 
-def turning(scene):
-    """Times and angles of the turning points of an integrated run."""
+def turning(scene, name="t"):
+    """Times of the turning points of an integrated run, or another column of them."""
     events = ht.propagate(scene).events
-    return events, events.t[events.is_turning]
+    return getattr(events, name)[events.is_turning]
+
+
+def multiples(step, first=0):
+    """Multiples of a time up to the end, and their numbers."""
+    count = np.arange(first, int(END / float(step)) + 1)
+    return count * float(step), count
 
 
 @claim(BOOK, 1e-14, "sixteen roundings of 2 s at most; four are seen", "integrator")
 def book_period_run():
     """times of turning points in 2 s vs multiples of half the book's period [s]."""
-    worst = 0.0
-    for scene, _, found, _ in quadratures():
-        _, t = turning(scene)
-        half = float(found[1]) / 2
-        expected = np.arange(int(END / half) + 1) * half  # none may be missing
-        worst = most(worst, float(np.max(np.abs(t - expected))))
-    return worst
+    return most(farthest(turning(x.scene), multiples(x.period / 2)[0]) for x in quadratures())
 
 
 @claim(BOOK, 2e-13, "rounding of φ = 40 rad, thirty times", "integrator")
 def book_precession_run():
     """φ after whole periods vs multiples of the book's Δφ [rad]."""
     worst = 0.0
-    for scene, _, found, _ in quadratures():
-        run = ht.propagate(scene)
-        period = float(found[1])
-        times = np.arange(1, int(END / period) + 1) * period
-        turned = np.arange(1, times.size + 1) * float(found[2])
-        worst = most(worst, float(np.max(np.abs(run(times).phi - turned))))
+    for x in quadratures():
+        times, count = multiples(x.period, first=1)
+        found = ht.propagate(x.scene)(times).phi
+        worst = most(worst, farthest(found, count * float(x.precession)))
     return worst
 
 
 @claim(BOOK, 1e-14, "rounding of θ, a hundred times", "integrator")
 def book_range_run():
     """θ at the far turning points vs that of the effective potential [rad]."""
-    worst = 0.0
-    for scene, _, found, _ in quadratures():
-        events, _ = turning(scene)
-        tilts = events.theta[events.is_turning][1::2]
-        worst = most(worst, float(np.max(np.abs(tilts - float(found[0])))))
-    return worst
+    return most(farthest(turning(x.scene, "theta")[1::2], float(x.end)) for x in quadratures())
 
 
 @claim(BOOK, 2e-15, "rounding of a few terms", "symbols")
@@ -213,7 +198,8 @@ def book_lagrangian():
     along = (spin + turn * np.cos(theta)) ** 2
     book = a / 2 * across + c / 2 * along - g * np.cos(theta)
     found = np.ravel(mine(a, c, g, theta, phi, psi, tilt, turn, spin))
-    return float(np.max(np.abs(found - book) / (a * across + c * along + g)))
+    size = a * across + c * along + g
+    return farthest(found / size, book / size)
 
 
 @claim(
@@ -225,14 +211,11 @@ def book_lagrangian():
 )
 def book_figures():
     """number of the book's figures (loops, cusps, neither) with another kind than it describes."""
-    wrong = 0
-    for name, word in STARTS.items():
-        scene, motion, _, _ = book_of(name)
-        events, _ = turning(scene)
-        seen = {"reversal": "loops", "cusp": "cusps"}
-        kinds = {seen[kind] for kind in events.kind if kind in seen} or {"waves"}
-        wrong += str(motion.kind) != word
-        wrong += kinds != {word}
+    wrong, seen = 0, {"reversal": "loops", "cusp": "cusps"}
+    for name, (word, *_) in STARTS.items():
+        kinds = ht.propagate(ht.load_scene(name)).events.kind
+        found = {seen[kind] for kind in kinds if kind in seen} or {"waves"}
+        wrong += (str(motion_of(name).kind) != word) + (found != {word})
     return wrong
 
 
@@ -267,12 +250,11 @@ def book_spin_run():
     The figure of the rate of rotation: psidot from the book's two momenta, at both ends.
     """
     worst = 0.0
-    for scene, _, found, book in quadratures():
-        half = float(found[1]) / 2
-        times = np.arange(int(END / half) + 1) * half
-        ends = [book.psidot(x) for x in (mp.mpf("0.1"), found[0])]
-        rates = np.resize([float(x) for x in ends], times.size)
-        worst = most(worst, float(np.max(np.abs(ht.propagate(scene)(times).psidot - rates))))
+    for x in quadratures():
+        times, _ = multiples(x.period / 2)
+        ends = [float(x.book.psidot(tilt)) for tilt in (START, x.end)]
+        rates = np.resize(ends, times.size)
+        worst = most(worst, farthest(ht.propagate(x.scene)(times).psidot, rates))
     return worst
 
 
@@ -303,13 +285,9 @@ def body(count=5, rings=4):
 
 def turned(theta, phi, psi):
     """The book's rotation: Rz(phi) Rx(theta) Rz(psi), and the axes about which the angles turn."""
-
-    def about_z(x):
-        return np.array([[np.cos(x), -np.sin(x), 0], [np.sin(x), np.cos(x), 0], [0, 0, 1]])
-
-    c, s = np.cos(theta), np.sin(theta)
-    tilted = about_z(phi) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    return tilted @ about_z(psi), about_z(phi) @ [1, 0, 0], np.array([0, 0, 1]), tilted @ [0, 0, 1]
+    rotation = Rotation.from_euler("ZXZ", [phi, theta, psi])
+    nodes = np.array([np.cos(phi), np.sin(phi), 0])
+    return rotation, nodes, np.array([0, 0, 1]), rotation.apply([0, 0, 1])
 
 
 @claim(
@@ -344,7 +322,7 @@ def book_exercise_2_11():
     for *angles, tilt, turn, spin in np.random.default_rng(11).uniform(-3, 3, (100, 6)):
         rotation, nodes, up, axis = turned(*angles)
         omega = tilt * nodes + turn * up + spin * axis
-        constituents = np.cross(omega, places @ rotation.T)
+        constituents = np.cross(omega, rotation.apply(places))
         energy = masses @ np.sum(constituents**2, axis=1) / 2
         found = np.ravel(mine(float(top.A), float(top.C), *angles, tilt, turn, spin))[0]
         worst = most(worst, float(abs(found / energy - 1)))
@@ -353,8 +331,8 @@ def book_exercise_2_11():
 
 def partway():
     """When the kicked top first has a tilt of 0.3, by the book's quadrature."""
-    scene, motion, found, book = next(iter(quadratures()))
-    return scene, motion, book.elapsed(found[0], PARTWAY)
+    kicked = quadratures()[0]
+    return kicked, kicked.book.elapsed(kicked.end, PARTWAY)
 
 
 @claim(
@@ -366,17 +344,15 @@ def partway():
 )
 def book_exercise_2_12():
     """θ of the kicked top vs 0.3, at the time from the book's quadrature [rad]."""
-    _, motion, t = partway()
-    form = Digits(motion, DIGITS)
-    return abs(mp.mpf(form(form.ctx.mpf(t)).theta) - mp.mpf(PARTWAY))
+    kicked, t = partway()
+    return abs(mp.mpf(Digits(kicked.motion, DIGITS)(t).theta) - mp.mpf(PARTWAY))
 
 
 @claim(BOOK, 3e-77, "75 digits are requested; the quadrature has 80", "closed form")
 def book_spin_partway():
     """ψ̇ of the kicked top at θ = 0.3 vs that from the book's momenta, relative."""
-    _, motion, t = partway()
-    form, book = Digits(motion, DIGITS), next(iter(quadratures()))[3]
-    return relative(form(form.ctx.mpf(t)).psidot, book.psidot(mp.mpf(PARTWAY)))
+    kicked, t = partway()
+    return relative(Digits(kicked.motion, DIGITS)(t).psidot, kicked.book.psidot(mp.mpf(PARTWAY)))
 
 
 @claim(
@@ -388,8 +364,8 @@ def book_spin_partway():
 )
 def book_exercise_2_12_run():
     """θ of the kicked top's run vs 0.3, at the time from the book's quadrature [rad]."""
-    scene, _, t = partway()
-    return abs(float(ht.propagate(scene)(float(t)).theta) - float(PARTWAY))
+    kicked, t = partway()
+    return abs(float(ht.propagate(kicked.scene)(float(t)).theta) - float(PARTWAY))
 
 
 @claim(
@@ -407,7 +383,7 @@ def book_exercise_2_13():
     """
     worst = 0.0
     top, (a, c, g) = ht.Top(A, C, gMR), (mp.mpf(x) for x in (A, C, gMR))
-    cosine = mp.cos(mp.mpf("0.1"))
+    cosine = mp.cos(START)
     for spin in (118, 140, 200, 500, 2000):
         root = mp.sqrt((c * spin) ** 2 - 4 * a * g * cosine)
         for which, sign in (("slow", -1), ("fast", 1)):
@@ -421,7 +397,6 @@ def book_exercise_2_13():
 @claim(BOOK, 1e-13, "rounding of 10 rad/s, fifty times", "integrator")
 def book_fastest_precession():
     """fastest precession of the dropped top vs 2 gMR/p_ψ [rad/s]."""
-    events, _ = turning(ht.load_scene("sicm-dropped"))
+    events = ht.propagate(ht.load_scene("sicm-dropped")).events
     lower = np.array(events.kind) == "theta_max"
-    exact = float(2 * mp.mpf(gMR) / (mp.mpf(C) * 140))
-    return float(np.max(np.abs(events.phidot[lower] - exact)))
+    return farthest(events.phidot[lower], float(2 * mp.mpf(gMR) / (mp.mpf(C) * 140)))

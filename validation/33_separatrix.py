@@ -2,7 +2,7 @@
 
 import mpmath
 import numpy as np
-from tools import most
+from tools import Digits, most, relative
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -15,6 +15,7 @@ WHITTAKER = Authority(
 mp = mpmath.MPContext()
 mp.dps = 60
 DIGITS = 58
+SCALED = (-3, 0.5, 1, 5, 10, 20, 30)  # gamma t
 TOPS = ((1, "0.5", 1), (3, "0.1", 12), ("0.25", "0.4", 4))  # A, C, gMR; gamma = 1, 2 and 4
 
 
@@ -38,14 +39,12 @@ def one_minus_u(gt):
 @claim(WHITTAKER, 1e-59, "58 digits are requested; the elementary solution has 60", "closed form")
 def whittaker_closed_form():
     """1 − cos θ of three tops up to γt = 30 vs 1/cos θ = 1 + sech γt, relative."""
-    worst = 0.0
+    off = []
     for values in TOPS:
-        top, start, gamma = released(*values)
-        motion = ht.Motion(top, start)
-        for gt in (-3, 0.5, 1, 5, 10, 20, 30):
-            found = mp.mpf(motion.at(gt / gamma, digits=DIGITS).one_minus_u)
-            worst = most(worst, abs(found / one_minus_u(gt) - 1))
-    return worst
+        *given, gamma = released(*values)
+        form = Digits(ht.Motion(*given), DIGITS)
+        off += [relative(form(gt / gamma).one_minus_u, one_minus_u(gt)) for gt in SCALED]
+    return most(off)
 
 
 @claim(WHITTAKER, 1e-14, "some twenty roundings", "closed form")
@@ -54,7 +53,7 @@ def whittaker_doubles():
     top, start, gamma = released(*TOPS[0])
     gt = np.linspace(0, 30, 301)
     found = ht.Motion(top, start).at(gt / gamma).one_minus_u
-    return most(abs(mp.mpf(float(x)) / one_minus_u(t) - 1) for x, t in zip(found, gt, strict=True))
+    return most(map(relative, found.tolist(), map(one_minus_u, gt.tolist())))
 
 
 @claim(WHITTAKER, 0, "the start and the verdict are exact", "verdicts")

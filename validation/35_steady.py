@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import mpmath
 import numpy as np
-from tools import most
+from tools import farthest, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -47,8 +47,12 @@ SPIN = spin(PRECESSION)
 
 
 def moved():
-    scene = ht.load_scene("steady-betsch")
-    return scene, ht.propagate(scene)
+    return ht.propagate(ht.load_scene("steady-betsch"))
+
+
+def off_the_formula(x, t):
+    """How far phi and psi are from turning evenly."""
+    return most(farthest(x.phi, PRECESSION * t), farthest(x.psi, float(SPIN) * t))
 
 
 @claim(BETSCH, 0, "both are exact; the claim tests how the scene is read", "constants")
@@ -115,22 +119,19 @@ def betsch_kind():
 @claim(BETSCH, 1e-12, "rounding of 271 rad, twenty times", "closed form")
 def betsch_closed_form():
     """θ, φ and ψ over 2 s vs π/3, 10 t and 135.6 t [rad]."""
-    scene, t = ht.load_scene("steady-betsch"), np.linspace(0, 2, 101)
-    at = ht.Motion(scene.top, scene.start).at(t)
-    off = (at.theta - np.pi / 3, at.phi - PRECESSION * t, at.psi - float(SPIN) * t)
-    return most(float(np.max(np.abs(x))) for x in off)
+    t = np.linspace(0, 2, 101)
+    at = motion_of("steady-betsch").at(t)
+    return most(farthest(at.theta, np.pi / 3), off_the_formula(at, t))
 
 
 @claim(BETSCH, 1e-14, "rounding of some hundred steps in doubles, ten times", "integrator")
 def betsch_tilt_run():
     """θ over 2 s vs π/3 [rad]."""
-    _, run = moved()
-    return float(np.max(np.abs(run.theta - np.pi / 3)))
+    return farthest(moved().theta, np.pi / 3)
 
 
 @claim(BETSCH, 1e-12, "rounding of 271 rad, twenty times", "integrator")
 def betsch_angles_run():
     """φ and ψ over 2 s vs 10 t and 135.6 t [rad]."""
-    _, run = moved()
-    off = (run.phi - PRECESSION * run.t, run.psi - float(SPIN) * run.t)
-    return most(float(np.max(np.abs(x))) for x in off)
+    run = moved()
+    return off_the_formula(run, run.t)

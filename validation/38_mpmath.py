@@ -3,7 +3,7 @@
 from functools import cache
 
 import mpmath
-from tools import Digits, most
+from tools import Digits, most, motion_of, relative
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -18,16 +18,11 @@ TIMES = ("0.1", "1", "2", "7.5")
 NAMES = ("sicm-kicked", "sicm-forward", "simo-wong", "spherical-pendulum")
 
 
-def relative(found, exact):
-    return abs(mp.mpf(found) / exact - 1)
-
-
 class Formula:
     """The textbook's closed form, from the scene's numbers, by mpmath alone."""
 
     def __init__(self, scene):
-        self.name, self.scene = scene.name, scene
-        top, start = self.scene.top, self.scene.start
+        self.name, self.scene, top, start = scene.name, scene, scene.top, scene.start
         self.A, self.C, self.gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
         theta, rate, turn = (x.mpf(mp) for x in (start.theta, start.thetadot, start.phidot))
         u, sine = mp.cos(theta), mp.sin(theta)
@@ -43,10 +38,9 @@ class Formula:
 
     def _roots(self, energy):
         """Roots of (2/A)(E' - gMR u)(1 - u^2) - ((p_phi - p_psi u)/A)^2."""
-        A, g, a, b = self.A, self.gMR, self.p_phi / self.A, self.p_psi / self.A
-        polynomial = [
-            2 * g / A, -2 * energy / A - b**2, 2 * a * b - 2 * g / A, 2 * energy / A - a**2,
-        ]  # fmt: skip
+        a, b = self.p_phi / self.A, self.p_psi / self.A
+        g, h = 2 * self.gMR / self.A, 2 * energy / self.A
+        polynomial = [g, -h - b**2, 2 * a * b - g, h - a**2]
         roots = mp.polyroots(polynomial, maxsteps=500, extraprec=600)
         return sorted(mp.re(x) for x in roots)
 
@@ -83,27 +77,24 @@ def moving():
     """The same tops, started between their turning points: up, down and fast."""
     rates = ("-0.7", "0.7", "5")
     with mp.workdps(160):
-        return tuple(
-            Formula(ht.load_scene(name, [f'start.thetadot="{rate}"']))
-            for name in NAMES
-            for rate in rates
-        )
+        scenes = (ht.load_scene(n, [f'start.thetadot="{x}"']) for n in NAMES for x in rates)
+        return tuple(map(Formula, scenes))
 
 
 def form(formula):
-    return Digits(ht.Motion(formula.scene.top, formula.scene.start), DIGITS)
+    return Digits(motion_of(formula.scene), DIGITS)
 
 
 @claim(MPMATH, 1e-133, "125 digits are requested; ten more are correct", "closed form")
 def mpmath_first():
     """F and K for the times of twelve motions at 125 digits vs mpmath's, relative."""
     with mp.workdps(160):
-        whole = [(form(x).period * x.w / 2, mp.ellipk(x.m)) for x in moving()]
-        parts = [
-            (abs(form(x).lower_turning) * x.w, mp.ellipf(mp.asin(mp.sqrt(x.risen)), x.m))
-            for x in moving()
-        ]
-        return most(relative(a, b) for a, b in (*whole, *parts))
+        off = []
+        for x in moving():
+            part = mp.ellipf(mp.asin(mp.sqrt(x.risen)), x.m)
+            off.append(relative(form(x).period * x.w / 2, mp.ellipk(x.m)))
+            off.append(relative(abs(form(x).lower_turning) * x.w, part))
+        return most(off)
 
 
 @claim(MPMATH, 1e-134, "125 digits are requested; ten more are correct", "closed form")
@@ -111,15 +102,13 @@ def mpmath_third():
     """Π(n|m) for the angles of twelve motions at 125 digits, n of either sign, vs mpmath's,
     relative.
     """
-    found = []
+    off = []
     with mp.workdps(160):
         for x in moving():
-            turns = [form(x).precession + side * form(x).relative_spin for side in (1, -1)]
-            found += [
-                relative(mp.mpf(turn) / 2 / factor, third)
-                for turn, (third, factor) in zip(turns, x.thirds, strict=True)
-            ]
-    return most(found)
+            for side, (third, factor) in zip((1, -1), x.thirds, strict=True):
+                turn = form(x).precession + side * form(x).relative_spin
+                off.append(relative(mp.mpf(turn) / 2 / factor, third))
+    return most(off)
 
 
 @claim(MPMATH, 1e-128, "125 digits are requested; the formula is evaluated with 130", "closed form")
@@ -147,12 +136,8 @@ def mpmath_precession():
 )
 def mpmath_tilt():
     """θ of four scenes at four times at 125 digits vs the textbook's sn [rad]."""
-    off = (
-        abs(mp.mpf(form(x)(form(x).ctx.mpf(t)).theta) - x.theta(mp.mpf(t)))
-        for x in formulas()
-        for t in TIMES
-    )
-    return most(off)
+    cases = ((form(x), x, t) for x in formulas() for t in TIMES)
+    return most(abs(mp.mpf(ours(t).theta) - x.theta(mp.mpf(t))) for ours, x, t in cases)
 
 
 @claim(MPMATH, 1e-36, "30 digits are requested; the run carries eight more", "integrator")
@@ -162,7 +147,5 @@ def mpmath_tilt_run():
     run = ht.propagate(scene, formulation="axis")
     truth = next(x for x in formulas() if x.name == "sicm-kicked")
     found = run.in_mpmath(run.t[1::100])
-    return most(
-        abs(mp.mpf(str(theta)) - truth.theta(mp.mpf(str(t))))
-        for t, theta in zip(found.t, found.theta, strict=True)
-    )
+    pairs = zip(found.t, found.theta, strict=True)
+    return most(abs(mp.mpf(str(x)) - truth.theta(mp.mpf(str(t)))) for t, x in pairs)

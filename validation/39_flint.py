@@ -9,7 +9,7 @@ from functools import cache
 import flint
 import mpmath
 from flint import acb, arb
-from tools import Digits, most
+from tools import Digits, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -34,8 +34,8 @@ class Cubic:
     def __init__(self, name):
         self.scene = ht.load_scene(name)
         top, start = self.scene.top, self.scene.start
-        A, C, gMR = (ball(x) for x in (top.A, top.C, top.gMR))
-        theta, turn, omega3 = (ball(x) for x in (start.theta, start.phidot, start.omega3))
+        exact = top.A, top.C, top.gMR, start.theta, start.phidot, start.omega3
+        A, C, gMR, theta, turn, omega3 = (x.ball(flint.ctx.prec) for x in exact)
         u, sine = theta.cos(), theta.sin()
         self.b, self.g = C * omega3 / A, gMR / A
         self.a, self.h = turn * sine**2 + self.b * u, (turn * sine) ** 2 / 2 + self.g * u
@@ -58,23 +58,22 @@ class Cubic:
         whole = acb.integral(lambda x, flag: 2 / self.speed(x, flag)[0], 0, acb.pi() / 2)
         return whole.real
 
-    @property
-    def precession(self):
+    def turned(self, weight):
+        """The integral of phidot over a period, with a weight that depends on u."""
+
         def rate(angle, flag):
             speed, u = self.speed(angle, flag)
-            return 2 * (acb(self.a) - acb(self.b) * u) / ((1 - u * u) * speed)
+            return 2 * weight(u) * (acb(self.a) - acb(self.b) * u) / ((1 - u * u) * speed)
 
         return acb.integral(rate, 0, acb.pi() / 2).real
 
     @property
+    def precession(self):
+        return self.turned(lambda _: 1)
+
+    @property
     def spin(self):
-        """omega3 T less the integral of phidot cos(theta)."""
-
-        def rate(angle, flag):
-            speed, u = self.speed(angle, flag)
-            return 2 * u * (acb(self.a) - acb(self.b) * u) / ((1 - u * u) * speed)
-
-        return self.omega3 * self.period - acb.integral(rate, 0, acb.pi() / 2).real
+        return self.omega3 * self.period - self.turned(lambda u: u)
 
     def u(self, t):
         """cos(theta) by Weierstrass's function; u'^2 = f(u) is its equation, stretched."""
@@ -87,17 +86,13 @@ class Cubic:
         return (place.elliptic_p(tau) * 2 / acb(self.g * period**2)).real + shift
 
 
-def ball(exact):
-    return exact.ball(flint.ctx.prec)
-
-
 @cache
 def cubics():
     return tuple(Cubic(name) for name in NAMES)
 
 
 def form(cubic):
-    return Digits(ht.Motion(cubic.scene.top, cubic.scene.start), DIGITS)
+    return Digits(motion_of(cubic.scene), DIGITS)
 
 
 def off(enclosure, value):
@@ -135,7 +130,7 @@ def flint_precession():
 )
 def flint_weierstrass():
     """cos θ of four scenes at four times at 75 digits vs Weierstrass's function."""
-    return most(off(x.u(t), form(x)(form(x).ctx.mpf(t)).u) for x in cubics() for t in TIMES)
+    return most(off(x.u(t), form(x)(t).u) for x in cubics() for t in TIMES)
 
 
 def fraction(value):
@@ -158,12 +153,12 @@ def flint_enclosures():
     """
     missed = 0
     for cubic in cubics():
-        motion = ht.Motion(cubic.scene.top, cubic.scene.start)
+        motion = motion_of(cubic.scene)
         for name in ("period", "precession", "spin"):
             mine, theirs = motion.interval(name, digits=OURS), getattr(cubic, name)
-            spread, size = fraction(mine.spread), abs(fraction(mine.middle))
-            holds = bool(abs(fraction(mine.middle) - theirs) < spread)  # for all of both balls
-            narrow = bool(spread <= arb(10) ** -OURS * size.max(arb(1)))
+            spread, middle = fraction(mine.spread), fraction(mine.middle)
+            holds = bool(abs(middle - theirs) < spread)  # for all of both balls
+            narrow = bool(spread <= arb(10) ** -OURS * abs(middle).max(arb(1)))
             missed += not (holds and narrow)
     return missed
 
@@ -171,9 +166,8 @@ def flint_enclosures():
 @claim(FLINT, 1e-14, "rounding of some hundred steps in doubles, ten times", "integrator")
 def flint_run():
     """cos θ of the runs at four times vs Weierstrass's function."""
-    worst = 0.0
+    off = []
     for cubic in cubics():
         run = ht.propagate(ht.load_scene(cubic.scene.name, ["span.time=7.5"]))
-        heights = (float(run(float(t)).axis[2]) - float(cubic.u(t)) for t in TIMES)
-        worst = most(worst, *map(abs, heights))
-    return worst
+        off += [abs(float(run(float(t)).axis[2]) - float(cubic.u(t))) for t in TIMES]
+    return most(off)

@@ -4,8 +4,7 @@ import math
 from itertools import pairwise
 
 import mpmath
-import numpy as np
-from tools import Digits, most
+from tools import Digits, farthest, most, relative
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -22,8 +21,11 @@ GOLDSTEIN = Authority(
 
 mp = mpmath.MPContext()
 mp.dps = 50
-BOOK = {"A": "3.28e-4", "C": "6.60e-5", "gMR": "0.0456"}
+BOOK = ("3.28e-4", "6.60e-5", "0.0456")
 KIND = "uniform-precession"
+EXTRAPOLATED = (
+    "extrapolated from three spins; the third power of 4A gMR/p_ψ² < 1.4e-6, over 64, is left"
+)
 TILT = "0.7"  # at which the fast top is let go
 
 
@@ -47,12 +49,11 @@ def landau_sleeping():
 
 def fast(omega3):
     """Our period and precession of a fast top, over Landau's formulas, and p_psi^2/4A gMR."""
-    motion = Digits(ht.Motion(ht.Top(**BOOK), ht.State(theta=TILT, omega3=omega3)), 48)
-    A, C, gMR = (mp.mpf(x) for x in BOOK.values())
-    p_psi = C * omega3
-    period, rate = 2 * mp.pi * A / p_psi, gMR / p_psi
-    found = mp.mpf(motion.period), mp.mpf(motion.precession) / mp.mpf(motion.period)
-    return found[0] / period, found[1] / rate, p_psi**2 / (4 * A * gMR)
+    motion = Digits(ht.Motion(ht.Top(*BOOK), ht.State(theta=TILT, omega3=omega3)), 48)
+    A, C, gMR = map(mp.mpf, BOOK)
+    period, turn, p_psi = mp.mpf(motion.period), mp.mpf(motion.precession), C * omega3
+    over = period / (2 * mp.pi * A / p_psi), turn / period / (gMR / p_psi)
+    return *over, p_psi**2 / (4 * A * gMR)
 
 
 def next_term(which):
@@ -69,34 +70,24 @@ def next_term(which):
     return found[0]
 
 
-@claim(
-    LANDAU,
-    5e-19,
-    "extrapolated from three spins; the third power of 4A gMR/p_ψ² < 1.4e-6, over 64, is left",
-    "closed form",
-)
+@claim(LANDAU, 5e-19, EXTRAPOLATED, "closed form")
 def landau_fast_period():
     """next term of a fast top's period after Landau's 2πA/p_ψ, vs ½ cos θ₀ (derived here),
     relative.
 
     The pendulum's series of the period: half the cosine of the tilt at which it is let go.
     """
-    return abs(next_term(0) / (mp.cos(mp.mpf(TILT)) / 2) - 1)
+    return relative(next_term(0), mp.cos(mp.mpf(TILT)) / 2)
 
 
-@claim(
-    LANDAU,
-    5e-19,
-    "extrapolated from three spins; the third power of 4A gMR/p_ψ² < 1.4e-6, over 64, is left",
-    "closed form",
-)
+@claim(LANDAU, 5e-19, EXTRAPOLATED, "closed form")
 def landau_fast_precession():
     """next term of a fast top's mean precession after Landau's gMR/p_ψ, vs ¼ cos θ₀ (derived here),
     relative.
 
     A quarter of that cosine, as for the slow rate of steady precession.
     """
-    return abs(next_term(1) / (mp.cos(mp.mpf(TILT)) / 4) - 1)
+    return relative(next_term(1), mp.cos(mp.mpf(TILT)) / 4)
 
 
 FREE = ht.Top(A=1, C="1/2", gMR=0)
@@ -151,7 +142,7 @@ def landau_free_run():
     """axis of a free top's run at three times in 20 s vs a rotation about L at |L|/A."""
     scene = ht.Scene(FREE, TOSSED, time=20, quantities=("theta", "phi", "psi"))
     run = ht.propagate(scene)
-    return Regular().off([float(x) for x in run(float(t)).axis] for t in AFTER)
+    return Regular().off(run(float(t)).axis.tolist() for t in AFTER)
 
 
 SWING = {"theta": "2", "omega3": 0}  # from the upward vertical: pi - 2 from hanging
@@ -168,7 +159,7 @@ def gauss():
 def gauss_pendulum():
     """period of a swing vs the arithmetic-geometric mean, relative."""
     motion = Digits(ht.Motion(PENDULUM, ht.State(**SWING)), 48)
-    return abs(2 * mp.mpf(motion.period) / gauss() - 1)  # a period of theta is half a swing
+    return relative(2 * mp.mpf(motion.period), gauss())  # a period of theta is half a swing
 
 
 @claim(GAUSS, 1e-13, "rounding of some hundred steps in doubles, ten times", "integrator")
@@ -199,10 +190,9 @@ def huygens_conical():
     start = ht.State(theta="2*pi/3", phidot=rate, omega3=0)
     scene = ht.Scene(PENDULUM, start, time=3, quantities=("theta", "phi"))
     run = ht.propagate(scene)
-    t = np.asarray(run.t)
-    motion = ht.Motion(PENDULUM, start).at(t)
-    angles = ((x.theta - 2 * math.pi / 3, x.phi - math.sqrt(15) * t) for x in (run, motion))
-    return most(float(np.max(np.abs(part))) for pair in angles for part in pair)
+    both = run, ht.Motion(PENDULUM, start).at(run.t)
+    tilts = (farthest(each.theta, 2 * math.pi / 3) for each in both)
+    return most(*tilts, *(farthest(each.phi, math.sqrt(15) * run.t) for each in both))
 
 
 @claim(GOLDSTEIN, 1e-49, "the rates are exact; the comparison has 50 digits", "start", "verdicts")
@@ -212,15 +202,14 @@ def goldstein_rates():
 
     Roots of A cos(theta) W^2 - p_psi W + gMR = 0 at theta = 0.1, omega3 = 140, and the kind.
     """
-    A, C, gMR = (mp.mpf(x) for x in BOOK.values())
-    c, p = mp.cos(mp.mpf("0.1")), C * 140
-    root = mp.sqrt(p**2 - 4 * A * gMR * c)
-    worst = 0.0
-    for which, rate in (("slow", (p - root) / (2 * A * c)), ("fast", (p + root) / (2 * A * c))):
-        start = ht.State.steady(ht.Top(**BOOK), theta="0.1", omega3=140, which=which)
-        worst = most(worst, float(abs(start.phidot.mpf(mp) / rate - 1)))
-        worst = most(worst, float(str(ht.classify(ht.Top(**BOOK), start).kind) != KIND))
-    return worst
+    A, C, gMR = map(mp.mpf, BOOK)
+    c, p, off = mp.cos(mp.mpf("0.1")), C * 140, []
+    for which, sign in (("slow", -1), ("fast", 1)):
+        start = ht.State.steady(ht.Top(*BOOK), theta="0.1", omega3=140, which=which)
+        rate = (p + sign * mp.sqrt(p**2 - 4 * A * gMR * c)) / (2 * A * c)
+        off.append(relative(start.phidot.mpf(mp), rate))
+        off.append(str(ht.classify(ht.Top(*BOOK), start).kind) != KIND)
+    return most(off)
 
 
 @claim(GOLDSTEIN, 5e-25, "the square of a nutation of 1e-13 rad", "closed form", "start")
@@ -230,10 +219,10 @@ def goldstein_nodding():
 
     Frequency of small nodding about both steady rates, from the effective potential's V''.
     """
-    A, C, gMR = (mp.mpf(x) for x in BOOK.values())
-    tilt, p, worst = mp.mpf("0.1"), C * 140, 0.0
+    A, C, gMR = map(mp.mpf, BOOK)
+    tilt, p, off = mp.mpf("0.1"), C * 140, []
     for which in ("slow", "fast"):
-        steady = ht.State.steady(ht.Top(**BOOK), theta="0.1", omega3=140, which=which)
+        steady = ht.State.steady(ht.Top(*BOOK), theta="0.1", omega3=140, which=which)
         rate = steady.phidot.mpf(mp)
         a = A * rate * mp.sin(tilt) ** 2 + p * mp.cos(tilt)
 
@@ -241,9 +230,7 @@ def goldstein_nodding():
             return (a - p * mp.cos(x)) ** 2 / (2 * A * mp.sin(x) ** 2) + gMR * mp.cos(x)
 
         own = mp.sqrt(mp.diff(potential, tilt, 2) / A)
-        nudged = ht.State(
-            theta="0.1", thetadot="1e-12", phidot=steady.phidot, psidot=steady.psidot
-        )  # the momenta of the steady motion
-        period = ht.Motion(ht.Top(**BOOK), nudged).mpf("period", 40)
-        worst = most(worst, float(abs(mp.mpf(period) * own / (2 * mp.pi) - 1)))
-    return worst
+        momenta = {"phidot": steady.phidot, "psidot": steady.psidot}  # of the steady motion
+        nudged = ht.State(theta="0.1", thetadot="1e-12", **momenta)
+        off.append(relative(ht.Motion(ht.Top(*BOOK), nudged).mpf("period", 40), 2 * mp.pi / own))
+    return most(off)

@@ -14,7 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 from page import markdown, rewrite
-from tools import main, most
+from rigid import body_rates, from_angles
+from scipy.spatial.transform import Rotation
+from tools import angles, farthest, integrating, interleaved, main, most, motion_of, state
 
 import heavytop as ht
 from heavytop.claims import Authority, claim, proof
@@ -23,7 +25,7 @@ from heavytop.doctor import version
 MUJOCO = Authority("MuJoCo's ball-jointed body", "program")
 EXUDYN_PROGRAM = Authority("EXUDYN's rigid body", "program")
 SCENES = ("sicm-kicked", "lie-group-benchmark", "simo-wong")
-SHOWN = ("sicm-kicked",)  # in the table
+SHOWN = "sicm-kicked"  # in the table
 GRAVITY = 9.81  # m/s^2
 EVERY = 0.004  # s between two rows: a multiple of every step
 REPEATS = 7  # runs, of which the time is the best
@@ -64,10 +66,12 @@ SETTINGS = (
 )
 
 
+SHOWS = "steps of 0.25 and 0.125 ms, where the next order still shows; twice what it shows"
+
+
 @cache
 def problem(name):
-    scene = ht.load_scene(name)
-    return scene, ht.Motion(scene.top, scene.start)
+    return ht.load_scene(name), motion_of(name)
 
 
 def body(A, gMR):
@@ -82,6 +86,13 @@ def numbers(top):
 
 def rows(scene, every=EVERY):
     return np.arange(round(float(scene.time) / every) + 1) * every
+
+
+def begin(motion):
+    """The rotation at the start, and the angular velocity in space and in the body."""
+    at = motion.at(0.0)
+    turned = Rotation.from_quat(np.roll(at.quaternion, -1))
+    return turned, at.omega, turned.inv().apply(at.omega)
 
 
 def simulated(top, quaternion, omega, method, step, every, count):
@@ -105,17 +116,10 @@ def simulated(top, quaternion, omega, method, step, every, count):
 def mujoco(name, method, step, every):
     """What `ht.check` takes of a run of MuJoCo, and the seconds that it took."""
     scene, motion = problem(name)
-    start, t = motion.at(0.0), rows(scene, every)
-    own = rotation(start.quaternion).T @ start.omega
-    asked = numbers(scene.top), start.quaternion, own, method, step, round(every / step)
+    t, (_, _, own) = rows(scene, every), begin(motion)
+    asked = numbers(scene.top), motion.at(0.0).quaternion, own, method, step, round(every / step)
     quaternion, omega, spent = simulated(*asked, t.size - 1)
     return {"t": t, "quaternion": quaternion, "omega_body": omega}, spent
-
-
-def rotation(q):
-    w, v = q[0], np.asarray(q[1:])
-    hat = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + 2 * w * hat + 2 * hat @ hat
 
 
 def exudyn(name, method, step, every):
@@ -124,25 +128,10 @@ def exudyn(name, method, step, every):
     from exudyn import itemInterface as items
 
     scene, motion = problem(name)
-    start, (A, C, gMR) = motion.at(0.0), numbers(scene.top)
+    A, C, gMR = numbers(scene.top)
     arm, mass = body(A, gMR)
     system = engine.SystemContainer().AddSystem()
-    implicit = method in ("GeneralizedAlpha", "TrapezoidalIndex2")
-    at_rest = [0.0, 0.0, 0.0]
-    q, omega = np.asarray(start.quaternion), np.asarray(start.omega)
-    if implicit:
-        rates = 0.5 * np.concatenate([[-omega @ q[1:]], q[0] * omega + np.cross(omega, q[1:])])
-        node = system.AddNode(
-            items.NodeRigidBodyEP(referenceCoordinates=at_rest + q.tolist(),
-                                  initialVelocities=at_rest + rates.tolist())
-        )  # fmt: skip
-    else:
-        turn = 2 * np.arctan2(np.linalg.norm(q[1:]), q[0]) * q[1:] / np.linalg.norm(q[1:])
-        own = rotation(q).T @ omega
-        node = system.AddNode(
-            items.NodeRigidBodyRotVecLG(referenceCoordinates=at_rest + turn.tolist(),
-                                        initialVelocities=at_rest + own.tolist())
-        )  # fmt: skip
+    node = system.AddNode(exudyn_node(items, motion, method))
     top = system.AddObject(
         items.ObjectRigidBody(physicsMass=mass, physicsInertia=[A, A, C, 0, 0, 0], nodeNumber=node)
     )
@@ -151,15 +140,15 @@ def exudyn(name, method, step, every):
     ground = system.AddMarker(
         items.MarkerNodeCoordinate(nodeNumber=system.AddNode(items.PointGround()), coordinate=0)
     )
-    for k in range(3):
+    for k in range(3):  # the pivot
         held = system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=k))
         system.AddObject(items.CoordinateConstraint(markerNumbers=[ground, held]))
-    kinds = engine.OutputVariableType.RotationMatrix, engine.OutputVariableType.AngularVelocity
+    outputs = engine.OutputVariableType
     sensors = [
         system.AddSensor(
-            items.SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True)
+            items.SensorNode(nodeNumber=node, outputVariableType=x, storeInternal=True)
         )
-        for kind in kinds
+        for x in (outputs.RotationMatrix, outputs.AngularVelocity)
     ]
     system.Assemble()
     settings = engine.SimulationSettings()
@@ -174,6 +163,22 @@ def exudyn(name, method, step, every):
     spent = perf_counter() - began
     matrix, omega = (system.GetSensorStoredData(sensor) for sensor in sensors)
     return {"t": matrix[:, 0], "matrix": matrix[:, 1:], "omega": omega[:, 1:]}, spent
+
+
+def exudyn_node(items, motion, method):
+    """The body's coordinates: Euler parameters for implicit methods, else a rotation vector."""
+    turned, omega, own = begin(motion)
+    at_rest = [0.0, 0.0, 0.0]
+    if method not in ("GeneralizedAlpha", "TrapezoidalIndex2"):
+        return items.NodeRigidBodyRotVecLG(
+            referenceCoordinates=at_rest + turned.as_rotvec().tolist(),
+            initialVelocities=at_rest + own.tolist(),
+        )
+    q = motion.at(0.0).quaternion
+    rates = 0.5 * np.concatenate([[-omega @ q[1:]], q[0] * omega + np.cross(omega, q[1:])])
+    return items.NodeRigidBodyEP(
+        referenceCoordinates=at_rest + q.tolist(), initialVelocities=at_rest + rates.tolist()
+    )
 
 
 ENGINES = {"mujoco": mujoco, "exudyn": exudyn}
@@ -194,48 +199,27 @@ def order(engine, method, step, expected):
     return most(off)
 
 
-def cells(setting):
-    """Axis error, and the µs of a nutation period where no rows are kept, in the scenes shown."""
-    engine, method, step, _ = setting
-    for name in SHOWN:
-        scene, motion = problem(name)
-        end = float(scene.time)
-        spent = min(ENGINES[engine](name, method, step, end)[1] for _ in range(REPEATS))
-        yield f"{axis_error(engine, method, step, name):.1e}"
-        yield f"{spent * motion.period / end * 1e6:.3g}"
+def cells(error, seconds):
+    """Axis error, and the µs of a nutation period."""
+    scene, motion = problem(SHOWN)
+    return f"{error:.1e}", f"{seconds * motion.period / float(scene.time) * 1e6:.3g}"
 
 
-def ours():
-    for name in SHOWN:
-        _, motion = problem(name)
-        scene = ht.load_scene(name, END_ALONE)
-        runs = [ht.propagate(scene) for _ in range(REPEATS)]
-        t = rows(scene)
-        off = ht.check({"t": t, "axis": runs[0](t).axis}, scene).errors["axis"].max
-        spent = min(run.statistics.integrate_s for run in runs)
-        yield f"{off:.1e}"
-        yield f"{spent * motion.period / float(scene.time) * 1e6:.3g}"
+def engine_cells(engine, method, step, _):
+    """The same of an engine, timed where no rows are kept."""
+    end = float(problem(SHOWN)[0].time)
+    program = {engine: lambda: ENGINES[engine](SHOWN, method, step, end)[1]}
+    spent = interleaved(program, REPEATS)[engine]
+    return cells(axis_error(engine, method, step, SHOWN), spent)
 
 
-@claim(
-    MUJOCO,
-    0.3,
-    "steps of 0.25 and 0.125 ms, where the next order still shows; twice what it shows",
-    "check",
-    needs="mujoco",
-)
+@claim(MUJOCO, 0.3, SHOWS, "check", needs="mujoco")
 def mujoco_rk4_check():
     """order of MuJoCo's RK4 that check measures from the axis error on three scenes, vs 4."""
     return order("mujoco", "RK4", 2.5e-4, 4)
 
 
-@claim(
-    EXUDYN_PROGRAM,
-    0.3,
-    "steps of 0.25 and 0.125 ms, where the next order still shows; twice what it shows",
-    "check",
-    needs="exudyn",
-)
+@claim(EXUDYN_PROGRAM, 0.3, SHOWS, "check", needs="exudyn")
 def exudyn_rk44_check():
     """order of EXUDYN's RK44 on the Lie group that check measures from the axis error on three
     scenes, vs 4.
@@ -259,85 +243,65 @@ def exudyn_trapezoidal_check():
 
 @proof(minutes=0.5)
 def errors_and_times(write=False):
-    head = ["engine and method", "step", *(x for name in SHOWN for x in (f"`{name}`", "µs"))]
+    scene = ht.load_scene(SHOWN, END_ALONE)
+    t = rows(scene)
+    off = ht.check({"t": t, "axis": ht.propagate(scene)(t).axis}, scene).errors["axis"].max
     lines = [
         (f"{each.engine} {version(each.engine)}: {each.words}", f"{1000 * each.step:g} ms",
-         *cells(each))
+         *engine_cells(*each))
         for each in SETTINGS if find_spec(each.engine)
     ]  # fmt: skip
-    mine = list(ours())
-    table = markdown(head, [*lines, ("heavytop: `auto`", "", *mine)])
+    spent = interleaved({"ours": integrating(scene)}, REPEATS)["ours"]
+    lines.append(("heavytop: `auto`", "", *cells(off, spent)))
+    table = markdown(("engine and method", "step", f"`{SHOWN}`", "µs"), lines)
     print(table)
     if write:
         rewrite("check-a-trajectory.md", "engines", table)
-    yield "error of the axis by auto", float(mine[0]), 1e-13
+    yield "error of the axis by auto", off, 1e-13
 
 
 # --- MuJoCo as an authority ------------------------------------------------------------------
 
 STEPS = 20_000
-TOP = {"A": 1.3, "C": 0.7, "gMR": 2.1}
-START = {"theta": 0.8, "phi": 0.1, "psi": -0.4, "thetadot": 0.6, "phidot": -0.5, "psidot": 4.0}
+TOP = (1.3, 0.7, 2.1)
+START = (0.8, 0.1, -0.4, 0.6, -0.5, 4.0)
 END = 2.0
+ROUNDING = "20 000 roundings; MuJoCo's own error, of fourth order, is below them at this step"
 
 
-def tilted():
-    return ht.Top(**TOP), ht.State(**START)
-
-
-def turned(theta, phi, psi):
-    half, plus, minus = theta / 2, (phi + psi) / 2, (phi - psi) / 2
-    c, s = np.cos(half), np.sin(half)
-    return np.array([c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)])
+def turned(*angles):
+    return np.array([float(x) for x in from_angles(*map(float, angles))])
 
 
 @cache
 def mujocos(steps=STEPS):
     """Its quaternion (scalar first) at the end, from a start that is typed here."""
-    theta, phi, psi, tilt, turn, spin = START.values()
-    lift = turn * np.sin(theta)
-    omega = (
-        lift * np.sin(psi) + tilt * np.cos(psi),
-        lift * np.cos(psi) - tilt * np.sin(psi),
-        turn * np.cos(theta) + spin,
-    )
-    start = turned(theta, phi, psi), omega
-    return simulated((*TOP.values(),), *start, "RK4", END / steps, steps, 1)[0][-1]
+    theta, _, psi, *rates = START
+    omega = [float(x) for x in body_rates(theta, psi, *rates)]
+    return simulated(TOP, turned(*START[:3]), omega, "RK4", END / steps, steps, 1)[0][-1]
 
 
 @cache
 def exact():
-    at = ht.Motion(*tilted()).at(END)
-    return turned(float(at.theta), float(at.phi), float(at.psi))
+    return turned(*angles(ht.Motion(ht.Top(*TOP), state(*START)).at(END)))
 
 
 def apart(a, b):
-    return float(min(np.max(np.abs(a - b)), np.max(np.abs(a + b))))
+    return min(farthest(a, b), farthest(a, -b))
 
 
-@claim(
-    MUJOCO,
-    3e-13,
-    "20 000 roundings; MuJoCo's own error, of fourth order, is below them at this step",
-    "closed form",
-    needs="mujoco",
-)
+@claim(MUJOCO, 3e-13, ROUNDING, "closed form", needs="mujoco")
 def mujoco_closed_form():
     """quaternion after 2 s vs MuJoCo's RK4 with 20 000 steps."""
     return apart(exact(), mujocos())
 
 
-@claim(
-    MUJOCO,
-    3e-13,
-    "20 000 roundings; MuJoCo's own error, of fourth order, is below them at this step",
-    "integrator",
-    needs="mujoco",
-)
+@claim(MUJOCO, 3e-13, ROUNDING, "integrator", needs="mujoco")
 def mujoco_run():
     """quaternion of the run after 2 s vs MuJoCo's RK4 with 20 000 steps."""
-    scene = ht.Scene(*tilted(), time=END, quantities=("theta", "phi", "psi", "attitude"))
-    return apart(np.asarray(ht.propagate(scene)(END).quaternion), mujocos())
+    wants = ("theta", "phi", "psi", "attitude")
+    scene = ht.Scene(ht.Top(*TOP), state(*START), time=END, quantities=wants)
+    return apart(ht.propagate(scene)(END).quaternion, mujocos())
 
 
 @claim(
@@ -350,7 +314,7 @@ def mujoco_run():
 def mujoco_order():
     """order at which MuJoCo's RK4 converges to the closed form, vs 4."""
     coarse, fine = (apart(exact(), mujocos(steps)) for steps in (500, 1000))
-    return abs(np.log2(coarse / fine) - 4)
+    return abs(log2(coarse / fine) - 4)
 
 
 if __name__ == "__main__":

@@ -10,11 +10,12 @@ a hundred million periods, whose certificate is kept.
 from __future__ import annotations
 
 import json
-import resource
 import time
 import warnings
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from datetime import date
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,6 @@ from tools import Digits, main, most
 
 import heavytop as ht
 from heavytop.claims import proof
-from heavytop.errors import NotCertified
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import shipped_names
 
@@ -31,6 +31,7 @@ PART = 20_000
 WORST = 8  # times of each quantity at which its error is taken in 128 bits
 DIGITS = 38
 NAMES = ("axis", "theta", "phi", "psi")
+KICKED = ht.load_scene("sicm-kicked")
 
 
 def drawn(seed: int) -> ht.Trajectory:
@@ -62,9 +63,9 @@ def times_to_look_at(
         seen, true = run(some), form(some)
         for name in NAMES:
             apart = np.abs(getattr(seen, name) - getattr(true, name))
-            apart = np.sqrt((apart**2).sum(axis=-1)) if name == "axis" else apart
+            apart = np.linalg.norm(apart, axis=-1) if name == "axis" else apart
             order = np.argsort(-np.nan_to_num(apart, nan=-1.0))[:WORST]
-            known[name] += [(float(apart[k]), float(some[k])) for k in order]
+            known[name] += zip(apart[order].tolist(), some[order].tolist(), strict=True)
     worst = {t for each in known.values() for _, t in sorted(each, reverse=True)[:WORST]}
     return worst | set((run.orbit.end * rng.uniform(0, 1, taken)).tolist())
 
@@ -86,76 +87,62 @@ def largest_errors(run: ht.Trajectory, seed: int, **look: int) -> dict[str, floa
     return found
 
 
-class Ratios:
-    """Bounds over the largest errors found, of each quantity in short and in long runs."""
+def certified(
+    programs: dict[str, Callable[[], ht.Trajectory]], refused: list[str]
+) -> Iterator[tuple[ht.Trajectory, ht.Certificate]]:
+    """Yield runs and their certificates, and keep why some are not proved."""
+    warnings.simplefilter("ignore")
+    for name, program in programs.items():
+        try:
+            run = program()
+            found = ht.certify(run)
+        except ht.HeavyTopError as why:
+            refused.append(f"{name}: {why}")
+            continue
+        if not found.proved:
+            refused.append(f"{name}: {'; '.join(found.why)}")
+        yield run, found
 
-    def __init__(self, times: int, taken: int) -> None:
-        """Begin without any; errors are looked for at so many times, of which some are taken."""
-        self.look = {"times": times, "taken": taken}
-        self.known: dict[tuple[str, bool], list[float]] = {}
-        self.worst = 0.0  # an error over its bound
 
-    def add(self, run: ht.Trajectory, found: ht.Certificate, seed: int) -> None:
-        """Look for the errors of a run, and keep how they compare with its bounds."""
+def worst_share(found: Iterable[tuple[ht.Trajectory, ht.Certificate]], **look: int) -> float:
+    """Print bounds over the largest errors found, and return the largest error over its bound."""
+    known: defaultdict[tuple[str, str], list[float]] = defaultdict(list)
+    for seed, (run, certificate) in enumerate(found):
         period = run.motion.period
         short = period is None or abs(run.orbit.end) < 10 * float(period)
-        for name, error in largest_errors(run, seed, **self.look).items():
-            bound = found.bound[name]
-            if bound is not None and bound > 0:
-                self.worst = most(self.worst, error / bound)
-                if error > 0:
-                    self.known.setdefault((name, short), []).append(bound / error)
-
-    def tell(self) -> None:
-        """Print them."""
-        for (name, short), each in sorted(self.known.items()):
-            runs = f"{'below' if short else 'from '} ten periods, {len(each):3} runs"
-            print(f"  {name:6} {runs}: median {np.median(each):.2f}, "
-                  f"nine of ten below {np.quantile(each, 0.9):.2f}")  # fmt: skip
+        for name, error in largest_errors(run, seed, **look).items():
+            if bound := certificate.bound[name]:
+                known[name, "below" if short else "from "].append(error / bound)
+    for (name, length), shares in sorted(known.items()):
+        ratios = 1 / np.array([x for x in shares if x])
+        median, most_of_them = np.quantile(ratios, (0.5, 0.9))
+        print(f"  {name:6} {length} ten periods, {len(ratios):3} runs: bound over error, "
+              f"median {median:.2f}, nine of ten below {most_of_them:.2f}")  # fmt: skip
+    return most(x for shares in known.values() for x in shares)
 
 
 @proof(minutes=4)
 def random_runs(runs=40, times=100_000, taken=200):
     """Certify runs drawn at random."""
-    warnings.simplefilter("ignore")
-    ratios, proved = Ratios(times, taken), 0
-    for seed in range(runs):
-        run = drawn(seed)
-        try:
-            found = ht.certify(run)
-        except NotCertified as why:
-            print(f"run {seed}: {why}")
-            continue
-        proved += found.proved
-        ratios.add(run, found, seed)
-    print(f"{proved} of {runs} random runs proved; bounds over the largest errors found:")
-    ratios.tell()
-    yield "an error at random times, relative to its proved bound", ratios.worst, 1.0
+    refused: list[str] = []
+    programs = {f"run {seed}": partial(drawn, seed) for seed in range(runs)}
+    worst = worst_share(certified(programs, refused), times=times, taken=taken)
+    print(f"{runs - len(refused)} of {runs} random runs proved", *refused, sep="\n  ")
+    yield "an error at random times, relative to its proved bound", worst, 1.0
 
 
 @proof(minutes=5)
 def scenes(times=100_000, taken=200):
     """Certify every shipped scene in both forms."""
-    warnings.simplefilter("ignore")
-    ratios, refused = Ratios(times, taken), []
-    names = shipped_names()
-    for name in names:
-        for form in ("axis", "attitude"):
-            try:
-                run = ht.propagate(ht.load_scene(name), formulation=form)
-                found = ht.certify(run)
-            except ht.HeavyTopError as why:
-                refused.append(f"{name}, {form}: {why}")
-                continue
-            if not found.proved:
-                refused.append(f"{name}, {form}: {'; '.join(found.why)}")
-            ratios.add(run, found, 0)
-    print(f"{len(names)} scenes in two forms; bounds over the largest errors found:")
-    ratios.tell()
-    for each in refused:
-        print(f"  not proved: {each}")
-    yield f"scenes and forms that are not proved, of {2 * len(names)}", len(refused), 0
-    yield "an error of a shipped scene, relative to its proved bound", ratios.worst, 1.0
+    refused: list[str] = []
+    programs = {
+        f"{name}, {form}": partial(ht.propagate, ht.load_scene(name), formulation=form)
+        for name in shipped_names() for form in ("axis", "attitude")
+    }  # fmt: skip
+    worst = worst_share(certified(programs, refused), times=times, taken=taken)
+    print(*refused, sep="\n")
+    yield f"scenes and forms that are not proved, of {len(programs)}", len(refused), 0
+    yield "an error of a shipped scene, relative to its proved bound", worst, 1.0
 
 
 @proof(minutes=0.3)
@@ -167,40 +154,29 @@ def long_runs(periods=1e4):
 
 
 def long_run(periods, projected):
-    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(periods))
-    if projected:
-        scene = replace(scene, events=())
+    wants = {"events": ()} if projected else {}
+    scene = replace(KICKED, time=None, periods=periods, samples=2, **wants)
     began = time.process_time()
-    run = ht.propagate(replace(scene, samples=2), formulation="axis", projected=projected)
+    run = ht.propagate(scene, formulation="axis", projected=projected)
     integrated = time.process_time() - began
     found = ht.certify(run)
     spent = time.process_time() - began
-    how = "projected, without events" if projected else "with its events"
-    print(f"{periods:g} periods of sicm-kicked, {how}, {found.steps} steps: {spent:.1f} s of CPU, "
-          f"{integrated:.1f} of them integration")  # fmt: skip
-    for name, bound in found.bound.items():
-        if bound is None:
-            continue
-        print(f"  {name:6} bound {bound:.3e}, found {found.observed[name]:.3e}, "
-              f"ratio {bound / found.observed[name]:.3f}")  # fmt: skip
+    print(f"{periods:g} periods of sicm-kicked, {projected=}, {found.steps} steps: {spent:.1f} s "
+          f"of CPU, {integrated:.1f} of them integration")  # fmt: skip
+    ratios = {n: bound / found.observed[n] for n, bound in found.bound.items() if bound is not None}
+    for name, ratio in ratios.items():
+        print(f"  {name:6} bound {found.bound[name]:.3e}, over the error found {ratio:.3f}")
     if periods >= 1e5:
-        yield (
-            "CPU time of a million periods, integration included [min]",
-            spent / 60 * 1e6 / periods,
-            5,
-        )
+        minutes = spent / 60 * 1e6 / periods
+        yield "CPU time of a million periods, integration included [min]", minutes, 5
     if periods >= 1e6 or not projected:
-        yield (
-            "bound of the axis over the largest error found, long run",
-            found.bound["axis"] / found.observed["axis"],
-            1.5,
-        )
+        yield "bound of the axis over the largest error found, long run", ratios["axis"], 1.5
 
 
 # --- a hundred million periods ---------------------------------------------------------------
-# It took hours; the result is kept. Here its claims are read from that file, and the first periods
-# are integrated and certified again. With the word `again` everything is: the run is kept in out/,
-# and so is the certificate, so that what was stopped goes on.
+# It took hours; its certificate is kept. Here its claims are read from that file, and the first
+# periods are integrated and certified again. With the word `again` everything is: the run is kept
+# in out/, and so is the certificate, so that what was stopped goes on.
 
 KEPT = Path(__file__).with_name("data") / "certified-hundred-million.json"
 FOLDER = Path("out/certified-hundred-million")
@@ -210,15 +186,9 @@ HEADS = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]"}
 
 def run_of(periods: int) -> ht.Trajectory:
     """Integrate so many periods, without events: those of a hundred million fill the memory."""
-    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(periods))
-    wanted = replace(scene, samples=2, quantities=("theta", "phi"), events=())
-    return ht.propagate(wanted, formulation="axis", projected=True)
-
-
-def cpu_s() -> float:
-    """CPU time of this process and of those that have ended, which it began [s]."""
-    own, others = (resource.getrusage(x) for x in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(x.ru_utime + x.ru_stime for x in (own, others))
+    wants = {"samples": 2, "quantities": ("theta", "phi"), "events": ()}
+    scene = replace(KICKED, time=None, periods=periods, **wants)
+    return ht.propagate(scene, formulation="axis", projected=True)
 
 
 def certify_again() -> None:
@@ -226,16 +196,13 @@ def certify_again() -> None:
     stored = FOLDER.with_suffix(".nc")
     if not stored.exists():
         run_of(10**8).save(stored)
-    integrated = cpu_s()
     found = ht.certify(ht.load_trajectory(stored), jobs=2, folder=FOLDER)
-    cost = {"integration_h": integrated / 3600, "certificate_h": (cpu_s() - integrated) / 3600}
-    made = {"cpu": cost, "date": str(date.today())}
-    KEPT.write_text(json.dumps(found.document() | made, indent=1) + "\n", "utf-8")
+    KEPT.write_text(json.dumps(found.document(), indent=1) + "\n", "utf-8")
 
 
 def at_most(bound: float) -> str:
-    """A proved bound, rounded up."""
-    return QUANTITIES["bound"].text(bound)
+    """A proved bound, rounded up; nothing of one that is not there."""
+    return QUANTITIES["bound"].text(bound) if bound else "–"
 
 
 HEAD = ("", "proved bound", "part from adding turns", "largest error without it")
@@ -248,10 +215,9 @@ def hundred_million(again=False, write=False):
     kept = json.loads(KEPT.read_text("utf-8"))
     bound, rounding, seen = (kept[name] for name in ("bound", "rounding", "observed"))
     rows = [
-        (head, at_most(bound[name]), at_most(rounding[name]) if rounding[name] else "–",
-         f"{seen[name]:.1e}")
+        (head, at_most(bound[name]), at_most(rounding[name]), f"{seen[name]:.1e}")
         for name, head in HEADS.items()
-    ]  # fmt: skip
+    ]
     print(markdown(HEAD, rows))
     if write:
         rewrite("certificates.md", "certified hundred million", markdown(HEAD, rows))

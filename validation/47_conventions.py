@@ -10,7 +10,7 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -177,17 +177,14 @@ def scaled(x: dict[str, Any], factor: float, *names: str) -> dict[str, Any]:
 
 def world(x: dict[str, Any], P: Array, carried: bool) -> dict[str, Any]:
     """The same in a world whose axes are the rows of P, the body's too where it is carried."""
-    B, sign, found = P.T if carried else np.eye(3), np.linalg.det(P), dict(x)
-    for name in x:
-        if name == "axis":
-            found[name] = x[name] @ P.T
-        if name == "matrix":
-            found[name] = P @ x[name] @ B
-        if name == "omega":
-            found[name] = sign * x[name] @ P.T
-        if name == "omega_body" and carried:
-            found[name] = sign * x[name] @ B
-    return found
+    B, sign = P.T if carried else np.eye(3), np.linalg.det(P) if carried else 1
+    made = {
+        "axis": lambda axis: axis @ P.T,
+        "matrix": lambda R: P @ R @ B,
+        "omega": lambda omega: np.linalg.det(P) * omega @ P.T,
+        "omega_body": lambda omega: sign * omega @ B,
+    }
+    return x | {name: made[name](x[name]) for name in made if name in x}
 
 
 Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
@@ -314,38 +311,38 @@ def verdict(data: dict[str, Any], scene: Any, names: tuple[str, ...]) -> tuple[s
     return ("in part", said) if sure else ("none", said)
 
 
-def singles(seed: int, scenes: int) -> Iterator[tuple[str, str, str, str, str]]:
-    """Of each convention, quality and scene: the verdict."""
-    for name in PLANTS:
-        for quality in QUALITIES:
-            for k in range(scenes):
-                rng = np.random.default_rng([seed, k, *map(ord, name)])
-                scene = random_scene(rng)
-                made = planted(scene, quality, (name,), rng)
-                if made is not None:
-                    yield name, quality, made[1], *verdict(made[0], scene, (name,))
+Found = Iterator[tuple[str, str, str, str, str]]  # what, quality, form, verdict, what is said
 
 
-def pairs(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
-    """Of random pairs in random scenes and qualities: the verdict."""
-    possible = [*combinations(PLANTS, 2)]
-    rng = np.random.default_rng(seed)
+def judged(names: tuple[str, ...], quality: str, rng: np.random.Generator) -> Found:
+    """The verdict of conventions in a random scene, if they can be planted there."""
+    scene = random_scene(rng)
+    if (made := planted(scene, quality, names, rng)) is not None:
+        what = " and ".join(names) or "nothing"
+        yield what, quality, made[1], *verdict(made[0], scene, names)
+
+
+def singles(seed: int, scenes: int) -> Found:
+    """Of each convention, quality and scene."""
+    for name, quality, k in product(PLANTS, QUALITIES, range(scenes)):
+        yield from judged((name,), quality, np.random.default_rng([seed, k, *map(ord, name)]))
+
+
+def pairs(seed: int, count: int) -> Found:
+    """Of random pairs in random scenes and qualities."""
+    possible, rng = [*combinations(PLANTS, 2)], np.random.default_rng(seed)
     while count:
         names = possible[rng.integers(len(possible))]
-        quality = QUALITIES[rng.integers(3)]
-        scene = random_scene(rng)
-        if (made := planted(scene, quality, names, rng)) is not None:
+        for found in judged(names, QUALITIES[rng.integers(3)], rng):
             count -= 1
-            yield " and ".join(names), quality, made[1], *verdict(made[0], scene, names)
+            yield found
 
 
-def good(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
-    """Of good data: the verdict."""
+def good(seed: int, count: int) -> Found:
+    """Of good data."""
     rng = np.random.default_rng(seed)
     for k in range(count):
-        scene, quality = random_scene(rng), QUALITIES[k % 3]
-        data, form = planted(scene, quality, (), rng)
-        yield "nothing", quality, form, *verdict(data, scene, ())
+        yield from judged((), QUALITIES[k % 3], rng)
 
 
 def other(scene: Any, name: str, part: float) -> dict[str, Any]:
@@ -371,8 +368,8 @@ OTHERS = ("A", "C", "gMR", "theta", "thetadot", "phidot", "psidot", "the first r
           "a constant ψ̇", "everything")  # fmt: skip
 
 
-def others(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
-    """Of data of another problem than the scene's, which no convention makes right: the verdict."""
+def others(seed: int, count: int) -> Found:
+    """Of data of another problem than the scene's, which no convention makes right."""
     for k in range(count):
         name = OTHERS[k % len(OTHERS)]
         rng = np.random.default_rng([seed, k])
@@ -385,7 +382,7 @@ def others(seed: int, count: int) -> Iterator[tuple[str, str, str, str, str]]:
         yield name, QUALITIES[0], form, *verdict(data, scene, ())
 
 
-def counted(found: Iterator[tuple[str, str, str, str, str]]) -> tuple[Counter[Any], list[str]]:
+def counted(found: Found) -> tuple[Counter[Any], list[str]]:
     """How often each verdict is given, and the wrong ones."""
     counts: Counter[Any] = Counter()
     wrong = []

@@ -1,7 +1,7 @@
 """Small random errors in the code, and which share of them the tests catch.
 
-    python validation/mutants.py map MAP [--tree DIR] [--jobs 2]
-    python validation/mutants.py run FILE --map MAP [--tree DIR] [--count 200] [--seed 17]
+    python validation/mutants.py map MAP
+    python validation/mutants.py run FILE --map MAP [--count 200] [--seed 17]
     python validation/mutants.py share FILE
 
 First every test says which functions it enters. Each error is then put into a copy of the tree,
@@ -49,6 +49,7 @@ CHANGED = {
 TEXTS = (str, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict)
 HINTS = ("Annotated", "Literal", "Callable", "Mapping")  # what stands behind them is a type
 PACKAGE = "src/heavytop/"
+TREE = Path(__file__).resolve().parents[1]
 KEY = ("file", "line", "column", "old", "new")
 
 Change = tuple[str, int, int, str]  # its kind, from where to where [bytes], and what is put there
@@ -57,9 +58,9 @@ Change = tuple[str, int, int, str]  # its kind, from where to where [bytes], and
 class Source:
     """A file of the package, and the places in it where an error can be put."""
 
-    def __init__(self, tree: Path, file: Path) -> None:
-        self.file = str(file)
-        self.bytes = (tree / file).read_bytes()
+    def __init__(self, file: Path) -> None:
+        self.file = str(file.relative_to(TREE))
+        self.bytes = file.read_bytes()
         self.lines = self.bytes.splitlines(keepends=True)
         self.begins = [sum(map(len, self.lines[:i])) for i in range(len(self.lines))]
 
@@ -180,23 +181,31 @@ def pytest_runtest_protocol(item: Any) -> Iterator[None]:
         sys.settrace(None)
         threading.settrace(None)
         row = {"test": item.nodeid, "s": time.process_time() - began, "calls": entered.taken()}
-        with Path(f"{os.environ[CALLS]}.{os.getpid()}").open("a", encoding="utf-8") as out:
-            out.write(json.dumps(row) + "\n")
+        append(f"{os.environ[CALLS]}.{os.getpid()}", row)
 
 
-def map_tests(file: Path, tree: Path, jobs: int) -> None:
+def map_tests(file: Path) -> None:
     """Let every test say what it enters; tests that fail are left out."""
-    here = os.environ | {CALLS: str(file)} | paths(tree)
-    command = [sys.executable, *PYTEST, "-rfE", "-p", "mutants", f"-n{jobs}", "--dist=loadfile"]
-    said = subprocess.run(command, cwd=tree, env=here, capture_output=True, text=True).stdout
+    here = os.environ | {CALLS: str(file)} | paths(TREE)
+    command = [sys.executable, *PYTEST, "-rfE", "-p", "mutants", "-n2", "--dist=loadfile"]
+    said = subprocess.run(command, cwd=TREE, env=here, capture_output=True, text=True).stdout
     print(*said.splitlines()[-20:], sep="\n")
     failed = set(re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", said, re.MULTILINE))
-    with file.open("w", encoding="utf-8") as out:
-        for part in file.parent.glob(f"{file.name}.*"):
-            for line in part.read_text().splitlines():
-                if json.loads(line)["test"] not in failed:
-                    out.write(line + "\n")
-            part.unlink()
+    file.unlink(missing_ok=True)
+    for part in file.parent.glob(f"{file.name}.*"):
+        append(file, *(row for row in rows_of(part) if row["test"] not in failed))
+        part.unlink()
+
+
+def rows_of(file: Path) -> list[dict[str, Any]]:
+    """The lines of JSON of a file, if it is there."""
+    return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+
+
+def append(file: str | Path, *rows: dict[str, Any]) -> None:
+    """Put lines of JSON at the end of a file."""
+    with Path(file).open("a", encoding="utf-8") as out:
+        out.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
 
 
 def paths(tree: Path) -> dict[str, str]:
@@ -211,8 +220,7 @@ class Tests:
     """Which tests enter a function, and what they say of a copy of the tree."""
 
     def __init__(self, file: Path) -> None:
-        rows = [json.loads(line) for line in file.read_text().splitlines()]
-        self.rows = sorted(rows, key=lambda row: row["s"])
+        self.rows = sorted(rows_of(file), key=lambda row: row["s"])
         for row in self.rows:
             files = {call.partition(":")[0] for call in row["calls"]}
             row["calls"] = {*row["calls"], *(f"{each}:0" for each in files)}
@@ -262,24 +270,20 @@ def limited() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def run(file: Path, tests: Tests, tree: Path, count: int, seed: int) -> None:
+def run(file: Path, tests: Tests, count: int, seed: int) -> None:
     """Test the mutants that FILE does not have yet."""
-    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
-    done = {tuple(row[name] for name in KEY) for row in rows}
-    sources = sorted(path.relative_to(tree) for path in (tree / "src/heavytop").rglob("*.py"))
-    read = {str(source): Source(tree, source) for source in sources}
-    drawn = [each for source in read.values() for each in source.mutants()]
+    done = {tuple(row[name] for name in KEY) for row in rows_of(file)}
+    sources = map(Source, sorted((TREE / PACKAGE).rglob("*.py")))
+    drawn = [(source, each) for source in sources for each in source.mutants()]
     random.Random(seed).shuffle(drawn)
     with tempfile.TemporaryDirectory() as place:
         copy = Path(place) / "tree"
-        shutil.copytree(tree, copy, ignore=shutil.ignore_patterns(".*", "out", "__pycache__"))
-        for mutant in drawn[:count]:
-            if tuple(mutant[name] for name in KEY) in done:
-                continue
-            line = function_of(read[mutant["file"]], mutant["start"])
-            row = mutant | tested(tests, copy, mutant, f"{mutant['file'][len(PACKAGE) :]}:{line}")
-            with file.open("a", encoding="utf-8") as out:
-                out.write(json.dumps(row, ensure_ascii=False) + "\n")
+        shutil.copytree(TREE, copy, ignore=shutil.ignore_patterns(".*", "out", "__pycache__"))
+        for source, mutant in drawn[:count]:
+            if tuple(mutant[name] for name in KEY) not in done:
+                line = function_of(source, mutant["start"])
+                where = f"{source.file[len(PACKAGE) :]}:{line}"
+                append(file, mutant | tested(tests, copy, mutant, where))
 
 
 def tested(tests: Tests, copy: Path, mutant: dict[str, Any], function: str) -> dict[str, Any]:
@@ -302,11 +306,9 @@ def tested(tests: Tests, copy: Path, mutant: dict[str, Any], function: str) -> d
 
 def share(file: Path) -> None:
     """Print which share is caught, and what survived."""
-    rows = [json.loads(line) for line in file.read_text().splitlines()]
+    rows = rows_of(file)
     for row in rows:
-        folder = Path(row["file"]).parts[2]
-        row |= {"all": "all"}
-        row["folder"] = folder.removesuffix(".py")
+        row |= {"all": "all", "folder": Path(row["file"]).parts[2].removesuffix(".py")}
     survived = [row for row in rows if row["outcome"] == "survived"]
     for name in ("all", "kind", "folder"):
         total, lost = (Counter(row[name] for row in some) for some in (rows, survived))
@@ -319,20 +321,17 @@ def share(file: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("what", choices=("map", "run", "share"))
-    parser.add_argument("file", type=Path)
+    parser.add_argument("file", type=lambda text: Path(text).resolve())
     parser.add_argument("--map", type=Path)
-    parser.add_argument("--tree", type=Path, default=Path(__file__).parent.parent)
-    parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=17)
     asked = parser.parse_args()
-    file, tree = asked.file.resolve(), asked.tree.resolve()
     if asked.what == "share":
-        share(file)
+        share(asked.file)
     elif asked.what == "map":
-        map_tests(file, tree, asked.jobs)
+        map_tests(asked.file)
     else:
-        run(file, Tests(asked.map), tree, asked.count, asked.seed)
+        run(asked.file, Tests(asked.map), asked.count, asked.seed)
 
 
 if __name__ == "__main__":
