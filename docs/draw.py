@@ -18,7 +18,7 @@ from matplotlib.transforms import Affine2D
 import heavytop as ht
 from heavytop.plots.sphere import PUSH, View, axis_path, kind_panel, touched
 from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE, SKY, YELLOW, save
-from heavytop.plots.style import KINDS as LOOKS
+from heavytop.plots.style import KIND_STYLES as LOOKS
 
 IMAGES = Path(__file__).parent / "images"
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")

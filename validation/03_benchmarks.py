@@ -314,7 +314,7 @@ def bare(given, loop):
 def timed_calls():
     """What is called, what makes its argument, and the most it may take [s]."""
     return {
-        "a bare heyoka loop of the axis form, 2 s": (partial(bare, loop=bare_loop()), numbers, None),
+        "a bare loop of heyoka, axis form, 2 s": (partial(bare, loop=bare_loop()), numbers, None),
         "`propagate`, 2 s: θ, φ, ψ and all events": (ht.propagate, scene, 2e-3),
         "`propagate`, 2 s: the axis alone": (ht.propagate, lambda: scene(("axis",), (), 2), 1e-3),
         "`run_errors` of 401 samples": (ht.run_errors, lambda: ht.propagate(scene()), 3e-3),

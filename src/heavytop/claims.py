@@ -23,15 +23,15 @@ from typing import Any, Final, NamedTuple, TypeVar
 from heavytop.doctor import versions
 from heavytop.errors import Exit, HeavyTopError
 from heavytop.results.base import Row
-from heavytop.results.validation import OURS, Validation
+from heavytop.results.validation import THIS_PROJECT, Validation
 from heavytop.scene.arguments import heard, path_of, whole, wrong_type
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
-from heavytop.text import LONGEST, duration, nearest
+from heavytop.text import LONGEST_NAME, duration, nearest
 
 KIND: Final = "validate"
 PACKAGE: Final = Path(__file__).parent
-SCRIPTS: Final = next(
+SCRIPTS_FOLDER: Final = next(
     filter(Path.is_dir, (PACKAGE / "_validation", PACKAGE.parents[1] / "validation")), PACKAGE
 )
 """Where the scripts are: a wheel has them inside the package, a checkout beside ``src``."""
@@ -61,7 +61,7 @@ class Authority(NamedTuple):
     numbers: str
 
 
-OURSELVES: Final = Authority(OURS, "ours")
+OURSELVES: Final = Authority(THIS_PROJECT, "ours")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,16 +116,16 @@ class Claim:
         """Hold what was measured to the bound; no script judges itself."""
         if measured is not None and not math.isfinite(measured):
             measured, failure = None, "no finite number"
-        elif measured is not None and measured < 0 and self.authority.name != OURS:
+        elif measured is not None and measured < 0 and self.authority.name != THIS_PROJECT:
             failure = "negative, although it is a distance"
         holds = failure is None and measured is not None and measured <= self.bound
-        row = Row({name: getattr(self, name) for name in SHOWN}, script=f"{self.script}.py")
+        row = Row({name: getattr(self, name) for name in CLAIM_FIELDS}, script=f"{self.script}.py")
         row |= {"authority": self.authority.name, "numbers": self.authority.numbers}
         row |= {"measured": measured, "passed": None if skipped else holds}
         return Row(row, skipped=skipped, failure=failure)
 
 
-SHOWN: Final = ("id", "statement", "bound", "reason", "holds", "needs")
+CLAIM_FIELDS: Final = ("id", "statement", "bound", "reason", "holds", "needs")
 
 
 class ClaimGroup(Claim):
@@ -219,7 +219,7 @@ def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, 
     >>> load_claims()["35_steady/betsch-cone"].reason
     'both are exact; the claim tests how the scene is read'
     """
-    place = Path(folder or SCRIPTS)
+    place = Path(folder or SCRIPTS_FOLDER)
     scripts = sorted(each.stem for each in place.glob(f"{script}.py"))
     if not scripts:
         raise HeavyTopError(f"{place}: no claims: installed without their scripts")
@@ -328,14 +328,14 @@ def _checked_names(names: Sequence[str], claims: Iterable[Claim]) -> list[str]:
     for name in names:
         if name not in there:
             hint = nearest(name, there)
-            shown = f"{name!r:.{LONGEST + 2}}"
+            shown = f"{name!r:.{LONGEST_NAME + 2}}"
             raise UnknownClaim(f"{shown} is neither a claim nor a script{hint and f'; {hint}'}")
     return list(dict.fromkeys(names))
 
 
 def _code(scripts: str | None) -> str:
     """A digest of what is measured, and of what measures: both may have changed since a kill."""
-    files = sorted([*PACKAGE.rglob("*.py"), *Path(scripts or SCRIPTS).glob("*.py")])
+    files = sorted([*PACKAGE.rglob("*.py"), *Path(scripts or SCRIPTS_FOLDER).glob("*.py")])
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LONGEST: Final = 60  # of what is compared, or told: no name is longer
-MANY: Final = 20  # names, of which no more are told at once
-FEW: Final = 6  # of many
-SHORT_S: Final = 60.0  # below which a time is told in seconds
+LONGEST_NAME: Final = 60  # of what is compared, or told: no name is longer
+MANY_NAMES: Final = 20  # names, of which no more are told at once
+FEW_NAMES: Final = 6  # of many
+SECONDS_BELOW: Final = 60.0  # below which a time is told in seconds
 LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
 NOTEBOOK, DRAWING = "heavytop.report.notebook", "heavytop.plots.drawing"
 """What draws, by name: it stands above what is drawn, and is imported when somebody asks."""
@@ -86,9 +86,9 @@ def listed(value: object, known: Collection[str], everything: str = "") -> str:
     >>> listed("n77", [f"n{i}" for i in range(100)], "heavytop stress --list")
     'n77, n7, n97, n87, n79, n78, … (100 in all: heavytop stress --list)'
     """
-    if len(known) <= MANY:
+    if len(known) <= MANY_NAMES:
         return ", ".join(known)
-    few = _alike(value, known, FEW, 0.0) or list(known)[:FEW]
+    few = _alike(value, known, FEW_NAMES, 0.0) or list(known)[:FEW_NAMES]
     where = f": {everything}" if everything else ""
     return f"{', '.join(few)}, … ({len(known)} in all{where})"
 
@@ -99,7 +99,7 @@ def _alike(
     if not isinstance(value, str):
         return []
     folded = {name.casefold(): name for name in known}
-    given = value[:LONGEST].casefold()
+    given = value[:LONGEST_NAME].casefold()
     return [folded[each] for each in get_close_matches(given, folded, most, least_likeness)]
 
 
@@ -153,7 +153,7 @@ def duration(seconds: float) -> str:
     >>> [duration(x) for x in (3.17, 90, 24_400, 3e5, 1e12)]
     ['3.17 s', '1.5 min', '6.78 h', '3.47 days', '3.17e+04 years']
     """
-    if seconds < SHORT_S:
+    if seconds < SECONDS_BELOW:
         return f"{seconds:.3g} s"
     unit, name = next((u, n) for u, n in LONGER if seconds >= u)
     return f"{seconds / unit:.3g} {name}"

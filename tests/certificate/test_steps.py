@@ -8,8 +8,8 @@ import pytest
 from flint import arb
 
 from heavytop.certificate.bounds import _of_attitude, bound
-from heavytop.certificate.steps import BEYOND, defects
-from heavytop.certificate.system import ONE
+from heavytop.certificate.steps import STEP_MARGIN, defects
+from heavytop.certificate.system import UNIT_FACTOR
 from heavytop.exact.balls import working
 
 from ..certificates import flow_of, run_of
@@ -33,7 +33,8 @@ def exact_defect(system, steps, k, s):
     total = Fraction(0)
     for i, row in enumerate(system.terms):
         f = sum(
-            Fraction(a) * (1 if j == ONE else p[j]) * (1 if m == ONE else p[m]) for a, j, m in row
+            Fraction(a) * (1 if j == UNIT_FACTOR else p[j]) * (1 if m == UNIT_FACTOR else p[m])
+            for a, j, m in row
         )
         total += (Fraction(system.weights[i]) * (rate[i] - f)) ** 2
     return float(total) ** 0.5
@@ -124,7 +125,7 @@ def test_the_steps_reach_from_the_start_to_the_end_without_a_gap(periods):
     own, _ = flow_of(trajectory)
     steps, _ = own.steps(trajectory.orbit.checkpoints[0], trajectory.orbit.steps)
     begun = [Fraction(a) + Fraction(b) for a, b in zip(steps.begun, steps.begun_low, strict=True)]
-    ends = [t + Fraction(x * BEYOND) for t, x in zip(begun, steps.length, strict=True)]
+    ends = [t + Fraction(x * STEP_MARGIN) for t, x in zip(begun, steps.length, strict=True)]
     forward = 1 if periods > 0 else -1
     assert begun[0] == 0
     for t, before in zip(begun[1:], ends, strict=False):

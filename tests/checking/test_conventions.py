@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heavytop.checking.comparison import Comparison, octaves
-from heavytop.checking.conventions import INERTIA, NUMBER, TABLE, Variant
+from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Variant
 from heavytop.checking.judge import check
 from heavytop.checking.reading import read
 from heavytop.checking.search import Explanation, Undoing, judge, undo_names
@@ -134,4 +134,4 @@ def test_names_are_undone_where_asked_and_unknown_ones_refused():
     assert abs(undone.data.values["theta"] - exact(T).theta).max() < 1e-14
     with pytest.raises(BadScene, match="one of time-origin, milliseconds"):
         check({"t": T, "theta": exact(T).theta}, SCENE, undone=["radians"])
-    assert [TABLE[k].name for k in (INERTIA, NUMBER)] == NAMES[-2:]
+    assert [TABLE[k].name for k in (INERTIA_ROW, NUMBER_ROW)] == NAMES[-2:]

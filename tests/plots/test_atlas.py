@@ -7,7 +7,7 @@ from matplotlib.colors import to_rgba
 
 import heavytop as ht
 from heavytop.plots.atlas import atlas_figure
-from heavytop.plots.style import KINDS
+from heavytop.plots.style import KIND_STYLES
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=1"])
 
@@ -24,7 +24,7 @@ def test_a_kind_has_its_colour_and_its_share_in_the_legend():
     assert f"loops {share:.2%}" in labels(figure)
     [legend] = figure.subfigs[0].legends
     shown = dict(zip(labels(figure), legend.legend_handles, strict=True))
-    assert shown[f"loops {share:.2%}"].get_facecolor() == to_rgba(KINDS["loops"].colour)
+    assert shown[f"loops {share:.2%}"].get_facecolor() == to_rgba(KIND_STYLES["loops"].colour)
     ax = figure.subfigs[0].axes[0]  # the first and the last value are in the middle of their pixels
     assert ax.get_xlim() == (-20.5, 20.5)
     assert ax.get_ylim() == pytest.approx((10 ** (1 - 0.5 / 30), 10 ** (2 + 0.5 / 30)))
@@ -55,7 +55,7 @@ def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
     for text, title in zip(numbers, named, strict=True):  # each stands in a pixel of its kind
         x, y = text.get_position()
         column, row = round((x + 20) / 5), round((y + 150) / 37.5)
-        assert KINDS[atlas.names[kind[row, column]]].label in title
+        assert KIND_STYLES[atlas.names[kind[row, column]]].label in title
 
 
 def test_a_line_has_no_share_and_is_once_in_the_legend(atlas):

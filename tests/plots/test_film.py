@@ -8,7 +8,7 @@ from PIL import Image
 
 import heavytop as ht
 from heavytop.plots.clip import Clip
-from heavytop.plots.film import BODY, MOMENTUM, PATCH, Shot
+from heavytop.plots.film import BODY_COLOUR, MOMENTUM, PATCH, Shot
 
 SIZE = (800, 600)
 
@@ -46,7 +46,9 @@ def test_three_frames_show_the_exact_motion(follow):
         rotation = np.eye(3) + 2 * w * cross + 2 * cross @ cross
         for place, orange in on_the_body(seen, rotation, camera):
             found = colour(picture, place)
-            shown = found / found.max() - (PATCH if orange else BODY) / (237.0 if orange else 181.0)
+            shown = found / found.max() - (PATCH if orange else BODY_COLOUR) / (
+                237.0 if orange else 181.0
+            )
             patches.append((orange, abs(shown).max() < 0.1))
         omega, axis = (np.array([float(x) for x in each]) for each in (at.omega, at.axis))
         A, C = float(scene.top.A), float(scene.top.C)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.plots.style import KINDS
-from heavytop.report.explorer import LIMITS, PLAIN
+from heavytop.plots.style import KIND_STYLES
+from heavytop.report.explorer import INPUT_LIMITS, PLAIN_LIMITS
 from heavytop.scene.scene import read_scene
 
 from ..motions import FURTHER, MOTIONS, SCENES, named, shipped
@@ -141,9 +141,9 @@ def test_every_shipped_scene_is_named_and_explained_as_the_package_does(page):
         chosen(page, name)
         motion = shipped(name)
         label, *detail = text(page, "kind").split(", ")
-        assert label == KINDS[str(motion.kind)].label
+        assert label == KIND_STYLES[str(motion.kind)].label
         assert set(detail) <= set(motion.tags)
-        assert text(page, "plain") == PLAIN[motion.kind]
+        assert text(page, "plain") == PLAIN_LIMITS[motion.kind]
         reason = text(page, "reason")
         assert reason
         if motion.kind == "sleeping":  # in numbers, below
@@ -298,7 +298,7 @@ def test_a_top_that_the_page_does_not_take_is_refused_whole(tmp_path):
     fast = ht.Scene(ht.Top(1, "1e-7", 1), ht.State(1, psidot="1e7"), time=1)
     with pytest.raises(ht.BadScene) as refused:
         ht.explore(fast, tmp_path / "x.html")
-    assert {fault.key for fault in refused.value.faults} == {"psidot", "C/A"} <= set(LIMITS)
+    assert {fault.key for fault in refused.value.faults} == {"psidot", "C/A"} <= set(INPUT_LIMITS)
     assert not any(tmp_path.iterdir())
 
 

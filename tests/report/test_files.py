@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
-from heavytop.report.files import FIGURES, write_study
+from heavytop.report.files import FIGURE_FILES, write_study
 from heavytop.results.check import CheckResult
 from heavytop.results.run import PICTURES
 
@@ -32,8 +32,8 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     folder = tmp_path / "out"
     printed("run", "sicm-kicked", *SHORT, "-o", folder)
     told = json.loads((folder / "run.json").read_text())["files"]
-    assert {f"{name}.{form}" for name in PICTURES for form in ("svg", "png")} == {*FIGURES}
-    assert names(folder) == {*told.values()} == {*FIGURES, "run.json", "trajectory.nc"}
+    assert {f"{name}.{form}" for name in PICTURES for form in ("svg", "png")} == {*FIGURE_FILES}
+    assert names(folder) == {*told.values()} == {*FIGURE_FILES, "run.json", "trajectory.nc"}
     (folder / "mine.svg").write_text("mine")
     printed("run", "sicm-dropped", *SHORT, "-o", folder, "--no-figures", "--force")
     assert names(folder) == {"run.json", "trajectory.nc", "mine.svg"}

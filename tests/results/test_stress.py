@@ -1,9 +1,9 @@
 """A stress test says what the marks mean, what failed, and whether auto was silently wrong."""
 
 from heavytop.results.base import Row
-from heavytop.results.stress import NOTHING, Stress
+from heavytop.results.stress import NO_RUN, Stress
 
-RUN = Row(NOTHING, case="cusp", method="auto", formulation="auto", outcome="ok", digits_lost=0.5)
+RUN = Row(NO_RUN, case="cusp", method="auto", formulation="auto", outcome="ok", digits_lost=0.5)
 
 
 def of(*runs, **more):

@@ -12,5 +12,5 @@ def toys(monkeypatch):
     """The kinds of study in the folder toys, which go as fast as they can."""
     monkeypatch.syspath_prepend(str(TOYS))
     monkeypatch.setenv("TOY_PAUSE", "0")
-    monkeypatch.setitem(study.KINDS, "toy", "toy_study")
-    monkeypatch.setitem(study.KINDS, "lonely", "lonely")
+    monkeypatch.setitem(study.STUDIES, "toy", "toy_study")
+    monkeypatch.setitem(study.STUDIES, "lonely", "lonely")

@@ -20,7 +20,7 @@ from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.work_precision import BEFORE, first_run, settings
+from heavytop.studies.work_precision import BEFORE_END, first_run, settings
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -58,7 +58,7 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
     """Stepped here by the method's own stepper, and held against the closed form in doubles."""
     scene = started(number)
     made = set_up(scene, method(text))
-    end = made.stepper.output_time((20 - BEFORE) * made.period)
+    end = made.stepper.output_time((20 - BEFORE_END) * made.period)
     place = made.stepper.begin()
     while (after := made.stepper.block(place)).time < end:
         place = after
@@ -244,9 +244,9 @@ def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(toys):
 
 def test_the_ladder_holds_every_formulation_precision_and_rival():
     wanted = {f"taylor-{form}{end}" for form in FORMULATIONS for end in ("", "-mpfr")}
-    assert wanted | set(METHODS) | {"auto"} <= set(timing.DEFAULT)
+    assert wanted | set(METHODS) | {"auto"} <= set(timing.WORK_METHODS)
     one = ("mpfr", "compensated")
-    for name in set(timing.DEFAULT) - {"auto"}:
+    for name in set(timing.WORK_METHODS) - {"auto"}:
         known = method(name)
         assert len(known.grid) == 1 if name.endswith(one) else len(known.grid) >= 6
         assert list(known.grid) == sorted(known.grid, reverse=not known.fixed)

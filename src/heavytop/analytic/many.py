@@ -24,15 +24,13 @@ from heavytop.errors import NoClosedForm
 from heavytop.exact.pairs import PI_REST
 from heavytop.scene.arguments import expect
 
-MOTIONS_AT_ONCE: Final = (
-    8192  # motions at a time: the arrays in use stay in the cache, the calls are few
-)
+# motions at a time: the arrays in use stay in the cache, the calls are few
+MOTIONS_AT_ONCE: Final = 8192
 PROMISED: Final = 1e-12  # relative error of T; of angles relative to max(1, |x|)
 
 SUM_ROUNDING: Final = 2.0**-51  # of a sum of products, relative to the sizes of its terms
-PERIOD_ROUNDING: Final = (
-    7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
-)
+# what doubles leave in T, and in sums of turns relative to their sizes
+PERIOD_ROUNDING: Final = 7e-16
 LAGUERRE_STEPS: Final = 4  # each triples the digits once a root is isolated
 CONVERGED: Final = 1e-6  # bound on the last of these steps, relative to the root
 NOT_ZERO: Final = 2.0**-1000  # that nothing is divided by 0

@@ -42,14 +42,16 @@ Words = tuple[Array, Array]
 Known = tuple[Array, Array]  # the solution, and how far it is off
 
 NEAR: Final = 1.3  # a bound so near the largest error found is not made better
-DEEPEST: Final = 24  # halvings of a step: less than 28, or `EDGE` is too little
+MOST_HALVINGS: Final = 24  # halvings of a step: less than 28, or `INTERVAL_EDGE` is too little
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
-MOST: Final = 200_000  # parts of steps at a time: more are not cut
+MOST_PARTS: Final = 200_000  # parts of steps at a time: more are not cut
 NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller,
-SHARE: Final = 0.15  # and beside this share of what the outputs are rounded by
+ROUNDING_SHARE: Final = 0.15  # and beside this share of what the outputs are rounded by
 SAME: Final = 2.0**-100  # of a time: what `Flow.at` takes it to be off is more
-EDGE: Final = 1 + 2.0**-20  # of an interval, more than twice what `BEYOND` adds to a part of a step
-ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
+# of an interval, more than twice what `STEP_MARGIN` adds to a part of a step
+INTERVAL_EDGE: Final = 1 + 2.0**-20
+# relative: theta from a state, by roots and by the library's atan2
+THETA_ROUNDING: Final = 6 * UNIT
 PRODUCTS: Final = 5 * UNIT  # of a squared length: the axis from a quaternion, by sums of products
 ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
 
@@ -160,7 +162,9 @@ def _of_axis(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]
     phi = (x * dy - y * dx) / (r * r)
     return {
         "axis": ErrorModel(own, np.ones_like(r), np.zeros_like(r)),
-        "theta": ErrorModel(theta, ARC / least, 1 / (least * near), ROUNDED * np.arctan2(r, z)),
+        "theta": ErrorModel(
+            theta, ARC / least, 1 / (least * near), THETA_ROUNDING * np.arctan2(r, z)
+        ),
         "phi": ErrorModel(phi, 1 / near, 1 / (near * near)),
     }
 
@@ -185,7 +189,7 @@ def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
             axis, 2 * (length + room), np.full_like(a, 2.0), PRODUCTS * (length + room) ** 2
         ),
         "theta": ErrorModel(
-            theta, 2 * ARC / least, 2 / (least * nearest), 2 * ROUNDED * np.arctan2(b, a)
+            theta, 2 * ARC / least, 2 / (least * nearest), 2 * THETA_ROUNDING * np.arctan2(b, a)
         ),
         "phi": ErrorModel(plus + minus, slope, bend),
         "psi": ErrorModel(plus - minus, slope, bend),
@@ -197,7 +201,7 @@ def bound(
     steps: Steps,
     floor: Mapping[str, float],
     rounding: Mapping[str, float],
-    deepest: int = DEEPEST,
+    deepest: int = MOST_HALVINGS,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the largest errors found, and their proved bounds, over some steps.
 
@@ -221,7 +225,7 @@ def bound(
     found, proved = dict(floor), dict[str, float]()
     for depth in range(deepest + 1):
         last, cut = depth == deepest, np.zeros(left.step.size, dtype=bool)
-        last = last or 2 * cut.size > MOST
+        last = last or 2 * cut.size > MOST_PARTS
         here = _bounded(flow, steps, D, left, right, rounding)
         for name, (error, all_of_it, least) in here.items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
@@ -229,7 +233,7 @@ def bound(
             if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
                 proved[name] = np.inf
                 continue
-            least = least + SHARE * rounding[name]
+            least = least + ROUNDING_SHARE * rounding[name]
             enough = np.maximum(NEAR * found[name], NEARER * found[name] + least)
             wide = ~(all_of_it <= enough) | endless
             cut |= wide
@@ -271,7 +275,7 @@ def _bounded(
     The part is what the run itself rounds: no cut makes it smaller.
     """
     D, clock, V, A = (x[left.step] for x in (defect, steps.clock, steps.speed, steps.bend))
-    width, b = EDGE * np.abs(right.since - left.since), flow.bounds
+    width, b = INTERVAL_EDGE * np.abs(right.since - left.since), flow.bounds
     m = max(b.growth, 1e-3 * b.jacobian, 1e-9)
     N = between(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
@@ -299,7 +303,7 @@ def _bounded(
             late = np.fmin(late, G * (V + b.jacobian * N + D) * clock)
             rounding = np.maximum(q.rounding, other.rounding)
             if name == "theta":  # it may be larger in between
-                rounding = rounding + ROUNDED * G * V * width / 2
+                rounding = rounding + THETA_ROUNDING * G * V * width / 2
             rounded = UP * (G * plain + rounding)
             total = UP * (np.fmin(sharp, G * N) + rounded + late)
             there = np.isfinite(own) & np.isfinite(G)

@@ -21,7 +21,7 @@ from heavytop.exact.pairs import add, two_product
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
-CLOSE = 1e-6  # of the distance between two events: an event is told from its neighbours
+EVENT_DISTANCE = 1e-6  # of the distance between two events: an event is told from its neighbours
 
 
 class Proof(NamedTuple):
@@ -67,7 +67,7 @@ def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
     apart = add((forward * t[0], forward * t[1]), (-exact[0][number], -exact[1][number]))
     largest = float(np.max(np.abs(apart[0] + apart[1]), initial=0.0))
     bound = UP * largest * (1 + 4 * UNIT) + width + 32 * UNIT**2 * abs(end)
-    close = CLOSE * float(np.diff(exact[0]).min() if middles.size else abs(end))
+    close = EVENT_DISTANCE * float(np.diff(exact[0]).min() if middles.size else abs(end))
     if not largest < close:
         return Proof(False, bound, f"{event}: an event is {largest:.1e} off")
     inside = np.nonzero((exact[0] > close) & (exact[0] < abs(end) - close))[0]

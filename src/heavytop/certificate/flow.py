@@ -46,19 +46,19 @@ from heavytop.exact.pairs import add, multiply, two_product
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
-KEPT: Final = 12  # coefficients of a piece that are kept,
-LEAD: Final = 3  # of which the first have twice the digits
+KEPT_COEFFICIENTS: Final = 12  # coefficients of a piece that are kept,
+LEADING_COEFFICIENTS: Final = 3  # of which the first have twice the digits
 MARGIN: Final = 1e-4  # how far from the solution a run may be, for the norms to hold
-SMALL: Final = 1e-27  # what the table may be off, relative to the size of the states,
-LOST: Final = 1e-18  # and what is read from it in double-doubles
+TABLE_ERROR: Final = 1e-27  # what the table may be off, relative to the size of the states,
+LOST_IN_PAIRS: Final = 1e-18  # and what is read from it in double-doubles
 ROTATED: Final = 1e-28  # a state, by rounding and by rotation: far above 2^-104 and `pair`'s
 WIDER: Final = 1 + 2.0**-20  # a piece, for what is bounded in it
 FEW_TURNS: Final = 256  # of which sines and cosines are kept, or all that a short run has
-TURNED: Final = 1e-30  # rad: how well the angle is known by which the last period is turned
-BEFORE: Final = 1e-7  # of a piece before time 0, in which an event may be
+TURN_ERROR: Final = 1e-30  # rad: how well the angle is known by which the last period is turned
+BEFORE_START: Final = 1e-7  # of a piece before time 0, in which an event may be
 MOST_PIECES: Final = 100_000
 SWUNG: Final = 0.7  # of its size a pair of states moves between two looks: below pi/4 as an angle
-FINEST: Final = 2.0**-64  # of a piece: nearer to a pole angles are not followed
+FINEST_PIECE: Final = 2.0**-64  # of a piece: nearer to a pole angles are not followed
 # bits, the order of the polynomials, and how many of them there are while what is fastest at the
 # start turns by a radian: later something else may be faster
 SETTINGS: Final = ((192, 24, 16), (384, 40, 32), (1024, 90, 64))
@@ -185,7 +185,10 @@ class Flow:
             error = upper(piece.error + system.norm([v - w for v, w in zip(y, x, strict=True)]))
         self.bounds, self.lost = Bounds(*map(up, largest)), up(lost)
         worst = max(float(each.error.upper()) for each in self.pieces)
-        if not (worst <= SMALL * self.bounds.size and self.lost <= LOST * self.bounds.size):
+        if not (
+            worst <= TABLE_ERROR * self.bounds.size
+            and self.lost <= LOST_IN_PAIRS * self.bounds.size
+        ):
             raise TooCoarse("the table")
         self._keep()
 
@@ -210,9 +213,22 @@ class Flow:
     def _left_out(self, piece: Piece) -> list[arb]:
         """Return what `at` leaves out of polynomials, and what it rounds."""
         rows = [[q[k] for k in range(self.order + 1)] for q in piece.p]
-        tail = (sup(arb_poly([arb(0)] * KEPT + row[KEPT:]), self.reach) for row in rows)
-        fine = (sup(arb_poly([arb(0)] * LEAD + row[LEAD:KEPT]), self.reach) for row in rows)
-        return [upper(a + 4 * KEPT * UNIT * b) for a, b in zip(tail, fine, strict=True)]
+        tail = (
+            sup(arb_poly([arb(0)] * KEPT_COEFFICIENTS + row[KEPT_COEFFICIENTS:]), self.reach)
+            for row in rows
+        )
+        fine = (
+            sup(
+                arb_poly(
+                    [arb(0)] * LEADING_COEFFICIENTS + row[LEADING_COEFFICIENTS:KEPT_COEFFICIENTS]
+                ),
+                self.reach,
+            )
+            for row in rows
+        )
+        return [
+            upper(a + 4 * KEPT_COEFFICIENTS * UNIT * b) for a, b in zip(tail, fine, strict=True)
+        ]
 
     @cached_property
     def rests(self) -> bool:
@@ -271,7 +287,7 @@ class Flow:
         radius = upper((abs(q(at)) + off) / abs(slope))
         if not abs(at) + radius < 2 * reach:  # beyond, no slope is known
             raise TooCoarse(f"a zero of {event}")
-        least = -BEFORE * reach if place == 0 else arb(0)
+        least = -BEFORE_START * reach if place == 0 else arb(0)
         if not (at + radius > least and at - radius < reach):
             return None
         return place * arb(self.piece) + at + arb(0, radius)
@@ -311,14 +327,14 @@ class Flow:
         turns = math.ceil(abs(self.end) / self.period[0]) + 2
         self._few = min(FEW_TURNS, turns)
         wide = max(up(arb(angle.rad())) for angle in self.angles.values())
-        if not (turns + self._few) * wide <= TURNED:
+        if not (turns + self._few) * wide <= TURN_ERROR:
             raise TooCoarse("the angles after many periods")
         self._first = {turn: self._rotations(turn, range(self._few)) for turn in self.angles}
         for (i, j), turn in self.pairs.items():
             s, c = self.angles[turn].sin_cos()
             start[i], start[j] = c * start[i] - s * start[j], s * start[i] + c * start[j]
         apart = self.system.norm([v - w for v, w in zip(last, start, strict=True)])
-        if not apart < 1e6 * SMALL * self.bounds.size:
+        if not apart < 1e6 * TABLE_ERROR * self.bounds.size:
             raise TooCoarse(f"after a period the solution is {float(apart):.1e} off")
 
     def _angles(self, last: Sequence[arb]) -> dict[tuple[int, int], arb]:
@@ -379,7 +395,7 @@ class Flow:
             moved = sum((abs(c) * arb(length) ** k for k, c in enumerate(rest, 1)), 3 * error)
             if moved < SWUNG * abs(here):
                 yield s, here
-            elif length < FINEST * self.piece:
+            elif length < FINEST_PIECE * self.piece:
                 raise TooCoarse("the axis comes too near to a pole")
             else:
                 waiting += [(s + length / 2, length / 2), (s, length / 2)]
@@ -414,8 +430,11 @@ class Flow:
     def _keep(self) -> None:
         """Keep the polynomials as doubles."""
         pieces = [piece.p for piece in self.pieces]
-        lead = [[[pair(q[k]) for q in p] for p in pieces] for k in range(LEAD)]
-        rest = [[[float(q[k].mid()) for q in p] for p in pieces] for k in range(LEAD, KEPT)]
+        lead = [[[pair(q[k]) for q in p] for p in pieces] for k in range(LEADING_COEFFICIENTS)]
+        rest = [
+            [[float(q[k].mid()) for q in p] for p in pieces]
+            for k in range(LEADING_COEFFICIENTS, KEPT_COEFFICIENTS)
+        ]
         # order, word, state, piece
         self._lead = np.ascontiguousarray(np.array(lead).transpose(0, 3, 2, 1))
         self._rest = np.ascontiguousarray(np.array(rest).transpose(0, 2, 1))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.system import ONE, QuadraticSystem
+from heavytop.certificate.system import UNIT_FACTOR, QuadraticSystem
 from heavytop.exact.pairs import add, two_product
 
 Array = NDArray[np.float64]
@@ -25,9 +25,10 @@ UP = 1 + 1e-12
 MORE = 3  # degrees of a defect beyond the order of a step that are computed
 # Coefficients of a step that are added up with twice the digits; the others are small. The order of
 # a step is 8 at least (`heavytop.run.planning`).
-LEAD = 6
-BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
-FEW = 1000  # steps at a time, whose coefficients stay in the cache
+LEADING_TERMS = 6
+# of a step, for which its polynomial is bounded: labels of steps are rounded
+STEP_MARGIN = 1 + 2.0**-48
+STEPS_AT_ONCE = 1000  # steps at a time, whose coefficients stay in the cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,8 @@ class Steps:
     clock : ndarray, shape (k,)
         How far the time at which a polynomial is evaluated may be off.
     tail : ndarray, shape (n, k)
-        Of coefficients from the one of order `LEAD` on, over the power of that order: what bounds
-        their sum by Horner's scheme, in units of its rounding.
+        Of coefficients from the one of order `LEADING_TERMS` on, over the power of that order: what
+        bounds their sum by Horner's scheme, in units of its rounding.
     speed, bend : ndarray, shape (k,)
         Bounds over each step of the first and second derivative of those states from which the
         outputs are computed, as vectors.
@@ -64,9 +65,9 @@ class Steps:
     @classmethod
     def of(cls, coefficients: Array, label: Words, length: Array, clock: Array, read: int) -> Steps:
         """Return steps and what bounds them; outputs read the first `read` states."""
-        reach = np.abs(length) * BEYOND
+        reach = np.abs(length) * STEP_MARGIN
         tail = np.zeros(coefficients.shape[1:])
-        for k in range(len(coefficients) - 1, LEAD - 1, -1):
+        for k in range(len(coefficients) - 1, LEADING_TERMS - 1, -1):
             tail = tail * reach + (2 * k + 2) * np.abs(coefficients[k])
         sizes = np.abs(coefficients[:, :read])
         speed, bend = np.zeros_like(sizes[0]), np.zeros_like(sizes[0])
@@ -100,11 +101,11 @@ class Steps:
         if step.size and step[-1] - step[0] == step.size - 1 and (np.diff(step) == 1).all():
             place = slice(step[0], step[-1] + 1)  # nothing is copied
         rest, tail = c[-1][:, place], self.tail[:, place]
-        for k in range(len(c) - 2, LEAD - 1, -1):
+        for k in range(len(c) - 2, LEADING_TERMS - 1, -1):
             rest = rest * since + c[k][:, place]
         x, time = (rest, np.zeros_like(rest)), np.abs(since)
         size, plain, lost = tail, tail, UNIT * tail
-        for k in range(LEAD - 1, -1, -1):
+        for k in range(LEADING_TERMS - 1, -1, -1):
             here = c[k][:, place]
             large = np.abs(here)
             high, low = two_product(x[0], since)
@@ -112,7 +113,7 @@ class Steps:
             size = size * time + large
             plain = plain * time + (2 * k + 2) * large
             lost = lost * time
-        twice = lost + 16 * (LEAD + 1) * UNIT**2 * size
+        twice = lost + 16 * (LEADING_TERMS + 1) * UNIT**2 * size
         return x, twice * UP, UNIT * plain * UP
 
 
@@ -121,13 +122,13 @@ def defects(system: QuadraticSystem, steps: Steps) -> Array:
     count = steps.length.size
     if not count:
         return np.empty(0)
-    parts = (slice(i, min(i + FEW, count)) for i in range(0, count, FEW))
+    parts = (slice(i, min(i + STEPS_AT_ONCE, count)) for i in range(0, count, STEPS_AT_ONCE))
     return np.concatenate([_defects(system, steps.where(part)) for part in parts])
 
 
 def _defects(system: QuadraticSystem, steps: Steps) -> Array:
     c = steps.coefficients
-    order, reach = len(c) - 1, np.abs(steps.length) * BEYOND
+    order, reach = len(c) - 1, np.abs(steps.length) * STEP_MARGIN
     powers = _powers(reach, 2 * order + 1)
     index = np.arange(order + 1)[:, None, None]
     scaled = np.abs(c) * powers[: order + 1, None]
@@ -141,8 +142,8 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
     for i, row in enumerate(system.terms):
         d = np.zeros((most, reach.size))
         rounding = np.zeros_like(reach)
-        products = [term for term in row if term.first != ONE]
-        others = [term for term in row if term.first == ONE]
+        products = [term for term in row if term.first != UNIT_FACTOR]
+        others = [term for term in row if term.first == UNIT_FACTOR]
         count, later = len(products), len(others) + 1
         own = [a * c[:, j] for a, j, _ in products]
         for m in range(order + 1):
@@ -154,8 +155,8 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
             higher += abs(a) * (scaled[MORE:, j] * sums[: MORE - 1 : -1, k]).sum(axis=0)
             rounding += abs(a) * S[j] * ((2 + count + later) * S[k] + count * weighted[k])
         for a, _, k in others:
-            d[: order + 1 if k != ONE else 1] -= a * c[:, k] if k != ONE else a
-            rounding += (2 + later) * abs(a) * (S[k] if k != ONE else 1.0)
+            d[: order + 1 if k != UNIT_FACTOR else 1] -= a * c[:, k] if k != UNIT_FACTOR else a
+            rounding += (2 + later) * abs(a) * (S[k] if k != UNIT_FACTOR else 1.0)
         d[:order] += index[1:, 0] * c[1:, i]
         rounding += 3 * (index[1:, 0] * np.abs(c[1:, i]) * powers[:order]).sum(axis=0)
         size = (np.abs(d) * powers[:most]).sum(axis=0) + higher + UNIT * rounding

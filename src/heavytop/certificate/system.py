@@ -24,7 +24,7 @@ from heavytop.equations.gradients import quadratic_terms
 
 Array = NDArray[np.float64]
 
-ONE: Final = -1  # the place of a factor that is 1, behind all states
+UNIT_FACTOR: Final = -1  # the place of a factor that is 1, behind all states
 
 
 class CertifiedForm(NamedTuple):
@@ -60,7 +60,7 @@ CERTIFIED: Final[Mapping[str, CertifiedForm]] = {
 
 
 class Term(NamedTuple):
-    """coefficient * y[first] * y[second]; `ONE` stands for a factor 1."""
+    """coefficient * y[first] * y[second]; `UNIT_FACTOR` stands for a factor 1."""
 
     coefficient: float
     first: int
@@ -108,7 +108,7 @@ class QuadraticSystem:
 
     def polynomials(self, y: Sequence[arb_poly]) -> list[arb_poly]:
         """Return the right-hand sides at polynomials of time."""
-        y = [*y, arb_poly([1])]  # the last is `ONE`
+        y = [*y, arb_poly([1])]  # the last is `UNIT_FACTOR`
         return [sum((c * y[j] * y[k] for c, j, k in row), arb_poly([0])) for row in self.terms]
 
     def field(self, y: Array) -> Array:
@@ -126,7 +126,7 @@ class QuadraticSystem:
             for row in self.terms:
                 total = arb(0)
                 for c, j, k in row:
-                    if j == ONE:
+                    if j == UNIT_FACTOR:
                         part = known[k][n]
                     else:
                         part = sum(map(arb.__mul__, rows[j], reversed(rows[k])), arb(0))

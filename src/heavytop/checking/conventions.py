@@ -468,4 +468,4 @@ TABLE: Final = (
     Convention("another-number", "another number does the same: {}", _fit(OTHERS), "number",
                cost=2.0, rare=True),
 )  # fmt: skip
-INERTIA, NUMBER = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer
+INERTIA_ROW, NUMBER_ROW = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer

@@ -10,12 +10,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from heavytop.checking.comparison import FIRST, Comparison, decades, octaves
-from heavytop.checking.conventions import INERTIA, NUMBER, TABLE, Convention, Variant
+from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Convention, Variant
 from heavytop.errors import HeavyTopError
 
-CLEAR_BY: Final = (
-    0.5  # decades, mean of all octaves, by which one explanation beats another clearly
-)
+# decades, mean of all octaves, by which one explanation beats another clearly
+CLEAR_BY: Final = 0.5
 ALIKE: Final = 0.05  # decades: no better and no worse
 LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
 MOST_DOUBTFUL: Final = 2  # names that another start may have as well
@@ -146,7 +145,7 @@ def explain(comparison: Comparison) -> Judgement:
     some, begins = _some(comparison)
     base = next(_try(some, begins, [()]), Explanation((), {"axis": 0.0}))
     found, best = [base], base
-    every = range(INERTIA)
+    every = range(INERTIA_ROW)
     often = [k for k in every if not TABLE[k].rare]
     for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
         if best.fits or (level > 2 and len(best.steps) < level - 1):
@@ -159,13 +158,13 @@ def explain(comparison: Comparison) -> Judgement:
     if not best.fits:
         for each in _ranked(found)[:EXTENDED]:
             if "axis-with-spin" not in each.names:  # which is undone by the ψ of the scene's A
-                found += _extend(some, begins, each, [INERTIA])
+                found += _extend(some, begins, each, [INERTIA_ROW])
     verdict = judge(found)
     doubtful = {x for step in verdict.best.steps if step.convention.doubtful for x in step.names}
     if verdict.sure & doubtful:  # does another number do the same?
         kept = tuple(step for step in verdict.best.steps if not step.convention.doubtful)
         for each in [base, *(x for x in _ranked(found) if kept and x.steps == kept)]:
-            found += _extend(some, begins, each, [NUMBER])
+            found += _extend(some, begins, each, [NUMBER_ROW])
         verdict = judge(found)
     return verdict
 

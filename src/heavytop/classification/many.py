@@ -28,9 +28,8 @@ from heavytop.classification.filter import Filtered, filtered
 from heavytop.errors import Impossible
 from heavytop.scene.arguments import expect
 
-TOPS_AT_ONCE: Final = (
-    4096  # tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew
-)
+# tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew
+TOPS_AT_ONCE: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ EXIT_CODES: Final = (
     "or result file, or the folder of another study; 4 ended early, the partial result is kept; "
     "5 a check is out of its bound; 130 interrupted."
 )
-EVERY_S: Final = 30.0  # between two lines of progress
+PROGRESS_S: Final = 30.0  # between two lines of progress
 DEFAULT_SCENE: Final = "sicm-kicked"
 OUTPUT: Final = ("folder", "path")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -60,12 +60,12 @@ def read_units(text: str) -> Any:
     return read_units(text)
 
 
-UNIT: Final = "Show tables, CSV and charts in these units, such as deg,rpm,ms; JSON stays SI."
+UNIT_HELP: Final = "Show tables, CSV and charts in these units, such as deg,rpm,ms; JSON stays SI."
 COMMON: Final = (
     click.Option(["--json"], is_flag=True, help="Print one JSON document, nothing else."),
     click.Option(["-q", "--quiet"], is_flag=True, help="Print only errors on stderr."),
     click.Option(["-v", "--verbose"], is_flag=True, help="Print what the command is doing."),
-    click.Option(["--unit"], type=Value("NAME,…", read_units), help=UNIT),
+    click.Option(["--unit"], type=Value("NAME,…", read_units), help=UNIT_HELP),
     click.Option(["--debug"], is_flag=True, help="Print the traceback of an error."),
 )
 
@@ -224,13 +224,13 @@ def progress_bar() -> Iterator[Callable[[Any], None] | None]:
 
 
 def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[Any], None]:
-    """Return what says how much is done, in a line every `EVERY_S` seconds."""
-    due = clock() + EVERY_S
+    """Return what says how much is done, in a line every `PROGRESS_S` seconds."""
+    due = clock() + PROGRESS_S
 
     def update(now: Any) -> None:
         nonlocal due
         if clock() >= due:
-            due = clock() + EVERY_S
+            due = clock() + PROGRESS_S
             fraction, runs = done_of(now)
             print_error(", ".join(filter(None, (f"{100 * fraction:.0f} % done", runs))))
 

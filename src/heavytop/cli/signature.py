@@ -34,7 +34,7 @@ HELP: Final = {
 """Of parameters that are something else at a terminal than in Python."""
 SECTION: Final = re.compile(r"^(\w+)\n-+\n", re.MULTILINE)
 ENTRY: Final = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n|\n)*)", re.MULTILINE)
-MARKED: Final = re.compile(r"`+(?:heavytop\.)?([^`]*)`+")
+MARKED_CODE: Final = re.compile(r"`+(?:heavytop\.)?([^`]*)`+")
 
 
 class Parameter(NamedTuple):
@@ -100,7 +100,7 @@ def parameters_of(*functions: ast.FunctionDef) -> dict[str, Parameter]:
 
 def plain(text: str) -> str:
     """A text of a docstring on one line, without its marks."""
-    return MARKED.sub(r"\1", " ".join(text.split()))
+    return MARKED_CODE.sub(r"\1", " ".join(text.split()))
 
 
 def value_of(default: ast.expr | None) -> Any:
@@ -161,7 +161,7 @@ def read_path(text: str) -> Path:
     return Path(text)
 
 
-TYPES: Final = {
+OPTION_TYPES: Final = {
     "Path": Value("PATH", read_path),
     "Sequence[": Value("NAME,…", read_names),
     "Mapping[": Value("NAME=VALUE,…", read_pairs),
@@ -171,13 +171,13 @@ TYPES: Final = {
     "Executor": Value("ADDRESS", str),
 }
 """By how an annotation, or one of its alternatives, begins; of several the first."""
-CHANGES: Final = click.Option(
+SET_OPTION: Final = click.Option(
     ["--set", "changes"],
     type=Value("KEY=VALUE", read_change),
     multiple=True,
     help="Change a value of the scene; may be repeated: --set start.phidot=-14.",
 )
-FIGURES: Final = click.Option(
+NO_FIGURES_OPTION: Final = click.Option(
     ["--no-figures", "figures"], flag_value=False, default=True, help="Do not draw figures."
 )
 
@@ -187,16 +187,16 @@ def as_typed(parameter: Parameter) -> Iterator[click.Parameter]:
     name, kind, default, has_place, about = parameter
     flags = SPELLED.get(name) or [f"--{name.replace('_', '-')}"]
     kinds = ["Path"] if name in ("folder", "path") else kind.split(" | ")
-    types = (each for kind in kinds for word, each in TYPES.items() if kind.startswith(word))
+    types = (each for kind in kinds for word, each in OPTION_TYPES.items() if kind.startswith(word))
     given: dict[str, Any] = {"type": next(types, None), "required": default is REQUIRED}
     if has_place and kind.startswith("Scene"):
         yield click.Argument([name], help=HELP[name], **given | {"type": click.STRING})
-        yield CHANGES
+        yield SET_OPTION
     elif has_place:
         several = {"type": click.STRING, "nargs": -1} if kind.startswith("Sequence[") else {}
         yield click.Argument([name], help=about, **given | several)
     elif name in ("changes", "figures"):
-        yield CHANGES if name == "changes" else FIGURES
+        yield SET_OPTION if name == "changes" else NO_FIGURES_OPTION
     elif kind == "bool":
         yield click.Option([*flags, name], is_flag=True, help=about)
     elif given["type"] is not None:
@@ -208,4 +208,4 @@ def as_typed(parameter: Parameter) -> Iterator[click.Parameter]:
             given["required"] = default is not None
         yield click.Option([*flags, name], help=HELP.get(name, about), **given)
         if name == "folder":
-            yield FIGURES
+            yield NO_FIGURES_OPTION

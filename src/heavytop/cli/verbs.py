@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
 
 CHARTS: Final = (".svg", ".png", ".pdf")
-CHECKED: Final = {"check.json", "check.svg", "check.png"}
+CHECK_FILES: Final = {"check.json", "check.svg", "check.png"}
 PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
@@ -238,7 +238,7 @@ def check(
         raise BadParameter(f"{digits:g} is not a number of digits", param_hint="--digits")
     if changes and scene is None:
         raise BadParameter("needs a --scene to change", param_hint="--set")
-    if path is not None and path.is_dir() and {x.name for x in path.iterdir()} - CHECKED:
+    if path is not None and path.is_dir() and {x.name for x in path.iterdir()} - CHECK_FILES:
         raise BadParameter(f"{path} contains files that are not of a check", param_hint="-o")
     chart = path is not None and path.suffix and not path.is_dir()
     if chart:
@@ -300,7 +300,7 @@ def report(
     exit_with((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing.items())
 
 
-STUDIES: Final = {
+STUDIES_OF_REPORT: Final = {
     "run": "run.propagation:propagate",
     "drift": "studies.drift:drift",
     "workprec": "studies.work_precision:work_precision",
@@ -316,7 +316,7 @@ def run_all(scene: Scene, place: Path) -> dict[str, str]:
     from heavytop.report.files import write_results, write_study
 
     missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
-    for name, module in STUDIES.items():
+    for name, module in STUDIES_OF_REPORT.items():
         note(f"running {name}")
         study, folder = find_function(module), place / name
         folder.mkdir()

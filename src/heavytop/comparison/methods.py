@@ -17,14 +17,14 @@ from typing import Any, Final
 from heavytop.comparison import symplectic
 from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
 from heavytop.comparison.collocation import gauss
-from heavytop.comparison.own import BODY, registered
+from heavytop.comparison.own import BODY_FORMS, registered
 from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import InitialValueProblem, Stepper
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 
-STEPS, TOLERANCE = "steps a period", "tolerance"
-BITS: Final = 53  # of doubles
+BY_STEPS, BY_TOLERANCE = "steps a period", "tolerance"
+DOUBLE_BITS: Final = 53  # of doubles
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
 
 
@@ -90,13 +90,13 @@ class MethodEntry:
     grid: tuple[float, ...] = ()
     stress: Mapping[str, float] = field(default_factory=dict, hash=False)
     short: str = ""
-    bits: int = BITS
+    bits: int = DOUBLE_BITS
     projected: bool = False
 
     @property
     def fixed(self) -> bool:
         """Whether its steps have one length."""
-        return self.set_by == STEPS
+        return self.set_by == BY_STEPS
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -121,7 +121,7 @@ class MethodEntry:
     @property
     def reach(self) -> float:
         """The longest run [nutation periods]: a slow method goes no farther."""
-        return SLOW if self.bits > BITS or self.language == "python" else float("inf")
+        return SLOW if self.bits > DOUBLE_BITS or self.language == "python" else float("inf")
 
     @property
     def text(self) -> str:
@@ -163,8 +163,8 @@ HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))  # a decade 
 _LOW_ORDER = tuple(25.0 * 2**k for k in range(10))
 _OWN_STEPS = tuple(12.5 * 2**k for k in range(8))
 
-_by_steps = partial(entry, set_by=STEPS, least=1.0, most=1e7, grid=_LOW_ORDER)
-_by_tolerance = partial(entry, set_by=TOLERANCE, least=1e-15, most=1e-2, grid=DECADES)
+_by_steps = partial(entry, set_by=BY_STEPS, least=1.0, most=1e7, grid=_LOW_ORDER)
+_by_tolerance = partial(entry, set_by=BY_TOLERANCE, least=1e-15, most=1e-2, grid=DECADES)
 _fixed = partial(_by_steps, language="numba", needs=("numba",), family="splitting")
 _scipy = partial(_by_tolerance, language="python", needs=("scipy",))
 
@@ -295,7 +295,7 @@ def _own_entry(name: str) -> MethodEntry:
         row = partial(_by_tolerance, most=1e-1, grid=HALF_DECADES if own.compiled else DECADES)
     else:
         row = partial(_by_steps, grid=_OWN_STEPS)
-    body = own.formulation in BODY
+    body = own.formulation in BODY_FORMS
     return row(
         name,
         own.usual_setting,

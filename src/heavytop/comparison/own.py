@@ -26,8 +26,9 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
 
 GROUP: Final = "heavytop.methods"
-STEPS, RTOL = 100.0, 1e-9  # settings where none is given
-BODY: Final = ("rotation", "quaternion")  # forms of the attitude and the body's angular velocity
+OWN_STEPS, OWN_TOLERANCE = 100.0, 1e-9  # settings where none is given
+# forms of the attitude and the body's angular velocity
+BODY_FORMS: Final = ("rotation", "quaternion")
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class Method:
     solver: bool | None = None
 
     def __post_init__(self) -> None:
-        known = (*FORMULATIONS, *BODY)
+        known = (*FORMULATIONS, *BODY_FORMS)
         if not callable(self.function):
             raise Impossible([("function", "must be a function, a step or a solver")])
         if self.formulation not in known:
@@ -103,7 +104,7 @@ class Method:
     @property
     def usual_setting(self) -> float:
         """The setting where a study gives none."""
-        return self.setting or (RTOL if self.solves else STEPS)
+        return self.setting or (OWN_TOLERANCE if self.solves else OWN_STEPS)
 
     @property
     def compiled(self) -> bool:

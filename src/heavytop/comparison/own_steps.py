@@ -15,7 +15,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from heavytop.comparison.adaptive import AdaptiveStepper, Solver, Taken
-from heavytop.comparison.own import BODY, Method
+from heavytop.comparison.own import BODY_FORMS, Method
 from heavytop.comparison.steppers import (
     Advance,
     FixedStep,
@@ -33,7 +33,7 @@ from heavytop.exact.pairs import Array
 Rates = Callable[[Array], Array]
 T = TypeVar("T")
 
-BLOCKS: Final = {"python": 200, "numba": 4096}  # steps between two looks
+STEPS_A_BLOCK: Final = {"python": 200, "numba": 4096}  # steps between two looks
 HUGE: Final = 1e30  # beyond it nan comes of an overflow
 SOLVED: Final = 4.0  # periods that a solver goes at once
 FIRST_CALL: Final = 1e-3  # of that: a call in which it imports and compiles
@@ -48,7 +48,7 @@ def own_stepper(
     of a block, and is held against no limit of time.
     """
     start, form = problem.start, None
-    if method.formulation in BODY:
+    if method.formulation in BODY_FORMS:
         form = BodyForm(method.formulation, problem.parameters)
         start = tuple(form.start(np.array(start)).tolist())
         function: Any = form.derivatives
@@ -63,7 +63,10 @@ def own_stepper(
         with suppress(IntegrationFailed):
             solve(np.array(start), span * FIRST_CALL)
         return AdaptiveStepper(solve, start, ahead, 1, far=abs(span), form=form, warned=warned)
-    h, block = problem.span / setting, steps or BLOCKS["numba" if method.compiled else "python"]
+    h, block = (
+        problem.span / setting,
+        steps or STEPS_A_BLOCK["numba" if method.compiled else "python"],
+    )
     if method.compiled:
         take = _compiled_steps(method.function, _compiled_rates(function, constants, len(start)), h)
     else:

@@ -49,9 +49,8 @@ from heavytop.integration.library import hy
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
 DOUBLE_SPACING = float(np.finfo(float).eps)
 LEAST_TIME = float(np.finfo(float).tiny)
-EVEN_STEPS = (
-    0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
-)
+# how much shorter than the mean of the first leg the longest steps of a leg may be
+EVEN_STEPS = 0.12
 GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
 
 

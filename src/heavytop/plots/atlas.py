@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.plots.sphere import draw_motion
-from heavytop.plots.style import KINDS, STYLE, Known, legend, literal, title_of
+from heavytop.plots.style import KIND_STYLES, STYLE, Known, legend, literal, title_of
 from heavytop.results.atlas import Atlas
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import scene_of
@@ -25,7 +25,7 @@ from heavytop.studies.atlas_plane import Axis, Plane
 Codes = NDArray[np.uint8]
 Numbers = NDArray[np.float64]
 
-FINEST: Final = 1000  # pixels of the picture along an axis: of more, every so many is drawn
+FINEST_PICTURE: Final = 1000  # pixels of the picture along an axis: of more, every so many is drawn
 ABREAST: Final = 4  # of these paths
 BOUNDS: Final = {"cusp": "cusps", "steady": "uniform-precession"}  # the others are named as kinds
 
@@ -65,7 +65,7 @@ def atlas_figure(atlas: Atlas) -> Figure:
         x, y = float(width[column]), float(height[row])
         ax.text(x, y, str(number), ha="center", va="center", fontsize=8, zorder=6, bbox=box)
         pushed = draw_motion(panel, _motion(plane, x, y))
-        words = f"{number}: {KINDS[name].label}{', touched' * pushed}"
+        words = f"{number}: {KIND_STYLES[name].label}{', touched' * pushed}"
         panel.set_title(words, fontsize=7.5)
     return figure
 
@@ -81,7 +81,7 @@ def draw_map(ax: Axes, atlas: Atlas, **mesh: Any) -> Axes:
         Keywords of the mesh.
     """
     names, kind = atlas.names, _thinned(atlas).values
-    colours = ListedColormap([KINDS[name].colour for name in names])
+    colours = ListedColormap([KIND_STYLES[name].colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
     edges = [_edges(atlas.axes[side], n) for side, n in zip("xy", kind.shape[::-1], strict=True)]
     ours: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
@@ -94,12 +94,12 @@ def draw_map(ax: Axes, atlas: Atlas, **mesh: Any) -> Axes:
         ax.set(**{f"{side}label": f"{along.latex} [{along.unit}]", f"{side}lim": ends[[0, -1]]})
     every, lines = sum(atlas.counts.values()), {BOUNDS.get(x.name, x.name) for x in atlas.curves}
     for name, count in sorted(atlas.counts.items(), key=lambda each: -each[1]):
-        look, area = KINDS[name], names.index(name) in _areas(kind)
+        look, area = KIND_STYLES[name], names.index(name) in _areas(kind)
         if area or name not in lines:
             label = f"{look.label} {count / every:.2%}" if area else look.label
             ax.fill([], [], fc=look.colour, ec="#555555", lw=0.5, label=label)
     for curve in atlas.curves:
-        x, y, look = curve.x, curve.y, KINDS[BOUNDS.get(curve.name, curve.name)]
+        x, y, look = curve.x, curve.y, KIND_STYLES[BOUNDS.get(curve.name, curve.name)]
         if len(x) == 1:
             looks: dict[str, Any] = {"ls": "none", "marker": "*", "ms": 9, "mec": "white"}
             looks |= {"mew": 0.6, "zorder": 4}
@@ -118,7 +118,7 @@ def _plane(atlas: Atlas) -> Plane:
 def _thinned(atlas: Atlas) -> Any:
     """The codes of kinds that are drawn, an array of xarray."""
     kind = atlas.to_xarray()["kind"]
-    return kind[tuple(slice(None, None, -(-n // FINEST)) for n in kind.shape)]
+    return kind[tuple(slice(None, None, -(-n // FINEST_PICTURE)) for n in kind.shape)]
 
 
 def _areas(kind: Codes) -> set[int]:

@@ -9,7 +9,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault
 from heavytop.plots.sphere import touched
 
-SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
+SHOWN_SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
 PERIODS: Final = 12  # nutations shown, at most, unless more are asked for
 
 
@@ -71,5 +71,5 @@ class Clip(NamedTuple):
 def _usual(motion: Motion, most: float, seconds: float) -> float:
     """Some nutations with no more spin than can be followed, but one at least if there is time."""
     period, rate = motion.period or math.inf, abs(motion.mean_angle_rates[1])
-    slow = SPIN * seconds / rate if rate else math.inf
+    slow = SHOWN_SPIN * seconds / rate if rate else math.inf
     return min(most, PERIODS * period, max(slow, period if motion.period else 0.0))

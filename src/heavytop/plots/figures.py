@@ -35,17 +35,18 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 Looks = Mapping[str, Any]  # keywords of matplotlib
-MOST_PERIODS: Final = 12  # more would only blacken the paper
-POINTS: Final = 4001
+MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper
+CURVE_POINTS: Final = 4001
 CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
-BEYOND: Final = 1.6**2  # how high the potential is drawn, over the energy that has to be seen
+# how high the potential is drawn, over the energy that has to be seen
+POTENTIAL_HEIGHT: Final = 1.6**2
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
 MARK: Final = "event"  # what the marks of events are known by
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
 TOUCHED_S: Final = 2.0  # of a top that nothing moves, where it does not nutate when touched
 
-ERRORS: Final = {
+ERROR_STYLES: Final = {
     "theta": (style.BLUE, "o"),
     "phi": (style.ORANGE, "s"),
     "psi": (style.GREEN, "^"),
@@ -55,7 +56,7 @@ ERRORS: Final = {
 
 # --- the exact motion, seen as a run -------------------------------------------------------
 
-STEADY_S: Final = 2.0  # of a motion that has no period
+STEADY_SPAN_S: Final = 2.0  # of a motion that has no period
 _NOTHING: Final = SimpleNamespace(
     kind=(), **dict.fromkeys(("t", "theta", "phi"), ()), axis=np.empty((0, 3))
 )
@@ -75,7 +76,7 @@ class ExactRun:
         """That of some nutations of a motion."""
         moving = touched(motion) or motion
         scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
-        return cls(motion, scene, periods * moving.period if moving.period else STEADY_S)
+        return cls(motion, scene, periods * moving.period if moving.period else STEADY_SPAN_S)
 
     @property
     def orbit(self) -> ExactRun:
@@ -112,30 +113,30 @@ def run_of(thing: Trajectory | Motion) -> Any:
 def _path(run: Any) -> tuple[Sample, float]:
     """The motion at the times drawn, and the last of them [s]."""
     last = last_shown(run)
-    return run(np.linspace(0.0, last, POINTS)), last
+    return run(np.linspace(0.0, last, CURVE_POINTS)), last
 
 
 def last_shown(trajectory: Trajectory) -> float:
     """The last of the times drawn [s]."""
     end, events = float(trajectory.orbit.end), trajectory.events
     lowest = [t for kind, t in zip(events.kind, events.t, strict=True) if kind == "theta_max"]
-    if len(lowest) > MOST_PERIODS:
-        return float(lowest[MOST_PERIODS])
+    if len(lowest) > MOST_DRAWN_PERIODS:
+        return float(lowest[MOST_DRAWN_PERIODS])
     period = float(trajectory.motion.period or np.inf) if not lowest else np.inf
-    return float(np.copysign(min(abs(end), MOST_PERIODS * period), end))
+    return float(np.copysign(min(abs(end), MOST_DRAWN_PERIODS * period), end))
 
 
 def _mark_events(ax: Axes, run: Any, shown: float, places: Array) -> None:
     """Mark the events up to the time `shown` at the given places, shape (k, 2)."""
     kinds = np.asarray(run.events.kind, dtype=object)
     drawn = np.abs(np.asarray(run.events.t)) <= abs(shown)
-    for kind in style.EVENTS:
+    for kind in style.EVENT_STYLES:
         if len(here := places[drawn & (kinds == kind)]):
             _mark(ax, kind, here[:, 0], here[:, 1])
 
 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
-    label, colour, marker = style.EVENTS[kind]
+    label, colour, marker = style.EVENT_STYLES[kind]
     looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3, "gid": MARK}
     ax.plot(x, y, marker, label=style.once(ax, label), color=colour, **looks)
 
@@ -265,7 +266,7 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> A
     drawn, shown = _path(run)
     path, colour, words = drawn.axis, style.PATH, ""
     if neighbour := touched(run.motion):
-        time = MOST_PERIODS * neighbour.period if neighbour.period else TOUCHED_S
+        time = MOST_DRAWN_PERIODS * neighbour.period if neighbour.period else TOUCHED_S
         path, colour, words = axis_path(neighbour, time), style.OTHER, f",\n{PUSHED}"
     view = _VIEWS[ax] = _VIEWS[ax].reaching(path) if ax in _VIEWS else View.of(path)
     view.draw_graticule(ax)
@@ -294,7 +295,7 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
     line(ax, _in_unit("theta", theta), A * V(theta), looks, color=style.PATH, lw=1.4, label=label)
     ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label=style.once(ax, "energy E′"))
     _allowed(ax, V, A, E_prime, run.motion)
-    height = A * BEYOND * (level - floor)
+    height = A * POTENTIAL_HEIGHT * (level - floor)
     if height:
         margin = 0.06 * height
         shown = [A * floor - margin, max(A * floor + height, E_prime) + margin]
@@ -391,13 +392,13 @@ def drawn_part(motion: Motion, V: Potential) -> tuple[tuple[float, float], float
         low, high, level = min(low, ends[0]), max(high, ends[1]), max(level, abs(V.g))
     rests = high - low < CONSTANT
     room = max(min(low, np.pi - high), 0.5) / 3 if rests else high - low
-    theta = np.linspace(max(low - 2 * room, 0.0), min(high + 2 * room, np.pi), POINTS)
+    theta = np.linspace(max(low - 2 * room, 0.0), min(high + 2 * room, np.pi), CURVE_POINTS)
     heights = V(theta)
     floor = float(heights.min())
     if rests:
         beside = float(V(low + room if low < np.pi / 2 else high - room))
-        level = floor + (beside - floor) / BEYOND
-    shown = theta[heights <= floor + BEYOND * (level - floor)]
+        level = floor + (beside - floor) / POTENTIAL_HEIGHT
+    shown = theta[heights <= floor + POTENTIAL_HEIGHT * (level - floor)]
     return (float(shown[0]), float(shown[-1])), floor, level
 
 
@@ -437,7 +438,7 @@ def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
     edge = "exactly zero" if smallest >= shown else "zero, or smaller"
     floor = 10.0 ** np.floor(np.log10(max(smallest, shown)) - 0.7)
     for name, error in found.items():
-        label, (colour, marker) = QUANTITIES[name].symbol, ERRORS[name]
+        label, (colour, marker) = QUANTITIES[name].symbol, ERROR_STYLES[name]
         largest, time = np.fmax.accumulate(error), _in_unit("t", t)
         size = f"at most {largest[-1]:.1e}" if largest[-1] else "none"
         ax.plot(time, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)

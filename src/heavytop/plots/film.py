@@ -22,28 +22,34 @@ from heavytop.errors import BadScene, Fault, MissingPackage
 from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, momentum_path
-from heavytop.plots.style import EVENTS, PATH, Array
+from heavytop.plots.style import EVENT_STYLES, PATH, Array
 from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene
 from heavytop.text import cut
 
 SECONDS: Final = 10.0
-POINTS: Final = 2001  # of the path
+PATH_POINTS: Final = 2001  # of the path
 FINE: Final = 2  # pixels drawn for one that is shown, in each direction
-COLOURS: Final = 256  # of a GIF
+GIF_COLOURS: Final = 256  # of a GIF
 MOST_PIXELS: Final = 5e8  # of all frames: 2 GB
 
 SECTORS: Final = 36
-MARKED: Final = SECTORS // 4  # a quarter of the body is orange, so that its spin is seen
-STEM, REACH, SIZE, THICK = 0.03, 0.88, 0.62, 0.04  # of the body; the sphere has 1
-BODY: Final = np.array([150, 166, 181])
+MARKED_SECTORS: Final = SECTORS // 4  # a quarter of the body is orange, so that its spin is seen
+STEM, STEM_REACH, SIZE, THICK = 0.03, 0.88, 0.62, 0.04  # of the body; the sphere has 1
+BODY_COLOUR: Final = np.array([150, 166, 181])
 PATCH: Final = np.array([236, 164, 30])
 LIGHT: Final = np.array([-0.45, 0.62, 0.64])  # from where it comes: right, up, towards the eye
-INK, FAINT, AHEAD, MOMENTUM, PAPER = "#222222", "#9AA4AE", "#9CC3DB", "#882255", "#FFFFFF"
+INK, FILM_FAINT, AHEAD_COLOUR, MOMENTUM, PAPER = (
+    "#222222",
+    "#9AA4AE",
+    "#9CC3DB",
+    "#882255",
+    "#FFFFFF",
+)
 FONT: Final = str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
 LETTERS: Final = 70  # of a title
-WIDEST: Final = 4  # of the rims of the body
+WIDEST_RIM: Final = 4  # of the rims of the body
 LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
 ASIDE: Final = 0.35  # rad, by which it looks from farther round
 PALER: Final = 0.35  # opacity of what runs behind the sphere
@@ -60,14 +66,14 @@ def _size(value: object) -> tuple[int, int]:
 
 def _place(value: object) -> Path:
     place = path_of("path", value)
-    if place.suffix.lower() not in FORMS:
-        raise Refused(f"the name of a film ends in {', '.join(FORMS)}")
+    if place.suffix.lower() not in FILM_WRITERS:
+        raise Refused(f"the name of a film ends in {', '.join(FILM_WRITERS)}")
     return place
 
 
 SIDE: Final = Range(64, 4096, whole=True)
 SIDES: Final = "width and height, two whole numbers from 64 to 4096, such as 800x600"
-OPTIONS: Final[Mapping[str, Reader]] = {
+FILM_OPTIONS: Final[Mapping[str, Reader]] = {
     "path": _place,
     "seconds": Range(0.1, 600),
     "fps": Range(1, 50),
@@ -154,7 +160,9 @@ def film(
     heard("progress", progress)
     timing = {"seconds": seconds, "rounds": rounds, "time": time, "speed": speed}
     given = {name: each for name, each in timing.items() if each is not None}
-    known, wrong = parse_options("film", given | {"path": path, "fps": fps, "size": size}, OPTIONS)
+    known, wrong = parse_options(
+        "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
+    )
     if wrong:
         raise BadScene(tuple(wrong))
     place: Path = known["path"]
@@ -177,7 +185,7 @@ def film(
             if progress is not None:
                 progress((k + 1) / count)
 
-    write_whole(place, lambda part: FORMS[form](part, frames(), rate))
+    write_whole(place, lambda part: FILM_WRITERS[form](part, frames(), rate))
     return place
 
 
@@ -230,7 +238,7 @@ class Shot(NamedTuple):
     def of(cls, scene: Scene, clip: Clip, *, follow: bool = False) -> Shot:
         """What a film shows of a scene."""
         motion, end = clip.motion, clip.end
-        record = motion.at(np.linspace(0.0, end, POINTS))
+        record = motion.at(np.linspace(0.0, end, PATH_POINTS))
         pushed = f"pushed at {PUSH:g} rad/s; untouched it stays as it is" if clip.pushed else ""
         titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / clip.seconds), pushed
         tilts = {"theta_max": motion.theta_max, "theta_min": motion.theta_min}
@@ -241,7 +249,7 @@ class Shot(NamedTuple):
             momentum=momentum_path(scene.top, record),
             rotation=_rotations(record.quaternion),
             rims=_rims(float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))),
-            limits={EVENTS[name].colour: float(tilt) for name, tilt in tilts.items()},
+            limits={EVENT_STYLES[name].colour: float(tilt) for name, tilt in tilts.items()},
             turned=motion.mean_angle_rates[0] * end if follow else 0.0,
         )
 
@@ -261,7 +269,7 @@ class Shot(NamedTuple):
 
     def camera(self, done: float, size: tuple[int, int]) -> Camera:
         """Where the eye is at a fraction of the film: path, wheel and pivot fill the picture."""
-        wheel = self.rims[WIDEST, ::9] @ self.rotation[::200].swapaxes(1, 2)
+        wheel = self.rims[WIDEST_RIM, ::9] @ self.rotation[::200].swapaxes(1, 2)
         points = np.vstack((np.zeros(3), self.axis[::10], wheel.reshape(-1, 3)))
         others = np.linspace(0, 1, 9) if self.turned else [done]  # one scale for all of the film
         flat = np.concatenate([points @ self.view(x)[:2].T for x in others])
@@ -311,7 +319,8 @@ def _rims(ratio: float, side: float) -> Array:
     foot = min(0, h - THICK)
     profile = np.array(
         [(0, foot), (STEM, foot), (STEM, h - THICK), (r / 2, h - THICK), (r, h - THICK / 2),
-         (r, h + THICK / 2), (r / 2, h + THICK), (STEM, h + THICK), (STEM, REACH), (0, REACH)]
+         (r, h + THICK / 2), (r / 2, h + THICK), (STEM, h + THICK),
+         (STEM, STEM_REACH), (0, STEM_REACH)]
     )  # fmt: skip
     angle = 2 * np.pi * np.arange(SECTORS) / SECTORS
     radius, height = profile.T[..., None]
@@ -328,9 +337,11 @@ class Brush(NamedTuple):
     def draw(self, shot: Shot, now: int) -> None:
         """Draw the top as it is at one of the times."""
         axis, arrow = shot.axis[now], np.stack((np.zeros(3), shot.momentum[now]))
-        stem, away = np.outer((0.0, REACH, 1.0), axis), axis @ self.camera.rows[2] < 0
-        self.disc(self.camera.pivot, self.camera.scale, outline=FAINT, width=round(self.unit) or 1)
-        self.line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FAINT, 1)
+        stem, away = np.outer((0.0, STEM_REACH, 1.0), axis), axis @ self.camera.rows[2] < 0
+        self.disc(
+            self.camera.pivot, self.camera.scale, outline=FILM_FAINT, width=round(self.unit) or 1
+        )
+        self.line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FILM_FAINT, 1)
         self.paths(shot, now, behind=True)
         if away:
             self.line(stem, INK, 2.5)
@@ -347,7 +358,7 @@ class Brush(NamedTuple):
         for colour, tilt in shot.limits.items():
             x, y = math.sin(tilt) * np.cos(around), math.sin(tilt) * np.sin(around)
             self.line(np.stack((x, y, 0 * x + math.cos(tilt)), axis=-1), colour, 1, behind)
-        self.line(shot.axis[now:], AHEAD, 1.2, behind)
+        self.line(shot.axis[now:], AHEAD_COLOUR, 1.2, behind)
         self.line(shot.axis[: now + 1], PATH, 2.4, behind)
 
     def disc(self, centre: Array, radius: float, **looks: Any) -> None:
@@ -373,7 +384,7 @@ class Brush(NamedTuple):
         corners, shade = self.camera.project(faces), 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
         front = np.flatnonzero(normal[:, 2] > 0)
         for k in front[np.argsort(corners[front, :, 2].sum(axis=1), kind="stable")].tolist():
-            colour = _colour(shade[k] * (PATCH if k % SECTORS < MARKED else BODY))
+            colour = _colour(shade[k] * (PATCH if k % SECTORS < MARKED_SECTORS else BODY_COLOUR))
             self.pen.polygon(corners[k, :, :2].ravel().tolist(), fill=colour, outline=colour)
 
 
@@ -390,7 +401,7 @@ def _as_gif(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     # Each colour once: weighed by its pixels, a small patch would lose its own to the paper's.
     found = (rgb for each in held for _, rgb in each.getcolors(each.width * each.height) or ())
     once = np.array([*dict.fromkeys(found)], np.uint8)
-    palette = Image.fromarray(once[None]).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    palette = Image.fromarray(once[None]).quantize(GIF_COLOURS, Image.Quantize.MAXCOVERAGE)
     few = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in held)
     _save(part, few, fps, format="GIF", optimize=False)
 
@@ -422,4 +433,4 @@ def _as_mp4(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     writer.close()
 
 
-FORMS: Final = {".gif": _as_gif, ".webp": _as_webp, ".mp4": _as_mp4}
+FILM_WRITERS: Final = {".gif": _as_gif, ".webp": _as_webp, ".mp4": _as_mp4}

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, Array, over
+from heavytop.plots.style import BLACK, FAINT, KIND_STYLES, STYLE, Array, over
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -21,9 +21,9 @@ BEHIND: Final = 0.3  # opacity of what runs behind the sphere
 TOUCHED: Final = 0.6  # opacity of what a top does that was touched
 TINT: Final = 0.3  # of the colour of a kind, as the ground of a sphere
 PUSH: Final = 1.0  # rad/s, across the axis
-STILL: Final = ("at-rest", "sleeping", "hanging")
+STILL_KINDS: Final = ("at-rest", "sleeping", "hanging")
 NUTATIONS: Final = 3  # of a small picture
-STEADY_S: Final = 1.0  # of one of a motion without a period
+STEADY_TURN_S: Final = 1.0  # of one of a motion without a period
 
 
 class View(NamedTuple):
@@ -121,7 +121,7 @@ class View(NamedTuple):
 
 def touched(motion: Motion) -> Motion | None:
     """What a top does that rests, sleeps or hangs, after a push; None for a top that moves."""
-    if motion.kind not in STILL:
+    if motion.kind not in STILL_KINDS:
         return None
     start = motion.start
     return Motion(motion.top, State(start.theta, thetadot=PUSH, omega3=start.omega3))
@@ -156,7 +156,7 @@ def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = F
     pushed : bool
         The path is what the top does when it is touched; by itself it stays at the dot.
     """
-    colour = np.array(to_rgb(KINDS[kind].colour))
+    colour = np.array(to_rgb(KIND_STYLES[kind].colour))
     view.draw_graticule(ax, tuple(1 - TINT * (1 - colour)), size=5)
     view.draw_path(ax, path, "#222222", TOUCHED if pushed else 1.0)
     view.frame(ax)
@@ -166,7 +166,7 @@ def draw_motion(ax: Axes, motion: Motion) -> bool:
     """Draw some nutations on the ground of their kind; whether it is what the top does touched."""
     pushed = touched(motion)
     moving = pushed or motion
-    path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_S)
+    path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_TURN_S)
     kind_panel(ax, path, View.of(path), str(motion.kind), pushed=pushed is not None)
     return pushed is not None
 

@@ -18,7 +18,7 @@ from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.ask import fact_quantity
 from heavytop.results.drift import columns_of, error_names, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
-from heavytop.results.work_precision import ERRORS, error_of_point, front
+from heavytop.results.work_precision import ERROR_KEYS, error_of_point, front
 from heavytop.scene.quantities import SI, quantity_of, showing
 
 Found = Any  # a result, whose fields are read by their names
@@ -60,7 +60,7 @@ def sweep_figure(found: Found) -> Figure:
 
 DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
-LARGEST: Final = 1e9  # error: beyond it a method has diverged, and the others could not be read
+DIVERGED: Final = 1e9  # error: beyond it a method has diverged, and the others could not be read
 Series = dict[str, list[tuple[float, float]]]
 """By method: nutation periods and errors."""
 
@@ -119,7 +119,7 @@ def _series(methods: Sequence[Known], name: str) -> Series:
     found = {}
     for each in methods:
         errors = zip(each["periods"], columns_of(each).get(name, ()), strict=False)
-        if points := [(n, error) for n, error in errors if error and abs(error) <= LARGEST]:
+        if points := [(n, error) for n, error in errors if error and abs(error) <= DIVERGED]:
             found[each["name"]] = points
     return found
 
@@ -142,12 +142,12 @@ def _guides(ax: Axes, periods: Sequence[float]) -> None:
 # --- work and precision: what a period costs against the error, with the front -------------------
 
 DOUBLE: Final = 53  # bits
-COLOURS = style.BLUE, style.PURPLE, style.YELLOW, style.GREEN, style.SKY, style.BLACK
-FORMS: Final = dict(zip(FORMULATIONS, COLOURS, strict=False))
-OURS: Final = {"": "o", "-projected": "s", "-mpfr": "D"}
+TAYLOR_COLOURS = style.BLUE, style.PURPLE, style.YELLOW, style.GREEN, style.SKY, style.BLACK
+FORM_COLOURS: Final = dict(zip(FORMULATIONS, TAYLOR_COLOURS, strict=False))
+TAYLOR_MARKS: Final = {"": "o", "-projected": "s", "-mpfr": "D"}
 FAMILIES: Final = {"collocation": "#8C510A", "splitting": style.ORANGE, "adaptive": "#808080"}
-ASTRAY: Final = 10.0  # error: a method has left the top, and the others could not be read
-OWN: Final = ("#E7298A", "#00A3A3", "#7A3DF0", "#A6761D", "#5A8F00")  # of one's own methods
+AWAY: Final = 10.0  # error: a method has left the top, and the others could not be read
+OWN_COLOURS: Final = ("#E7298A", "#00A3A3", "#7A3DF0", "#A6761D", "#5A8F00")  # of one's own methods
 PER: Final = {
     "us_per_period": "µs per nutation period",
     "rhs_evaluations": "evaluations per period",
@@ -192,7 +192,7 @@ def workprec_figure(found: Found) -> Figure:
 def _looks(points: Sequence[Known]) -> Looks:
     """How each method is drawn: ours by formulation and precision, theirs hollow, by family."""
     markers = {colour: cycle(style.MARKERS[:7]) for colour in FAMILIES.values()}
-    colours = cycle(OWN)
+    colours = cycle(OWN_COLOURS)
     found: Looks = {}
     for point in points:
         name = point["method"]
@@ -208,8 +208,8 @@ def _looks(points: Sequence[Known]) -> Looks:
                            "markerfacecolor": "white"}  # fmt: skip
         else:
             precision = name.removeprefix(f"taylor-{point['formulation']}")
-            found[name] = {"color": FORMS.get(point["formulation"], style.FAINT),
-                           "marker": OURS.get(precision, OURS["-mpfr"]),
+            found[name] = {"color": FORM_COLOURS.get(point["formulation"], style.FAINT),
+                           "marker": TAYLOR_MARKS.get(precision, TAYLOR_MARKS["-mpfr"]),
                            "linestyle": ":" if precision == "-projected" else "-"}  # fmt: skip
     return found
 
@@ -241,7 +241,7 @@ def work_precision(
         {"method": p["method"], "error": off * about.shown[1], "us_per_period": p["us_per_period"],
          "rhs_evaluations": (p["rhs_evaluations"] or 0) / p["periods"]}
         for p in (found.points if some is None else some)
-        if (off := error_of_point(p, ERRORS[name])) and off < ASTRAY
+        if (off := error_of_point(p, ERROR_KEYS[name])) and off < AWAY
     ]  # fmt: skip
     if work == "us_per_period":
         leading = [rows[i] for i in front(rows, "error")]
@@ -262,8 +262,8 @@ def _xy(rows: Sequence[Known], work: str) -> tuple[list[float], list[float]]:
 
 # --- where methods fail: the digits that every method lost at every case -------------------------
 
-MOST: Final = 14.0  # digits
-ACROSS: Final = 4  # marks explained in a line
+MOST_LOST_DIGITS: Final = 14.0  # digits
+LEGEND_COLUMNS: Final = 4  # marks explained in a line
 READING: Final = (
     "columns: one of our formulations, or another solver and its equations (a: the axis form,",
     "l: Lagrange's, 1: of first order), then the tolerance or the steps in a period",
@@ -321,10 +321,10 @@ def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
         i, j, digits = rows.index(run["case"]), names.index(run["method"]), run["digits_lost"]
         lost[i, j] = np.nan if digits is None else digits
         if mark := UNTOLD if run["untold"] else StressOutcome(run["outcome"]).mark:
-            colour = "white" if lost[i, j] > MOST / 2 else "black"
+            colour = "white" if lost[i, j] > MOST_LOST_DIGITS / 2 else "black"
             ax.text(j, i, mark, ha="center", va="center", fontsize=6, color=colour)
     ax.set_facecolor("#DDDDDD")
-    ours: dict[str, Any] = {"cmap": "YlGnBu", "vmin": 0.0, "vmax": MOST}
+    ours: dict[str, Any] = {"cmap": "YlGnBu", "vmin": 0.0, "vmax": MOST_LOST_DIGITS}
     ours |= {"aspect": "auto", "interpolation": "none"}
     ax.imshow(lost, **ours | looks)
     ax.set_xticks(range(len(names)), heads, rotation=90)
@@ -332,14 +332,14 @@ def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
     ax.tick_params(length=0, labeltop=True, labelbottom=False)
     marks = [f"{each.mark} {each}" for each in StressOutcome if each.mark]
     marks += [f"{UNTOLD} undetermined", "grey: no number, or not run"]
-    lines = (", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
+    lines = (", ".join(marks[i : i + LEGEND_COLUMNS]) for i in range(0, len(marks), LEGEND_COLUMNS))
     ax.set_xlabel("\n".join([*READING, ",\n".join(lines)]), fontsize=7.5)
     return ax
 
 
 # --- the errors of a trajectory that somebody else computed, over time ---------------------------
 
-CHECKED: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
+CHECKED_ERRORS: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
 
 
 def check_figure(found: Found) -> Figure:
@@ -362,8 +362,8 @@ def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     curves = {name: np.array(x, dtype=float) for name, x in found.curves.items()}
     ax.set_yscale("log")
     with showing(SI):  # which are of several units, as conditioning is
-        labels = {name: error_of(name).heading for name in CHECKED}
-    for name, colour in zip(CHECKED, style.COLOURS, strict=True):
+        labels = {name: error_of(name).heading for name in CHECKED_ERRORS}
+    for name, colour in zip(CHECKED_ERRORS, style.COLOURS, strict=True):
         if name in curves:
             off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
             line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=labels[name])

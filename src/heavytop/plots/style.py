@@ -54,7 +54,7 @@ class Look(NamedTuple):
     marker: Any = "-"
 
 
-KINDS: Final = {
+KIND_STYLES: Final = {
     "at-rest": Look("at rest", "#FFFFFF"),
     "force-free": Look("force-free", "#DDCC77"),
     "sleeping": Look("sleeping", "#B87A00"),
@@ -73,7 +73,7 @@ KINDS: Final = {
 
 
 # Every kind of event has its own marker, so that nothing rests on telling colours apart.
-EVENTS: Final = {
+EVENT_STYLES: Final = {
     "theta_min": Look("turning point, axis highest", GREEN, "^"),
     "theta_max": Look("turning point, axis lowest", ORANGE, "v"),
     "reversal": Look("reversal of precession", PURPLE, "o"),

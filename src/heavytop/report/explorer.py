@@ -19,22 +19,22 @@ from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
 from heavytop.files import write_text
-from heavytop.plots.clip import PERIODS, SPIN
-from heavytop.plots.sphere import PUSH, STILL
-from heavytop.plots.style import KINDS
+from heavytop.plots.clip import PERIODS, SHOWN_SPIN
+from heavytop.plots.sphere import PUSH, STILL_KINDS
+from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import expect, path_of
 from heavytop.scene.quantities import QUANTITIES, UNIT_OF
 from heavytop.scene.scene import Scene, load_scene, shipped_names
 
-SCENE: Final = "sicm-kicked"
-SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
-STARTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
-NUMBERS: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Criterion)}
+FIRST_SCENE: Final = "sicm-kicked"
+EXPLORER_SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
+START_INPUTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
+NUMBER_NAMES: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Criterion)}
 
-FAST: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
-LIMITS: Final = FAST | {
+RATE_LIMITS: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
+INPUT_LIMITS: Final = RATE_LIMITS | {
     "theta": (0.0, math.pi), "phi": (-1e6, 1e6), "psi": (-1e6, 1e6),
     "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9), "mass": (0.0, 1e15),
 }  # fmt: skip
@@ -49,7 +49,7 @@ BOXES: Final = {
 }  # fmt: skip
 """The units that a box takes, in SI."""
 
-PLAIN: Final = {
+PLAIN_LIMITS: Final = {
     Kind.AT_REST: "Nothing moves.",
     Kind.FORCE_FREE: "Without weight the axis circles a fixed direction at a constant rate.",
     Kind.SLEEPING: "The axis stands on the vertical, with its weight at the highest point.",
@@ -111,7 +111,7 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     ...     page.stat().st_size < 1_000_000
     True
     """
-    begin = load_scene(SCENE) if scene is None else scene
+    begin = load_scene(FIRST_SCENE) if scene is None else scene
     expect("scene", begin, Scene, "load_scene gives one")
     place = path_of("path", path)
     faults = [*_beyond(begin)]
@@ -120,7 +120,7 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
         faults.append(Fault("explore", None, "path", str(place), rule))
     if faults:
         raise BadScene(tuple(faults))
-    write_text(place, rendered("explorer.html", SCRIPTS, data=_data(begin), tops=tops([])))
+    write_text(place, rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([])))
     return place
 
 
@@ -136,8 +136,12 @@ def _data(scene: Scene) -> dict[str, Any]:
         for kind, detail in kinds.KIND_DETAILS.items()
     }
     looks = {
-        kind: {"label": KINDS[kind].label, "colour": KINDS[kind].colour, "plain": PLAIN[kind]}
-        for kind in PLAIN
+        kind: {
+            "label": KIND_STYLES[kind].label,
+            "colour": KIND_STYLES[kind].colour,
+            "plain": PLAIN_LIMITS[kind],
+        }
+        for kind in PLAIN_LIMITS
     }
     shipped = [load_scene(name) for name in shipped_names()]
     others = [_start(each) for each in shipped if each.name != scene.name]
@@ -145,8 +149,9 @@ def _data(scene: Scene) -> dict[str, Any]:
         "rules": rules, "details": details, "kinds": looks, "scenes": [_start(scene), *others],
         "quantities": {name: {"symbol": QUANTITIES[name].symbol, "unit": QUANTITIES[name].unit}
                        for name in NUMBERED},
-        "limits": LIMITS, "units": BOXES, "still": STILL, "push": PUSH, "frames": FRAMES,
-        "turn": SPIN * LONGEST_S, "periods": PERIODS, "blurred": BLURRED,
+        "limits": INPUT_LIMITS, "units": BOXES, "still": STILL_KINDS, "push": PUSH,
+        "frames": FRAMES,
+        "turn": SHOWN_SPIN * LONGEST_S, "periods": PERIODS, "blurred": BLURRED,
     }  # fmt: skip
 
 
@@ -154,21 +159,21 @@ def _beyond(scene: Scene) -> Iterator[Fault]:
     """What of a scene the page does not take."""
     start = _start(scene)["numbers"]
     start |= {"C/A": start["C"] / start["A"], "gMR/A": start["gMR"] / start["A"]}
-    for name, (low, high) in LIMITS.items():
+    for name, (low, high) in INPUT_LIMITS.items():
         if name in start and not low <= start[name] <= high:
             rule = f"explore takes it from {low:g} to {high:g}"
             yield Fault(scene.name, None, name, f"{start[name]:g}", rule)
 
 
 def _names(numbers: tuple[Criterion, ...]) -> list[str]:
-    return [NUMBERS[id(number)] for number in numbers]
+    return [NUMBER_NAMES[id(number)] for number in numbers]
 
 
 def _start(scene: Scene) -> dict[str, Any]:
     """A scene as doubles, and the exact texts that they stand for."""
     top, start = scene.top, scene.start
     exact = {name: getattr(top, name) for name in ("A", "C", "gMR")}
-    exact |= {name: getattr(start, name) for name in STARTS} | {start.held: start.spin}
+    exact |= {name: getattr(start, name) for name in START_INPUTS} | {start.held: start.spin}
     return {
         "name": scene.name, "title": scene.title or scene.name, "held": start.held,
         "numbers": {name: float(x) for name, x in exact.items()},

@@ -40,11 +40,11 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
-FORMS: Final = ("svg", "png")
-FIGURES: Final = tuple(f"{name}.{form}" for name in PICTURES for form in FORMS)
+PICTURE_FORMATS: Final = ("svg", "png")
+FIGURE_FILES: Final = tuple(f"{name}.{form}" for name in PICTURES for form in PICTURE_FORMATS)
 UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 """What drawing raises of numbers that no picture can show."""
-OWN: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURES)
+RUN_FILES: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURE_FILES)
 
 # --- a run -----------------------------------------------------------------------------------
 
@@ -139,10 +139,10 @@ def open_run(folder: Path, request: Request, *, force: bool = False) -> Iterator
             if not force:
                 _expect_same(folder, request)
             for path in folder.glob(".*"):  # of a writer that was killed
-                if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in OWN:
+                if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in RUN_FILES:
                     path.unlink(missing_ok=True)
             if force or not (folder / REQUEST).exists():
-                _remove(folder, OWN)
+                _remove(folder, RUN_FILES)
                 request.write(folder)
             with _resumable(folder):
                 yield
@@ -181,11 +181,11 @@ def _expect_same(folder: Path, request: Request) -> None:
     """Refuse a folder that holds another run than the one that is asked."""
     from heavytop.studies.study import differences
 
-    there = [name for name in OWN if os.path.lexists(folder / name)]
+    there = [name for name in RUN_FILES if os.path.lexists(folder / name)]
     if not there:
         return
     try:
-        if there[0] in FIGURES:
+        if there[0] in FIGURE_FILES:
             raise ForeignFile(f"{folder / there[0]}: not of a run of this package")
         found = differences(Request.read(folder).question, request.question)
     except ForeignFile as fault:
@@ -262,7 +262,7 @@ def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:
     from heavytop.run.exact import SceneMotion
 
     files = {"document": DOCUMENT}
-    _remove(folder, (DOCUMENT, *FIGURES))
+    _remove(folder, (DOCUMENT, *FIGURE_FILES))
     if isinstance(run, SceneMotion) and not run.moves:
         _remove(folder, [TRAJECTORY])
     else:
@@ -314,7 +314,7 @@ def write_study(
         files = {"document": f"{kind}.json", **found.save_data(place)}
         found = replace(found, files=files)
         found.save(place / files["document"])
-        for form in FORMS:
+        for form in PICTURE_FORMATS:
             (place / f"{kind}.{form}").unlink(missing_ok=True)
     return draw_study(found, place) if figures else files
 
@@ -350,7 +350,7 @@ def _save_figure(
     """Draw a figure and save it in every form; the names of its files, none where it fails."""
     from heavytop.plots.style import save
 
-    files = {f"{key}_{form}": f"{name}.{form}" for form in FORMS}
+    files = {f"{key}_{form}": f"{name}.{form}" for form in PICTURE_FORMATS}
     try:
         if (figure := draw()) is None:
             return {}

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
 
-LONGEST: Final = 16  # letters of a number that is shown as an expression
+LONGEST_EXPRESSION: Final = 16  # letters of a number that is shown as an expression
 
 Cell = tuple[Any, "Figure | None"]
 """A result, or facts, and a picture beside it."""
@@ -64,7 +64,9 @@ def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
     """Numbers as they were given; long expressions, as sums of solids are, to six digits."""
     for name, x in values:
         text = f"[{', '.join(map(str, x))}]" if isinstance(x, tuple) else str(x)
-        formula = not isinstance(x, str) and set(text) & set("/*") and len(text) > LONGEST
+        formula = (
+            not isinstance(x, str) and set(text) & set("/*") and len(text) > LONGEST_EXPRESSION
+        )
         quantity = quantity_of(name)
         yield quantity.symbol, quantity.with_unit(f"{float(x):.6g}" if formula else text)
 

@@ -34,7 +34,7 @@ SYMBOLS: Final = (
     "precession", "spin",
 )  # fmt: skip
 LEADING: Final = 4  # facts of a result that are read first
-DIGITS: Final = 6  # of its first table
+TABLE_DIGITS: Final = 6  # of its first table
 
 # --- a result as a section -----------------------------------------------------------------------
 
@@ -77,7 +77,7 @@ class Section(NamedTuple):
         """The tables that are read first, with their cells: one, or those that say FAIL."""
         some = [table for table in self.tables if table.rows]
         shown = [table for table in some if table.fails] or some[:1]
-        return [(table, table.texts(DIGITS)) for table in shown]
+        return [(table, table.texts(TABLE_DIGITS)) for table in shown]
 
     @property
     def problems(self) -> list[str]:
@@ -271,7 +271,7 @@ def player_html(trajectory: Trajectory, **asked: float | None) -> str:
 # --- templates: nothing in a text, in data or in a picture is taken for markup or a script --------
 
 TEMPLATES: Final = Path(__file__).parent / "templates"
-SCRIPTS: Final = ("player.js", "page.js")
+PAGE_SCRIPTS: Final = ("player.js", "page.js")
 STYLES: Final = ("page.css", "explorer.css")
 POLICY: Final = (
     "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {}; "
@@ -279,7 +279,7 @@ POLICY: Final = (
 )
 
 
-def rendered(template: str, scripts: Sequence[str] = SCRIPTS, **values: Any) -> str:
+def rendered(template: str, scripts: Sequence[str] = PAGE_SCRIPTS, **values: Any) -> str:
     """A template with its style and scripts: one file, which asks no network for anything."""
     jinja = Environment(
         loader=PackageLoader("heavytop.report"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, momentum_path
-from heavytop.plots.style import EVENTS, PATH
+from heavytop.plots.style import EVENT_STYLES, PATH
 
 if TYPE_CHECKING:
     from heavytop.analytic.record import Record
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 FRAMES: Final = 1001
 LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
-MOST_EVENTS: Final = 200
+MOST_MARKS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not visible as a turning
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
     """What a player takes: runs, and how their events and paths are drawn in every figure."""
-    marks = {kind: mark._asdict() for kind, mark in EVENTS.items()}
+    marks = {kind: mark._asdict() for kind, mark in EVENT_STYLES.items()}
     return {"runs": runs, "marks": marks, "path": PATH}
 
 
@@ -68,7 +68,7 @@ def frames(
     return {
         "title": scene.title or scene.name, "end": last, "spin": spin, "notes": notes,
         "seconds": clip.seconds if speed else None, "precession": motion.mean_angle_rates[0] * last,
-        "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_EVENTS],
+        "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_MARKS],
         "shape": [float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))],
         "quaternion": _packed(record.quaternion),
         "momentum": _packed(momentum_path(scene.top, record)),

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 Fact = tuple[str, str]
 FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
-FOLDED: Final = 40  # letters of a cell: a longer text is folded at a terminal
-MOST_DIGITS, FEWEST_DIGITS = 12, 3  # of the numbers of a table at a terminal
+FOLDED_AT: Final = 40  # letters of a cell: a longer text is folded at a terminal
+MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS = 12, 3  # of the numbers of a table at a terminal
 FILES: Final = {
     "run.json": "run.RunResult",
     "drift.json": "drift.Drift",
@@ -162,9 +162,9 @@ class Table(NamedTuple):
         """Fewer digits where it is narrow, then columns below the others."""
         from rich.text import Text
 
-        for digits in (*range(MOST_DIGITS, FEWEST_DIGITS - 1, -1), MOST_DIGITS):
+        for digits in (*range(MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS - 1, -1), MOST_SHOWN_DIGITS):
             texts = [self.head, *self.texts(digits)[: self.first]]
-            widths = [min(FOLDED, max(map(len, x))) + 2 for x in zip(*texts, strict=True)]
+            widths = [min(FOLDED_AT, max(map(len, x))) + 2 for x in zip(*texts, strict=True)]
             if sum(widths) <= options.max_width:
                 break
         if self.title:

@@ -10,7 +10,7 @@ from heavytop.errors import Exit
 from heavytop.results.base import Fact, Result, Table
 from heavytop.scene.quantities import Quantity, quantity_of
 
-QUANTITIES: Final = ("axis", "theta", "phi", "psi")
+CERTIFIED_QUANTITIES: Final = ("axis", "theta", "phi", "psi")
 HEADINGS: Final = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]", "psi": "ψ [rad]"}
 
 
@@ -83,7 +83,7 @@ class Certificate(Result):
             yield "event times", f"off by at most {quantity_of('bound').text(most)} s"
         for reason in self.why:
             yield "why", reason
-        proved = [quantity_of(n).symbol for n in QUANTITIES if self.bound[n] is not None]
+        proved = [quantity_of(n).symbol for n in CERTIFIED_QUANTITIES if self.bound[n] is not None]
         yield "bounds proved", f"of {', '.join(proved)}" if proved else "none"
 
     def tables(self) -> Iterator[Table]:
@@ -95,7 +95,7 @@ class Certificate(Result):
                 "rounding": self.rounding[name] or None,
                 "observed": self.observed[name],
             }
-            for name in QUANTITIES
+            for name in CERTIFIED_QUANTITIES
             if self.observed[name] is not None
         ]
         about = {"quantity": Quantity("", "")}

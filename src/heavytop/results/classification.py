@@ -25,28 +25,36 @@ COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
 """Kinds whose axis does not go round the vertical but through it."""
 ENCLOSED: Final = ("roots", *COURSE)
-DIGITS: Final = 18  # of the balls around them
-SHOWN: Final = 22  # significant digits of the decimals around a ball
-PROVED_DIGITS: Final = 17  # of what is enclosed, for people
+BALL_DIGITS: Final = 18  # of the balls around them
+BALL_DECIMALS: Final = 22  # significant digits of the decimals around a ball
+ENCLOSED_DIGITS: Final = 17  # of what is enclosed, for people
 CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
-RATE, TIME, NUMBER = Quantity("", "rad/s"), Quantity("", "s"), Quantity("", "")
+IN_RADIANS_A_SECOND, IN_SECONDS, WITHOUT_UNIT = (
+    Quantity("", "rad/s"),
+    Quantity("", "s"),
+    Quantity("", ""),
+)
 FACTS: Final = (
-    ("nutation", RATE, "{nutation_frequency}"),
-    ("", NUMBER, "range of cos θ {nutation_amplitude}"),
-    ("", NUMBER, "turns of φ per nutation: {rotation_number}"),
-    ("small nutation", RATE, "{small_nutation_frequency} about this motion"),
-    ("the other rate", RATE, "{other_precession_rate}{nods}"),
-    ("a small tilt", TIME, "grows by e in {growth_time}"),
-    ("a small tilt", RATE, "precesses between {slow_cone_rate} and {fast_cone_rate}"),
-    ("sleep stable", RATE, "from |ω₃| = {sleeping_threshold} on"),
-    ("p_ψ²/4A|gMR|", NUMBER, "{fast_top_ratio}"),
+    ("nutation", IN_RADIANS_A_SECOND, "{nutation_frequency}"),
+    ("", WITHOUT_UNIT, "range of cos θ {nutation_amplitude}"),
+    ("", WITHOUT_UNIT, "turns of φ per nutation: {rotation_number}"),
+    ("small nutation", IN_RADIANS_A_SECOND, "{small_nutation_frequency} about this motion"),
+    ("the other rate", IN_RADIANS_A_SECOND, "{other_precession_rate}{nods}"),
+    ("a small tilt", IN_SECONDS, "grows by e in {growth_time}"),
+    (
+        "a small tilt",
+        IN_RADIANS_A_SECOND,
+        "precesses between {slow_cone_rate} and {fast_cone_rate}",
+    ),
+    ("sleep stable", IN_RADIANS_A_SECOND, "from |ω₃| = {sleeping_threshold} on"),
+    ("p_ψ²/4A|gMR|", WITHOUT_UNIT, "{fast_top_ratio}"),
 )
 """Of a classification: labels, what the numbers are, and words with the names of facts."""
-ESTIMATES: Final = {
-    "precession": (RATE, "mean φ̇"),
-    "period": (TIME, "period"),
-    "amplitude": (NUMBER, "range of cos θ"),
-    "round": (TIME, "once round in"),
+ESTIMATE_WORDS: Final = {
+    "precession": (IN_RADIANS_A_SECOND, "mean φ̇"),
+    "period": (IN_SECONDS, "period"),
+    "amplitude": (WITHOUT_UNIT, "range of cos θ"),
+    "round": (IN_SECONDS, "once round in"),
 }
 """Of a fast top: what textbooks estimate, and what it is."""
 
@@ -235,12 +243,12 @@ def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = Non
 
 def _bounds(motion: Motion, name: str) -> list[Any] | None:
     try:
-        found = motion.interval(name, digits=DIGITS)
+        found = motion.interval(name, digits=BALL_DIGITS)
     except Unseparated:
         return None
     if isinstance(found, tuple):
-        return [list(ball.bounds(SHOWN)) for ball in found]
-    return None if found is None else list(found.bounds(SHOWN))
+        return [list(ball.bounds(BALL_DECIMALS)) for ball in found]
+    return None if found is None else list(found.bounds(BALL_DECIMALS))
 
 
 # --- in words --------------------------------------------------------------------------------
@@ -272,7 +280,7 @@ def course_facts(
             yield "θ between", f"{theta.with_unit(*ends, between=' and ')}{aside}"
     yield from numbers(values, "period")
     if motion["kind"] == "planar-pendulum" and "swinging" in motion["tags"]:
-        twice = TIME.with_unit(2 * float(values["period"]))
+        twice = IN_SECONDS.with_unit(2 * float(values["period"]))
         yield "", f"the swing there and back {twice}; φ jumps by π at the vertical"
     yield from numbers(values, "precession", "spin", "round", "amplitude")
 
@@ -281,13 +289,13 @@ def estimate_facts(estimates: Mapping[str, Any]) -> Iterator[Fact]:
     """What textbooks give for a fast top, with their errors."""
     for name, known in estimates.items():
         off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
-        quantity, words = ESTIMATES[name]
+        quantity, words = ESTIMATE_WORDS[name]
         estimate = quantity.with_unit(known["estimate"], form=".3g")
         yield "", f"fast-top estimate: {words} {estimate}{off}"
 
 
 def rate_facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
-    """The rates of a motion and what else follows from its closed form, in the words of `FACTS`."""
+    """The rates of a motion and what else follows from its closed form, in the words of `FACT_ROWS`."""
     yield from numbers(facts, "omega3")
     yield from _range(facts, "phidot", "mean_precession_rate")
     yield from _range(facts, "psidot", "mean_spin_rate")
@@ -295,7 +303,11 @@ def rate_facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
     known = {**facts, "growth_time": 1 / growth if growth else None}
     if facts["steady_branch"] is None:
         known["small_nutation_frequency"] = None
-    nods = "" if about is None else f", with a small nutation of {RATE.with_unit(about)}"
+    nods = (
+        ""
+        if about is None
+        else f", with a small nutation of {IN_RADIANS_A_SECOND.with_unit(about)}"
+    )
     for label, quantity, words in FACTS:
         needed = {name: known[name] for name in known if f"{{{name}}}" in words}
         if None not in needed.values():
@@ -308,11 +320,11 @@ def _range(facts: Mapping[str, Any], name: str, mean: str) -> Iterator[Fact]:
     if low is None or high is None:
         return
     if low == high:
-        yield label, RATE.with_unit(low)
+        yield label, IN_RADIANS_A_SECOND.with_unit(low)
         return
-    text = RATE.with_unit(low, high)
+    text = IN_RADIANS_A_SECOND.with_unit(low, high)
     if facts[mean] is not None:
-        text += f", mean {RATE.with_unit(facts[mean])}"
+        text += f", mean {IN_RADIANS_A_SECOND.with_unit(facts[mean])}"
         if not low <= facts[mean] <= high:  # the angle jumps in passing a pole, and is counted so
             text += " with its jumps by π at the pole"
     yield label, text
@@ -331,11 +343,11 @@ def between(low: str, high: str) -> str:
     """
     least, most = Decimal(low), Decimal(high)
     middle, radius = (least + most) / 2, (most - least) / 2
-    last = middle.adjusted() - PROVED_DIGITS + 1
+    last = middle.adjusted() - ENCLOSED_DIGITS + 1
     if radius:
         last = max(last, radius.adjusted() + 1)
     text = round(middle, -last).normalize()
-    return f"{text:f}" if -6 < text.adjusted() < PROVED_DIGITS else f"{text:e}"
+    return f"{text:f}" if -6 < text.adjusted() < ENCLOSED_DIGITS else f"{text:e}"
 
 
 def plan_facts(plan: Mapping[str, Any]) -> Iterator[Fact]:

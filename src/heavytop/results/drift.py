@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 LAST_DECADES: Final = 3  # of the times that are fitted: earlier errors are those of the start
 LEAST_POINTS: Final = 4
-SURE: Final = 0.2  # standard error of an exponent beyond which there is no power law,
-SHARE: Final = 0.12  # unless it is so small a part of the exponent
+SURE_POWER: Final = 0.2  # standard error of an exponent beyond which there is no power law,
+EXPONENT_SHARE: Final = 0.12  # unless it is so small a part of the exponent
 BOUNDED: Final = 0.25  # an exponent nearer to 0 than to that of a random walk
-CLEAR: Final = 1e-11, 0.03  # errors between which an order shows: above rounding, and small
+ORDER_ERRORS: Final = 1e-11, 0.03  # errors between which an order shows: above rounding, and small
 MEMBER_INDEX: Final = ("scheme", "start", "periods")
-COLUMNS: Final = (
+METHOD_COLUMNS: Final = (
     "name", "us_per_period", "energy", "energy_growth", "phase_s", "phase_growth", "axis"
 )  # fmt: skip
 SERIES: Final = ("energy", "phase_s", "axis", "p_phi", "p_psi")
@@ -162,7 +162,7 @@ class Drift(Result):
         """The errors of every method at the last time."""
         about = {"name": quantity_of("scheme"), **{n: error_of(n) for n in ("energy", "axis")}}
         rows = [_last(each) for each in self.methods if each.skipped is None]
-        yield Table(rows, COLUMNS, meanings=about)
+        yield Table(rows, METHOD_COLUMNS, meanings=about)
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors that grow, of those that are not zero."""
@@ -344,7 +344,9 @@ def order_of(errors: Mapping[float, float | None]) -> float | None:
     >>> round(order_of({n: n**-4.0 for n in (1, 10, 20, 40, 80, 1e4)}), 6)
     4.0
     """
-    clear = [(n, e) for n, e in sorted(errors.items()) if e and CLEAR[0] < e < CLEAR[1]][-5:]
+    clear = [
+        (n, e) for n, e in sorted(errors.items()) if e and ORDER_ERRORS[0] < e < ORDER_ERRORS[1]
+    ][-5:]
     if len(clear) < 2:
         return None
     slope, stderr = _power(clear)
@@ -353,7 +355,7 @@ def order_of(errors: Mapping[float, float | None]) -> float | None:
 
 def _sure(slope: float, stderr: float) -> bool:
     """Whether points lie on a power law."""
-    return stderr < max(SURE, SHARE * abs(slope))
+    return stderr < max(SURE_POWER, EXPONENT_SHARE * abs(slope))
 
 
 def _power(points: Sequence[tuple[float, float]]) -> tuple[float, float]:

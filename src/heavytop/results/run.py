@@ -15,7 +15,7 @@ from heavytop.exact.decimals import context
 from heavytop.results.base import Fact, Result, Table
 from heavytop.results.classification import (
     CONSTANTS,
-    TIME,
+    IN_SECONDS,
     course_facts,
     estimate_facts,
     motion_summary,
@@ -35,15 +35,18 @@ if TYPE_CHECKING:  # a report reads results, and loads no integrator
 ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
 MANY_TURNS: Final = 1000  # from which on an angle is also given as turns and a rest
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
-MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
+EVENT_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
 AsNumber = Callable[[Any], float | str | None]
 """How JSON has a number: as a text where it has more digits than a number surely holds."""
-LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
-MEASURED: Final = (
+RESULT_LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
+ERROR_NAMES: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
 )  # fmt: skip
-NOTHING: Final = dict.fromkeys(MEASURED) | {"invariants": {}, "why_not": "nothing was integrated"}
+NO_ERRORS: Final = dict.fromkeys(ERROR_NAMES) | {
+    "invariants": {},
+    "why_not": "nothing was integrated",
+}
 
 
 PICTURES: Final = {
@@ -106,7 +109,7 @@ class RunResult(Result):
     plan: Any
     final: Any = None
     events: Any = field(default_factory=lambda: NO_EVENTS)
-    errors: Any = field(default_factory=lambda: NOTHING)
+    errors: Any = field(default_factory=lambda: NO_ERRORS)
     missed_digits: Mapping[str, Any] = field(default_factory=dict)
     missed_events: Mapping[str, Any] = field(default_factory=dict)
     cost: Any = field(default_factory=lambda: NO_COST)
@@ -160,7 +163,7 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
         plan=plan_summary(run.plan),
         warnings=warnings_of(scene),
         source=run.source,
-        versions={name: version(name) for name in LIBRARIES},
+        versions={name: version(name) for name in RESULT_LIBRARIES},
         files=files or {},
         **found,
     )
@@ -215,7 +218,7 @@ def split(angle: Any, math: Any) -> tuple[int | None, Any]:
 def _events(run: Trajectory, as_number: AsNumber) -> dict[str, Any]:
     """How many events there are of each kind, and the first of them as a table."""
     events = run.events
-    table = events.table(MOST_ROWS)
+    table = events.table(EVENT_ROWS)
     for name, values in (events.own or {}).items():  # with all the digits of the run
         for row, value in zip(table, values, strict=False):
             if name in row and name != "residual":
@@ -245,7 +248,7 @@ def end_facts(run: Any) -> Iterator[Fact]:
         named = ((QUANTITIES[name], final[name]) for name in angles)
         known = ", ".join(f"{each.symbol} = {each.text(x)}" for each, x in named)
         unit = QUANTITIES["theta"].shown[0]
-        yield f"at t = {TIME.with_unit(final['t'])}", f"{known} {unit}" if known else MISSING
+        yield f"at t = {IN_SECONDS.with_unit(final['t'])}", f"{known} {unit}" if known else MISSING
         if final.get("reaction"):
             force = QUANTITIES["reaction"].with_unit(final["reaction"], form=".8g")
             yield "", f"force of the pivot {force}"

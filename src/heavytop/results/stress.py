@@ -12,7 +12,7 @@ from heavytop.results.base import Chart, Fact, Result, Table, draw, given, group
 from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity
 
 AUTO: Final = "auto"
-ASTRAY: Final = 0.1  # an error of the axis, of 2 at most
+WRONG_AXIS: Final = 0.1  # an error of the axis, of 2 at most
 MOST_LOST: Final = 2.0  # digits beyond the condition, of auto
 UNTOLD: Final = "?"
 UNDETERMINED: Final = "nothing-to-tell"
@@ -38,13 +38,17 @@ class StressOutcome(StrEnum):
     METHOD_ERROR = "method-error", "err", "its code fails, or returns nan or what is no state"
     SINGULAR = "singular", "sing", "the run stopped on the way, at numbers that are not finite"
     STALLED = "stalled", "stall", "steps shrank to zero, or the equations of one have no solution"
-    DIVERGED = "diverged", "div", f"it ends off by {ASTRAY:g} or more, or with numbers not finite"
+    DIVERGED = (
+        "diverged",
+        "div",
+        f"it ends off by {WRONG_AXIS:g} or more, or with numbers not finite",
+    )
     INACCURATE = "inaccurate", "!", "it ends with fewer than half of the digits that are possible"
     MISSED_EVENTS = "missed-events", "ev", "the end state is right, the number of events is wrong"
     OK = "ok", "", "it ends with half or more of the digits that conditioning and its step leave"
 
 
-NOTHING: Final[Mapping[str, Any]] = {
+NO_RUN: Final[Mapping[str, Any]] = {
     "error": None, "digits_lost": None, "condition": None, "energy_error": None, "steps": None,
     "named": False, "untold": False, "turns": None, "plan": "", "note": "",
 }  # fmt: skip

@@ -11,11 +11,12 @@ from heavytop.errors import Exit
 from heavytop.results.base import FAIL, Fact, Result, Table, grouped
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
-OURS: Final = "this project"  # as an authority: of the claims that a script states of itself
+# as an authority: of the claims that a script states of itself
+THIS_PROJECT: Final = "this project"
 VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
 MEANINGS: Final = {"verdict": Quantity("", ""), "statement": Quantity("claim", ""),
                    "bound": QUANTITIES["claim_bound"]}  # fmt: skip
-COLUMNS: Final = ("verdict", "statement", "numbers", "measured", "bound")
+CLAIM_COLUMNS: Final = ("verdict", "statement", "numbers", "measured", "bound")
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -60,7 +61,7 @@ class Validation(Result):
         """Return the document heavytop/validate/1, with what follows from the claims."""
         return super().document() | {
             "counts": self.counts,
-            "authorities": len({each["authority"] for each in self.claims} - {OURS}),
+            "authorities": len({each["authority"] for each in self.claims} - {THIS_PROJECT}),
         }
 
     def facts(self) -> Iterator[Fact]:
@@ -80,7 +81,7 @@ class Validation(Result):
         """For each authority its claims."""
         for (authority,), claims in grouped(self.claims, "authority").items():
             rows = [{"verdict": VERDICTS[each["passed"]], **each} for each in claims]
-            yield Table(rows, COLUMNS, authority, MEANINGS, left=3)
+            yield Table(rows, CLAIM_COLUMNS, authority, MEANINGS, left=3)
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """The claims that do not hold."""

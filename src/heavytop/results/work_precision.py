@@ -13,17 +13,17 @@ from heavytop.results.drift import order_of
 from heavytop.scene.quantities import QUANTITIES, quantity_of
 
 TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
-ERRORS: Final = {
+ERROR_KEYS: Final = {
     "axis": "axis_error", "theta": "theta_error", "phase": "phase_error", "energy": "energy_error"
 }  # fmt: skip
 """What is measured, and the key of its error."""
 DOUBLE: Final = 53  # bits
-COLUMNS: Final = ("method", "order", *TARGETS, "error", "of", "us_per_period", "setup_s")
+POINT_COLUMNS: Final = ("method", "order", *TARGETS, "error", "of", "us_per_period", "setup_s")
 FRONT: Final = ("method", "setting", "us_per_period", "error")
 LEADERS: Final = ("to", *FRONT, "next", "ratio")
-TIME: Final = QUANTITIES["us_per_period"]._replace(symbol="at")
-BESTS: Final = {name: TIME._replace(symbol=name) for name in TARGETS} | {
-    "error": QUANTITIES["error"]._replace(symbol="best"), "us_per_period": TIME
+TIME_AT: Final = QUANTITIES["us_per_period"]._replace(symbol="at")
+BESTS: Final = {name: TIME_AT._replace(symbol=name) for name in TARGETS} | {
+    "error": QUANTITIES["error"]._replace(symbol="best"), "us_per_period": TIME_AT
 }  # fmt: skip
 
 
@@ -94,9 +94,9 @@ class WorkPrecision(Result):
         Impossible
             It wants anything else.
         """
-        if wants not in ERRORS:
-            raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERRORS)} are")])
-        within = ranked(self.points, ERRORS[wants], bound)
+        if wants not in ERROR_KEYS:
+            raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERROR_KEYS)} are")])
+        within = ranked(self.points, ERROR_KEYS[wants], bound)
         return self.points[within[0]] if within else None
 
     def document(self) -> dict[str, Any]:
@@ -126,7 +126,7 @@ class WorkPrecision(Result):
 
     def tables(self) -> Iterator[Table]:
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
-        yield Table([*summaries(self.points)], COLUMNS, meanings=BESTS)
+        yield Table([*summaries(self.points)], POINT_COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
         points = (self.points[i] for i in self.front)
         if rows := [{**p, "error": error_of_point(p, self._error)} for p in points]:
@@ -140,7 +140,7 @@ class WorkPrecision(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
-        names = [name for name, error in ERRORS.items() if ranked(self.points, error)]
+        names = [name for name, error in ERROR_KEYS.items() if ranked(self.points, error)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
         return {
             name + end: draw("studies", "work_precision", self, name, column)
@@ -190,7 +190,7 @@ def ranked(points: Sequence[Any], error: str, bound: float = math.inf) -> list[i
     ----------
     points : sequence of mapping
     error : str
-        One of the values of `ERRORS`; who has none takes no part.
+        One of the values of `ERROR_KEYS`; who has none takes no part.
     bound : float
     """
     rank = {
@@ -248,7 +248,7 @@ def setting(point: Mapping[str, Any]) -> str:
 
 
 def error_of_point(point: Mapping[str, Any], error: str) -> float:
-    """An error of a point by one of the keys of `ERRORS`; infinity where it has none."""
+    """An error of a point by one of the keys of `ERROR_KEYS`; infinity where it has none."""
     if error == "axis_error":
         off = point["error"] if point["measures"] == "axis" else None
     else:

@@ -59,9 +59,8 @@ FROM_STATES = ("theta", "phi", "phidot", "axis", "states")
 
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
-COUNT_EDGE: Final = (
-    1e-9  # of a period, for each period: so near the end an event may be on either side
-)
+# of a period, for each period: so near the end an event may be on either side
+COUNT_EDGE: Final = 1e-9
 AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
 SPARE_IN_TIME: Final = 20  # digits of the times at which events are looked for
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts

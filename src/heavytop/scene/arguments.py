@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
 from heavytop.exact import Exact, Number
 from heavytop.exact.number import written
-from heavytop.text import LONGEST, article, cut, harmless, listed, nearest
+from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
 
 T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber
@@ -57,7 +57,9 @@ def _spelled(value: object) -> str:
 
 
 def _a(kind: type) -> str:
-    return article({"str": "text", "dict": "table"}.get(kind.__name__, kind.__name__[:LONGEST]))
+    return article(
+        {"str": "text", "dict": "table"}.get(kind.__name__, kind.__name__[:LONGEST_NAME])
+    )
 
 
 def short(x: Exact) -> str:
@@ -247,7 +249,7 @@ def parse_names(
                 raise Refused("a name, as text")
             found.append(read(name))
         except Refused as wrong:
-            value = name[:LONGEST] if name and isinstance(name, str) else shown(name)
+            value = name[:LONGEST_NAME] if name and isinstance(name, str) else shown(name)
             faults.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
     if not names:
         faults.append(Fault(file, None, key, "", f"at least one {key.removesuffix('s')}"))

@@ -13,13 +13,13 @@ from typing import Any, Final
 
 from heavytop.errors import ImpossibleStart
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
+from heavytop.exact.number import ZERO
 from heavytop.scene.arguments import Numbers, Reader, Refused, Way, one_of, short
 from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.top import Top
 
 Values = Mapping[str, Any]
 
-ZERO: Final = Exact.of(0)
 BRANCHES: Final = ("falling", "rising", "forward", "backward")
 OPPOSITE: Final = {"falling": "rising", "rising": "falling"}
 ATTITUDE: Final = ("theta", "quaternion", "rotation")

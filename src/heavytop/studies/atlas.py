@@ -40,12 +40,12 @@ KIND: Final = "atlas"
 TILE: Final = {"kind": 2**20, "rows": 2**16}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
 CODES: Final = ("kind", "detail", "certified", "tags", "open_tags")
-NUMBERS: Final = ("theta_min", "theta_max", "period", "precession", "spin")
-SETS: Final = {"kind": CODES[:3], "rows": (*CODES, *NUMBERS)}
+PIXEL_NUMBERS: Final = ("theta_min", "theta_max", "period", "precession", "spin")
+SETS: Final = {"kind": CODES[:3], "rows": (*CODES, *PIXEL_NUMBERS)}
 """The columns with ``only="kind"``, and by default."""
-TYPES: Final = dict.fromkeys(CODES, "u1") | dict.fromkeys(NUMBERS, "<f8")
+PIXEL_TYPES: Final = dict.fromkeys(CODES, "u1") | dict.fromkeys(PIXEL_NUMBERS, "<f8")
 VALUES: Final = {"kind": VERDICT_NAMES, "detail": ("none", *VERDICT_DETAILS[1:])}
-BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
+TAG_BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
 """What the codes and the bits of a column mean."""
 
 
@@ -88,7 +88,7 @@ def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
     }
     if bottom.any():
         columns = restored(columns, tops, bottom)
-    return {name: each.astype(TYPES[name]) for name, each in columns.items()}, verdicts.sent
+    return {name: each.astype(PIXEL_TYPES[name]) for name, each in columns.items()}, verdicts.sent
 
 
 # --- the result -----------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     """
     parameters, plane = journal.parameters, _plane(journal.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
-    columns = {name: np.empty(plane.shape, TYPES[name]) for name in SETS[what]}
+    columns = {name: np.empty(plane.shape, PIXEL_TYPES[name]) for name in SETS[what]}
     pairs, sent = np.zeros((len(VERDICT_NAMES), len(VERDICT_DETAILS)), np.int64), 0
     for task, tile in tiles.items():
         if not journal.record(task).last.done:
@@ -164,7 +164,7 @@ def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xa
 
 def _attributes(name: str) -> dict[str, Any]:
     """What a map says of a column."""
-    words = VALUES.get(name) or BITS.get(name, ())
+    words = VALUES.get(name) or TAG_BITS.get(name, ())
     found: dict[str, Any] = dict(quantity_of(name).attributes)
     if not words:
         return found
@@ -324,7 +324,7 @@ def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
         yield Fault(file, None, "y", y.name, rule)
     with suppress(AttributeError, ValueError, OSError):  # a system may not say
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        pixel = sum(np.dtype(TYPES[name]).itemsize for name in SETS[what])
+        pixel = sum(np.dtype(PIXEL_TYPES[name]).itemsize for name in SETS[what])
         needed = x.count * y.count * pixel * (4 / 3 + 1)  # in base 64, and as arrays
         if in_memory and needed > free:
             rule = f"{needed / 1e9:.3g} GB are needed in memory, and {free / 1e9:.3g} GB are free"

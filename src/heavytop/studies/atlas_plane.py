@@ -33,13 +33,12 @@ Mask = NDArray[np.bool_]
 Columns = dict[str, NDArray[Any]]
 
 MOST_VALUES: Final = 1_000_000  # along one axis
-WIDEST: Final = 4096  # pixels in a row of a tile
-UPRIGHT: Final = 1e-12  # sinθ of an axis on the vertical
+WIDEST_TILE: Final = 4096  # pixels in a row of a tile
+VERTICAL_SINE: Final = 1e-12  # sinθ of an axis on the vertical
 MESH: Final = 401  # points along either axis, at which boundaries are looked for
-HALVINGS: Final = 60
-ROUNDING: Final = (
-    1e-9  # of its terms: a function as small as that everywhere has no zero of its own
-)
+CURVE_HALVINGS: Final = 60
+# of its terms: a function as small as that everywhere has no zero of its own
+PLANE_ROUNDING: Final = 1e-9
 
 # --- axes -----------------------------------------------------------------------------------------
 
@@ -170,7 +169,7 @@ class Plane:
 
     def tiles(self, most: int) -> dict[str, Tile]:
         """Cut the plane into tiles of at most so many pixels, always the same ones, by name."""
-        width = min(self.x.count, WIDEST)
+        width = min(self.x.count, WIDEST_TILE)
         height = max(1, most // width)
         return {
             f"{row:07d}/{column:07d}": np.s_[row : row + height, column : column + width]
@@ -280,7 +279,7 @@ def constants(tops: Mapping[str, Any]) -> Momenta:
     omega3 = top["omega3"] if "omega3" in top else top["psidot"] + phidot * u
     kinetic = A * (thetadot**2 + (phidot * sine) ** 2) / 2
     across, p_psi = A * phidot * sine**2, C * omega3
-    asleep = (sine <= UPRIGHT) & (thetadot == 0)
+    asleep = (sine <= VERTICAL_SINE) & (thetadot == 0)
     finite = np.isfinite(kinetic + p_psi)
     possible = finite & (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi)
     return Momenta(
@@ -362,14 +361,14 @@ def boundaries(m: Momenta) -> dict[str, Terms]:
     cusp = Terms(m.kinetic * m.p_psi, -gMR * m.across, inside)
     if not np.any(m.across):  # let go without φ̇: what is squared in E′ touches zero
         cusp = Terms(m.top["thetadot"], none, inside)
-    equal = np.all(abs(m.p_minus) <= ROUNDING * (abs(m.p_psi) + abs(m.p_phi)))
+    equal = np.all(abs(m.p_minus) <= PLANE_ROUNDING * (abs(m.p_psi) + abs(m.p_phi)))
     falls = m.kinetic + gMR * u > -gMR  # it has the energy to get to θ = π
     return {
         "cusp": cusp,
         "through-top": Terms(m.p_minus, none, (m.lift > 0) & ~m.asleep),
         "through-bottom": Terms(m.p_phi, m.p_psi, falls & ~m.asleep),
         "steady": Terms(
-            A * u * phidot**2 + gMR, -m.p_psi * phidot, still & (np.sin(theta) > UPRIGHT)
+            A * u * phidot**2 + gMR, -m.p_psi * phidot, still & (np.sin(theta) > VERTICAL_SINE)
         ),
         "sleeping": Terms(m.p_psi**2, -4 * A * gMR, (theta == 0) & m.asleep),
         "separatrix": Terms(m.lift, none, equal & ~m.asleep),
@@ -420,7 +419,7 @@ def _zeros(plane: Plane, name: str, terms: Terms, possible: Mask) -> Iterator[Ar
 
     size = abs(terms.one) + abs(terms.other)
     known = np.isfinite(size)
-    nothing = np.all(abs(terms.value)[known] <= ROUNDING * size[known])
+    nothing = np.all(abs(terms.value)[known] <= PLANE_ROUNDING * size[known])
     if nothing or not terms.where.any():
         return
     value = np.ma.masked_invalid(np.where(possible, terms.value, np.nan))
@@ -441,7 +440,7 @@ def _sharp(plane: Plane, name: str, places: Array) -> Array:
     low, high = np.zeros_like(off_x), np.ones_like(off_x)
     below = sign(low)
     crossed = below * sign(high) < 0  # not where a zero is at a point of the mesh itself
-    for _ in range(HALVINGS):
+    for _ in range(CURVE_HALVINGS):
         middle = (low + high) / 2
         same = sign(middle) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)

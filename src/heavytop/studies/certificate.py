@@ -25,13 +25,13 @@ from heavytop.certificate.bounds import bound
 from heavytop.certificate.events import Proof, match_events
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.run import BinaryRun, binary_run
-from heavytop.certificate.steps import LEAD
+from heavytop.certificate.steps import LEADING_TERMS
 from heavytop.certificate.system import CERTIFIED
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
 from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.outputs import sample
-from heavytop.results.certificate import QUANTITIES, Certificate
+from heavytop.results.certificate import CERTIFIED_QUANTITIES, Certificate
 from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.run.events import KINDS_OF
 from heavytop.run.own_motion import own_motion
@@ -44,11 +44,11 @@ from heavytop.scene.scene import Scene
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 
 KIND: Final = "certificate"
-PARTS: Final = 64  # of a run: what may be done at the same time
-BLOCKS: Final = 16  # done at a time: each of them would be stored
+RUN_PARTS: Final = 64  # of a run: what may be done at the same time
+BLOCKS_A_CHUNK: Final = 16  # done at a time: each of them would be stored
 LONG: Final = 4_000_000  # steps, of which a few more take little time
 SMALLEST: Final = 1e-6  # rad: a nutation that a run in doubles can have events of
-ASTRAY: Final = 1.0  # rad: angles farther off than this do not tell their turns
+TURNS_LOST: Final = 1.0  # rad: angles farther off than this do not tell their turns
 
 
 def certify(
@@ -160,7 +160,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     own, flow = _prepared(json.dumps(run, sort_keys=True))
     if orbit.steps == 0 and not flow.rests:
         raise NotCertified("the run took no step, though the axis moves")
-    legs = orbit.checkpoints[:: math.ceil(len(orbit.checkpoints) / PARTS)]
+    legs = orbit.checkpoints[:: math.ceil(len(orbit.checkpoints) / RUN_PARTS)]
     rounding, events = _rounding(trajectory, own, flow), trajectory.events
     return {
         "kind": KIND,
@@ -190,8 +190,8 @@ def why_not(trajectory: Trajectory) -> str:
     if chosen.formulation not in CERTIFIED:
         forms = " and ".join(CERTIFIED)
         return f"the {chosen.formulation} form is not certified; of all forms, {forms} are"
-    if (order := trajectory.orbit.integrator.engine.order) < LEAD:
-        return f"its Taylor polynomials have order {order}: {LEAD} is the least"
+    if (order := trajectory.orbit.integrator.engine.order) < LEADING_TERMS:
+        return f"its Taylor polynomials have order {order}: {LEADING_TERMS} is the least"
     return ""
 
 
@@ -265,7 +265,7 @@ def _floor(
     """
     orbit, exact = trajectory.orbit, dict.fromkeys(rounding, 0.0)
     points = orbit.checkpoints
-    some = points[: -1 : math.ceil(len(points) / PARTS)] if orbit.steps > LONG else ()
+    some = points[: -1 : math.ceil(len(points) / RUN_PARTS)] if orbit.steps > LONG else ()
     found: dict[str, float] = {}
     for point in (points[-1], *some):
         steps, _ = own.steps(point, min(point.block_steps, orbit.steps - point.steps))
@@ -293,7 +293,7 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     point, done = _from_json(found["at"]), False
     while not done:
         clock, same = time.perf_counter(), True
-        for _ in range(BLOCKS):
+        for _ in range(BLOCKS_A_CHUNK):
             if point.steps >= last:
                 break
             before = point
@@ -369,7 +369,7 @@ def collect(journal: Journal) -> Certificate:
         {n: _largest([row[what].get(n, 0.0) for row in rows]) for n in rounding}
         for what in ("found", "proved")
     )
-    bounds: dict[str, Any] = dict.fromkeys(QUANTITIES) | {
+    bounds: dict[str, Any] = dict.fromkeys(CERTIFIED_QUANTITIES) | {
         n: x + rounding[n] + asked["start"].get(n, 0.0) for n, x in proved.items() if x is not None
     }
     why = [
@@ -380,7 +380,7 @@ def collect(journal: Journal) -> Certificate:
     if asked["spins"] and "psi" not in turns:
         form = asked["run"]["formulation"]
         why.append(f"psi is not bounded in the {form} form, but in the attitude form")
-    whole_turns = all(x and (bounds[n] or math.inf) < ASTRAY for n, x in turns.items())
+    whole_turns = all(x and (bounds[n] or math.inf) < TURNS_LOST for n, x in turns.items())
     if not whole_turns:
         why.append("whole turns are not proved: angles are not near enough to the exact ones")
     why += [proof["why"] for proof in proofs.values() if proof["why"]]
@@ -397,8 +397,8 @@ def collect(journal: Journal) -> Certificate:
         **{name: asked["run"][name] for name in ("formulation", "projected", "tolerance")},
         t=asked["run"]["end"],
         bound=bounds,
-        rounding={n: None if bounds[n] is None else rounding[n] for n in QUANTITIES},
-        observed={n: observed.get(n) for n in QUANTITIES},
+        rounding={n: None if bounds[n] is None else rounding[n] for n in CERTIFIED_QUANTITIES},
+        observed={n: observed.get(n) for n in CERTIFIED_QUANTITIES},
         turns=whole_turns if turns else None,
         events=dict.fromkeys(KINDS_OF) | events | {"time_bound_s": late},
         proved=None not in (bounds["axis"], bounds["theta"]) and not missed,

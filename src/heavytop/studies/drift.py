@@ -45,7 +45,7 @@ DEFAULT: Final = (
     "sofroniou-spaletta10",
     "gauss8",
 )
-OPTIONS: Final = {
+DRIFT_OPTIONS: Final = {
     "periods": Range(1, 1e12),
     "ensemble": Range(1, 10_000, whole=True),
     "samples": Range(2, 10_000, whole=True),
@@ -54,10 +54,11 @@ OPTIONS: Final = {
 }
 CHUNK_S: Final = 0.5  # of integration between two checkpoints
 LIMIT_S: Final = 60.0  # of a chunk of one's own method: a step that takes longer never returns
-SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
-PHASE: Final = 0.6180339887498949  # of a period: no turning point, where a time error is not seen
+START_SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
+# of a period: no turning point, where a time error is not seen
+SAMPLE_PHASE: Final = 0.6180339887498949
 GROWING: Final = {"energy": "energy", "phase": "phase_s"}  # and what holds their errors
-STARTS: Final = (*ANGLES, *RATES, "omega3")
+VARIED: Final = (*ANGLES, *RATES, "omega3")
 LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no measure of it
 
 
@@ -158,7 +159,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
         As of `drift`.
     """
     file = str(getattr(scene, "name", KIND))
-    values, faults = parse_options(file, options, OPTIONS)
+    values, faults = parse_options(file, options, DRIFT_OPTIONS)
     names, wrong = parse_names(file, "methods", methods, _checked)
     if faults := [*faults, *why_no_nutation(file, scene, "a drift study"), *wrong]:
         raise BadScene(tuple(faults))
@@ -300,7 +301,7 @@ def perturbed_start(start: State, seed: int, number: int) -> State:
     """
     if number == 0:
         return start
-    drawn = np.random.default_rng([seed, number]).uniform(-SPREAD, SPREAD, 3).tolist()
+    drawn = np.random.default_rng([seed, number]).uniform(-START_SPREAD, START_SPREAD, 3).tolist()
     theta = float(start.theta)
     return State(
         theta=theta + drawn[0] * min(theta, math.pi - theta),
@@ -331,7 +332,7 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
     [0.618, 9.618, 99.618, 999.618]
     """
     whole = np.unique(np.rint(np.geomspace(1, max(1, int(periods)), max(1, samples))))
-    return tuple(float(n - 1 + PHASE) for n in whole)
+    return tuple(float(n - 1 + SAMPLE_PHASE) for n in whole)
 
 
 # --- the result ------------------------------------------------------------------------------
@@ -346,8 +347,8 @@ def collect(journal: Journal) -> Drift:
     return Drift(
         scene=asked["scene"],
         **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
-        spread=SPREAD,
-        starts=tuple({name: float(getattr(each, name)) for name in STARTS} for each in states),
+        spread=START_SPREAD,
+        starts=tuple({name: float(getattr(each, name)) for name in VARIED} for each in states),
         methods=tuple(_method(journal, text, LOST * period) for text in asked["methods"]),
     )
 

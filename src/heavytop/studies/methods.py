@@ -10,7 +10,7 @@ from typing import Any, Final
 from heavytop.comparison import methods as comparison
 from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
-from heavytop.comparison.methods import DECADES, METHODS, TOLERANCE, MethodEntry, entry
+from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.integration.bits import bits_of, why_not
@@ -83,7 +83,7 @@ def taylor_methods() -> Mapping[str, MethodEntry]:
     """Return the Taylor integrator's methods: every formulation, projected or in more bits."""
     found = []
     for form, formulation in FORMULATIONS.items():
-        limits = {"set_by": TOLERANCE, "least": DOUBLE_TOLERANCE, "most": 1e-2}
+        limits = {"set_by": BY_TOLERANCE, "least": DOUBLE_TOLERANCE, "most": 1e-2}
         grid = (*(x for x in DECADES if x >= DOUBLE_TOLERANCE), DOUBLE_TOLERANCE)
         about = {"language": "compiled by heyoka", "formulation": form, "short": form}
         plain = entry(f"taylor-{form}", DOUBLE_TOLERANCE, None, grid=grid, **limits, **about)
@@ -177,7 +177,7 @@ def load_methods(methods: Any, file: str) -> Any:
 
 # --- what is put under stress ----------------------------------------------------------------
 
-ANGLES: Final = "auto-angles"
+AUTO_ANGLES: Final = "auto-angles"
 BLOCK, CALL = 1000, 50  # steps between two looks: of one length, and of others
 
 
@@ -189,7 +189,7 @@ def stress_methods() -> Mapping[str, MethodEntry]:
     span (with 0 steps in a block), and begin at any start: at a pole nothing warns their user.
     """
     auto = replace(method("taylor-axis"), formulation=AUTO, setting=0.0)
-    found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=ANGLES, short="auto:φψ")]
+    found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=AUTO_ANGLES, short="auto:φψ")]
     found += [method(f"taylor-{form}") for form in FORMULATIONS]
     for form in FORMULATIONS:
         for row in METHODS.values():

@@ -49,11 +49,12 @@ from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.scene.top import Top
 
-DIGITS: Final = 40  # of the reference solution
-EVEN: Final = 0.7  # of |z|, above which x and y determine it better
-SPARE_DIGITS: Final = 12  # of texts and of the reference, beyond those of the run's numbers
-TINY: Final = 1e-12  # as the distance of a rotation from one, at the start
-FAR: Final = 1e6  # periods: no step is that long
+REFERENCE_DIGITS: Final = 40  # of the reference solution
+EVEN_AXIS: Final = 0.7  # of |z|, above which x and y determine it better
+# of texts and of the reference, beyond those of the run's numbers
+REFERENCE_SPARE_DIGITS: Final = 12
+CLOSE_ROTATION: Final = 1e-12  # as the distance of a rotation from one, at the start
+FARTHEST_PERIODS: Final = 1e6  # periods: no step is that long
 ORDER_STEPS: Final = tuple(12.5 * 2**k for k in range(13))  # a period
 ORDER_PERIODS: Final = 0.0618  # so that spinning tops need no more
 LATE_WORDS: Final = 2  # of the time, in `carry`, beside the two of `time`
@@ -94,20 +95,21 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     tolerance = DOUBLE_TOLERANCE if method.is_rival or method.bits > DOUBLE else method.setting
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
     parameters, start = binary_start(scene, chosen)
-    known, digits = parameters, DIGITS
+    known, digits = parameters, REFERENCE_DIGITS
     if method.bits > DOUBLE:
         known = {name: text(x) for name, x in parameters.items()}
-        digits = max(DIGITS, digits_of(method.bits) + SPARE_DIGITS)
+        digits = max(REFERENCE_DIGITS, digits_of(method.bits) + REFERENCE_SPARE_DIGITS)
     words, own = _words(start.state, method.bits), partial(motion_of, chosen)
     reference = ReferenceSolution(chosen.equations, known, words, own, digits)
     period = reference.period
     if period is None:  # the scene's own start nutates, but its rounded one does not
-        rule = f"so close to a pole that, as it is rounded here, nothing nutates ({DIGITS} digits)"
+        rounded = f"as it is rounded here, nothing nutates ({REFERENCE_DIGITS} digits)"
+        rule = f"so close to a pole that, {rounded}"
         theta = str(scene.start.theta)
         raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
     if not method.is_rival:
         kind = PreciseStepper if method.bits > DOUBLE else TaylorStepper
-        stepper = kind(integrator_of(chosen, parameters, start), start, FAR * period)
+        stepper = kind(integrator_of(chosen, parameters, start), start, FARTHEST_PERIODS * period)
         return MethodRun(stepper, reference, period)
     state, top = tuple(start.state.tolist()), top_constants(scene.top)
     problem = InitialValueProblem(chosen.equations, parameters, state, period=period, top=top)
@@ -346,7 +348,7 @@ class ReferenceSolution:
     parameters: Mapping[str, Any]
     start: tuple[float, ...]
     own: Callable[[int, Sequence[Any], Mapping[str, Any]], ReducedMotion]
-    digits: int = DIGITS
+    digits: int = REFERENCE_DIGITS
     body: BodyForm | None = None
     first_row: tuple[float, ...] = ()
 
@@ -399,7 +401,7 @@ class ReferenceSolution:
 
     def _size(self, name: str) -> Any:
         """What an invariant is measured by: its start, unless that is rounding alone."""
-        return first if (first := abs(self._first[name])) > TINY else 1
+        return first if (first := abs(self._first[name])) > CLOSE_ROTATION else 1
 
     @cached_property
     def _first(self) -> dict[str, Any]:
@@ -420,7 +422,7 @@ class ReferenceSolution:
             return u, udot, values, axis
         size = self.ctx.norm(axis)  # 1 within the error of the method, which `length` measures
         x, y, z = axis = [component / size for component in axis]
-        if abs(z) >= EVEN:  # z has lost the digits of 1 - |z|
+        if abs(z) >= EVEN_AXIS:  # z has lost the digits of 1 - |z|
             z = self.ctx.sign(z) * self.ctx.sqrt(1 - x * x - y * y)
         return z, udot / size, values, axis
 

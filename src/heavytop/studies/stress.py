@@ -29,7 +29,7 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.results.base import Row
-from heavytop.results.stress import ASTRAY, AUTO, NOTHING, Stress, StressCases, StressOutcome
+from heavytop.results.stress import AUTO, NO_RUN, WRONG_AXIS, Stress, StressCases, StressOutcome
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
@@ -37,7 +37,7 @@ from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.scene.quantities import Need
 from heavytop.studies import study
-from heavytop.studies.methods import ANGLES, load_methods, stress_method, stress_methods
+from heavytop.studies.methods import AUTO_ANGLES, load_methods, stress_method, stress_methods
 from heavytop.studies.steppers import measured_order, top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
@@ -46,18 +46,19 @@ from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut
 KIND: Final = "stress"
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
-STEPS: Final = 2_000_000
-LIMITS: Final = ("time_limit", "step_limit")  # of a run
+MOST_STRESS_STEPS: Final = 2_000_000
+LIMIT_NAMES: Final = ("time_limit", "step_limit")  # of a run
 LIST: Final = "heavytop stress --list"
-NUMBERS: Final = {
+STRESS_LIMITS: Final = {
     "budget": Range(0, 1e6),
     "time_limit": Range(0.01, 1e5),
     "step_limit": Range(1, 10**12, whole=True),
     "jobs": Range(1, 1024, whole=True),
 }
 EASY: Final = "ten-periods"  # the case at which the order of a method of one's own is measured
-KEPT: Final = 0.5  # of the digits that conditioning leaves
-WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
+KEPT_SHARE: Final = 0.5  # of the digits that conditioning leaves
+# sign changes are all that scipy finds: a cusp is none
+WATCHED_EVENTS: Final = ("turning", "reversal")
 
 # --- the study -------------------------------------------------------------------------------
 
@@ -68,7 +69,7 @@ def stress(
     methods: Sequence[str] | None = None,
     budget: float = BUDGET_S,
     time_limit: float = TIME_S,
-    step_limit: int = STEPS,
+    step_limit: int = MOST_STRESS_STEPS,
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
@@ -120,7 +121,7 @@ def stress(
     """
     heard("progress", progress)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
-    values, faults = parse_options(KIND, limits, NUMBERS)
+    values, faults = parse_options(KIND, limits, STRESS_LIMITS)
     some = all_cases() if cases is None else cases
     asked = stress_methods() if methods is None else load_methods(methods, KIND)
     chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
@@ -133,7 +134,7 @@ def stress(
         "kind": KIND,
         "cases": list(dict.fromkeys(each.name for each in chosen)),
         "methods": names,
-        **{name: values[name] for name in LIMITS},
+        **{name: values[name] for name in LIMIT_NAMES},
         **own.as_parameters(names),
         "versions": versions(),
     }
@@ -218,7 +219,7 @@ def run_task(
 def run_row(*, case: str, method: str, formulation: str, outcome: str, **more: Any) -> Row:
     """Return what is said of a run, with nothing where nothing is known."""
     names = {"case": case, "method": method, "formulation": formulation}
-    return Row(**names, outcome=StressOutcome(outcome), **{**NOTHING, **more})
+    return Row(**names, outcome=StressOutcome(outcome), **{**NO_RUN, **more})
 
 
 def listing() -> StressCases:
@@ -315,7 +316,7 @@ def run_case(
 
 
 def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
-    wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == ANGLES else ("axis",)
+    wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == AUTO_ANGLES else ("axis",)
     if method.formulation != AUTO and FORMULATIONS[method.formulation].gives is Need.TILT:
         wanted = ("theta",)
     scene = replace(case.scene, quantities=wanted)
@@ -402,7 +403,7 @@ def _stepped(
     counted = {}
     for taken in trail if case.counted else ():
         signs = {n: np.sign(event_function(form, n, taken.states, known, taken.times)[0])
-                 for n in WATCHED}  # fmt: skip
+                 for n in WATCHED_EVENTS}  # fmt: skip
         counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
     warned = getattr(stepper, "warned", {})
     result = CaseRun(
@@ -446,7 +447,7 @@ def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) 
     if found.stopped:
         return row_of(outcome=found.stopped, note=found.message, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
-    if method.name == ANGLES:
+    if method.name == AUTO_ANGLES:
         truth, error = truth.of_angles(), max(map(abs, off), default=math.nan)
     elif found.axis is not None:
         error = math.dist(found.axis, truth.axis)
@@ -474,11 +475,11 @@ def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) 
 def _outcome(found: CaseRun, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
     """Return the outcome of a run that has arrived, and what is wrong with it."""
     granted = replace(truth, rounding=max(truth.rounding, found.step_error))
-    poor = granted.digits_lost(error) > (1 - KEPT) * granted.digits
-    if poor or error >= ASTRAY:
+    poor = granted.digits_lost(error) > (1 - KEPT_SHARE) * granted.digits
+    if poor or error >= WRONG_AXIS:
         off = found.energy_error
         message = "" if off is None else f"energy error {off:.0e}"
-        return StressOutcome.DIVERGED if error >= ASTRAY else StressOutcome.INACCURATE, message
+        return StressOutcome.DIVERGED if error >= WRONG_AXIS else StressOutcome.INACCURATE, message
     if missed := missed_events(found.counted, truth.counts):
         return StressOutcome.MISSED_EVENTS, "" if "events: " in found.message else missed
     return StressOutcome.OK, ""

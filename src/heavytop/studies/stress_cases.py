@@ -42,8 +42,8 @@ UNIT: Final = 2.0**-53
 ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every method may make
 FOLLOWED: Final = 100  # periods
 RESTARTS: Final = 8  # times from which the axis is followed to the end
-DIGITS: Final = 60  # of the closed form,
-STEP: Final = 1e-30  # in which a change is so large,
+TRUTH_DIGITS: Final = 60  # of the closed form,
+CONDITION_STEP: Final = 1e-30  # in which a change is so large,
 PLACES: Final = 240  # and starts have so many binary places
 AXIS: Final = 2.0  # how far apart two axes can be
 
@@ -281,7 +281,7 @@ def reference(name: str) -> CaseReference:
     scene = cases()[name].scene
     motion = closed_form_of(scene)
     end = span(scene, motion)
-    exact = motion.at(end, DIGITS)
+    exact = motion.at(end, TRUTH_DIGITS)
     x, y, z = map(float, exact.axis)
     return CaseReference(
         end=end,
@@ -299,7 +299,7 @@ def _condition(scene: Scene, motion: Motion, end: float) -> float:
     longest = FOLLOWED * motion.period if motion.period else math.inf
     reach = math.copysign(min(abs(end), longest), end)
     times = (reach * k / RESTARTS for k in range(RESTARTS))
-    growths = (_growth(scene.top, motion.at(t, DIGITS), reach - t) for t in times)
+    growths = (_growth(scene.top, motion.at(t, TRUTH_DIGITS), reach - t) for t in times)
     return max(growths) * end / reach
 
 
@@ -320,13 +320,13 @@ def _growth(top: Top, now: Record, span: float) -> float:
             phidot=_exact((e[0] * speed[1] - e[1] * speed[0]) / across**2),
             omega3=_exact(sum(L * e) * A / C),
         )
-        return np.array(Motion(Top(top.A, top.C, _exact(g)), start).at(span, DIGITS).axis)
+        return np.array(Motion(Top(top.A, top.C, _exact(g)), start).at(span, TRUTH_DIGITS).axis)
 
     here = np.array([*axis, *momentum, gMR])
-    here[0] += STEP  # off a pole, where phi is not defined
+    here[0] += CONDITION_STEP  # off a pole, where phi is not defined
     there, size = end(here), ctx.sqrt(sum(momentum**2))
-    moves = STEP * np.diag([1, 1, 1, size, size, size, gMR])
-    moved = ((end(here + move) - there) / STEP for move in moves)
+    moves = CONDITION_STEP * np.diag([1, 1, 1, size, size, size, gMR])
+    moved = ((end(here + move) - there) / CONDITION_STEP for move in moves)
     return math.sqrt(sum(float(x) ** 2 for each in moved for x in each))
 
 

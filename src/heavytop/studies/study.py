@@ -40,7 +40,7 @@ STUDY, LOCK = "study.jsonl", "lock"
 BUDGET: Final = "budget"
 """The name of a record without rows: its checkpoint is the time that a study may take [s]."""
 
-KINDS: Final = {
+STUDIES: Final = {
     "drift": "heavytop.studies.drift",
     "atlas": "heavytop.studies.atlas",
     "stress": "heavytop.studies.stress",
@@ -506,9 +506,9 @@ def study_of(parameters: Parameters) -> Study:
         The kind is unknown.
     """
     kind = parameters.get("kind")
-    if kind not in KINDS:
+    if kind not in STUDIES:
         raise ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
-    return cast(Study, import_module(KINDS[kind]))
+    return cast(Study, import_module(STUDIES[kind]))
 
 
 def _with_own_versions(parameters: Parameters) -> Parameters:

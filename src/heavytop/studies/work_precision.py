@@ -19,7 +19,7 @@ from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
-from heavytop.results.work_precision import ERRORS, WorkPrecision
+from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import study
@@ -38,19 +38,20 @@ from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
 ROUNDS: Final = "rounds"  # the task of timing again
-NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
-STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
-LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
-BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
+WORK_LIMITS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
+# the scene's own and neighbouring ones, the same for every method and setting
+NEIGHBOURS: Final = 8
+RUN_LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
+BEFORE_END: Final = 0.382  # of a period before the last one ends: no turning point
 REPEATS: Final = 3  # rounds after the first
 REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
-SHORT_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
+SHORT_RUN_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
 clock: Callable[[], float] = perf_counter  # [s]
 
 # --- the grid of settings --------------------------------------------------------------------
 
 IN_PYTHON: Final = tuple(name for name, row in METHODS.items() if row.language == "python")
-DEFAULT: Final = (
+WORK_METHODS: Final = (
     AUTO,
     *(f"taylor-{form}" for form in FORMULATIONS),
     *(f"taylor-{form}-projected" for form in ("axis", "attitude", "cubic")),  # as plans are
@@ -102,7 +103,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]
 def work_precision(
     scene: Scene,
     *,
-    methods: Sequence[str | own.Method | Callable[..., Any]] = DEFAULT,
+    methods: Sequence[str | own.Method | Callable[..., Any]] = WORK_METHODS,
     periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
@@ -179,7 +180,7 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> study.Pa
         As of `work_precision`.
     """
     file = str(getattr(scene, "name", "workprec"))
-    values, faults = parse_options(file, options, NUMBERS)
+    values, faults = parse_options(file, options, WORK_LIMITS)
     names, wrong = parse_names(file, "methods", methods, _checked)
     if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
@@ -202,7 +203,7 @@ def _checked(text: str) -> str:
 def tasks(parameters: study.Parameters) -> list[str]:
     """Return the names of the runs, each a setting from a start, and that of the rounds."""
     texts = dict.fromkeys(each.text for each in _asked(parameters))
-    return [*(f"{text}/{start}" for text in texts for start in range(STARTS)), ROUNDS]
+    return [*(f"{text}/{start}" for text in texts for start in range(NEIGHBOURS)), ROUNDS]
 
 
 def _asked(parameters: study.Parameters) -> list[MethodEntry]:
@@ -243,7 +244,7 @@ def complete(
     return WorkPrecision(
         scene=parameters["scene"],
         periods=parameters["periods"],
-        phase=parameters["periods"] - BEFORE,
+        phase=parameters["periods"] - BEFORE_END,
         budget=budget,
         points=tuple(_point(x, rows[x], derived[x.formulation]) for x in asked if rows[x]),
         skipped=tuple(_skipped(x, runs.refused[x]) for x in asked if not rows[x]),
@@ -276,10 +277,10 @@ class Rounds:
         self, journal: study.Journal, settings: Sequence[MethodEntry], budget: float, began: float
     ) -> None:
         scene, self.periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
-        states = [perturbed_start(scene.start, 0, k) for k in range(STARTS)]
+        states = [perturbed_start(scene.start, 0, k) for k in range(NEIGHBOURS)]
         self.starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
         self.journal, self.budget, self.deadline = journal, budget, began + budget
-        self.turns = [*product(range(STARTS), _in_turn(settings))]
+        self.turns = [*product(range(NEIGHBOURS), _in_turn(settings))]
         self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
         self.refused: dict[MethodEntry, str] = {}
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
@@ -309,7 +310,7 @@ class Rounds:
             return
         if each in self.refused or (late and known):
             return
-        limit = max(1.0, self.budget / LIMITS)
+        limit = max(1.0, self.budget / RUN_LIMITS)
         try:
             if late:
                 raise IntegrationFailed(f"not started: no time was left in {self.budget:g} s")
@@ -326,7 +327,7 @@ class Rounds:
                 self.too_slow[each.name] = each.label
                 self.refused[each] += f": more than {limit:g} s for a run"
             return
-        if known[start]["seconds"][0] <= SHORT_S:
+        if known[start]["seconds"][0] <= SHORT_RUN_S:
             self._time(start, each)
         self.journal.append(task, study.Chunk(rows=[known[start]], done=True))
 
@@ -335,7 +336,7 @@ class Rounds:
         if start in self.rows[each] and spent <= REPEATS_S and clock() <= self.deadline:
             if (each, start) not in self.ready:
                 self.ready[each, start] = set_up(self.starts[start], each)
-            for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_S else 2):
+            for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_RUN_S else 2):
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
@@ -375,7 +376,7 @@ def _in_turn(tried: Sequence[MethodEntry]) -> list[MethodEntry]:
 
 def _end(run: MethodRun, periods: float) -> DoubleDouble:
     """The time at which a run is looked at [s]."""
-    return run.stepper.output_time((periods - BEFORE) * run.period)
+    return run.stepper.output_time((periods - BEFORE_END) * run.period)
 
 
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
@@ -413,10 +414,10 @@ def _point(each: MethodEntry, rows: dict[int, dict[str, Any]], derived_s: float)
     """Return the medians and spreads over the starts."""
     first = rows[0]
     costs = [min(row["seconds"]) / row["periods"] * 1e6 for row in rows.values()]
-    columns = {name: [row[name] for row in rows.values()] for name in ERRORS.values()}
+    columns = {name: [row[name] for row in rows.values()] for name in ERROR_KEYS.values()}
     medians = {name: None if None in x else median(x) for name, x in columns.items()}
     axis = medians.pop("axis_error") is not None
-    errors, by_tolerance = columns[ERRORS["axis" if axis else "theta"]], not each.fixed
+    errors, by_tolerance = columns[ERROR_KEYS["axis" if axis else "theta"]], not each.fixed
     return {
         "method": each.name,
         "formulation": each.states,

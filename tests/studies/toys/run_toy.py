@@ -15,7 +15,7 @@ def main(path, jobs, text):
     signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the tests run under
     if limit := os.environ.get("TOY_FILE_LIMIT"):
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), resource.RLIM_INFINITY))
-    study.KINDS["toy"] = "toy_study"
+    study.STUDIES["toy"] = "toy_study"
     try:
         with study.Journal.open(path, json.loads(text)) as journal:
             study.run(journal, jobs=int(jobs), slice_s=0.1)
