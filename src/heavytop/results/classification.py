@@ -295,7 +295,7 @@ def estimate_facts(estimates: Mapping[str, Any]) -> Iterator[Fact]:
 
 
 def rate_facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
-    """The rates of a motion and what else follows from its closed form, in the words of `FACT_ROWS`."""
+    """The rates of a motion and what else follows from its closed form, in the words of `FACTS`."""
     yield from numbers(facts, "omega3")
     yield from _range(facts, "phidot", "mean_precession_rate")
     yield from _range(facts, "psidot", "mean_spin_rate")
