@@ -29,7 +29,7 @@ from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
 from heavytop.text import LONGEST_NAME, duration, nearest
 
-KIND: Final = "validate"
+KIND: Final = "claims"
 PACKAGE: Final = Path(__file__).parent
 SCRIPTS_FOLDER: Final = next(
     filter(Path.is_dir, (PACKAGE / "_validation", PACKAGE.parents[1] / "validation")), PACKAGE

@@ -10,8 +10,8 @@ from heavytop.checking.judge import check
 from heavytop.files import write_document
 from heavytop.report.explorer import explore
 from heavytop.report.files import write_results, write_study
-from heavytop.results.base import FILES
 from heavytop.results.check import CheckResult
+from heavytop.results.registry import RESULTS
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas import atlas
@@ -70,7 +70,7 @@ def validate():
 def place(tmp_path_factory):
     """A folder of results, each in a folder named as its document."""
     root = tmp_path_factory.mktemp("results")
-    folders = {name: root / name.removesuffix(".json") for name in FILES}
+    folders = {name: root / name.removesuffix(".json") for name in RESULTS}
     for folder in folders.values():
         folder.mkdir()
     scene = load_scene("sicm-kicked", overrides=HOSTILE)

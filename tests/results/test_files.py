@@ -8,8 +8,9 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.claims import validate
-from heavytop.results.base import FILES, load_result
+from heavytop.results.base import load_result
 from heavytop.results.check import CheckResult
+from heavytop.results.registry import RESULTS
 from heavytop.results.run import run_result
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
@@ -49,4 +50,4 @@ def test_a_result_is_read_back_as_it_was_written(tmp_path, name):
     assert [table.texts() for table in read.tables()] == [t.texts() for t in found.tables()]
     assert [*read.facts()] == [*found.facts()]
     assert len(read.numbers().to_pandas()) == len(read.numbers().rows)
-    assert name in FILES
+    assert name in RESULTS

@@ -14,18 +14,14 @@ import click
 from heavytop import __version__
 from heavytop.cli.command import EXIT_CODES, Verbs, print_error
 from heavytop.errors import Exit
+from heavytop.results.registry import RESULTS
 
 VERBS: Final = {
     "run": "cli.run:run",
     "classify": "results.classification:classified",
     "plan": "results.classification:planned",
-    "drift": "studies.drift:drift",
+    **{file.removesuffix(".json"): each.command for file, each in RESULTS.items() if each.study},
     "resume": "cli.run:resume studies.study:resume",
-    "atlas": "cli.verbs:atlas studies.atlas:atlas",
-    "stress": "cli.verbs:stress studies.stress:stress",
-    "workprec": "studies.work_precision:work_precision",
-    "certify": "cli.verbs:certify studies.certificate:certify",
-    "validate": "cli.verbs:validate claims:validate",
     "reference": "cli.verbs:reference analytic.reference:reference",
     "find": "cli.verbs:find analytic.find:find",
     "sweep": "cli.verbs:sweep studies.sweep:sweep",

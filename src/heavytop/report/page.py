@@ -19,7 +19,8 @@ from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning
 from heavytop.files import write_text
 from heavytop.report.files import UNDRAWABLE, kind_of, load_run, warn_not_drawn
 from heavytop.report.player import frames, tops
-from heavytop.results.base import FILES, Fact, Result, Table, load_result, not_as_written, typed
+from heavytop.results.base import Fact, Result, Table, load_result, not_as_written, typed
+from heavytop.results.registry import RESULTS
 from heavytop.results.run import PICTURES, RunResult
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene_file import written
@@ -189,7 +190,7 @@ def page_of(folders: Sequence[Path]) -> Page:
     ForeignFile
         A folder holds none, or a file is not what its name promises; the message names it.
     """
-    paths = sorted(_documents(folders), key=lambda path: [*FILES].index(path.name))
+    paths = sorted(_documents(folders), key=lambda path: [*RESULTS].index(path.name))
     root = os.path.commonpath([path.parent.parent for path in paths]) if paths else ""
     numbers: Counter[str] = Counter()
     sections = []
@@ -213,9 +214,9 @@ def _documents(folders: Sequence[Path]) -> dict[Path, None]:
             places = (folder, *sorted(each for each in folder.iterdir() if each.is_dir()))
         except OSError as fault:
             raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from fault
-        found = [each / name for each in places for name in FILES if os.path.lexists(each / name)]
+        found = [each / name for each in places for name in RESULTS if os.path.lexists(each / name)]
         if not found:
-            raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(FILES)})")
+            raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(RESULTS)})")
         paths |= dict.fromkeys(Path(os.path.abspath(each)) for each in found)  # noqa: PTH100
     return paths
 

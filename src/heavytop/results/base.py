@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, Sel
 
 from heavytop.errors import Exit, ForeignFile
 from heavytop.files import write_document
+from heavytop.results.registry import RESULTS
 from heavytop.scene.quantities import Quantity, quantity_of
 from heavytop.text import Plotted, harmless
 
@@ -34,17 +35,6 @@ Fact = tuple[str, str]
 FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
 FOLDED_AT: Final = 40  # letters of a cell: a longer text is folded at a terminal
 MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS = 12, 3  # of the numbers of a table at a terminal
-FILES: Final = {
-    "run.json": "run.RunResult",
-    "drift.json": "drift.Drift",
-    "workprec.json": "work_precision.WorkPrecision",
-    "stress.json": "stress.Stress",
-    "atlas.json": "atlas.Atlas",
-    "check.json": "check.CheckResult",
-    "certify.json": "certificate.Certificate",
-    "validate.json": "validation.Validation",
-}
-"""What verbs write, by the name of the file, in the order of a report."""
 
 # --- the command line ------------------------------------------------------------------------
 
@@ -441,7 +431,7 @@ def load_result(path: Path) -> Result:
     ForeignFile
         It is no regular file, or not what its name says.
     """
-    module, _, name = FILES[path.name].partition(".")
+    module, _, name = RESULTS[path.name].result.partition(".")
     found: Result = getattr(import_module(f"heavytop.results.{module}"), name).load(path)
     return found
 

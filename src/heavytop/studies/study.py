@@ -32,6 +32,7 @@ from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import ForeignFile
 from heavytop.files import locked, make_folder
 from heavytop.results.base import Result, typed
+from heavytop.results.registry import RESULTS
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies.workers import TIMED_WORKER, Processes
 
@@ -41,12 +42,9 @@ BUDGET: Final = "budget"
 """The name of a record without rows: its checkpoint is the time that a study may take [s]."""
 
 STUDIES: Final = {
-    "drift": "heavytop.studies.drift",
-    "atlas": "heavytop.studies.atlas",
-    "stress": "heavytop.studies.stress",
-    "work_precision": "heavytop.studies.work_precision",
-    "certificate": "heavytop.studies.certificate",
-    "validate": "heavytop.claims",
+    entry.study.rpartition(".")[2]: f"heavytop.{entry.study}"
+    for entry in RESULTS.values()
+    if entry.study
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 
