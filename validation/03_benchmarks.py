@@ -302,19 +302,24 @@ def long_scene():
     return ht.Scene(*made(numbers()), periods=10_000, **wants)
 
 
-def bare(given, loop):
-    top, start = given
-    sin, cos = np.sin(start["theta"]), np.cos(start["theta"])
-    b = top["C"] / top["A"] * (start["psidot"] + start["phidot"] * cos)
-    across = start["phidot"] * sin
-    state = 0.0, -sin, cos, 0.0, across * cos - b * sin
-    loop(state, top["gMR"] / top["A"], across * sin + b * cos, TIME)
+def bare_program():
+    loop = bare_loop()
+
+    def bare(given):
+        top, start = given
+        sin, cos = np.sin(start["theta"]), np.cos(start["theta"])
+        b = top["C"] / top["A"] * (start["psidot"] + start["phidot"] * cos)
+        across = start["phidot"] * sin
+        state = 0.0, -sin, cos, 0.0, across * cos - b * sin
+        loop(state, top["gMR"] / top["A"], across * sin + b * cos, TIME)
+
+    return bare
 
 
 def timed_calls():
     """What is called, what makes its argument, and the most it may take [s]."""
     return {
-        "a bare heyoka loop of the axis form, 2 s": (partial(bare, loop=bare_loop()), numbers, None),
+        "a bare heyoka loop of the axis form, 2 s": (bare_program(), numbers, None),
         "`propagate`, 2 s: θ, φ, ψ and all events": (ht.propagate, scene, 2e-3),
         "`propagate`, 2 s: the axis alone": (ht.propagate, lambda: scene(("axis",), (), 2), 1e-3),
         "`run_errors` of 401 samples": (ht.run_errors, lambda: ht.propagate(scene()), 3e-3),
@@ -344,7 +349,7 @@ FRESH = {  # and at most so many times the imports, if anything
 def calling(call, make):
     """A program that makes a call, each time with another argument, which was made before."""
     left = iter([make() for _ in range(REPEATS + 1)])
-    return lambda: call(next(left)) and None
+    return lambda: call(next(left))
 
 
 def shares(call, make):

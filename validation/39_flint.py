@@ -9,7 +9,7 @@ from functools import cache
 import flint
 import mpmath
 from flint import acb, arb
-from tools import Digits, most, motion_of
+from tools import HUNDRED_STEPS, Digits, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -163,7 +163,7 @@ def flint_enclosures():
     return missed
 
 
-@claim(FLINT, 1e-14, "rounding of some hundred steps in doubles, ten times", "integrator")
+@claim(FLINT, 1e-14, HUNDRED_STEPS, "integrator")
 def flint_run():
     """cos θ of the runs at four times vs Weierstrass's function."""
     off = []

@@ -2,8 +2,9 @@
 
     python validation/compare.py [--old COMMIT] [--scenes 200] [--only run,motion,study,exit]
 
-The old version is built from the history, once, in .cache/. A process of each version answers
-the same cases at the same time. Doubles travel as JSON, which keeps every bit.
+The old version is built from the history, once, in .cache/. A process of each version answers the
+same cases at the same time, by this Python with its packages. Doubles travel as JSON, which keeps
+every bit.
 """
 
 from __future__ import annotations
@@ -246,23 +247,10 @@ def git(folder: Path, *words: str) -> str:
     return subprocess.check_output(["git", "-C", str(folder), *words], text=True).strip()
 
 
-def interpreter(tree: Path) -> str:
-    """This Python where the lock is the same, else one with the packages of the tree's lock."""
-    old, new = (each / "requirements/lock-py311.txt" for each in (tree, ROOT))
-    if old.read_bytes() == new.read_bytes():
-        return sys.executable
-    python = tree / ".venv/bin/python"
-    if not python.exists():
-        subprocess.check_call([sys.executable, "-m", "venv", str(tree / ".venv")])
-    pip = (str(python), "-m", "pip", "install", "--quiet", "--require-hashes", "-r", str(old))
-    subprocess.check_call(pip, stdout=sys.stderr)
-    return str(python)
-
-
 def begin(tree: Path, folder: Path) -> subprocess.Popen[str]:
     """A process that answers with the version in a tree, in a folder of its own."""
     folder.mkdir()
-    words = [interpreter(tree), str(Path(__file__).resolve()), "--work", str(tree)]
+    words = [sys.executable, str(Path(__file__).resolve()), "--work", str(tree)]
     cache = os.environ.get("HEYOKA_CACHE_DIR", str(ROOT / ".cache/heyoka"))
     env = os.environ | {"PYTHONPATH": str(tree / "src"), "HEYOKA_CACHE_DIR": cache}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}

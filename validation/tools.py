@@ -15,6 +15,8 @@ import heavytop as ht
 from heavytop.claims import CLAIMS
 from heavytop.results.validation import VERDICTS
 
+HUNDRED_STEPS = "rounding of some hundred steps in doubles, ten times"  # why a bound
+
 
 def most(*found: Any) -> Any:
     """Return the largest of some numbers, as max does, but no number where one of them is none."""
