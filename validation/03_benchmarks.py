@@ -11,7 +11,7 @@ import sys
 import tempfile
 from collections import Counter
 from functools import partial
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
 from time import perf_counter, process_time
@@ -83,7 +83,8 @@ def overhead():
 
 # --- every formulation -----------------------------------------------------------------------
 
-PERIODS = 100
+PERIODS, ANGLES = 100, "θ, φ, ψ"
+WANTED = {"θ": 'want.quantities=["theta"]', ANGLES: 'want.quantities=["theta", "phi", "psi"]'}
 COSTS = ("formulation", "wants", "operations", "steps a period", "µs a period", "error of θ",
          "of ψ")  # fmt: skip
 
@@ -95,16 +96,13 @@ def formulations():
 
     from heavytop.equations.formulation import FORMULATIONS
 
-    span = [f"span.periods={PERIODS + 0.3}", "want.events=[]", "want.samples=100"]
-    tilt, every = ('want.quantities=["theta"]', 'want.quantities=["theta", "phi", "psi"]')
+    span = f"span.periods={PERIODS + 0.3}", "want.events=[]", "want.samples=100"
     cases = {
-        (form, wants): ht.load_scene("sicm-kicked", [*span, wants])
-        for form in FORMULATIONS for wants in (tilt, every) if (form, wants) != ("cubic", every)
-    }  # fmt: skip
-    timed = {
-        (form, wants): integrating(scene, formulation=form)
-        for (form, wants), scene in cases.items()
+        (form, wants): ht.load_scene("sicm-kicked", [*span, words])
+        for form, (wants, words) in product(FORMULATIONS, WANTED.items())
+        if (form, wants) != ("cubic", ANGLES)
     }
+    timed = {case: integrating(scene, formulation=case[0]) for case, scene in cases.items()}
     best, rows = interleaved(timed, 20), []
     for (form, wants), scene in cases.items():
         run = ht.propagate(scene, formulation=form)
@@ -112,8 +110,8 @@ def formulations():
         replaced, reduced = sp.cse(built.derivatives)
         operations = sum(map(sp.count_ops, [*(x for _, x in replaced), *reduced]))
         errors = ht.run_errors(run)
-        psi = "" if errors.psi is None or wants == tilt else f"{errors.psi:.0e}"
-        rows.append((form, "θ" if wants == tilt else "θ, φ, ψ", str(operations),
+        psi = f"{errors.psi:.0e}" if wants == ANGLES else ""
+        rows.append((form, wants, str(operations),
                      f"{run.statistics.steps / PERIODS:.0f}",
                      f"{best[form, wants] / PERIODS * 1e6:.1f}",
                      f"{errors.theta:.0e}", psi))  # fmt: skip
