@@ -139,7 +139,6 @@ def exudyn_omega_2():
     2e-12,
     "the reference's own error, 1.3e-12 by rigid.py; the last of its 14 digits is 1e-12",
     "integrator",
-    name="exudyn-omega-0.01",
 )
 def exudyn_omega_0_01():
     """ω_y at t = 0.01 s vs the value printed as converged to 14 digits [rad/s]."""

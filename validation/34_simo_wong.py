@@ -51,9 +51,7 @@ def simo_wong_energy_run():
     return abs(2.5 * across + 0.5 * spin**2 + 20 * at.axis[2] - float(PUBLISHED))
 
 
-@claim(
-    EULER, 2e-39, "rigid.py drops 2^-140 = 7e-43 in each of some two hundred steps", "closed form"
-)
+@claim(EULER, 2e-39, f"{DROPS} in each of some two hundred steps", "closed form")
 def simo_wong_closed_form():
     """θ, φ and ψ after 10 s at two tilts vs Euler's equations [rad]."""
     ends = {tilt: motion_of(scene_of(tilt)).at(END, DIGITS) for tilt in TILTS}
@@ -77,9 +75,7 @@ def euler_upside_down():
     return apart(ht.Top(A="1.3", C="0.7", gMR="-2.1"), start, 2)
 
 
-@claim(
-    EULER, 8e-42, "rigid.py drops 2^-140 = 7e-43 in each of a few steps, ten times", "closed form"
-)
+@claim(EULER, 8e-42, f"{DROPS} in each of a few steps, ten times", "closed form")
 def euler_through():
     """quaternion at 1 s, after three passes through the top and three through the bottom, vs
     Euler's equations.

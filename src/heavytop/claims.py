@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -158,7 +159,7 @@ def claim(
     Parameters
     ----------
     name : str, optional
-        Its id; by default that of the function, with hyphens.
+        Its id; by default that of the function, with hyphens, and points between digits.
     authority, bound, reason, holds, needs, of
         As for `Claim`.
     """
@@ -167,7 +168,7 @@ def claim(
         paragraph = (measure.__doc__ or "").partition("\n\n")[0]
         statement = " ".join(paragraph.split()).removesuffix(".").format(*of)
         about = {"authority": authority, "bound": float(bound), "reason": reason, "holds": holds}
-        named = name or measure.__name__.replace("_", "-")
+        named = name or re.sub(r"(?<=\d)_(?=\d)", ".", measure.__name__).replace("_", "-")
         return _add(Claim, named, measure, statement=statement, needs=needs, of=of, **about)
 
     return add
