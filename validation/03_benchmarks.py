@@ -11,7 +11,7 @@ import sys
 import tempfile
 from collections import Counter
 from functools import partial
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
 from time import perf_counter, process_time
@@ -83,7 +83,8 @@ def overhead():
 
 # --- every formulation -----------------------------------------------------------------------
 
-PERIODS = 100
+PERIODS, ANGLES = 100, "θ, φ, ψ"
+WANTED = {"θ": 'want.quantities=["theta"]', ANGLES: 'want.quantities=["theta", "phi", "psi"]'}
 COSTS = ("formulation", "wants", "operations", "steps a period", "µs a period", "error of θ",
          "of ψ")  # fmt: skip
 
@@ -95,16 +96,13 @@ def formulations():
 
     from heavytop.equations.formulation import FORMULATIONS
 
-    span = [f"span.periods={PERIODS + 0.3}", "want.events=[]", "want.samples=100"]
-    tilt, every = ('want.quantities=["theta"]', 'want.quantities=["theta", "phi", "psi"]')
+    span = f"span.periods={PERIODS + 0.3}", "want.events=[]", "want.samples=100"
     cases = {
-        (form, wants): ht.load_scene("sicm-kicked", [*span, wants])
-        for form in FORMULATIONS for wants in (tilt, every) if (form, wants) != ("cubic", every)
-    }  # fmt: skip
-    timed = {
-        (form, wants): integrating(scene, formulation=form)
-        for (form, wants), scene in cases.items()
+        (form, wants): ht.load_scene("sicm-kicked", [*span, words])
+        for form, (wants, words) in product(FORMULATIONS, WANTED.items())
+        if (form, wants) != ("cubic", ANGLES)
     }
+    timed = {case: integrating(scene, formulation=case[0]) for case, scene in cases.items()}
     best, rows = interleaved(timed, 20), []
     for (form, wants), scene in cases.items():
         run = ht.propagate(scene, formulation=form)
@@ -112,8 +110,8 @@ def formulations():
         replaced, reduced = sp.cse(built.derivatives)
         operations = sum(map(sp.count_ops, [*(x for _, x in replaced), *reduced]))
         errors = ht.run_errors(run)
-        psi = "" if errors.psi is None or wants == tilt else f"{errors.psi:.0e}"
-        rows.append((form, "θ" if wants == tilt else "θ, φ, ψ", str(operations),
+        psi = f"{errors.psi:.0e}" if wants == ANGLES else ""
+        rows.append((form, wants, str(operations),
                      f"{run.statistics.steps / PERIODS:.0f}",
                      f"{best[form, wants] / PERIODS * 1e6:.1f}",
                      f"{errors.theta:.0e}", psi))  # fmt: skip
@@ -302,19 +300,24 @@ def long_scene():
     return ht.Scene(*made(numbers()), periods=10_000, **wants)
 
 
-def bare(given, loop):
-    top, start = given
-    sin, cos = np.sin(start["theta"]), np.cos(start["theta"])
-    b = top["C"] / top["A"] * (start["psidot"] + start["phidot"] * cos)
-    across = start["phidot"] * sin
-    state = 0.0, -sin, cos, 0.0, across * cos - b * sin
-    loop(state, top["gMR"] / top["A"], across * sin + b * cos, TIME)
+def bare_program():
+    loop = bare_loop()
+
+    def bare(given):
+        top, start = given
+        sin, cos = np.sin(start["theta"]), np.cos(start["theta"])
+        b = top["C"] / top["A"] * (start["psidot"] + start["phidot"] * cos)
+        across = start["phidot"] * sin
+        state = 0.0, -sin, cos, 0.0, across * cos - b * sin
+        loop(state, top["gMR"] / top["A"], across * sin + b * cos, TIME)
+
+    return bare
 
 
 def timed_calls():
     """What is called, what makes its argument, and the most it may take [s]."""
     return {
-        "a bare loop of heyoka, axis form, 2 s": (partial(bare, loop=bare_loop()), numbers, None),
+        "a bare heyoka loop of the axis form, 2 s": (bare_program(), numbers, None),
         "`propagate`, 2 s: θ, φ, ψ and all events": (ht.propagate, scene, 2e-3),
         "`propagate`, 2 s: the axis alone": (ht.propagate, lambda: scene(("axis",), (), 2), 1e-3),
         "`run_errors` of 401 samples": (ht.run_errors, lambda: ht.propagate(scene()), 3e-3),
@@ -344,7 +347,7 @@ FRESH = {  # and at most so many times the imports, if anything
 def calling(call, make):
     """A program that makes a call, each time with another argument, which was made before."""
     left = iter([make() for _ in range(REPEATS + 1)])
-    return lambda: call(next(left)) and None
+    return lambda: call(next(left))
 
 
 def shares(call, make):

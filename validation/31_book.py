@@ -290,14 +290,7 @@ def turned(theta, phi, psi):
     return rotation, nodes, np.array([0, 0, 1]), rotation.apply([0, 0, 1])
 
 
-@claim(
-    BOOK,
-    2e-14,
-    "rounding of twenty masses' sums, some ten times",
-    "symbols",
-    "constants",
-    name="book-exercise-2.11",
-)
+@claim(BOOK, 2e-14, "rounding of twenty masses' sums, some ten times", "symbols", "constants")
 def book_exercise_2_11():
     """T of a top of parts vs the sum over its point masses, at 100 random states, relative.
 
@@ -335,13 +328,7 @@ def partway():
     return kicked, kicked.book.elapsed(kicked.end, PARTWAY)
 
 
-@claim(
-    BOOK,
-    1e-76,
-    "75 digits are requested; the quadrature has 80",
-    "closed form",
-    name="book-exercise-2.12",
-)
+@claim(BOOK, 1e-76, "75 digits are requested; the quadrature has 80", "closed form")
 def book_exercise_2_12():
     """θ of the kicked top vs 0.3, at the time from the book's quadrature [rad]."""
     kicked, t = partway()
@@ -355,27 +342,14 @@ def book_spin_partway():
     return relative(Digits(kicked.motion, DIGITS)(t).psidot, kicked.book.psidot(mp.mpf(PARTWAY)))
 
 
-@claim(
-    BOOK,
-    5e-15,
-    "rounding of θ, and of t at a rate of 3 rad/s",
-    "integrator",
-    name="book-exercise-2.12-run",
-)
+@claim(BOOK, 5e-15, "rounding of θ, and of t at a rate of 3 rad/s", "integrator")
 def book_exercise_2_12_run():
     """θ of the kicked top's run vs 0.3, at the time from the book's quadrature [rad]."""
     kicked, t = partway()
     return abs(float(ht.propagate(kicked.scene)(float(t)).theta) - float(PARTWAY))
 
 
-@claim(
-    BOOK,
-    1e-14,
-    "rounding of some hundred steps in doubles",
-    "start",
-    "integrator",
-    name="book-exercise-2.13",
-)
+@claim(BOOK, 1e-14, "rounding of some hundred steps in doubles", "start", "integrator")
 def book_exercise_2_13():
     """φ after 1 s of both steady precessions at five spins vs exercise 2.13's rates, relative.
 

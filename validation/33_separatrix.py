@@ -63,22 +63,13 @@ def whittaker_kind():
     return sum(str(v.kind) != "separatrix" or not v.certified for v in verdicts)
 
 
-@claim(
-    WHITTAKER,
-    6e-12,
-    "rounding of θ grown by exp(γt/2) = 22 000",
-    "integrator",
-    name="whittaker-run-20",
-    of=(20,),
-)
-@claim(
-    WHITTAKER,
-    4e-14,
-    "rounding of θ grown by exp(γt/2) = 150",
-    "integrator",
-    name="whittaker-run-10",
-    of=(10,),
-)
+def run_up_to(gt, bound, growth):
+    reason, name = f"rounding of θ grown by exp(γt/2) = {growth}", f"whittaker-run-{gt}"
+    return claim(WHITTAKER, bound, reason, "integrator", name=name, of=(gt,))
+
+
+@run_up_to(20, 6e-12, "22 000")
+@run_up_to(10, 4e-14, "150")
 def tilt_of_the_run(gt):
     """θ of the run up to γt = {0} vs 1/cos θ = 1 + sech γt [rad]."""
     top, start, gamma = released(*TOPS[0])

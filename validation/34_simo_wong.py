@@ -7,7 +7,7 @@ after an odd number of passes through the vertical, at each of which phi and psi
 from functools import cache
 
 from rigid import Body, attitudes_apart, body_rates, farthest, from_angles, mp, mpf
-from tools import STATE, angles, most, motion_of, state
+from tools import HUNDRED_STEPS, STATE, angles, most, motion_of, state
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -16,6 +16,7 @@ SOLFEC = Authority("Solfec's page on Simo & Wong's top", "printed")
 EULER = Authority("Euler's equations of the rigid body, integrated by our rigid.py", "ours")
 
 
+DROPS = "rigid.py drops 2^-140 = 7e-43"
 PUBLISHED = "1269.975"  # Solfec's page, for a tilt of 0.05
 TILTS = ("0.05", "0.3")
 END = 10
@@ -50,9 +51,7 @@ def simo_wong_energy_run():
     return abs(2.5 * across + 0.5 * spin**2 + 20 * at.axis[2] - float(PUBLISHED))
 
 
-@claim(
-    EULER, 2e-39, "rigid.py drops 2^-140 = 7e-43 in each of some two hundred steps", "closed form"
-)
+@claim(EULER, 2e-39, f"{DROPS} in each of some two hundred steps", "closed form")
 def simo_wong_closed_form():
     """θ, φ and ψ after 10 s at two tilts vs Euler's equations [rad]."""
     ends = {tilt: motion_of(scene_of(tilt)).at(END, DIGITS) for tilt in TILTS}
@@ -69,21 +68,14 @@ def apart(top, start, t):
     return attitudes_apart(found, next(body.at([t])).q)
 
 
-@claim(
-    EULER,
-    8e-43,
-    "rigid.py drops 2^-140 = 7e-43 in each step; 45 digits are requested",
-    "closed form",
-)
+@claim(EULER, 8e-43, f"{DROPS} in each step; 45 digits are requested", "closed form")
 def euler_upside_down():
     """quaternion of a top with gMR < 0 after 2 s at 45 digits vs Euler's equations."""
     start = state("2.1", "0.1", "-0.4", "0.3", "0.7", "-5")  # that of 37_dop853.py
     return apart(ht.Top(A="1.3", C="0.7", gMR="-2.1"), start, 2)
 
 
-@claim(
-    EULER, 8e-42, "rigid.py drops 2^-140 = 7e-43 in each of a few steps, ten times", "closed form"
-)
+@claim(EULER, 8e-42, f"{DROPS} in each of a few steps, ten times", "closed form")
 def euler_through():
     """quaternion at 1 s, after three passes through the top and three through the bottom, vs
     Euler's equations.
@@ -99,34 +91,17 @@ def of_the_run(index):
     return most(abs(mpf(float(end[index])) - exact(tilt)[index]) for tilt, end in ends.items())
 
 
-@claim(
-    EULER,
-    2e-15,
-    "rounding of 0.3 rad over some hundred steps",
-    "integrator",
-    name="simo-wong-theta-run",
-)
-def theta_of_the_run():
+@claim(EULER, 2e-15, "rounding of 0.3 rad over some hundred steps", "integrator")
+def simo_wong_theta_run():
     """θ of the run after 10 s at two tilts vs Euler's equations [rad]."""
     return of_the_run(0)
 
 
-@claim(
-    EULER,
-    1e-12,
-    "rounding of 496 rad, ten times",
-    "integrator",
-    name="simo-wong-psi-run",
-    of=("ψ",),
-)
-@claim(
-    EULER,
-    1e-13,
-    "rounding of some hundred steps in doubles, ten times",
-    "integrator",
-    name="simo-wong-phi-run",
-    of=("φ",),
-)
+SPUN = "rounding of 496 rad, ten times"
+
+
+@claim(EULER, 1e-12, SPUN, "integrator", name="simo-wong-psi-run", of=("ψ",))
+@claim(EULER, 1e-13, HUNDRED_STEPS, "integrator", name="simo-wong-phi-run", of=("φ",))
 def turns_of_the_run(angle):
     """{0} of the run, all turns counted, vs Euler's equations [rad]."""
     return of_the_run("θφψ".index(angle))

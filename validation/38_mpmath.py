@@ -14,6 +14,7 @@ MPMATH = Authority("mpmath's elliptic functions at 100 digits and more", "progra
 mp = mpmath.MPContext()
 mp.dps = 130
 DIGITS = 125  # asked of the closed form
+EVALUATED = "125 digits are requested; the formula is evaluated with 130"
 TIMES = ("0.1", "1", "2", "7.5")
 NAMES = ("sicm-kicked", "sicm-forward", "simo-wong", "spherical-pendulum")
 
@@ -111,29 +112,19 @@ def mpmath_third():
     return most(off)
 
 
-@claim(MPMATH, 1e-128, "125 digits are requested; the formula is evaluated with 130", "closed form")
+@claim(MPMATH, 1e-128, EVALUATED, "closed form")
 def mpmath_period():
     """period of four scenes at 125 digits vs the textbook's formula, relative."""
     return most(relative(form(x).period, x.period) for x in formulas())
 
 
-@claim(
-    MPMATH,
-    1e-124,
-    "125 digits are requested; the formula is evaluated with 130, and loses four in its roots",
-    "closed form",
-)
+@claim(MPMATH, 1e-124, f"{EVALUATED}, and loses four in its roots", "closed form")
 def mpmath_precession():
     """Δφ in a period of four scenes at 125 digits vs the textbook's formula, relative."""
     return most(relative(form(x).precession, x.precession) for x in formulas())
 
 
-@claim(
-    MPMATH,
-    1e-125,
-    "125 digits are requested; the formula is evaluated with 130, and loses three",
-    "closed form",
-)
+@claim(MPMATH, 1e-125, f"{EVALUATED}, and loses three", "closed form")
 def mpmath_tilt():
     """θ of four scenes at four times at 125 digits vs the textbook's sn [rad]."""
     cases = ((form(x), x, t) for x in formulas() for t in TIMES)

@@ -9,7 +9,7 @@ from functools import cache
 import flint
 import mpmath
 from flint import acb, arb
-from tools import Digits, most, motion_of
+from tools import HUNDRED_STEPS, Digits, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -23,6 +23,7 @@ flint.ctx.prec = 300
 mp = mpmath.MPContext()
 mp.dps = 90
 DIGITS = 75  # asked of the closed form
+HAS = "75 digits are requested; the interval arithmetic has 90"
 OURS = 30  # asked of our own enclosures
 NAMES = ("sicm-kicked", "sicm-forward", "simo-wong", "lie-group-benchmark")
 TIMES = ("0.1", "1", "2", "7.5")
@@ -102,32 +103,19 @@ def off(enclosure, value):
     return 1.0 if float(enclosure.rad()) > 1e-68 else float(apart.abs_upper())
 
 
-@claim(FLINT, 1e-86, "75 digits are requested; the interval arithmetic has 90", "closed form")
+@claim(FLINT, 1e-86, HAS, "closed form")
 def flint_period():
     """period of four scenes at 75 digits vs a rigorous integral, relative to max(1, T)."""
     return most(off(x.period, form(x).period) for x in cubics())
 
 
-@claim(
-    FLINT,
-    1e-74,
-    (
-        "75 digits are requested; the interval arithmetic has 90, and lose thirteen where 1 + u₁ "
-        "= 2.6e-13"
-    ),
-    "closed form",
-)
+@claim(FLINT, 1e-74, f"{HAS}, and lose thirteen where 1 + u₁ = 2.6e-13", "closed form")
 def flint_precession():
     """Δφ in a period of four scenes at 75 digits vs a rigorous integral, relative to max(1, Δφ)."""
     return most(off(x.precession, form(x).precession) for x in cubics())
 
 
-@claim(
-    FLINT,
-    1e-84,
-    "75 digits are requested; the interval arithmetic has 90, and lose four",
-    "closed form",
-)
+@claim(FLINT, 1e-84, f"{HAS}, and lose four", "closed form")
 def flint_weierstrass():
     """cos θ of four scenes at four times at 75 digits vs Weierstrass's function."""
     return most(off(x.u(t), form(x)(t).u) for x in cubics() for t in TIMES)
@@ -163,7 +151,7 @@ def flint_enclosures():
     return missed
 
 
-@claim(FLINT, 1e-14, "rounding of some hundred steps in doubles, ten times", "integrator")
+@claim(FLINT, 1e-14, HUNDRED_STEPS, "integrator")
 def flint_run():
     """cos θ of the runs at four times vs Weierstrass's function."""
     off = []

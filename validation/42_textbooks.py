@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 import mpmath
-from tools import Digits, farthest, most, relative
+from tools import HUNDRED_STEPS, Digits, farthest, most, relative
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
@@ -162,7 +162,7 @@ def gauss_pendulum():
     return relative(2 * mp.mpf(motion.period), gauss())  # a period of theta is half a swing
 
 
-@claim(GAUSS, 1e-13, "rounding of some hundred steps in doubles, ten times", "integrator")
+@claim(GAUSS, 1e-13, HUNDRED_STEPS, "integrator")
 def gauss_pendulum_run():
     """distance of the axis from the vertical after five swings and a quarter.
 
@@ -174,13 +174,7 @@ def gauss_pendulum_run():
     return math.hypot(float(axis[0]), float(axis[1]))
 
 
-@claim(
-    HUYGENS,
-    1e-13,
-    "rounding of some hundred steps in doubles, ten times",
-    "closed form",
-    "integrator",
-)
+@claim(HUYGENS, 1e-13, HUNDRED_STEPS, "closed form", "integrator")
 def huygens_conical():
     """θ and φ over 3 s vs a conical pendulum's [rad].
 

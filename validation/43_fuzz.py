@@ -5,17 +5,13 @@ of events and every turn is held against the closed form; a miss is what is wron
 A damaged file of results is refused, and before HDF5, which may hang, sees a byte of it.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -28,7 +24,7 @@ from heavytop.errors import Impossible
 # --- scenes ----------------------------------------------------------------------------------
 
 
-def scenes(seed: int, count: int, families: tuple[str, ...] = ()) -> Iterator[ht.Scene]:
+def scenes(seed, count, families=()):
     """Yield random scenes, each named by its family, seed and number; the span is a few nods."""
     families = families or tuple(FAMILIES)
     for number in range(count):
@@ -36,7 +32,7 @@ def scenes(seed: int, count: int, families: tuple[str, ...] = ()) -> Iterator[ht
         yield scene(family, random.Random(f"{family} {seed} {number}"), f"{family}-{seed}-{number}")
 
 
-def scene(family: str, draw: random.Random, name: str) -> ht.Scene:
+def scene(family, draw, name):
     """Return one random scene of a family: the same for the same state of `draw`."""
     while True:
         try:
@@ -48,43 +44,43 @@ def scene(family: str, draw: random.Random, name: str) -> ht.Scene:
             continue
 
 
-def random_top(draw: random.Random) -> ht.Top:
+def random_top(draw):
     A = 10 ** draw.uniform(-8, 8)
     C = A * draw.choice((draw.uniform(0.02, 2), 10 ** draw.uniform(-4, 0), 1.0))
     sign = draw.choice((1, 1, 1, -1))
     return ht.Top(A, C, sign * A * 10 ** draw.uniform(-4, 4))
 
 
-def slow_rate(top: ht.Top) -> float:
+def slow_rate(top):
     """Return the rate of the pendulum that the top would be without spin [rad/s]."""
     return math.sqrt(abs(float(top.gMR)) / float(top.A))
 
 
-def sleeping_spin(top: ht.Top) -> float:
+def sleeping_spin(top):
     """Return the spin rate from which on it sleeps [rad/s]."""
     return 2 * float(top.A) / float(top.C) * slow_rate(top)
 
 
-def nod_rate(top: ht.Top, start: ht.State) -> float:
+def nod_rate(top, start):
     """Return about how fast it nods [rad/s]."""
     spin = float(top.C) / float(top.A) * abs(float(start.omega3))
     return slow_rate(top) + spin + abs(float(start.phidot)) + abs(float(start.thetadot))
 
 
-def signed(draw: random.Random, low: float, high: float) -> float:
+def signed(draw, low, high):
     return draw.choice((-1, 1)) * 10 ** draw.uniform(low, high)
 
 
-def angle(draw: random.Random) -> float:
+def angle(draw):
     return draw.uniform(-3, 3)
 
 
-def tiny_tilt(draw: random.Random) -> float:
+def tiny_tilt(draw):
     tilt = 10 ** draw.uniform(-12, -1)
     return tilt if draw.random() < 0.75 else math.pi - tilt
 
 
-def steady_start(draw: random.Random, sleeping: float, top: ht.Top) -> dict[str, Any]:
+def steady_start(draw, sleeping, top):
     """Beside slow steady precession."""
     theta, omega3 = draw.uniform(0.1, 1.5), sleeping * 10 ** draw.uniform(0.1, 0.7)
     A, p_psi, gMR = float(top.A), float(top.C) * omega3, float(top.gMR)
@@ -94,7 +90,7 @@ def steady_start(draw: random.Random, sleeping: float, top: ht.Top) -> dict[str,
 
 
 # By family: what a draw, the rate of the pendulum, that of sleep and the top give for a start
-FAMILIES: dict[str, Callable[[random.Random, float, float, ht.Top], dict[str, Any]]] = {
+FAMILIES = {
     "any": lambda draw, slow, sleeping, _: {
         **{"theta": draw.uniform(0.01, 3.13), "phi": angle(draw), "psi": angle(draw)},
         **{"thetadot": slow * signed(draw, -3, 1), "phidot": slow * signed(draw, -3, 1)},
@@ -153,9 +149,7 @@ COUNTED = 300  # periods up to which reversals are counted
 WAYS = ("doubles", "more", "extended", "few")
 
 
-def run_misses(
-    seed: int, count: int, ways: tuple[str, ...] = WAYS, families: tuple[str, ...] = ()
-) -> list[str]:
+def run_misses(seed, count, ways=WAYS, families=()):
     """Return a line for each scene on which a call is wrong, and does not say so."""
     found = []
     for number, scene in enumerate(scenes(seed, count, families)):
@@ -166,21 +160,21 @@ def run_misses(
     return found
 
 
-def run_doubles(scene: ht.Scene, _draw: random.Random) -> Iterator[str]:
+def run_doubles(scene, _draw):
     for form in FORMS:
         yield from judged(form, wanting(scene, form, 12), form)
 
 
-def run_more(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
+def run_more(scene, draw):
     form, digits = draw.choice(REGULAR), draw.choice((14, 15, 20, 24, 30, 40))
     yield from judged(f"{form} {digits}", wanting(scene, form, digits), form)
 
 
-def run_extended(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
+def run_extended(scene, draw):
     form, digits = draw.choice((*FORMS, "auto")), draw.choice((8, 12, 12, 20))
     part = draw.choice((0.5, 0.01)) * float(scene.time)
 
-    def extended(whole: ht.Scene, form: str) -> Any:
+    def extended(whole, form):
         with warnings.catch_warnings():  # of the part
             warnings.simplefilter("ignore")
             first = propagated(replace(whole, time=part), form)
@@ -189,7 +183,7 @@ def run_extended(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
     yield from judged(f"{form} {digits}", wanting(scene, form, digits), form, extended)
 
 
-def run_few(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
+def run_few(scene, draw):
     if motion_of(scene).period is None:
         return
     form, digits = draw.choice(("auto", "auto", *FORMS)), draw.choice(FEW)
@@ -208,20 +202,18 @@ def run_few(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
     yield from judged(what, asked, form, lambda s, f: propagated(s, f, **how))
 
 
-def propagated(scene: ht.Scene, form: str, **how: Any) -> Any:
+def propagated(scene, form, **how):
     limit = None if form in REGULAR else STEPS
     return ht.propagate(scene, formulation=form, step_limit=limit, **how)
 
 
-def wanting(scene: ht.Scene, form: str, digits: int) -> ht.Scene:
+def wanting(scene, form, digits):
     """The scene with all events and what a form has."""
     wants = ("theta",) if form == "cubic" else ANGLES
     return replace(scene, quantities=wants, events=ALL, samples=9, digits=digits)
 
 
-def judged(
-    what: str, scene: ht.Scene, form: str, run: Callable[..., Any] = propagated
-) -> Iterator[str]:
+def judged(what, scene, form, run=propagated):
     """Yield what is wrong with a run, and was not said."""
     try:
         found, said = attempted(run, scene, form)
@@ -233,7 +225,7 @@ def judged(
             yield from (f"{what}: {line}" for line in misses(scene, found))
 
 
-def attempted(run: Callable[..., Any], *asked: Any) -> tuple[Any, list[str]]:
+def attempted(run, *asked):
     """A run and its warnings; nothing of one that is refused or ends early, which says so."""
     with warnings.catch_warnings(record=True) as given:
         warnings.simplefilter("always")
@@ -245,7 +237,7 @@ def attempted(run: Callable[..., Any], *asked: Any) -> tuple[Any, list[str]]:
     return found, [str(each.message) for each in doubtful]
 
 
-def digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
+def digits_missed(scene, found):
     form = Digits(motion_of(scene), scene.digits + SPARE)
     bound, end = 10.0**-scene.digits, form(found.t[-1])
     passing = str(form.motion.kind) in ("through-top", "through-bottom", "planar-pendulum")
@@ -262,7 +254,7 @@ def digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
                 return
 
 
-def looked_at(scene: ht.Scene, found: Any) -> list[Any]:
+def looked_at(scene, found):
     """Samples of a run, in doubles also states between them."""
     if not found.in_doubles:
         known = found.in_mpmath()
@@ -273,7 +265,7 @@ def looked_at(scene: ht.Scene, found: Any) -> list[Any]:
     return [*map(found.samples.at, some), *map(between.at, range(LOOKED_AT))]
 
 
-def distance(ctx: Any, name: str, sample: Any, exact: Any) -> Any:
+def distance(ctx, name, sample, exact):
     """How far a quantity is off; an angle that more digits do not tell on a pole is not."""
     mine, true = getattr(sample, name), getattr(exact, name)
     if name == "axis":
@@ -282,7 +274,7 @@ def distance(ctx: Any, name: str, sample: Any, exact: Any) -> Any:
     return ctx.mpf(0) if untold else ctx.mpf(mine) - true
 
 
-def events_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
+def events_missed(scene, found):
     blur = 1e-9 if found.in_doubles else 10.0**-scene.digits
     form = Digits(motion_of(scene), 100)
     span = scene.periods if scene.time is None else scene.time
@@ -296,7 +288,7 @@ def events_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
             yield f"{found.events.count(name)} {name}, not {low} to {high}"
 
 
-def events_late(scene: ht.Scene, found: Any) -> Iterator[str]:
+def events_late(scene, found):
     """Times of turning points, in doubles: by 10^-digits (T + 1/|θ̈|), with θ̈ of the closed form."""
     turning, form = found.events.of("turning"), Digits(motion_of(scene), 40)
     if not found.in_doubles or form.period is None or not len(turning):
@@ -315,7 +307,7 @@ def events_late(scene: ht.Scene, found: Any) -> Iterator[str]:
             return
 
 
-def true_counts(scene: ht.Scene, form: Digits, end: Any, slack: float) -> dict[str, int] | None:
+def true_counts(scene, form, end, slack):
     """Return how many events there are up to so much of a period and of the span beyond its end."""
     kind, first, period = str(form.motion.kind), form.lower_turning, form.period
     if period is None or kind == "undecided":
@@ -351,13 +343,13 @@ EXPLAINED = 50.0  # how many times as far as the axis at its tilt an angle may b
 WITNESSED = 1e-13  # relative: what the witness in doubles may itself be off
 
 
-def run_turning(scene: ht.Scene, _draw: random.Random) -> Iterator[str]:
+def run_turning(scene, _draw):
     asked = replace(scene, quantities=ANGLES, samples=12)
     for form in FOLLOWING:
         yield from (f"{form}: {wrong}" for wrong in turned_wrong(asked, form))
 
 
-def turned_wrong(scene: ht.Scene, form: str) -> Iterator[str]:
+def turned_wrong(scene, form):
     run, said = attempted(patiently_propagated, scene, form)
     try:
         truth = [] if run is None else true_states(run)
@@ -385,21 +377,21 @@ def turned_wrong(scene: ht.Scene, form: str) -> Iterator[str]:
             yield f"{name} off by {most:.1e}, without a warning"
 
 
-def patiently_propagated(scene: ht.Scene, form: str) -> Any:
+def patiently_propagated(scene, form):
     """A run that does not take long."""
     if ht.plan(scene, form).seconds <= PATIENCE_S:
         return ht.propagate(scene, formulation=form, step_limit=200_000)
     return None
 
 
-def not_numbers(run: ht.Trajectory) -> Iterator[str]:
+def not_numbers(run):
     parts = {name: getattr(run.samples, name) for name in (*STATE, "quaternion")}
     for name, part in (parts | {"phi of an event": run.events.phi}).items():
         if not np.isfinite(part).all():
             yield f"{name} is nan {np.count_nonzero(~np.isfinite(part))} times"
 
 
-def true_states(run: ht.Trajectory) -> list[Any]:
+def true_states(run):
     """The exact states at the samples, from the run's own start."""
     from heavytop.run.own_motion import own_motion
 
@@ -421,9 +413,7 @@ TOP = ("A", "C", "gMR")
 MANY_DIGITS = 12
 
 
-def many_misses(
-    seed: int, count: int, formulation: str = "axis", stretch: float = 1.0
-) -> list[str]:
+def many_misses(seed, count, formulation="axis", stretch=1.0):
     """One line for each top that is wrong beyond what the run says of it."""
     every = list(scenes(seed, count))
     columns = {name: np.array([float(getattr(x.top, name)) for x in every]) for name in TOP}
@@ -437,7 +427,7 @@ def many_misses(
     return found
 
 
-def wrong_of_many(run: ht.Ensemble, i: int, top: dict[str, float]) -> Iterator[str]:
+def wrong_of_many(run, i, top):
     """What is wrong of one top."""
     from heavytop.run.events import tally
 
@@ -468,10 +458,9 @@ def wrong_of_many(run: ht.Ensemble, i: int, top: dict[str, float]) -> Iterator[s
 # --- damaged files ---------------------------------------------------------------------------
 
 SHAPE = (12, 12)
-Read = Callable[[Path], object]
 
 
-def damage_misses(seed: int, count: int) -> list[str]:
+def damage_misses(seed, count):
     """Return a line for each of `count` damaged files that is read, or that HDF5 is given."""
     found = []
     with tempfile.TemporaryDirectory() as place:
@@ -491,7 +480,7 @@ def damage_misses(seed: int, count: int) -> list[str]:
     return found
 
 
-def accepted(read: Read, path: Path) -> str:
+def accepted(read, path):
     """What is wrong where a file is not refused unseen."""
     import h5py
 
@@ -505,7 +494,7 @@ def accepted(read: Read, path: Path) -> str:
     return "it was read"
 
 
-def written(place: Path) -> dict[Path, Read]:
+def written(place):
     """Write a file of every kind; return how each is read."""
     from heavytop.report.files import write_study
 
@@ -525,14 +514,14 @@ def written(place: Path) -> dict[Path, Read]:
     }
 
 
-def opened(path: Path) -> None:
+def opened(path):
     from heavytop.files import open_sealed
 
     with open_sealed(path):
         pass
 
 
-def flipped(draw: random.Random, data: bytes, low: int, high: int) -> bytes:
+def flipped(draw, data, low, high):
     """One to three bits turned."""
     changed = bytearray(data)
     for _ in range(draw.randint(1, 3)):
@@ -540,12 +529,12 @@ def flipped(draw: random.Random, data: bytes, low: int, high: int) -> bytes:
     return bytes(changed)
 
 
-def zeroed(draw: random.Random, data: bytes) -> bytes:
+def zeroed(draw, data):
     at, size = draw.randrange(len(data)), draw.choice((1, 16, 512, 4096))
     return data[:at] + bytes(len(data[at : at + size])) + data[at + size :]
 
 
-def swapped(draw: random.Random, data: bytes) -> bytes:
+def swapped(draw, data):
     """Two blocks exchanged."""
     size = draw.choice((8, 64, 512))
     blocks = [data[at : at + size] for at in range(0, len(data), size)]
@@ -554,13 +543,13 @@ def swapped(draw: random.Random, data: bytes) -> bytes:
     return b"".join(blocks)
 
 
-def grown(draw: random.Random, data: bytes) -> bytes:
+def grown(draw, data):
     """Others among the bytes, or behind them."""
     at = draw.choice((draw.randrange(len(data)), len(data)))
     return data[:at] + draw.randbytes(draw.randint(1, 64)) + data[at:]
 
 
-DAMAGES: dict[str, Callable[[random.Random, bytes], bytes]] = {
+DAMAGES = {
     "flipped": lambda draw, data: flipped(draw, data, 0, len(data)),
     "tables of HDF5 flipped": lambda draw, data: flipped(draw, data, 0, min(4000, len(data))),
     "seal flipped": lambda draw, data: flipped(draw, data, len(data) - 90, len(data)),

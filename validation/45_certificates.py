@@ -7,13 +7,10 @@ of the kicked top: the bound, the largest error, and the time that it takes; the
 a hundred million periods, whose certificate is kept.
 """
 
-from __future__ import annotations
-
 import json
 import time
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -34,7 +31,7 @@ NAMES = ("axis", "theta", "phi", "psi")
 KICKED = ht.load_scene("sicm-kicked")
 
 
-def drawn(seed: int) -> ht.Trajectory:
+def drawn(seed):
     """Return a run of a top drawn at random, in a form drawn at random."""
     rng = np.random.default_rng([45, seed])
     top = ht.Top(*rng.uniform((1, 0.2, -3), (3, 2, 3)).tolist())
@@ -46,16 +43,14 @@ def drawn(seed: int) -> ht.Trajectory:
     return ht.propagate(scene, formulation=form, projected=seed % 4 < 2)
 
 
-def run_motion(run: ht.Trajectory) -> ht.Motion:
+def run_motion(run):
     """Return the exact motion of a run's own binary start."""
     from heavytop.run.own_motion import own_motion
 
     return own_motion(run)
 
 
-def times_to_look_at(
-    run: ht.Trajectory, rng: np.random.Generator, times: int, taken: int
-) -> set[float]:
+def times_to_look_at(run, rng, times, taken):
     """Return the times, of many, at which errors in doubles are largest, and some random ones."""
     known, form = {name: [] for name in NAMES}, run_motion(run).at
     for _ in range(0, times, PART):
@@ -70,7 +65,7 @@ def times_to_look_at(
     return worst | set((run.orbit.end * rng.uniform(0, 1, taken)).tolist())
 
 
-def largest_errors(run: ht.Trajectory, seed: int, **look: int) -> dict[str, float]:
+def largest_errors(run, seed, **look):
     """Return the largest errors found, in 128 bits."""
     exact, found = Digits(run_motion(run), DIGITS), dict.fromkeys(NAMES, 0.0)
     times = sorted(times_to_look_at(run, np.random.default_rng(seed), **look))
@@ -87,9 +82,7 @@ def largest_errors(run: ht.Trajectory, seed: int, **look: int) -> dict[str, floa
     return found
 
 
-def certified(
-    programs: dict[str, Callable[[], ht.Trajectory]], refused: list[str]
-) -> Iterator[tuple[ht.Trajectory, ht.Certificate]]:
+def certified(programs, refused):
     """Yield runs and their certificates, and keep why some are not proved."""
     warnings.simplefilter("ignore")
     for name, program in programs.items():
@@ -104,9 +97,9 @@ def certified(
         yield run, found
 
 
-def worst_share(found: Iterable[tuple[ht.Trajectory, ht.Certificate]], **look: int) -> float:
+def worst_share(found, **look):
     """Print bounds over the largest errors found, and return the largest error over its bound."""
-    known: defaultdict[tuple[str, str], list[float]] = defaultdict(list)
+    known = defaultdict(list)
     for seed, (run, certificate) in enumerate(found):
         period = run.motion.period
         short = period is None or abs(run.orbit.end) < 10 * float(period)
@@ -124,7 +117,7 @@ def worst_share(found: Iterable[tuple[ht.Trajectory, ht.Certificate]], **look: i
 @proof(minutes=4)
 def random_runs(runs=40, times=100_000, taken=200):
     """Certify runs drawn at random."""
-    refused: list[str] = []
+    refused = []
     programs = {f"run {seed}": partial(drawn, seed) for seed in range(runs)}
     worst = worst_share(certified(programs, refused), times=times, taken=taken)
     print(f"{runs - len(refused)} of {runs} random runs proved", *refused, sep="\n  ")
@@ -134,7 +127,7 @@ def random_runs(runs=40, times=100_000, taken=200):
 @proof(minutes=5)
 def scenes(times=100_000, taken=200):
     """Certify every shipped scene in both forms."""
-    refused: list[str] = []
+    refused = []
     programs = {
         f"{name}, {form}": partial(ht.propagate, ht.load_scene(name), formulation=form)
         for name in shipped_names() for form in ("axis", "attitude")
@@ -184,14 +177,14 @@ FIRST = 10_000  # periods that are done again
 HEADS = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]"}
 
 
-def run_of(periods: int) -> ht.Trajectory:
+def run_of(periods):
     """Integrate so many periods, without events: those of a hundred million fill the memory."""
     wants = {"samples": 2, "quantities": ("theta", "phi"), "events": ()}
     scene = replace(KICKED, time=None, periods=periods, **wants)
     return ht.propagate(scene, formulation="axis", projected=True)
 
 
-def certify_again() -> None:
+def certify_again():
     """Integrate and certify a hundred million periods."""
     stored = FOLDER.with_suffix(".nc")
     if not stored.exists():
@@ -200,7 +193,7 @@ def certify_again() -> None:
     KEPT.write_text(json.dumps(found.document(), indent=1) + "\n", "utf-8")
 
 
-def at_most(bound: float) -> str:
+def at_most(bound):
     """A proved bound, rounded up; nothing of one that is not there."""
     return QUANTITIES["bound"].text(bound) if bound else "–"
 

@@ -5,13 +5,9 @@ nine digits, or semi-implicit Euler's, five per cent off at the end. The plants 
 the package: they are made from the attitude and the angular velocity in the body.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections import Counter
-from collections.abc import Iterator
 from itertools import combinations, product
-from typing import Any
 
 import numpy as np
 from rigid import body_rates
@@ -25,30 +21,28 @@ QUALITIES = ("exact", "order 4, nine digits", "order 1, five per cent")
 SPAN, ROWS, HALVINGS, OFF = 6.0, 301, 12, 0.05
 TIMES = np.linspace(0, SPAN, ROWS)
 
-Array = np.ndarray
-
 # --- integrators: a state is the rotation matrix, and below it the angular velocity in the body --
 
 
-def start(scene: Any) -> Array:
+def start(scene):
     theta, phi, psi, *rates = numbers(scene.start, STATE).values()
     R = Rotation.from_euler("ZXZ", [phi, theta, psi]).as_matrix()
     return np.vstack([R, [float(x) for x in body_rates(theta, psi, *rates)]])
 
 
-def numbers(thing: Any, names: tuple[str, ...]) -> dict[str, float]:
+def numbers(thing, names):
     return {name: float(getattr(thing, name)) for name in names}
 
 
-def cross(a: Array, b: Array) -> Array:
+def cross(a, b):
     return hat(a) @ b
 
 
-def hat(w: Array) -> Array:
+def hat(w):
     return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
 
 
-def turn(w: Array) -> Array:
+def turn(w):
     """The rotation by a vector."""
     angle, k = float(np.sqrt(w @ w)), hat(w)
     return np.eye(3) + np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * k @ k
@@ -57,7 +51,7 @@ def turn(w: Array) -> Array:
 class Physics:
     """Euler's equations in the body, right or wrong."""
 
-    def __init__(self, scene: Any, wrong: str = "") -> None:
+    def __init__(self, scene, wrong=""):
         A, C, self.gMR = numbers(scene.top, TOP).values()
         if wrong == "inertia-about-centre":
             A = max(0.7 * A, 0.51 * C)
@@ -68,10 +62,10 @@ class Physics:
         self.friction = 0.15 * C if wrong == "friction" else 0.0
         self.motor = wrong == "motor"
 
-    def rates(self, y: Array) -> Array:
+    def rates(self, y):
         return np.vstack([y[:3] @ hat(y[3]), self.acceleration(y)])
 
-    def acceleration(self, y: Array) -> Array:
+    def acceleration(self, y):
         g, w = y[2], y[3]  # the vertical in the body
         moment = self.gyroscopic * cross(self.moments * w, w)
         moment += [self.gMR * g[1], -self.gMR * g[0], -self.friction * w[2]]
@@ -80,7 +74,7 @@ class Physics:
             found[2] = self.held(g, w, found)
         return found
 
-    def held(self, g: Array, w: Array, wdot: Array) -> float:
+    def held(self, g, w, wdot):
         """d/dt (phi' cos theta): a motor about the axis keeps psi' = w3 - phi' cos(theta)."""
         gdot, across = cross(g, w)[:2], g[:2] @ g[:2]
         phidot = w[:2] @ g[:2] / across
@@ -88,7 +82,7 @@ class Physics:
         return float(slope * g[2] + phidot * cross(g, w)[2])
 
 
-def runge_kutta(physics: Physics, y: Array, h: float) -> Array:
+def runge_kutta(physics, y, h):
     k1 = physics.rates(y)
     k2 = physics.rates(y + h / 2 * k1)
     k3 = physics.rates(y + h / 2 * k2)
@@ -96,12 +90,12 @@ def runge_kutta(physics: Physics, y: Array, h: float) -> Array:
     return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-def euler(physics: Physics, y: Array, h: float) -> Array:
+def euler(physics, y, h):
     w = y[3] + h * physics.acceleration(y)
     return np.vstack([y[:3] @ turn(h * w), w])
 
 
-def integrate(scene: Any, wrong: str, step: Any, parts: int) -> Array:
+def integrate(scene, wrong, step, parts):
     """The states at each row, with so many steps between two."""
     physics, y = Physics(scene, wrong), start(scene)
     rows, h = [y], SPAN / (ROWS - 1) / parts
@@ -112,7 +106,7 @@ def integrate(scene: Any, wrong: str, step: Any, parts: int) -> Array:
     return np.array(rows)
 
 
-def integrate_coarsely(scene: Any, wrong: str) -> Array:
+def integrate_coarsely(scene, wrong):
     """By Euler's method, with steps halved until the axis is as near as it has to be."""
     parts, found = 1, integrate(scene, wrong, euler, 1)
     while parts < 2**HALVINGS:
@@ -123,13 +117,13 @@ def integrate_coarsely(scene: Any, wrong: str) -> Array:
     return found
 
 
-def exact(scene: Any) -> Array:
+def exact(scene):
     record = motion_of(scene).at(TIMES)
     R = Rotation.from_quat(np.roll(record.quaternion, -1, axis=1)).as_matrix()
     return np.concatenate([R, record.omega[:, None, :] @ R], axis=1)
 
 
-def trajectory(scene: Any, quality: str, wrong: str = "") -> dict[str, Array]:
+def trajectory(scene, quality, wrong=""):
     """All columns of a trajectory of a quality."""
     if quality == QUALITIES[2]:
         return columns(integrate_coarsely(scene, wrong))
@@ -138,7 +132,7 @@ def trajectory(scene: Any, quality: str, wrong: str = "") -> dict[str, Array]:
     return columns(integrate(scene, wrong, runge_kutta, 16 if wrong else 8))
 
 
-def columns(states: Array) -> dict[str, Array]:
+def columns(states):
     """Everything that people write of attitudes and angular velocities in the body."""
     R, w = states[:, :3], states[:, 3]
     theta = np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2])
@@ -171,11 +165,11 @@ ALL = tuple(FORMS)
 TOP = ("A", "C", "gMR")
 
 
-def scaled(x: dict[str, Any], factor: float, *names: str) -> dict[str, Any]:
+def scaled(x, factor, *names):
     return x | {name: factor * x[name] for name in names if name in x}
 
 
-def world(x: dict[str, Any], P: Array, carried: bool) -> dict[str, Any]:
+def world(x, P, carried):
     """The same in a world whose axes are the rows of P, the body's too where it is carried."""
     B, sign = P.T if carried else np.eye(3), np.linalg.det(P) if carried else 1
     made = {
@@ -193,22 +187,22 @@ PERMUTED = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
 MIRROR = np.diag([1, -1, 1])
 
 
-def with_spin(x: dict[str, Any], every: dict[str, Any]) -> dict[str, Any]:
+def with_spin(x, every):
     s, psi = np.sin(every["theta"]), every["psi"]
     return x | {"axis": np.stack([s * np.sin(psi), s * np.cos(psi), np.cos(every["theta"])], 1)}
 
 
-def exchanged(x: dict[str, Any]) -> dict[str, Any]:
+def exchanged(x):
     pairs = {"phi": "psi", "psi": "phi", "phidot": "psidot", "psidot": "phidot"}
     return x | {a: x[b] for a, b in pairs.items() if a in x}
 
 
-def frame(x: dict[str, Any]) -> dict[str, Any]:
+def frame(x):
     names = {"omega": "omega_body", "omega_body": "omega"}
     return {names.get(name, name): value for name, value in x.items()}
 
 
-def scalar_last(x: dict[str, Any]) -> dict[str, Any]:
+def scalar_last(x):
     """With quaternions for matrices, x, y, z, w, continued from row to row."""
     q = Rotation.from_matrix(x["matrix"]).as_quat()
     same = np.sum(q[1:] * q[:-1], axis=1) > 0
@@ -216,7 +210,7 @@ def scalar_last(x: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in x.items() if name != "matrix"} | {"quaternion": q}
 
 
-def origin(x: dict[str, Any], phi: float, psi: float) -> dict[str, Any]:
+def origin(x, phi, psi):
     world_turn, body_turn = (Rotation.from_euler("Z", a).as_matrix() for a in (phi, psi))
     found = world(x, world_turn, False)
     found |= {n: found[n] @ body_turn for n in ("matrix", "omega_body") if n in x}
@@ -254,7 +248,7 @@ PLANTS = {
 PHYSICS = tuple(name for name, (_, plant) in PLANTS.items() if plant is None)
 
 
-def random_scene(rng: np.random.Generator) -> Any:
+def random_scene(rng):
     """A top and a start of ordinary size."""
     A = rng.uniform(0.5, 2)
     top = ht.Top(A, A * rng.uniform(0.1, 1.9), rng.uniform(0.5, 5))
@@ -264,7 +258,7 @@ def random_scene(rng: np.random.Generator) -> Any:
     )
 
 
-def changed(scene: Any, name: str) -> Any:
+def changed(scene, name):
     """The scene whose start has the other spin."""
     values = numbers(scene.start, STATE)
     spin = values.pop("psidot")
@@ -272,9 +266,7 @@ def changed(scene: Any, name: str) -> Any:
     return ht.Scene(scene.top, ht.State(**values, **spins[name]), time=SPAN)
 
 
-def planted(
-    scene: Any, quality: str, names: tuple[str, ...], rng: np.random.Generator
-) -> tuple[dict[str, Any], str] | None:
+def planted(scene, quality, names, rng):
     """The columns of a trajectory with the conventions planted, or None where they cannot be."""
     physics = [name for name in names if name in PHYSICS]
     forms = [form for form in ALL if all(form in PLANTS[name][0] for name in names)]
@@ -294,7 +286,7 @@ def planted(
     return x, form
 
 
-def verdict(data: dict[str, Any], scene: Any, names: tuple[str, ...]) -> tuple[str, str]:
+def verdict(data, scene, names):
     """Whether the names are named, in part or as one of several; or none is, or a wrong one."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -311,10 +303,10 @@ def verdict(data: dict[str, Any], scene: Any, names: tuple[str, ...]) -> tuple[s
     return ("in part", said) if sure else ("none", said)
 
 
-Found = Iterator[tuple[str, str, str, str, str]]  # what, quality, form, verdict, what is said
+# Each yields what was planted, the quality, the form, the verdict and what is said.
 
 
-def judged(names: tuple[str, ...], quality: str, rng: np.random.Generator) -> Found:
+def judged(names, quality, rng):
     """The verdict of conventions in a random scene, if they can be planted there."""
     scene = random_scene(rng)
     if (made := planted(scene, quality, names, rng)) is not None:
@@ -322,13 +314,13 @@ def judged(names: tuple[str, ...], quality: str, rng: np.random.Generator) -> Fo
         yield what, quality, made[1], *verdict(made[0], scene, names)
 
 
-def singles(seed: int, scenes: int) -> Found:
+def singles(seed, scenes):
     """Of each convention, quality and scene."""
     for name, quality, k in product(PLANTS, QUALITIES, range(scenes)):
         yield from judged((name,), quality, np.random.default_rng([seed, k, *map(ord, name)]))
 
 
-def pairs(seed: int, count: int) -> Found:
+def pairs(seed, count):
     """Of random pairs in random scenes and qualities."""
     possible, rng = [*combinations(PLANTS, 2)], np.random.default_rng(seed)
     while count:
@@ -338,14 +330,14 @@ def pairs(seed: int, count: int) -> Found:
             yield found
 
 
-def good(seed: int, count: int) -> Found:
+def good(seed, count):
     """Of good data."""
     rng = np.random.default_rng(seed)
     for k in range(count):
         yield from judged((), QUALITIES[k % 3], rng)
 
 
-def other(scene: Any, name: str, part: float) -> dict[str, Any]:
+def other(scene, name, part):
     """The trajectory of a problem in which one number, or all, are others than the scene's."""
     top, start = numbers(scene.top, TOP), numbers(scene.start, STATE)
     if name in top:
@@ -368,7 +360,7 @@ OTHERS = ("A", "C", "gMR", "theta", "thetadot", "phidot", "psidot", "the first r
           "a constant ψ̇", "everything")  # fmt: skip
 
 
-def others(seed: int, count: int) -> Found:
+def others(seed, count):
     """Of data of another problem than the scene's, which no convention makes right."""
     for k in range(count):
         name = OTHERS[k % len(OTHERS)]
@@ -382,9 +374,9 @@ def others(seed: int, count: int) -> Found:
         yield name, QUALITIES[0], form, *verdict(data, scene, ())
 
 
-def counted(found: Found) -> tuple[Counter[Any], list[str]]:
+def counted(found):
     """How often each verdict is given, and the wrong ones."""
-    counts: Counter[Any] = Counter()
+    counts = Counter()
     wrong = []
     for name, quality, form, said, words in found:
         counts[name, quality, said] += 1

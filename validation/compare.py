@@ -2,11 +2,10 @@
 
     python validation/compare.py [--old COMMIT] [--scenes 200] [--only run,motion,study,exit]
 
-The old version is built from the history, once, in .cache/. A process of each version answers
-the same cases at the same time. Doubles travel as JSON, which keeps every bit.
+The old version is built from the history, once, in .cache/. A process of each version answers the
+same cases at the same time, by this Python with its packages. Doubles travel as JSON, which keeps
+every bit.
 """
-
-from __future__ import annotations
 
 import argparse
 import contextlib
@@ -19,18 +18,16 @@ import shlex
 import subprocess
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
 from fractions import Fraction
 from importlib import import_module
 from itertools import cycle, product
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from mpmath import nstr
 
 FROZEN = "996b475d4f3725c3c443482327b9f2e5f64d6577"
-EXPLAINED: dict[str, str] = {}  # pattern of a line of the list -> why it may stand there
+EXPLAINED = {}  # pattern of a line of the list -> why it may stand there
 
 ROOT = Path(__file__).resolve().parents[1]
 SEED, GOLDEN = 17, 0.6180339887498949
@@ -121,7 +118,7 @@ FILES = {
 }
 
 
-def cases(scenes: dict[str, str]) -> Iterator[tuple[str, str, dict[str, str]]]:
+def cases(scenes):
     """Every case: its kind, its name and what is asked."""
     for kind, (scene, options) in product(("run", "motion"), scenes.items()):
         yield kind, scene, {"scene": scene, "options": options}
@@ -140,11 +137,11 @@ PLAN = ("formulation", "precision", "tolerance", "projected")
 MOTION = ("tags", "certified", "period", "precession", "spin", "theta_min", "theta_max")
 
 
-def columns(thing: Any, names: tuple[str, ...]) -> dict[str, Any]:
+def columns(thing, names):
     return {name: plain(getattr(thing, name)) for name in names if hasattr(thing, name)}
 
 
-def plain(value: Any) -> Any:
+def plain(value):
     """A value as JSON has it; a number of many digits as a text of 50."""
     if isinstance(value, tuple):
         return [plain(each) for each in value]
@@ -153,7 +150,7 @@ def plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def run(case: dict[str, str]) -> dict[str, Any]:
+def run(case):
     """A run's document, and its trajectory read back."""
     words = f"run {case['scene']} {case['options']} -o {case['scene']}.run --no-figures --json"
     answer = study({"words": words})
@@ -161,7 +158,7 @@ def run(case: dict[str, str]) -> dict[str, Any]:
     return answer | ({"read back": tried(read_back, file)} if file.exists() else {})
 
 
-def read_back(file: Path) -> dict[str, Any]:
+def read_back(file):
     import heavytop as ht
 
     found = ht.load_trajectory(file)
@@ -170,14 +167,14 @@ def read_back(file: Path) -> dict[str, Any]:
     return answer | {"events": columns(found.events, EVENTS), "between": columns(between, RECORD)}
 
 
-def tried(question: Callable[[Any], dict[str, Any]], asked: Any) -> dict[str, Any]:
+def tried(question, asked):
     try:
         return question(asked)
     except Exception as error:
         return {"raised": type(error).__name__}
 
 
-def motion(case: dict[str, str]) -> dict[str, Any]:
+def motion(case):
     """The closed form at 50 digits and in arrays, and the proved kind."""
     import heavytop as ht
 
@@ -191,7 +188,7 @@ def motion(case: dict[str, str]) -> dict[str, Any]:
     return answer | {"classify": study({"words": f"classify {case['scene']} --json"})}
 
 
-def study(case: dict[str, str]) -> dict[str, Any]:
+def study(case):
     """The exit code of a command, and its document or text."""
     sys.argv, out, code = ["heavytop", *shlex.split(case["words"])], io.StringIO(), 0
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
@@ -206,13 +203,13 @@ def study(case: dict[str, str]) -> dict[str, Any]:
     return {"exit": code, "document": out.getvalue()}
 
 
-def draw(case: dict[str, int]) -> dict[str, str]:
+def draw(case):
     """Random scenes, by the script that draws them in the version that is asked."""
     drawn = import_module("43_fuzz").scenes(SEED, case["n"])
     return {f"{x.name}.toml": x.to_toml() for x in drawn}
 
 
-def work(tree: Path) -> None:
+def work(tree):
     """Answer cases, JSON lines in and out, with the version in a tree."""
     sys.path[0] = str(tree / "validation")
     import heavytop
@@ -233,7 +230,7 @@ def work(tree: Path) -> None:
 # --- both asked, and compared --------------------------------------------------------------------
 
 
-def frozen(commit: str) -> Path:
+def frozen(commit):
     """The folder of an old version, made from the history when it is not there."""
     tree = ROOT / ".cache" / f"frozen-{git(ROOT, 'rev-parse', commit)}"
     if not tree.exists():
@@ -242,34 +239,21 @@ def frozen(commit: str) -> Path:
     return tree
 
 
-def git(folder: Path, *words: str) -> str:
+def git(folder, *words):
     return subprocess.check_output(["git", "-C", str(folder), *words], text=True).strip()
 
 
-def interpreter(tree: Path) -> str:
-    """This Python where the lock is the same, else one with the packages of the tree's lock."""
-    old, new = (each / "requirements/lock-py311.txt" for each in (tree, ROOT))
-    if old.read_bytes() == new.read_bytes():
-        return sys.executable
-    python = tree / ".venv/bin/python"
-    if not python.exists():
-        subprocess.check_call([sys.executable, "-m", "venv", str(tree / ".venv")])
-    pip = (str(python), "-m", "pip", "install", "--quiet", "--require-hashes", "-r", str(old))
-    subprocess.check_call(pip, stdout=sys.stderr)
-    return str(python)
-
-
-def begin(tree: Path, folder: Path) -> subprocess.Popen[str]:
+def begin(tree, folder):
     """A process that answers with the version in a tree, in a folder of its own."""
     folder.mkdir()
-    words = [interpreter(tree), str(Path(__file__).resolve()), "--work", str(tree)]
+    words = [sys.executable, str(Path(__file__).resolve()), "--work", str(tree)]
     cache = os.environ.get("HEYOKA_CACHE_DIR", str(ROOT / ".cache/heyoka"))
     env = os.environ | {"PYTHONPATH": str(tree / "src"), "HEYOKA_CACHE_DIR": cache}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     return subprocess.Popen(words, cwd=folder, env=env, text=True, **pipes)
 
 
-def ask(workers: list[subprocess.Popen[str]], kind: str, case: dict[str, Any]) -> list[Any]:
+def ask(workers, kind, case):
     """What each answers, all at the same time."""
     for worker in workers:
         worker.stdin.write(json.dumps([kind, case]) + "\n")
@@ -277,9 +261,7 @@ def ask(workers: list[subprocess.Popen[str]], kind: str, case: dict[str, Any]) -
     return [json.loads(worker.stdout.readline()) for worker in workers]
 
 
-def differences(
-    old: Any, new: Any, key: str = "", *, exactly: bool = True
-) -> Iterator[tuple[str, str, str]]:
+def differences(old, new, key="", *, exactly=True):
     """Every key where two answers differ, with both values; of a column of numbers the first.
 
     Where it need not be exactly, the closed form and what runs tell may differ in their last bits.
@@ -291,7 +273,7 @@ def differences(
     elif same(old, new, key) or (not exactly and near(old, new, key)):
         return
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        found: list[tuple[str, str, str]] = []
+        found = []
         for i, pair in enumerate(zip(old, new, strict=True)):
             found += differences(*pair, f"{key}[{i}]", exactly=exactly)
         if len(found) > 1 and not isinstance(old[0], dict):
@@ -301,7 +283,7 @@ def differences(
         yield key, short(old), short(new)
 
 
-def same(old: Any, new: Any, key: str) -> bool:
+def same(old, new, key):
     if json.dumps(old) == json.dumps(new):  # so −0 is not 0, and nan is nan
         return True
     if key.startswith(".exact") and isinstance(old, str) and isinstance(new, str):
@@ -313,7 +295,7 @@ def same(old: Any, new: Any, key: str) -> bool:
     return False
 
 
-def near(old: Any, new: Any, key: str) -> bool:
+def near(old, new, key):
     """Whether the closed form, or what a run tells, is as near as is promised."""
     ends = isinstance(old, list) and old and isinstance(old[0], str)
     if ends and re.search(r"enclosure\.\w+(\[\d\])?$", key):
@@ -326,23 +308,21 @@ def near(old: Any, new: Any, key: str) -> bool:
     return bool(numbers and bound and abs(old - new) <= bound * max(1, abs(old)))
 
 
-def as_narrow(old: list[Fraction], new: list[Fraction]) -> bool:
+def as_narrow(old, new):
     """Whether an interval meets the old one, and is not much wider."""
     (low, high), (least, most) = old, new
     wide = max(FACTOR * (high - low), NARROW * max(1, abs(low)))
     return least <= high and low <= most and most - least <= wide
 
 
-def short(value: Any) -> str:
+def short(value):
     text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 100 else f"{text[:99]}…"
 
 
-def compared(
-    pair: list[subprocess.Popen[str]], asked: Iterator[tuple[str, str, dict[str, str]]]
-) -> dict[str, Counter[str]]:
+def compared(pair, asked):
     """Ask both every case, print what differs, and count cases, differences and explained ones."""
-    counts: dict[str, Counter[str]] = defaultdict(Counter)
+    counts = defaultdict(Counter)
     for kind, name, case in asked:
         counts["cases"][kind] += 1
         for key, old, new in differences(*ask(pair, kind, case), exactly=False):
@@ -354,7 +334,7 @@ def compared(
     return counts
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--old", default=FROZEN, help="a commit")
     parser.add_argument("--scenes", type=int, default=200)

@@ -11,8 +11,6 @@ each, so that a run goes on where it was stopped. Processes that tests begin are
 longer tests are left out, so that the share is a lower bound.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import json
@@ -27,10 +25,8 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -52,19 +48,17 @@ PACKAGE = "src/heavytop/"
 TREE = Path(__file__).resolve().parents[1]
 KEY = ("file", "line", "column", "old", "new")
 
-Change = tuple[str, int, int, str]  # its kind, from where to where [bytes], and what is put there
-
 
 class Source:
     """A file of the package, and the places in it where an error can be put."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file):
         self.file = str(file.relative_to(TREE))
         self.bytes = file.read_bytes()
         self.lines = self.bytes.splitlines(keepends=True)
         self.begins = [sum(map(len, self.lines[:i])) for i in range(len(self.lines))]
 
-    def mutants(self) -> Iterator[dict[str, Any]]:
+    def mutants(self):
         for node in code(ast.parse(self.bytes)):
             for kind, start, end, new in self.changes(node):
                 row = max(i for i, begin in enumerate(self.begins) if begin <= start)
@@ -72,8 +66,8 @@ class Source:
                 words = {"old": self.bytes[start:end].decode(), "new": new, "kind": kind}
                 yield {"file": self.file, "line": self.lines[row].decode(), **place, **words}
 
-    def changes(self, node: ast.AST) -> Iterator[Change]:
-        """The errors that one node can have."""
+    def changes(self, node):
+        """The errors of a node: kind, from where to where [bytes], and what is put there."""
         match node:
             case ast.Compare(left=left, ops=ops, comparators=others):
                 for a, op, b in zip((left, *others), ops, others, strict=False):
@@ -95,9 +89,7 @@ class Source:
             case ast.Return(value=ast.expr() as value) if self.text(value) != "None":
                 yield "return", *self.at(value), "None"
 
-    def operator(
-        self, kind: str, left: ast.expr, op: ast.AST, right: ast.expr, tail: str = ""
-    ) -> Iterator[Change]:
+    def operator(self, kind, left, op, right, tail=""):
         """The operator between two nodes changed, where nothing but brackets stands beside it."""
         if type(op) not in CHANGED or (kind == "arithmetic" and is_text(left, right)):
             return
@@ -107,22 +99,22 @@ class Source:
         if found := re.fullmatch(pattern.encode(), self.bytes[start:end]):
             yield kind, start + found.start(1), start + found.end(1), new + tail
 
-    def at(self, node: ast.expr | ast.FunctionDef) -> tuple[int, int]:
+    def at(self, node):
         """From where to where a node stands [bytes]."""
         start = self.begins[node.lineno - 1] + node.col_offset
         return start, self.begins[node.end_lineno - 1] + node.end_col_offset
 
-    def text(self, node: ast.expr) -> str:
+    def text(self, node):
         start, end = self.at(node)
         return self.bytes[start:end].decode()
 
 
-def is_text(*nodes: ast.expr) -> bool:
+def is_text(*nodes):
     """Whether one is a text or a list: what cannot be subtracted is no small error."""
     return any(isinstance(getattr(each, "value", each), TEXTS) for each in nodes)
 
 
-def code(node: ast.AST) -> Iterator[ast.AST]:
+def code(node):
     """All nodes that are run: no types, and no f-strings, whose parts Python 3.11 misplaces."""
     match node:
         case ast.JoinedStr() | ast.If(test=ast.Name(id="TYPE_CHECKING")):
@@ -139,7 +131,7 @@ def code(node: ast.AST) -> Iterator[ast.AST]:
                     yield from code(each)
 
 
-def function_of(source: Source, start: int) -> int:
+def function_of(source, start):
     """The first line, decorators too, of the innermost function around a place; 0 of none."""
     found = 0
     for node in ast.walk(ast.parse(source.bytes)):
@@ -154,13 +146,13 @@ def function_of(source: Source, start: int) -> int:
 class Entered:
     """What the running test has entered: `package/file.py:line` of functions."""
 
-    def __init__(self) -> None:
-        self.codes: set[Any] = set()
+    def __init__(self):
+        self.codes = set()
 
-    def __call__(self, frame: Any, event: str, arg: Any) -> None:
+    def __call__(self, frame, event, arg):
         self.codes.add(frame.f_code)
 
-    def taken(self) -> list[str]:
+    def taken(self):
         """All since the last time."""
         codes, self.codes = self.codes, set()
         split = ((code.co_filename.partition("/src/heavytop/")[2], code) for code in codes)
@@ -168,7 +160,7 @@ class Entered:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: Any) -> Iterator[None]:
+def pytest_runtest_protocol(item):
     """Follow one test, with its fixtures."""
     if CALLS not in os.environ:
         return (yield)
@@ -184,7 +176,7 @@ def pytest_runtest_protocol(item: Any) -> Iterator[None]:
         append(f"{os.environ[CALLS]}.{os.getpid()}", row)
 
 
-def map_tests(file: Path) -> None:
+def map_tests(file):
     """Let every test say what it enters; tests that fail are left out."""
     here = os.environ | {CALLS: str(file)} | paths(TREE)
     command = [sys.executable, *PYTEST, "-rfE", "-p", "mutants", "-n2", "--dist=loadfile"]
@@ -197,18 +189,18 @@ def map_tests(file: Path) -> None:
         part.unlink()
 
 
-def rows_of(file: Path) -> list[dict[str, Any]]:
+def rows_of(file):
     """The lines of JSON of a file, if it is there."""
     return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
-def append(file: str | Path, *rows: dict[str, Any]) -> None:
+def append(file, *rows):
     """Put lines of JSON at the end of a file."""
     with Path(file).open("a", encoding="utf-8") as out:
         out.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
 
 
-def paths(tree: Path) -> dict[str, str]:
+def paths(tree):
     """The tree's package, and this file as a plugin."""
     return {"PYTHONPATH": f"{tree / 'src'}:{Path(__file__).parent}"}
 
@@ -219,14 +211,14 @@ def paths(tree: Path) -> dict[str, str]:
 class Tests:
     """Which tests enter a function, and what they say of a copy of the tree."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file):
         self.rows = sorted(rows_of(file), key=lambda row: row["s"])
         for row in self.rows:
             files = {call.partition(":")[0] for call in row["calls"]}
             row["calls"] = {*row["calls"], *(f"{each}:0" for each in files)}
-        self.unsteady: set[str] = set()
+        self.unsteady = set()
 
-    def of(self, function: str) -> list[str]:
+    def of(self, function):
         """The quickest that enter it, or its file, and others drawn at random, for BUDGET_S in all.
 
         What is computed once in a process, and kept, is entered by the first test alone, or by
@@ -235,7 +227,7 @@ class Tests:
         others = random.Random(function).sample(self.rows, len(self.rows))
         file = f"{function.partition(':')[0]}:0"
         near = [row for name in (function, file) for row in self.rows if name in row["calls"]]
-        found: dict[str, None] = {}
+        found = {}
         spent = 0.0
         for row in (*near, *others):
             if row["test"] not in self.unsteady and row["test"] not in found:
@@ -246,7 +238,7 @@ class Tests:
         # a file's tests together, for the sake of its fixtures
         return sorted(found, key=lambda test: test.partition("::")[0])
 
-    def failing(self, copy: Path, tests: list[str]) -> tuple[str, str]:
+    def failing(self, copy, tests):
         """How the tests end, and the first that fails."""
         shutil.rmtree(copy / ".hypothesis", ignore_errors=True)
         names = copy / "tests.txt"
@@ -265,12 +257,12 @@ class Tests:
         return outcome, by[1] if by else ended.stdout[-300:]
 
 
-def limited() -> None:
+def limited():
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S + 10))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def run(file: Path, tests: Tests, count: int, seed: int) -> None:
+def run(file, tests, count, seed):
     """Test the mutants that FILE does not have yet."""
     done = {tuple(row[name] for name in KEY) for row in rows_of(file)}
     sources = map(Source, sorted((TREE / PACKAGE).rglob("*.py")))
@@ -286,7 +278,7 @@ def run(file: Path, tests: Tests, count: int, seed: int) -> None:
                 append(file, mutant | tested(tests, copy, mutant, where))
 
 
-def tested(tests: Tests, copy: Path, mutant: dict[str, Any], function: str) -> dict[str, Any]:
+def tested(tests, copy, mutant, function):
     """What the tests say of the copy with an error in it, which is then taken out."""
     while True:
         some = tests.of(function)
@@ -304,7 +296,7 @@ def tested(tests: Tests, copy: Path, mutant: dict[str, Any], function: str) -> d
         return {"outcome": outcome, "tests": len(some), "by": by}
 
 
-def share(file: Path) -> None:
+def share(file):
     """Print which share is caught, and what survived."""
     rows = rows_of(file)
     for row in rows:
@@ -318,7 +310,7 @@ def share(file: Path) -> None:
         print(f"{row['file']}: {row['line'].strip()}  [{row['old']} -> {row['new']}]")
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("what", choices=("map", "run", "share"))
     parser.add_argument("file", type=lambda text: Path(text).resolve())

@@ -4,14 +4,11 @@ The page of the claims has a row for each authority, with the claim that comes n
 measured.csv has all: heavytop validate --json | python validation/page.py
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import platform
 import re
 import sys
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from heavytop.doctor import cpu_model, version
@@ -21,7 +18,7 @@ from heavytop.scene.quantities import Quantity
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-def rewrite(page: str, marker: str, table: str) -> None:
+def rewrite(page, marker, table):
     """Put a table between the markers of a page of docs/, its foot under it."""
     path = DOCS / page
     text = path.read_text("utf-8")
@@ -35,7 +32,7 @@ def rewrite(page: str, marker: str, table: str) -> None:
     path.write_text(found, "utf-8")
 
 
-def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> str:
+def markdown(head, rows, left=1):
     """A table of texts in Markdown; of so many columns at the left not aligned to the right."""
     columns = [str(k) for k in range(len(head))]
     table = [dict(zip(columns, row, strict=True)) for row in rows]
@@ -43,7 +40,7 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) 
     return Table(table, columns, meanings=about, left=left).markdown
 
 
-def foot() -> str:
+def foot():
     """Machine and versions in a line."""
     packages = ("heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
     versions = ", ".join(f"{name} {version(name)}" for name in packages if version(name))

@@ -6,14 +6,11 @@ matters only upside down, a threshold moved by 1e-25. An error that the claims n
 pass ends this with exit code 5. With the word `write` the table goes to docs/validation.md.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -33,7 +30,7 @@ class Plant(NamedTuple):
     claims: str  # those that are measured soon, and catch it
 
     @property
-    def quick(self) -> list[str]:
+    def quick(self):
         return self.claims.split()
 
 
@@ -115,7 +112,7 @@ FINE = (
 )  # fmt: skip
 
 
-def planted(plant: Plant, folder: Path) -> None:
+def planted(plant, folder):
     """Copy the package and its claims, with the error in the copy."""
     ignored = shutil.ignore_patterns("__pycache__", "out")
     shutil.copytree(ROOT / "src", folder / "src", ignore=ignored)
@@ -129,7 +126,7 @@ def planted(plant: Plant, folder: Path) -> None:
     path.write_text(text, "utf-8")
 
 
-def measured(folder: Path, names: Sequence[str]) -> list[dict]:
+def measured(folder, names):
     """Measure claims on the copy, as a user would."""
     command = [sys.executable, "-m", "heavytop", "validate", "--json", "-q", *names]
     here = os.environ | {"PYTHONPATH": str(folder / "src")}
@@ -139,14 +136,14 @@ def measured(folder: Path, names: Sequence[str]) -> list[dict]:
     return json.loads(found.stdout)["claims"]
 
 
-def catch(plant: Plant, names: Sequence[str]) -> list[str]:
+def catch(plant, names):
     """Return the claims that do not hold on the copy with the error."""
     with TemporaryDirectory(prefix="heavytop-plant-") as place:
         planted(plant, Path(place))
         return [each["id"] for each in measured(Path(place), names) if each["passed"] is False]
 
 
-def table(rows: list[tuple[Plant, list[str]]]) -> str:
+def table(rows):
     """The plants as a table of the documentation: a row for the plain ones, one for the others."""
     lines = ["| planted errors | claims that catch each |", "|---|--:|"]
     for word, group in (("plain", PLANTS), ("subtle", FINE)):
@@ -156,7 +153,7 @@ def table(rows: list[tuple[Plant, list[str]]]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
+def main():
     """Plant every error, measure every claim."""
     rows = [(plant, catch(plant, ())) for plant in (*PLANTS, *FINE)]
     for plant, names in rows:

@@ -9,10 +9,7 @@ the quaternion q (scalar first, body to space),
 Numbers are integers of 2^-BITS; a step is as long as the last terms of the series allow.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from operator import mul
 
@@ -26,7 +23,7 @@ mp = mpmath.MPContext()
 mp.prec = BITS
 
 
-def fixed(value) -> int:
+def fixed(value):
     """Return a number in units of 2^-BITS."""
     return int(mp.nint(mp.ldexp(mpf(value), BITS)))
 
@@ -84,7 +81,7 @@ def rotated(q, vector):
 class Body:
     """A body at the times it is taken to; `phi` and `psi` are followed when its axis is z."""
 
-    def __init__(self, moments, gMR, arm, q, omega, longest=math.inf) -> None:
+    def __init__(self, moments, gMR, arm, q, omega, longest=math.inf):
         self.arm, self.longest, self.t = arm, longest, Fraction(0)
         moments = [mpf(x) for x in moments]
         self.gyric = [
@@ -95,7 +92,7 @@ class Body:
         self.state = [fixed(x) for x in (*omega, *gamma, *q)]
         self.turns = [0.0, 0.0]  # phi + psi and phi - psi, followed
 
-    def at(self, times: Sequence) -> Iterator[Body]:
+    def at(self, times):
         """Go to one time after another."""
         for time in times:
             while self.t < Fraction(time):
@@ -128,7 +125,7 @@ class Body:
         )
         return mp.atan2(mp.hypot(x, y), mp.hypot(w, z)) * 2, (plus + minus) / 2, (plus - minus) / 2
 
-    def _step(self, left: Fraction) -> None:
+    def _step(self, left):
         terms = self._series()
         growth = max((abs(x[-1]).bit_length() - BITS) / ORDER for x in terms)
         h = Fraction(min(2 ** (-DROPPED / ORDER - growth), self.longest))
@@ -143,11 +140,11 @@ class Body:
         for i, (old, new) in enumerate(zip(before, self._directions(), strict=True)):
             self.turns[i] += (new - old + math.pi) % (2 * math.pi) - math.pi
 
-    def _directions(self) -> tuple[float, float]:
+    def _directions(self):
         w, x, y, z = (math.ldexp(x >> (BITS - 60), -60) for x in self.state[6:])
         return 2 * math.atan2(z, w), 2 * math.atan2(y, x)
 
-    def _series(self) -> list[list[int]]:
+    def _series(self):
         terms = [[x] for x in self.state]
         for k in range(1, ORDER + 1):
             rates = self._rates(*terms)
@@ -181,12 +178,12 @@ class Body:
         return (*spins, *falls, *(x // 2 for x in halves))
 
 
-def attitudes_apart(a, b) -> float:
+def attitudes_apart(a, b):
     """Return the distance of two quaternions; one and its negative are the same attitude."""
     return min(farthest(a, b), farthest(a, [-x for x in b]))
 
 
-def farthest(a, b) -> float:
+def farthest(a, b):
     """Return the largest difference of two sequences of numbers, none where one of them is none."""
     apart = [float(abs(mpf(x) - mpf(y))) for x, y in zip(a, b, strict=True)]
     return math.nan if any(map(math.isnan, apart)) else max(apart)

@@ -1,13 +1,9 @@
 """What scripts share: motions, largest errors, interleaved times, and running one alone."""
 
-from __future__ import annotations
-
 import sys
 from ast import literal_eval
-from collections.abc import Callable, Mapping
 from inspect import signature
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -15,24 +11,26 @@ import heavytop as ht
 from heavytop.claims import CLAIMS
 from heavytop.results.validation import VERDICTS
 
+HUNDRED_STEPS = "rounding of some hundred steps in doubles, ten times"  # why a bound
 
-def most(*found: Any) -> Any:
+
+def most(*found):
     """Return the largest of some numbers, as max does, but no number where one of them is none."""
     values = list(found[0]) if len(found) == 1 else list(found)
     return next((value for value in values if value != value), None) or max(values)
 
 
-def farthest(found: Any, expected: Any) -> float:
+def farthest(found, expected):
     """Return the largest difference of two arrays, no number where one of them is none."""
     return float(np.max(np.abs(np.subtract(found, expected))))
 
 
-def relative(found: Any, exact: Any) -> Any:
+def relative(found, exact):
     """Return how far a number is from an mpmath number, relative to that, with its digits."""
     return abs(exact.context.mpf(found) / exact - 1)
 
 
-def motion_of(scene: Any) -> Any:
+def motion_of(scene):
     """Return the exact motion of a scene, or of a shipped one that is named."""
     scene = ht.load_scene(scene) if isinstance(scene, str) else scene
     return ht.Motion(scene.top, scene.start)
@@ -41,19 +39,17 @@ def motion_of(scene: Any) -> Any:
 STATE = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 
 
-def state(*values: Any) -> Any:
+def state(*values):
     """Return the start of these angles and rates."""
     return ht.State(**dict(zip(STATE, values, strict=True)))
 
 
-def angles(at: Any) -> tuple[Any, Any, Any]:
+def angles(at):
     """Return theta, phi and psi of a state."""
     return at.theta, at.phi, at.psi
 
 
-def interleaved(
-    programs: Mapping[str, Callable[[], object]], repeats: int = 15
-) -> dict[str, float]:
+def interleaved(programs, repeats=15):
     """Return the best time of each program [s], all run in turn so that ratios hold.
 
     A program that returns a number has taken the time itself.
@@ -68,7 +64,7 @@ def interleaved(
     return best
 
 
-def integrating(scene: Any, **how: Any) -> Callable[[], float]:
+def integrating(scene, **how):
     """Return a program that runs a scene, and returns the time of the steps alone [s]."""
     return lambda: ht.propagate(scene, **how).statistics.integrate_s
 
@@ -76,19 +72,19 @@ def integrating(scene: Any, **how: Any) -> Callable[[], float]:
 class Digits:
     """The numbers of a motion as mpmath numbers of so many digits; call it with a time."""
 
-    def __init__(self, motion: Any, digits: int) -> None:
+    def __init__(self, motion, digits):
         from heavytop.exact.decimals import context
 
         self.motion, self.digits, self.ctx = motion, digits, context(digits + 10)
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name):
         return self.motion.mpf(name, self.digits)
 
-    def __call__(self, t: Any) -> Any:
+    def __call__(self, t):
         return self.motion.at(self.ctx.mpf(t), self.digits)
 
 
-def main() -> None:
+def main():
     """Measure here what the script that is run claims, and print it; exit code 5: not all holds.
 
     Words name what is measured, or are arguments of it: ``write`` for write=True, ``periods=1e4``.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -159,7 +160,7 @@ def claim(
     Parameters
     ----------
     name : str, optional
-        Its id; by default that of the function, with hyphens.
+        Its id; by default that of the function, with hyphens, and points between digits.
     authority, bound, reason, holds, needs, of
         As for `Claim`.
     """
@@ -168,7 +169,7 @@ def claim(
         paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
         about = {"statement": paragraph.removesuffix(".").format(*of), "bound": float(bound)}
         about |= {"authority": authority, "reason": reason, "holds": holds}
-        named = name or measure.__name__.replace("_", "-")
+        named = name or re.sub(r"(?<=\d)_(?=\d)", ".", measure.__name__).replace("_", "-")
         return _add(Claim, named, measure, needs=needs, of=of, **about)
 
     return add
