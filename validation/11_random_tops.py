@@ -13,6 +13,8 @@ from tools import main
 
 import heavytop as ht
 from heavytop.claims import proof
+from heavytop.equations.euler_poisson import axis_form
+from heavytop.integration.engine import Engine
 from heavytop.run.events import tally
 from heavytop.run.own_motion import own_motion
 from heavytop.scene.quantities import QUANTITIES, judged
@@ -38,7 +40,7 @@ def random_top(draw):
     return A, C, gMR, theta, thetadot, phidot, omega3
 
 
-def seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3):
+def kind_seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3):
     """The kind of motion as its events over one period show it."""
     b, s, c = C * omega3 / A, np.sin(theta), np.cos(theta)
     e = np.array([0.0, -s, c])  # at phi = 0
@@ -68,12 +70,8 @@ def verdicts(tops=100_000):
     and looks whether phidot has two signs at the last two turns, or vanished at one. The tops are
     drawn all over, of both signs of gMR, some released from rest (cusps), some beside a cusp.
     """
-    from heavytop.integration.compiled import Compiled
-
-    from heavytop.equations.euler_poisson import axis_form
-
     draw = np.random.default_rng(2026)
-    taylor = Compiled(axis_form(None), ("turning",), 2.0**-52)
+    taylor = Engine(axis_form(), ("turning",), 2.0**-52)
     wrong, uncertain, blurred = [], 0, 0
     for _ in range(tops):
         numbers = random_top(draw)
@@ -81,7 +79,7 @@ def verdicts(tops=100_000):
         start = ht.State(theta, thetadot=thetadot, phidot=phidot, omega3=omega3)
         verdict = ht.classify(ht.Top(A, C, gMR), start)
         uncertain += not verdict.certified
-        observed = seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3)
+        observed = kind_seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3)
         if observed == verdict.kind:
             continue
         if observed == "cusps":  # phidot is too small at a turn for doubles to tell its sign
