@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.analytic.potential import Potential
 from heavytop.plots.style import KIND_STYLES
 from heavytop.report.explorer import INPUT_LIMITS, PLAIN_LIMITS
 from heavytop.scene.scene import read_scene
@@ -127,7 +128,7 @@ def test_tilts_and_periods_that_it_tells_are_those_of_the_package(page, beside_p
 def test_the_effective_potential_and_the_energy_are_those_of_the_package(page):
     top = json.dumps(numbers(shipped("sicm-kicked")))
     V = page.value(f"[0.2, 0.5, 1.5].map(heavytop.potential({top}))")
-    potential = ht.analytic.potential.Potential(shipped("sicm-kicked"))
+    potential = Potential(shipped("sicm-kicked"))
     assert pytest.approx(3.28e-4 * potential(np.array([0.2, 0.5, 1.5])), rel=1e-12) == V
     E = page.value(f"heavytop.constants({top}).E_prime")
     assert pytest.approx(shipped("sicm-kicked").constants.floats["E_prime"], rel=1e-12) == E

@@ -340,7 +340,7 @@
     ["LOOPING", "cusps", (x) => heavytop.sum("PASS_TOP", x) * heavytop.sum("PASS_BOTTOM", x) < 0],
     ["PASS_TOP", "through-top", (x) => heavytop.relative("OVER_TOP", x) > 0],
     ["PASS_BOTTOM", "through-bottom", (x) => heavytop.relative("OVER_BOTTOM", x) > 0],
-    ["STEADY", "uniform-precession", (x) => x.thetadot === 0]];
+    ["PULL", "uniform-precession", (x) => x.thetadot === 0]];
   const along = ([low, high], count) =>
     Array.from({ length: count }, (_, k) => low + ((high - low) * k) / (count - 1));
   const crossings = (cells, at, [columns, rows]) => { // where a function on the mesh is zero, as short lines

@@ -29,8 +29,8 @@ const heavytop = (() => {
   const NUMBERS = {
     KINETIC: { terms: (x) => [x.swing], beside: (x) => x.momentum },
     THETA_RATE: { terms: (x) => [x.A * x.thetadot], beside: (x) => x.momentum },
-    ACROSS: { terms: (x) => [x.A * x.phidot * x.sin2], beside: (x) => x.sine * x.momentum },
-    SPIN: { terms: (x) => [x.pPsi], beside: (x) => x.momentum },
+    ACROSS_RATE: { terms: (x) => [x.A * x.phidot * x.sin2], beside: (x) => x.sine * x.momentum },
+    SPIN_MOMENTUM: { terms: (x) => [x.pPsi], beside: (x) => x.momentum },
     WEIGHT: { terms: (x) => [x.A * x.gMR],
       beside: (x) => Math.sqrt(x.A * Math.abs(x.gMR)) * x.momentum },
     SINE: { terms: (x) => [x.sin2], beside: (x) => x.sine },
@@ -41,7 +41,7 @@ const heavytop = (() => {
       beside: (x, sizes) => passed(x, sizes, x.above) },
     OVER_TOP: { terms: (x) => [x.kinetic, -2 * x.gMR * x.below] },
     OVER_BOTTOM: { terms: (x) => [x.kinetic, 2 * x.gMR * x.above] },
-    STEADY: { terms: (x) => [x.A * x.cos * x.phidot * x.phidot, -x.pPsi * x.phidot, x.gMR] },
+    PULL: { terms: (x) => [x.A * x.cos * x.phidot * x.phidot, -x.pPsi * x.phidot, x.gMR] },
     LOOPING: { terms: (x) => [x.pPsi * x.kinetic, -2 * x.gMR * x.A * x.phidot * x.sin2],
       beside: (x, sizes) =>
         sizes + Math.abs(x.pPsi) * (x.kinetic + 2 * Math.abs(x.gMR) * x.sin2) },
