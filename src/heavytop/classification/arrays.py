@@ -57,7 +57,7 @@ def detail(names: tuple[str, ...]) -> int:
 
     Examples
     --------
-    >>> DETAILS[detail(("slow", "spherical-pendulum"))]
+    >>> VERDICT_DETAILS[detail(("slow", "spherical-pendulum"))]
     'slow'
     """
     return next((VERDICT_DETAILS.index(name) for name in names if name in VERDICT_DETAILS), 0)
