@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import signal
@@ -35,6 +36,8 @@ VERBS: Final = {
 }
 """The function of each verb, and after it the one that it calls, whose parameters it has too."""
 
+COLLECTED: Final = 100_000  # objects, until garbage is looked for: imports make many and none
+
 app = Verbs(
     VERBS,
     name="heavytop",
@@ -48,6 +51,7 @@ click.version_option(__version__, message="%(prog)s %(version)s")(app)
 
 def main() -> None:
     """Run the command line."""
+    gc.set_threshold(COLLECTED)
     for name in ("SIGTERM", "SIGHUP"):  # do what Ctrl-C does: no process is left behind
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
@@ -64,3 +68,5 @@ def main() -> None:
     except OSError as fault:  # of the help
         print_error(f"cannot write: {fault.strerror}")
         raise SystemExit(Exit.ENDED_EARLY) from None
+    finally:
+        gc.freeze()  # else all modules are looked through once more before the process ends
