@@ -205,7 +205,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
 
 
 def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
-    monkeypatch.setattr(bits, "extended", lambda: projection.DOUBLE_SPACING)
+    monkeypatch.setattr(bits, "extended", lambda: projection.EPSILON)
     with pytest.raises(ht.BadScene, match="long double has no more digits than double"):
         ht.propagate(scene(1), projected=True)
 

@@ -22,6 +22,7 @@ from heavytop.classification.kinds import RULES, Criterion
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
+from heavytop.exact.pairs import UNIT
 from heavytop.exact.parse import UNITS_OF
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Reader, Refused
@@ -32,7 +33,7 @@ from heavytop.text import Shown, nearest
 
 FIND_SCHEMA: Final = "heavytop/find/1"
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0
-_ROUNDINGS: Final = 8 * 2.0**-53  # of a fact that is made of others
+_ROUNDINGS: Final = 8 * UNIT  # of a fact that is made of others
 _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
 _THIRDS: Final = 48  # after which the least of a fact does not change
 _WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|==|=|≤|≥)\s*(.+?)\s*")

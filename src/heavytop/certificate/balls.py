@@ -7,7 +7,6 @@ from typing import Final
 
 from flint import arb, arb_mat, arb_poly
 
-UNIT: Final = 2.0**-53  # a double is rounded by that much, relative
 _POWER: Final = 4  # squarings: a norm is bounded by tr((S^T S)^16)^(1/32), at most 1.06 times it
 
 

@@ -30,11 +30,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import MARGIN, Flow
 from heavytop.certificate.steps import UP, Steps, defects
 from heavytop.certificate.system import CERTIFIED
-from heavytop.exact.pairs import add
+from heavytop.exact.pairs import UNIT, add
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]

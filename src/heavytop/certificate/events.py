@@ -12,11 +12,11 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import UNIT, TooCoarse, pair, up
+from heavytop.certificate.balls import TooCoarse, pair, up
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import UP
 from heavytop.exact.balls import working
-from heavytop.exact.pairs import add, two_product
+from heavytop.exact.pairs import UNIT, add, two_product
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]

@@ -26,7 +26,6 @@ from flint import acb, acb_poly, arb, arb_poly
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import (
-    UNIT,
     TooCoarse,
     hull,
     larger,
@@ -41,7 +40,7 @@ from heavytop.certificate.system import CERTIFIED, QuadraticSystem
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
 from heavytop.exact.balls import working
-from heavytop.exact.pairs import add, multiply, two_product
+from heavytop.exact.pairs import UNIT, add, multiply, two_product
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]

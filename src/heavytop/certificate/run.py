@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import Steps
 from heavytop.certificate.system import CERTIFIED
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.exact.pairs import add
+from heavytop.exact.pairs import UNIT, add
 from heavytop.integration.blocks import Checkpoint, Integrator
 from heavytop.integration.engine import Polynomials, engine
 

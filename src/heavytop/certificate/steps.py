@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import UNIT
 from heavytop.certificate.system import UNIT_FACTOR, QuadraticSystem
-from heavytop.exact.pairs import add, two_product
+from heavytop.exact.pairs import UNIT, add, two_product
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]

@@ -18,9 +18,10 @@ import numpy as np
 from flint import arb, arb_mat, arb_poly
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import UNIT, upper
+from heavytop.certificate.balls import upper
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import quadratic_terms
+from heavytop.exact.pairs import UNIT
 
 Array = NDArray[np.float64]
 

@@ -16,13 +16,13 @@ from heavytop.checking.reading import Array, Data, read
 from heavytop.checking.result import Check, Finding, Size, Slip
 from heavytop.checking.search import Judgement, explain, undo, undo_names
 from heavytop.errors import BadScene, Fault, HeavyTopError
+from heavytop.exact.pairs import UNIT
 from heavytop.scene.quantities import ANGLES
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
-LEAST_ERROR: Final = 2.0**-53  # the least error
 
 
 def check(
@@ -113,7 +113,7 @@ def check(
     slip = None
     if conventions:
         first, left = conventions[0], _rms_error(judged) or 0.0
-        slip = Slip(first.name, first.sentence, _rms_error(comparison), max(left, LEAST_ERROR))
+        slip = Slip(first.name, first.sentence, _rms_error(comparison), max(left, UNIT))
     return Check(
         name=given.name,
         top=judged.top,
@@ -204,7 +204,7 @@ def _digits(c: Comparison) -> float:
         if name in errors:  # as angles that grow are written: with so many digits
             errors[name] = errors[name] / np.maximum(1, abs(getattr(c.exact, angle)))
     largest = max(float(np.nanmax(error)) for error in errors.values())
-    return max(0.0, -float(np.log10(max(largest, LEAST_ERROR))))
+    return max(0.0, -float(np.log10(max(largest, UNIT))))
 
 
 def _rms_error(c: Comparison) -> float | None:

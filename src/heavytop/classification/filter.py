@@ -29,11 +29,11 @@ from heavytop.classification.arrays import (
 )
 from heavytop.classification.kinds import Criterion, Kind, Rule, Tag
 from heavytop.classification.reduced import Reduced
-from heavytop.exact.pairs import PI_REST
+from heavytop.exact.pairs import PI_REST, UNIT
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
-FILTER_ROUNDING: Final = 160 * 2.0**-53
+FILTER_ROUNDING: Final = 160 * UNIT
 """What a sum is off by at most, beside its magnitude.
 
 The number of roundings grows by 1 in a sum, where the larger one counts, and to n₁ + n₂ + 1 in a

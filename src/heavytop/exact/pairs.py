@@ -18,6 +18,8 @@ Array: TypeAlias = NDArray[np.float64]
 Words = TypeVar("Words", float, NDArray[np.float64])
 DoubleDouble = tuple[float, float]
 
+EPSILON: Final = 2.0**-52  # between 1 and the next double
+UNIT: Final = 2.0**-53  # by which a double is rounded, at most, relative to it
 PI_REST: Final = 1.2246467991473532e-16  # of π, beyond a double
 _CIRCLE: Final = 2 * pi
 

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE
 from heavytop.integration.engine import Array, System, per_thread
 from heavytop.integration.library import hy
 from heavytop.integration.paces import in_units, paces_of
 
 Indices = NDArray[np.int64]
-BATCH_TOLERANCE = 2.0**-52
 LOST_LANE = hy.taylor_outcome.err_nf_state
 WINK = 20_000  # steps at a time, some hundredths of a second: heyoka itself heeds no Ctrl-C
 TOPS_A_THREAD = 64  # tops at least, for a thread of their own
@@ -214,7 +214,7 @@ def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
             system.equations,
             np.zeros((len(system.equations), width)),
             pars=np.zeros((len(system.loaded), width)),
-            tol=BATCH_TOLERANCE,
+            tol=EPSILON,
             nt_events=[
                 hy.nt_event_batch(zero, _recorder(i * width, found))
                 for i, zero in enumerate(system.zeros)

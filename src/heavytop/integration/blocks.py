@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
-from heavytop.exact.pairs import add
+from heavytop.exact.pairs import EPSILON, add
 from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.engine import (
     ABOVE,
@@ -47,7 +47,6 @@ LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
 END_MARGIN = 1e-9  # the end, as a part of it: zeros may be there by rounding
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
-MACHINE_EPSILON = float(np.finfo(float).eps)
 NEVER = np.empty(0)
 Keep = Callable[[Callable[[], "Orbit"]], object]
 
@@ -160,7 +159,7 @@ class Integrator:
             return None
         own, constants = self.engine, self.own_constants
         if own.bits > DOUBLE:
-            own = engine(own.formulation, (), MACHINE_EPSILON)
+            own = engine(own.formulation, (), EPSILON)
             constants = {name: float(x) for name, x in constants.items()}
         own.load(constants)
         state = (start.state / self._units).astype(np.float64)

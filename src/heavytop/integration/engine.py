@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
-from heavytop.exact.pairs import DoubleDouble, add
+from heavytop.exact.pairs import EPSILON, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.library import hy
 
@@ -261,7 +261,7 @@ class Engine:
                 start,
                 pars=pars,
                 tol=tolerance,
-                high_accuracy=tolerance < np.finfo(float).eps,
+                high_accuracy=tolerance < EPSILON,
                 nt_events=[
                     hy.nt_event(zero, _recorder(self._zeros, self._seeing, i))
                     for i, zero in enumerate(system.zeros)

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
-from heavytop.exact.pairs import DoubleDouble, add
+from heavytop.exact.pairs import EPSILON, DoubleDouble, add
 from heavytop.integration.bits import ROOM, extended, why_not
 from heavytop.integration.engine import (
     Array,
@@ -47,7 +47,6 @@ from heavytop.integration.engine import (
 from heavytop.integration.library import hy
 
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
-DOUBLE_SPACING = float(np.finfo(float).eps)
 LEAST_TIME = float(np.finfo(float).tiny)
 # how much shorter than the mean of the first leg the longest steps of a leg may be
 EVEN_STEPS = 0.12
@@ -97,7 +96,7 @@ class Projection:
         constants = [parameters[p.name] for p in found.constants]
         scale = max(1.0, float(np.max(np.abs(start))))  # as the integrator's tolerance has it
         sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
-        floors = (extended() / DOUBLE_SPACING * sizes / scale) ** 2
+        floors = (extended() / EPSILON * sizes / scale) ** 2
         made = cls(formulation, np.concatenate((constants, np.zeros(sizes.size), floors)))
         made(start)
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]

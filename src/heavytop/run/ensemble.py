@@ -27,10 +27,10 @@ from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, Impossible, Outcome
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration.batch import Journey, Lane, Zeros, joined
 from heavytop.integration.outputs import Sample, event_function, invariants, sample
-from heavytop.run.estimates import DOUBLE_DIGITS
-from heavytop.run.planning import DOUBLE_TOLERANCE
+from heavytop.run.estimates import DOUBLE_DIGITS, LOCAL_ROUNDING
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
 
 Array = NDArray[np.float64]
@@ -46,8 +46,7 @@ BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the othe
 LEAST_SIZE = float(np.finfo(np.float64).tiny)
 SMALL_NUTATION = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
-LOCAL: Final = 16.0  # units of rounding in a state, whatever the span,
-WALK: Final = 4.0  # and of the root of the number of nutations
+WALK: Final = 4.0  # beside those that any state has, of the root of the number of nutations
 MOST_GROWTH: Final = 700.0  # of an exponent
 _SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 
@@ -437,7 +436,7 @@ def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     nods = abs(thetadot) / rate + abs(pull) / rate**2
     P_plus, P_minus = drift + b * below, drift - b * above
     near = np.minimum(np.minimum(abs(P_plus), abs(P_minus)) / (2 * rate), 1.0)
-    return Outlook(DOUBLE_TOLERANCE * (LOCAL + WALK * np.sqrt(nutations)), growth, rate, nods, near,
+    return Outlook(EPSILON * (LOCAL_ROUNDING + WALK * np.sqrt(nutations)), growth, rate, nods, near,
                    _turns_back(g, b, drift, speed2, P_plus * P_minus))  # fmt: skip
 
 
@@ -445,7 +444,7 @@ def _growth(g: Array, b: Array, drift: Array, speed2: Array, above: Array, time:
     """G, for g ≥ 0: 1 but beside the separatrix."""
     P, lift = drift - b * above, 2 * g * above
     S, F = 2 * (speed2 - lift - b * P), 4 * g - b**2 - (speed2 - lift)
-    S = abs(S) + 2 * DOUBLE_TOLERANCE * (speed2 + lift + abs(b * P))  # it may be all rounding
+    S = abs(S) + 2 * EPSILON * (speed2 + lift + abs(b * P))  # it may be all rounding
     mc = 2 * g * np.sqrt(S**2 + 4 * np.maximum(F, 0) * P**2) / F**2
     near = np.where(F > 0, np.maximum(1 / mc, 1.0), 1.0)
     return np.minimum(

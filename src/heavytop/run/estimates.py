@@ -15,11 +15,10 @@ from typing import Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
+from heavytop.exact.pairs import UNIT
 from heavytop.integration.bits import DOUBLE, enough
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
-
-UNIT: Final = 2.0**-53
 
 # time
 QUADRATURE_US: Final = 2.0  # of psi beside the axis

@@ -31,6 +31,7 @@ from heavytop.errors import Outcome
 from heavytop.exact import Exact
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Number
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration.blocks import Orbit
 from heavytop.integration.engine import Seen
 from heavytop.integration.outputs import (
@@ -40,7 +41,7 @@ from heavytop.integration.outputs import (
     newton_step,
     spin_momentum,
 )
-from heavytop.run.planning import DOUBLE_TOLERANCE, exact_span
+from heavytop.run.planning import exact_span
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import EVENTS
 
@@ -314,7 +315,7 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]
         place = np.append(np.arange(begins), np.arange(end, end := end + hit.t.size))
         with np.errstate(divide="ignore", invalid="ignore"):
             noise = abs(at.phidot[place]) + 2 * b / abs(np.sin(at.theta[place]))
-        noise *= DOUBLE_TOLERANCE
+        noise *= EPSILON
         level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
         t_low = np.append(np.zeros(begins), hit.t_low)
         found = _zeros(form, event, at, place, known, t_low, level)
@@ -351,7 +352,7 @@ def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZer
     them, may be found again beside itself; `step` is a measure of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
-    margin = EDGE_LEVEL * DOUBLE_TOLERANCE * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
+    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
     kept = zeros.where(forward * zeros.t <= abs(end) + margin)
     t, t_low = _ended(kept.t, kept.t_low, end)
     kept = kept._replace(t=t, t_low=t_low)

@@ -19,6 +19,7 @@ from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI, Exact
 from heavytop.exact.decimals import Context, Number
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
 from heavytop.scene.arguments import expect, one_of, parse_options
@@ -26,7 +27,6 @@ from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
 from heavytop.text import Shown, duration
 
-DOUBLE_TOLERANCE = 2.0**-52
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
@@ -86,7 +86,7 @@ class Plan(Shown):
     watched: Words = ()
     states: int = 0
     precision: str = "double"
-    tolerance: float = DOUBLE_TOLERANCE
+    tolerance: float = EPSILON
     projected: bool = False
     reasons: Words = ()
     warnings: Words = ()
@@ -271,7 +271,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular there"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
-    if "attitude" in wants and turned * DOUBLE_TOLERANCE > allowed:
+    if "attitude" in wants and turned * EPSILON > allowed:
         return "attitude", f"attitude: it takes out the spin, {turned:.1e} rad, exactly"
     return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"
 

@@ -22,6 +22,7 @@ from heavytop.equations.lambdify import Rounded, exact_texts
 from heavytop.errors import EndedEarly, Outcome
 from heavytop.exact import Number
 from heavytop.exact.decimals import context
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, bits_of, digits_of
 from heavytop.integration.blocks import Checkpoint, Integrator, Orbit, integrate, not_begun
 from heavytop.integration.engine import engine
@@ -30,7 +31,6 @@ from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
 from heavytop.run.own_motion import OwnMotion
 from heavytop.run.planning import (
-    DOUBLE_TOLERANCE,
     Plan,
     closed_form_of,
     exact_span,
@@ -419,9 +419,7 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
 def integrator_of(chosen: Plan, constants: dict[str, Any], start: Checkpoint) -> Integrator:
     """Return what takes the steps of a plan's run from a start."""
     bits = bits_of(chosen.precision)
-    watched, tolerance = (
-        (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), DOUBLE_TOLERANCE)
-    )
+    watched, tolerance = (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), EPSILON)
     found = engine(chosen.equations, watched, tolerance, bits)
     return Integrator(found, constants, start.state, projected=chosen.projected)
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration import outputs
 from heavytop.integration.bits import DOUBLE, digits_of
 from heavytop.integration.blocks import Orbit
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
-START_ROUNDING = 4 * np.finfo(float).eps
+START_ROUNDING = 4 * EPSILON
 SPREAD_TIMES, LATE_TIMES = (
     64,
     16,

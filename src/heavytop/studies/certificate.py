@@ -20,7 +20,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from heavytop.certificate.balls import UNIT, TooCoarse
+from heavytop.certificate.balls import TooCoarse
 from heavytop.certificate.bounds import bound
 from heavytop.certificate.events import Proof, match_events
 from heavytop.certificate.flow import Flow
@@ -29,6 +29,7 @@ from heavytop.certificate.steps import LEADING_TERMS
 from heavytop.certificate.system import CERTIFIED
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
+from heavytop.exact.pairs import UNIT
 from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.outputs import sample
 from heavytop.results.certificate import CERTIFIED_QUANTITIES, Certificate

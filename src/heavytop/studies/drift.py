@@ -18,6 +18,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.doctor import versions
@@ -59,7 +60,6 @@ START_SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances fr
 SAMPLE_PHASE: Final = 0.6180339887498949
 GROWING: Final = {"energy": "energy", "phase": "phase_s"}  # and what holds their errors
 VARIED: Final = (*ANGLES, *RATES, "omega3")
-LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no measure of it
 
 
 def drift(
@@ -349,7 +349,7 @@ def collect(journal: Journal) -> Drift:
         **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
         spread=START_SPREAD,
         starts=tuple({name: float(getattr(each, name)) for name in VARIED} for each in states),
-        methods=tuple(_method(journal, text, LOST * period) for text in asked["methods"]),
+        methods=tuple(_method(journal, text, LOST_PHASE * period) for text in asked["methods"]),
     )
 
 

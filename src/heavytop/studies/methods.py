@@ -13,8 +13,9 @@ from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import bits_of, why_not
-from heavytop.run.planning import DOUBLE_TOLERANCE, plan_steps
+from heavytop.run.planning import plan_steps
 from heavytop.scene.arguments import Refused, one_of, shown
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest
@@ -83,10 +84,10 @@ def taylor_methods() -> Mapping[str, MethodEntry]:
     """Return the Taylor integrator's methods: every formulation, projected or in more bits."""
     found = []
     for form, formulation in FORMULATIONS.items():
-        limits = {"set_by": BY_TOLERANCE, "least": DOUBLE_TOLERANCE, "most": 1e-2}
-        grid = (*(x for x in DECADES if x >= DOUBLE_TOLERANCE), DOUBLE_TOLERANCE)
+        limits = {"set_by": BY_TOLERANCE, "least": EPSILON, "most": 1e-2}
+        grid = (*(x for x in DECADES if x >= EPSILON), EPSILON)
         about = {"language": "compiled by heyoka", "formulation": form, "short": form}
-        plain = entry(f"taylor-{form}", DOUBLE_TOLERANCE, None, grid=grid, **limits, **about)
+        plain = entry(f"taylor-{form}", EPSILON, None, grid=grid, **limits, **about)
         found.append(plain)
         if not why_not(formulation.build()):
             found.append(replace(plain, name=f"{plain.name}-projected", projected=True))

@@ -35,14 +35,14 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import Context, context
-from heavytop.exact.pairs import Array, DoubleDouble, add
+from heavytop.exact.pairs import EPSILON, Array, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, digits_of, named
 from heavytop.integration.blocks import NEVER, Checkpoint, Integrator, Observed
 from heavytop.integration.engine import text
 from heavytop.integration.library import hy
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
-from heavytop.run.planning import DOUBLE_TOLERANCE, closed_form_of, plan
+from heavytop.run.planning import closed_form_of, plan
 from heavytop.run.propagation import binary_start, integrator_of
 from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
@@ -92,7 +92,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     wants = Scene(scene.top, scene.start, periods=1, quantities=("theta",), events=(), samples=2,
                   digits=10, name=scene.name)  # fmt: skip
     chosen = plan(wants, method.formulation, projected=method.projected)
-    tolerance = DOUBLE_TOLERANCE if method.is_rival or method.bits > DOUBLE else method.setting
+    tolerance = EPSILON if method.is_rival or method.bits > DOUBLE else method.setting
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
     parameters, start = binary_start(scene, chosen)
     known, digits = parameters, REFERENCE_DIGITS

@@ -22,6 +22,7 @@ import numpy as np
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.record import Record
 from heavytop.exact import Exact
+from heavytop.exact.pairs import UNIT
 from heavytop.run.planning import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.scene_file import EVENTS
@@ -38,7 +39,6 @@ SIMPLE: Final = (1, "0.5", 1)
 BETSCH: Final = ("6.375e-3", "7.5e-4", "0.73575")
 SPAN: Final = "2.618"  # nutation periods
 
-UNIT: Final = 2.0**-53
 ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every method may make
 FOLLOWED: Final = 100  # periods
 RESTARTS: Final = 8  # times from which the axis is followed to the end

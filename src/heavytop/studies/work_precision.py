@@ -12,6 +12,7 @@ from statistics import median, quantiles
 from time import perf_counter
 from typing import Any, Final
 
+from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
 from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
@@ -23,7 +24,7 @@ from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import study
-from heavytop.studies.drift import LOST, perturbed_start
+from heavytop.studies.drift import perturbed_start
 from heavytop.studies.methods import (
     AUTO,
     auto_digits,
@@ -399,7 +400,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     return {
         "axis_error": off.axis,
         "theta_error": abs(tilt),
-        "phase_error": abs(off.phase_s) if abs(off.phase_s) < LOST * run.period else None,
+        "phase_error": abs(off.phase_s) if abs(off.phase_s) < LOST_PHASE * run.period else None,
         "energy_error": abs(off.energy),
         "periods": last.time[0] / run.period,
         "steps": last.steps,
