@@ -45,7 +45,6 @@ from heavytop.integration.projection import Projected, Projection
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
-END_MARGIN = 1e-9  # the end, as a part of it: zeros may be there by rounding
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
 NEVER = np.empty(0)
 Keep = Callable[[Callable[[], "Orbit"]], object]
@@ -458,17 +457,13 @@ class _Journey:
         forward = np.copysign(1.0, self.far)
         seen = Seen.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
         is_sample = self.is_sample[: seen.t.size]
-
-        def up_to_end(hit: Seen) -> Seen:
-            return hit.where(abs(hit.t) <= (1 + END_MARGIN) * abs(end))
-
         return Orbit(
             integrator=self.integrator,
             checkpoints=tuple(self.checkpoints),
             samples=Seen.join([known.samples, seen.where(is_sample)]),
             between=seen.where(~is_sample),
             hits=tuple(
-                up_to_end(Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later]))
+                Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
                 for hit, *later in zip(known.hits, *(each.hits for each in blocks), strict=True)
             ),
             end=end,
