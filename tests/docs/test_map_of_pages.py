@@ -1,10 +1,13 @@
 """Where a page stands, and where it says that something is: the parts of docs/, and the files."""
 
 import importlib.util
+import pkgutil
 import re
 import tomllib
 from collections import Counter
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -36,10 +39,24 @@ def test_the_first_page_has_four_parts():
     assert text.index("notebook-2.svg") < text.index("{toctree}")
 
 
-def test_the_architecture_names_files_that_exist():
-    text = (DOCS / "architecture.md").read_text("utf-8")
-    for name in re.findall(r"`([\w./-]+/[\w.-]+\.\w+)`", text):
-        assert (SOURCE / name).exists() or (ROOT / name).exists(), name
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.md"])
+def test_the_files_that_a_page_for_developers_names_exist(page):
+    for name in re.findall(r"`([\w./-]+/[\w.-]+\.\w+)`", (ROOT / page).read_text("utf-8")):
+        made_by_the_reader = name.endswith("scenes/half-tilted.toml")
+        assert made_by_the_reader or (SOURCE / name).exists() or (ROOT / name).exists(), name
+
+
+def test_the_tests_and_the_measurements_that_are_named_exist():
+    texts = [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *SOURCE.rglob("*.py")]
+    for text in texts:
+        for name in re.findall(r"\b(?:tests|validation)/[\w/]+\.py\b", text.read_text("utf-8")):
+            assert (ROOT / name).exists(), (text, name)
+
+
+def test_what_a_docstring_names_in_full_exists():
+    for file in SOURCE.rglob("*.py"):
+        for name in re.findall(r"`(heavytop\.[\w.]+\.[A-Z_]+)`", file.read_text("utf-8")):
+            assert pkgutil.resolve_name(name), (file, name)
 
 
 def test_the_picture_of_the_layers_has_those_of_the_package():

@@ -230,7 +230,7 @@ def work_precision(
     ax : matplotlib.axes.Axes
     found : WorkPrecision
     name : str
-        One of `heavytop.results.work_precision.ERRORS`.
+        One of `heavytop.results.work_precision.ERROR_KEYS`.
     work : str
         ``us_per_period`` or ``rhs_evaluations``.
     some : sequence, optional

@@ -120,7 +120,7 @@ class State(Shown):
         Parameters
         ----------
         given : mapping from str to object
-            What `heavytop.scene.starts.START` has.
+            What `heavytop.scene.starts.START_READERS` has.
         top : Top, optional
             What spins: constants and a steady precession need it.
 

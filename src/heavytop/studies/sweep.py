@@ -84,7 +84,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     over : str
         Which number, from where to where, and how many: ``"start.psidot = 50:400:36"``.
     facts : sequence of str
-        Names of `heavytop.analytic.find.FACTS`: round, theta_max, round_estimate and others.
+        Names of `heavytop.analytic.find.FOUND_FACTS`: round, theta_max, round_estimate and others.
 
     Returns
     -------

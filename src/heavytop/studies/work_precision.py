@@ -123,8 +123,8 @@ def work_precision(
         Its top and its start; its span and its wants are not used.
     methods : sequence of str, Method or callable
         ``NAME`` for all settings of a method, ``NAME=SETTING`` for one; ``auto`` is what `plan`
-        chooses for 12 digits, ``auto=DIGITS`` for so many, up to 30. All names are in
-        `heavytop.studies.work_precision.DEFAULT`, which is what is tried when this is left out.
+        chooses for 12 digits, ``auto=DIGITS`` for so many, up to 30. All names, which are what is
+        tried when this is left out, are in `heavytop.studies.work_precision.WORK_METHODS`.
         Those of your own are as in `heavytop.drift`.
     periods : float
         Nutation periods to go, from 1 to 1e6.
