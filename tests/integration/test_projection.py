@@ -13,7 +13,7 @@ from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.exact.pairs import add
 from heavytop.integration import bits, projection
-from heavytop.integration.projection import EVEN_STEPS, GOLDEN, Projected, Projection
+from heavytop.integration.projection import EVEN_STEPS, GOLDEN, Projection
 from heavytop.run.own_motion import own_motion
 from heavytop.run.verify import phase_error, run_errors
 from heavytop.scene.quantities import Need
@@ -104,50 +104,52 @@ def whole():
     return ht.propagate(scene(700, wants=ALL), formulation="axis", projected=True)
 
 
-def legs_of(run):
-    """The legs of a run whose unit of time is the second."""
+def integrator_of(run):
+    """What takes the steps of a run whose unit of time is the second, and its start."""
     integrator = run.orbit.integrator.for_this_thread()
     assert integrator.pace == 1
     integrator.engine.load(run.orbit.parameters)
-    return Projected(integrator.engine, integrator.projection)
+    return integrator, run.orbit.checkpoints[0]
 
 
 def test_legs_lose_no_time(whole):
     """Samples and events of a late leg are those of a leg run by itself, low words and all."""
-    projected, start = legs_of(whole), whole.orbit.checkpoints[0].state[:6]
-    stride = projected.stride
-    first = projected.block(start, 20 * stride, 1e4)
-    wanted = first.elapsed[0] + np.array([1.0, 1.7])
-    both = projected.block(start, 21 * stride, 1e4, wanted)
-    local = (wanted - first.elapsed[0]) - first.elapsed[1]
-    mean = projected.engine.block(start, stride, 1e4).elapsed[0] / stride
+    integrator, start = integrator_of(whole)
+    engine, stride = integrator.engine, integrator.projection.stride
+    first = integrator.block(start, 20 * stride, 1e4)
+    begun, state = first.end.time, first.end.state
+    wanted = begun[0] + np.array([1.0, 1.7])
+    both = integrator.block(start, 21 * stride, 1e4, wanted)
+    local = (wanted - begun[0]) - begun[1]
+    mean = engine.leg(start.state, stride, 1e4).elapsed[0] / stride
     even = mean * (1 - EVEN_STEPS * (20 * GOLDEN % 1))
-    second = projected.engine.block(first.state, stride, 1e4, local, even)
-    assert np.array_equal(both.rows, second.rows)
-    assert both.elapsed == add(first.elapsed, second.elapsed)
+    second = engine.leg(state, stride, 1e4, local, even)
+    assert np.array_equal(both.samples.states, second.rows)
+    assert both.end.time == add(begun, second.elapsed)
     for all_of_them, later in zip(both.hits, second.hits, strict=True):
-        high, low = add(first.elapsed, (later.t, np.zeros_like(later.t)))
+        high, low = add(begun, (later.t, np.zeros_like(later.t)))
         assert np.array_equal(all_of_them.t[-low.size :], high)
         assert np.array_equal(all_of_them.t_low[-low.size :], low)
         assert low.any()
 
 
-@pytest.mark.parametrize("samples", [None, [0.3], np.linspace(0.01, 60, 999)])
+@pytest.mark.parametrize("samples", [[], [0.3], np.linspace(0.01, 60, 999)])
 def test_what_nobody_looks_at_is_the_same(samples):
     """Legs without events and samples take a shorter way: to the same bits."""
     run = ht.propagate(scene(700, "want.events=[]"), formulation="cubic", projected=True)
-    projected, start = legs_of(run), run.orbit.checkpoints[0].state
-    block = projected.block(start, 1980, 1e4, None if samples is None else np.array(samples))
-    state, elapsed, mean, even = start, (0.0, 0.0), None, None
-    strides = [projected.stride] * (1980 // projected.stride) + [1980 % projected.stride]
+    integrator, start = integrator_of(run)
+    block = integrator.block(start, 1980, 1e4, np.array(samples))
+    state, elapsed, mean, even = start.state, (0.0, 0.0), None, None
+    stride = integrator.projection.stride
+    strides = [stride] * (1980 // stride) + [1980 % stride]
     for k, steps in enumerate(strides, start=1):
-        leg = projected.engine.block(state, steps, 1e4, longest=even)
+        leg = integrator.engine.leg(state, steps, 1e4, longest=even)
         mean = mean or leg.elapsed[0] / steps
         even = mean * (1 - EVEN_STEPS * (k * GOLDEN % 1))
-        state, elapsed = projected.projection(leg.state), add(elapsed, leg.elapsed)
-    assert np.array_equal(block.state, state)
-    assert (block.elapsed, block.steps) == (elapsed, 1980)
-    assert len(block.rows) == (0 if samples is None else np.sum(np.array(samples) < elapsed[0]))
+        state, elapsed = integrator.projection(leg.state), add(elapsed, leg.elapsed)
+    assert np.array_equal(block.end.state, state)
+    assert (block.end.time, block.steps) == (elapsed, 1980)
+    assert block.samples.t.size == np.sum(np.array(samples) < elapsed[0])
 
 
 def test_events_are_those_of_the_own_motion(whole):

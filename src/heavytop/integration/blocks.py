@@ -16,9 +16,10 @@ go on from it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,27 +27,28 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
-from heavytop.exact.pairs import EPSILON, add
+from heavytop.exact.pairs import EPSILON, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.engine import (
     ABOVE,
     HEAVY_BITS,
+    NEVER,
     Array,
-    Block,
     Engine,
+    Leg,
     Polynomials,
     Seen,
     engine,
     reals,
 )
 from heavytop.integration.paces import in_units, paces_of
-from heavytop.integration.projection import Projected, Projection
+from heavytop.integration.projection import Projection
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
-NEVER = np.empty(0)
+LEAST_TIME = float(np.finfo(float).tiny)
 Keep = Callable[[Callable[[], "Orbit"]], object]
 
 
@@ -82,7 +84,7 @@ class Checkpoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Observed:
+class Block:
     """A block of steps as it was seen: at samples, at zeros of events, and at its end.
 
     `elapsed` is its length [s], and `singular` says that no finite step follows.
@@ -172,14 +174,14 @@ class Integrator:
         far: float,
         samples: Array = NEVER,
         longest: float | None = None,
-    ) -> Observed:
+    ) -> Block:
         """Take natural steps and sample them.
 
         Parameters
         ----------
         start : Checkpoint
         steps, far, longest
-            As for `Engine.block`.
+            As for `Engine.leg`.
         samples : ndarray, shape (k,), optional
             Monotonic times, none of them before the start [s].
         """
@@ -188,18 +190,20 @@ class Integrator:
         later = since > 0  # by rounding the first may be before
         new = later.copy()
         new[1:] &= since[1:] != since[:-1]
-        done = self._taken(start.state, steps, far, forward * since[new], longest)
-        rows = np.concatenate((start.state[None], done.rows))
+        legs = self._legs(start.state, steps, far, forward * since[new], longest)
+        rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
         place = np.cumsum(new)
-        place = place[place < len(rows)]  # the block did not reach the others
+        place = place[place <= len(rows)]  # the block did not reach the others
         reached = samples[: place.size]
-        return Observed(
-            samples=Seen(reached, 0 * reached, rows[place]),
-            hits=tuple([h.after(start.time) for h in done.hits]),
-            end=Checkpoint(add(start.time, done.elapsed), done.state, start.steps + done.steps),
-            elapsed=float(done.elapsed[0]),
-            steps=done.steps,
-            singular=done.singular,
+        hits = zip(*([hit.after(since) for hit in leg.hits] for since, leg in legs), strict=True)
+        end, elapsed = self._end(start, legs)
+        return Block(
+            samples=Seen(reached, 0 * reached, np.concatenate((start.state[None], rows))[place]),
+            hits=tuple(self._zeros(Seen.join(each)).after(start.time) for each in hits),
+            end=end,
+            elapsed=elapsed,
+            steps=end.steps - start.steps,
+            singular=legs[-1][1].singular,
         )
 
     def polynomials(
@@ -209,44 +213,88 @@ class Integrator:
 
         Times and states of the polynomials are in the run's own unit of time.
         """
-        longest, pace = self.cautious_step(start, far), self.pace
-        self.engine.load(self.own_constants)
-        taking = Projected(self.engine, self.projection) if self.projection else self.engine
-        longest = None if longest is None else longest * pace
-        own = start.state / self._units
-        kept, done = taking.polynomials(own, steps, self._own_time(far), longest)
-        high, low = done.elapsed
-        end = add(start.time, (high / pace, low / pace))
-        return kept, Checkpoint(end, done.state * self._units, start.steps + done.steps)
+        longest = self.cautious_step(start, far)
+        legs = self._legs(start.state, steps, far, NEVER, longest, keep=True)
+        parts = []
+        for begun, leg in legs:
+            assert leg.polynomials is not None
+            since = np.full(leg.steps, begun[0])
+            high, low = add((since, np.full(leg.steps, begun[1])), leg.polynomials.begun.T)
+            parts.append(leg.polynomials._replace(begun=np.stack((high, low), -1), restarted=since))
+        return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), self._end(start, legs)[
+            0
+        ]
+
+    def _legs(
+        self,
+        state: Array,
+        steps: int,
+        far: float,
+        times: Array,
+        longest: float | None,
+        *,
+        keep: bool = False,
+    ) -> list[tuple[DoubleDouble, Leg]]:
+        """Return the legs of a block in the run's own unit of time, each with when it began.
+
+        A run that is not projected has one. Else the state behind each is the projected one, which
+        is where the next begins.
+        """
+        engine, project, far = self.engine, self.projection, self._own_time(far)
+        engine.load(self.own_constants)
+        state, times = state / self._units, times * self.pace
+        bound = longest = None if longest is None else longest * float(self.pace)
+        if project is None:
+            return [((0.0, 0.0), engine.leg(state, steps, far, times, longest, keep=keep))]
+        distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
+        begun, taken, done, mean, reach, ended = (0.0, 0.0), 0, 0, 0.0, math.inf, False
+        while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
+            count = min(project.stride, steps - taken)
+            for within in (reach, math.inf):  # samples are looked for so far, and farther if it is
+                last = bisect_right(distances, abs(begun[0]) + within, done)
+                local, place = _since(begun, times[done:last], far)
+                leg = engine.leg(state, count, rest, local, bound, keep=keep)
+                length = abs(leg.elapsed[0])
+                if not length > 0.9 * within:
+                    break
+            rows = leg.rows if place is None else leg.rows[place[place < len(leg.rows)]]
+            state = project(leg.state)
+            legs.append((begun, leg._replace(rows=rows, state=state)))
+            taken, done, ended = taken + leg.steps, done + len(rows), leg.steps < count
+            mean, reach = mean or length / count, 2 * length
+            bound, begun = project.longest(mean, len(legs), longest), add(begun, leg.elapsed)
+        return legs
+
+    def _end(
+        self, start: Checkpoint, legs: Sequence[tuple[DoubleDouble, Leg]]
+    ) -> tuple[Checkpoint, float]:
+        """Return where the legs of a block end, and how long they are [s]."""
+        (begun, last), pace = legs[-1], self.pace
+        high, low = add(begun, last.elapsed)
+        time = add(start.time, (high / pace, low / pace))
+        steps = start.steps + sum(leg.steps for _, leg in legs)
+        return Checkpoint(time, last.state * self._units, steps), float(high / pace)
+
+    def _zeros(self, found: Seen) -> Seen:
+        """Return zeros, which are in the run's own unit of time, in seconds."""
+        return Seen(found.t / self.pace, found.t_low / self.pace, found.states * self._units)
 
     def _own_time(self, far: float) -> float:
         """Return a time without end in the run's own unit of time, and finite."""
         return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
 
-    def _taken(
-        self, state: Array, steps: int, far: float, samples: Array, longest: float | None
-    ) -> Block:
-        """Take steps in the run's own unit of time; the block is measured in seconds."""
-        engine, pace, units = self.engine, self.pace, self._units
-        engine.load(self.own_constants)
-        taking = Projected(engine, self.projection) if self.projection else engine
-        done = taking.block(
-            state / units,
-            steps,
-            self._own_time(far),
-            samples * pace,
-            None if longest is None else longest * float(pace),
-        )
-        if pace == 1:
-            return done
-        high, low = done.elapsed
-        return replace(
-            done,
-            state=done.state * units,
-            elapsed=(high / pace, low / pace),
-            rows=done.rows * units,
-            hits=tuple(Seen(h.t / pace, h.t_low / pace, h.states * units) for h in done.hits),
-        )
+
+def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArray[np.intp] | None]:
+    """Return times since a leg began, all of them after that and different, and where each is.
+
+    Two that rounding has made equal are one; where there are none, no places are returned.
+    """
+    local = (times - begun[0]) - begun[1]
+    local = np.where(local * far > 0, local, math.copysign(LEAST_TIME, far))
+    if local.size < 2 or (np.diff(np.abs(local)) > 0).all():
+        return local, None
+    sizes, place = np.unique(np.abs(local), return_inverse=True)
+    return np.copysign(sizes, far), place
 
 
 # --- an orbit: blocks from the start to the end --------------------------------------------------
@@ -380,7 +428,7 @@ class _Journey:
         self.checkpoints = [*orbit.checkpoints]
         self.end = float(samples[-1])
         self.far = _far(self.place, self.end)
-        self.blocks: list[Observed] = []
+        self.blocks: list[Block] = []
         self.done = 0  # samples seen
 
     @property
@@ -408,7 +456,7 @@ class _Journey:
         self.checkpoints.append(seen.end)
         return None
 
-    def _observed(self) -> Observed:
+    def _observed(self) -> Block:
         """Run a block of full length, or of hardly more steps than it takes to the end.
 
         How far the steps will reach is guessed from those before. A wrong guess costs another

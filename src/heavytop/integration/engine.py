@@ -21,7 +21,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from threading import Lock, Thread, get_ident
 from typing import Any, NamedTuple, Self, TypeVar
@@ -41,6 +41,7 @@ Array = NDArray[np.float64]  # or of numbers of other bits
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
+NEVER = np.empty(0)  # no times
 STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
@@ -170,35 +171,7 @@ class Seen(NamedTuple):
     def after(self, begun: DoubleDouble) -> Seen:
         """Return them with times since what was so long before [s]."""
         since: Any = begun  # one time for all
-        return Seen(*add(since, (self.t, self.t_low)), self.states)
-
-
-@dataclass(frozen=True, slots=True)
-class Block:
-    """What a block of natural steps left behind.
-
-    Attributes
-    ----------
-    state : ndarray, shape (n,)
-        The state after the last step.
-    elapsed : tuple of float
-        Time since the block's start, as a double-double [s].
-    steps : int
-        Steps taken.
-    rows : ndarray, shape (k, n)
-        States at those of the sample times that the block reached.
-    hits : tuple of Seen, one per event function
-        Its zeros, with times since the block's start.
-    singular : bool
-        Whether the next step would have left the finite numbers.
-    """
-
-    state: Array
-    elapsed: DoubleDouble
-    steps: int
-    rows: Array
-    hits: tuple[Seen, ...] = ()
-    singular: bool = False
+        return Seen(*add(since, (self.t, self.t_low)), self.states) if any(begun) else self
 
 
 class Polynomials(NamedTuple):
@@ -220,6 +193,36 @@ class Polynomials(NamedTuple):
     begun: Array
     length: Array
     restarted: Array
+
+
+class Leg(NamedTuple):
+    """What natural steps in a row left behind; times are since their start.
+
+    Attributes
+    ----------
+    state : ndarray, shape (n,)
+        The state after the last step.
+    elapsed : tuple of two numbers
+        Time, as a high and a low word [s].
+    steps : int
+        Steps taken.
+    rows : ndarray, shape (k, n)
+        States at those of the sample times that were reached.
+    hits : tuple of Seen, one per event function
+        Its zeros.
+    singular : bool
+        Whether the next step would have left the finite numbers.
+    polynomials : Polynomials or None
+        Of the steps, where they were to be kept.
+    """
+
+    state: Array
+    elapsed: DoubleDouble
+    steps: int
+    rows: Array
+    hits: tuple[Seen, ...]
+    singular: bool = False
+    polynomials: Polynomials | None = None
 
 
 class Engine:
@@ -286,14 +289,16 @@ class Engine:
         """Load the constants of a run, by the names of their symbols."""
         self._taylor.pars[:] = [parameters[name] for name in self._loaded]
 
-    def block(
+    def leg(
         self,
         state: Array,
         steps: int,
         far: float,
-        samples: Array | None = None,
+        samples: Array = NEVER,
         longest: float | None = None,
-    ) -> Block:
+        *,
+        keep: bool = False,
+    ) -> Leg:
         """Take natural steps from a state and sample their Taylor polynomials.
 
         Parameters
@@ -302,62 +307,24 @@ class Engine:
         steps : int
             How many steps to take.
         far : float
-            A time no block of interest reaches, with the sign of the direction [s]; only a step
+            A time no leg of interest reaches, with the sign of the direction [s]; only a step
             longer than that is cut.
         samples : ndarray, shape (k,), optional
-            Monotonic times since the block's start, none of them 0 [s].
+            Monotonic times since the leg's start, none of them 0 [s].
         longest : float, optional
             The longest step to take [s].
+        keep : bool
+            Whether the polynomials are wanted, instead of samples and zeros.
         """
-        outcome, taken, rows = self._away(state, steps, far, samples, longest)
+        outcome, taken, rows, kept = self._away(state, steps, far, samples, longest, keep)
         if taken == steps or outcome in NATURAL:
-            return Block(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
+            elapsed = self._taylor.dtime
+            return Leg(self._own.copy(), elapsed, taken, rows, self._hits(), polynomials=kept)
         if taken == 0:
             nothing = self.number(0.0), self.number(0.0)
-            return Block(state.copy(), nothing, 0, rows[:0], self._hits(), singular=True)
-        return replace(self.block(state, taken, far, samples, longest), singular=True)
-
-    def leg(
-        self, state: Array, steps: int, far: float, samples: Array, longest: float | None
-    ) -> Block:
-        """Take a block of steps; one without samples and events takes less time.
-
-        The state of that is heyoka's own: the next steps overwrite it.
-        """
-        if not (samples.size or self.events):
-            self._begin(state)
-            bound = {} if longest is None else {"max_delta_t": longest}
-            if self._taylor.propagate_until(far, max_steps=steps, **bound)[3] == steps:
-                return Block(self._own, self._taylor.dtime, steps, self.nothing)
-        return self.block(state, steps, far, samples, longest)
-
-    def polynomials(
-        self, state: Array, steps: int, far: float, longest: float | None
-    ) -> tuple[Polynomials, Block]:
-        """Take a block of steps as `block` does, and keep their Taylor polynomials."""
-        self._begin(state)
-        taylor, rows = self._taylor, list[bytes]()
-        written = taylor.tc  # each step writes there
-        begun, length = [taylor.dtime], list[float]()  # of each step, and where the last one ended
-
-        def kept(_: Any) -> bool:
-            rows.append(written.tobytes())
-            begun.append(taylor.dtime)
-            length.append(taylor.last_h)
-            return True
-
-        bound = math.inf if longest is None else longest
-        how = {"max_steps": steps, "max_delta_t": bound, "write_tc": True, "callback": kept}
-        self._seeing.clear()
-        try:
-            taken = taylor.propagate_until(far, **how)[3]
-        finally:
-            self._seeing.append(True)
-        coefficients = np.frombuffer(b"".join(rows[:taken])).reshape(taken, *written.shape)
-        times = np.array(begun[:taken]).reshape(-1, 2)
-        found = Polynomials(coefficients, times, np.array(length[:taken]), np.zeros(taken))
-        end = Block(self._own.copy(), taylor.dtime, taken, self.nothing, singular=taken < steps)
-        return found, end
+            return Leg(state.copy(), nothing, 0, rows[:0], self._hits(), True, kept)
+        finite = self.leg(state, taken, far, samples, longest, keep=keep)
+        return finite._replace(singular=True)
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].
@@ -387,12 +354,12 @@ class Engine:
         self._own[:] = state
         self._zeros.clear()
 
-    def _away(self, *asked: Any) -> tuple[Any, int, Array]:
+    def _away(self, *asked: Any) -> Any:
         """Take steps; where one takes long, on a thread of its own, which Ctrl-C leaves behind."""
         if self.bits < HEAVY_BITS:
             return self._propagated(*asked)
 
-        def alone() -> tuple[Any, int, Array]:
+        def alone() -> Any:
             with self._busy:  # what was left behind ends first
                 return self._propagated(*asked)
 
@@ -403,21 +370,47 @@ class Engine:
         state: Array,
         steps: int,
         far: float,
-        samples: Array | None,
+        samples: Array,
         longest: float | None,
-    ) -> tuple[Any, int, Array]:
-        """Return how the steps ended, how many there were, and the states at the samples."""
+        keep: bool,
+    ) -> tuple[Any, int, Array, Polynomials | None]:
+        """Return how the steps ended, how many there were, rows at the samples, polynomials."""
         self._begin(state)
-        most = self.number(math.inf if longest is None else longest)
-        bound = {"max_steps": steps, "max_delta_t": most}
-        end = self.number(far)
-        if samples is None or samples.size == 0:
-            result = self._taylor.propagate_until(end, **bound)
-            return result[0], result[3], self.nothing
+        bound = self.number(math.inf if longest is None else longest)
+        how, end = {"max_steps": steps, "max_delta_t": bound}, self.number(far)
+        if keep:
+            return self._kept(end, how)
+        if samples.size == 0:
+            result = self._taylor.propagate_until(end, **how)
+            return result[0], result[3], self.nothing, None
         grid = np.empty(samples.size + 2, self._own.dtype)
         grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
-        result = self._taylor.propagate_grid(grid, **bound)
-        return result[0], result[3], result[5][1 : 1 + samples.size]
+        result = self._taylor.propagate_grid(grid, **how)
+        return result[0], result[3], result[5][1 : 1 + samples.size], None
+
+    def _kept(self, end: Any, how: dict[str, Any]) -> tuple[Any, int, Array, Polynomials]:
+        """Take steps to an end, and keep their polynomials; zeros are not looked at."""
+        taylor, rows = self._taylor, list[bytes]()
+        written = taylor.tc  # each step writes there
+        begun, length = [taylor.dtime], list[float]()  # of each step, and where the last one ended
+
+        def kept(_: Any) -> bool:
+            rows.append(written.tobytes())
+            begun.append(taylor.dtime)
+            length.append(taylor.last_h)
+            return True
+
+        self._seeing.clear()
+        try:
+            outcome, _, _, taken, *_ = taylor.propagate_until(
+                end, write_tc=True, callback=kept, **how
+            )
+        finally:
+            self._seeing.append(True)
+        coefficients = np.frombuffer(b"".join(rows[:taken])).reshape(taken, *written.shape)
+        times = np.array(begun[:taken]).reshape(-1, 2)
+        found = Polynomials(coefficients, times, np.array(length[:taken]), np.zeros(taken))
+        return outcome, taken, self.nothing, found
 
     def _hits(self) -> tuple[Seen, ...]:
         return tuple([self._hits_of(event) for event in range(len(self.events))])

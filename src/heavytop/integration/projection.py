@@ -23,31 +23,19 @@ two legs of the same length, do not.
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
-from heavytop.exact.pairs import EPSILON, DoubleDouble, add
+from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import ROOM, extended, why_not
-from heavytop.integration.engine import (
-    Array,
-    Block,
-    Engine,
-    Polynomials,
-    Seen,
-    per_thread,
-    translated,
-)
+from heavytop.integration.engine import Array, per_thread, translated
 from heavytop.integration.library import hy
 
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
-LEAST_TIME = float(np.finfo(float).tiny)
 # how much shorter than the mean of the first leg the longest steps of a leg may be
 EVEN_STEPS = 0.12
 GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
@@ -102,6 +90,16 @@ class Projection:
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
         return made
 
+    @property
+    def stride(self) -> int:
+        """Steps in a leg."""
+        return max(1, ROOM // len(self.formulation.states))
+
+    def longest(self, mean: float, legs: int, longest: float | None) -> float:
+        """Return the longest step of a leg, after so many legs; `mean` is that of the first."""
+        bound = mean * (1 - EVEN_STEPS * (legs * GOLDEN % 1))
+        return bound if longest is None else min(bound, longest)
+
     def __call__(self, state: Array) -> Array:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
         self._given[:] = state
@@ -148,103 +146,3 @@ def _least(rows: Sequence[Sequence[Any]], sides: Sequence[Any], floors: Sequence
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
     return sum((x * y for x, y in zip(a, b, strict=True)), hy.expression(0.0))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Projected:
-    """A compiled formulation whose steps are put back onto the invariants of a start."""
-
-    engine: Engine
-    projection: Projection
-
-    @property
-    def stride(self) -> int:
-        """Steps in a leg."""
-        return max(1, ROOM // len(self.engine.formulation.states))
-
-    def block(
-        self,
-        state: Array,
-        steps: int,
-        far: float,
-        samples: Array | None = None,
-        longest: float | None = None,
-    ) -> Block:
-        """Take natural steps, as `Engine` does, with a projection after every leg of them."""
-        times = np.empty(0) if samples is None else samples
-        distances = np.abs(times).tolist()
-        legs: list[tuple[DoubleDouble, Block]] = []
-        begun, taken, done, ended = (0.0, 0.0), 0, 0, False
-        stride, bound, mean, reach = self.stride, longest, 0.0, math.inf
-        while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
-            count = min(stride, steps - taken)
-            for within in (reach, math.inf):  # samples are looked for so far, and farther if it is
-                last = bisect_right(distances, abs(begun[0]) + within, done)
-                local, place = _since(begun, times[done:last], far)
-                leg = self.engine.leg(state, count, rest, local, bound)
-                if not abs(leg.elapsed[0]) > 0.9 * within:
-                    break
-            if place is not None:
-                leg = replace(leg, rows=leg.rows[place[place < len(leg.rows)]])
-            legs.append((begun, leg))
-            taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
-            length = abs(leg.elapsed[0])
-            mean, reach = mean or length / count, 2 * length
-            bound = _longest(mean, len(legs), longest)
-            begun, state = add(begun, leg.elapsed), self.projection(leg.state)
-        return self._joined(legs, state, begun)
-
-    def polynomials(
-        self, state: Array, steps: int, far: float, longest: float | None
-    ) -> tuple[Polynomials, Block]:
-        """Take a block of steps as `block` does, and keep their Taylor polynomials."""
-        parts: list[Polynomials] = []
-        begun, taken, bound, mean, leg = (0.0, 0.0), 0, longest, 0.0, None
-        while taken < steps:
-            count = min(self.stride, steps - taken)
-            part, leg = self.engine.polynomials(state, count, far - begun[0], bound)
-            high, low = part.begun.T
-            words = add((np.full(leg.steps, begun[0]), np.full(leg.steps, begun[1])), (high, low))
-            since = np.full(leg.steps, begun[0])
-            parts.append(Polynomials(part.coefficients, np.stack(words, -1), part.length, since))
-            taken, mean = taken + leg.steps, mean or abs(leg.elapsed[0]) / count
-            bound = _longest(mean, len(parts), longest)
-            begun, state = add(begun, leg.elapsed), self.projection(leg.state)
-            if leg.steps < count:
-                break
-        kept = Polynomials(*map(np.concatenate, zip(*parts, strict=True)))
-        singular = leg is not None and leg.singular
-        return kept, Block(state, begun, taken, self.engine.nothing, singular=singular)
-
-    def _joined(
-        self, legs: Sequence[tuple[DoubleDouble, Block]], state: Array, elapsed: DoubleDouble
-    ) -> Block:
-        """Return legs, each with when it began, as one block that ends in a projected state."""
-        hits = zip(*([h.after(since) for h in leg.hits] for since, leg in legs), strict=True)
-        return Block(
-            state=state,
-            elapsed=elapsed,
-            steps=sum(leg.steps for _, leg in legs),
-            rows=np.concatenate([self.engine.nothing, *(leg.rows for _, leg in legs)]),
-            hits=tuple(map(Seen.join, hits)),
-            singular=bool(legs) and legs[-1][1].singular,
-        )
-
-
-def _longest(mean: float, legs: int, longest: float | None) -> float:
-    """Return the longest step of a leg, after so many legs; `mean` is that of the first one."""
-    bound = mean * (1 - EVEN_STEPS * (legs * GOLDEN % 1))
-    return bound if longest is None else min(bound, longest)
-
-
-def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArray[np.intp] | None]:
-    """Return times since a leg began, all of them after that and different, and where each is.
-
-    Two that rounding has made equal are one; where there are none, no places are returned.
-    """
-    local = (times - begun[0]) - begun[1]
-    local = np.where(local * far > 0, local, math.copysign(LEAST_TIME, far))
-    if local.size < 2 or (np.diff(np.abs(local)) > 0).all():
-        return local, None
-    sizes, place = np.unique(np.abs(local), return_inverse=True)
-    return np.copysign(sizes, far), place

@@ -37,8 +37,8 @@ from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import Context, context
 from heavytop.exact.pairs import EPSILON, Array, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, digits_of, named
-from heavytop.integration.blocks import NEVER, Checkpoint, Integrator, Observed
-from heavytop.integration.engine import text
+from heavytop.integration.blocks import Block, Checkpoint, Integrator
+from heavytop.integration.engine import NEVER, text
 from heavytop.integration.library import hy
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
@@ -236,7 +236,7 @@ class TaylorStepper:
         """Return the time itself."""
         return (t, 0.0)
 
-    def _block(self, start: Checkpoint, samples: Array = NEVER) -> Observed:
+    def _block(self, start: Checkpoint, samples: Array = NEVER) -> Block:
         longest = None if start.steps else self._first_steps
         return self.engine.block(start, start.block_steps, self.far, samples, longest)
 
