@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -100,7 +101,7 @@ class Formulation:
     @property
     def is_rate(self) -> NDArray[np.bool_]:
         """Which states are rates [rad/s]; the others have no time in their units."""
-        return np.array([power_of_rate(s.name) == 1 for s in self.states])
+        return _is_rate(self)
 
     @property
     def height(self) -> Any:
@@ -125,3 +126,8 @@ class Formulation:
 def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
     """Return the components of a vector in space as outputs are called."""
     return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
+
+
+@cache
+def _is_rate(form: Formulation) -> NDArray[np.bool_]:
+    return np.array([power_of_rate(s.name) == 1 for s in form.states])

@@ -19,7 +19,7 @@ import sympy as sp
 from heavytop import exact
 from heavytop.errors import WrongType
 from heavytop.exact import Exact
-from heavytop.exact.balls import working
+from heavytop.exact.balls import ball_of, working
 from heavytop.exact.decimals import Context
 
 Functions = Mapping[str, Callable[..., Any]]
@@ -254,7 +254,7 @@ class Rounded:
     def __call__(self, named: Mapping[str, Exact]) -> list[float]:
         """Return the values at exact numbers, given by the names of the symbols."""
         with working(_BITS):
-            values = self._function(*(named[name].ball(_BITS) for name in self.names))
+            values = self._function(*[ball_of(named[name]) for name in self.names])
             zero = _ball(0)
             balls = [x + zero for x in values]  # a plain 0 may be among them
             ends = [(float(x.lower()), float(x.upper())) for x in balls]

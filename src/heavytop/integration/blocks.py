@@ -218,12 +218,12 @@ class Integrator:
         parts = []
         for begun, leg in legs:
             assert leg.polynomials is not None
-            since = np.full(leg.steps, begun[0])
-            high, low = add((since, np.full(leg.steps, begun[1])), leg.polynomials.begun.T)
-            parts.append(leg.polynomials._replace(begun=np.stack((high, low), -1), restarted=since))
-        return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), self._end(start, legs)[
-            0
-        ]
+            since, words = np.full(leg.steps, begun[0]), leg.polynomials.begun
+            later = add((since, np.full(leg.steps, begun[1])), (words[:, 0], words[:, 1]))
+            part = leg.polynomials._replace(begun=np.stack(later, axis=-1), restarted=since)
+            parts.append(part)
+        end, _ = self._end(start, legs)
+        return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), end
 
     def _legs(
         self,

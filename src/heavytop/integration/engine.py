@@ -166,7 +166,7 @@ class Seen(NamedTuple):
 
     def where(self, index: Any) -> Seen:
         """Return those for which a mask holds, or those of given places."""
-        return Seen(*(column[index] for column in self))
+        return Seen(*[column[index] for column in self])
 
     def after(self, begun: DoubleDouble) -> Seen:
         """Return them with times since what was so long before [s]."""

@@ -69,7 +69,7 @@ class Sample:
         index : int, slice or ndarray of bool
             One by its number, or several.
         """
-        return Sample(*(getattr(self, name)[index] for name in self.__slots__))
+        return Sample(*[getattr(self, name)[index] for name in self.__slots__])
 
 
 @cache
@@ -97,7 +97,7 @@ def _values(
     form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *spun: Array
 ) -> list[Array]:
     bits = precision(next(iter(parameters.values())))
-    known = (parameters[p.name] for p in (*form.parameters, *form.given))
+    known = [parameters[p.name] for p in (*form.parameters, *form.given)]
     with np.errstate(divide="ignore", invalid="ignore"):
         values = _function(form, what, bits)(*rows.T, *known, t, *spun)
     # numpy takes its time to see that there is nothing to do

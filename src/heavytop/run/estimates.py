@@ -47,12 +47,11 @@ class Forecast:
     def __init__(self, scene: Scene, motion: Motion, span: float) -> None:
         self.scene, self.motion, self.span = scene, motion, span
         self.need = need_of(scene.quantities)
+        self.reduced = motion.refine("the start", lambda c: c.start.mapped(float))
         self.periods = periods_of(motion, span)
         self.nearest = min(motion.nearest)  # to a pole
         self.bits_grown = _bits_grown(motion, span)
-        self.rounding = (
-            UNIT * LOCAL_ROUNDING * self.growth
-        )  # of a state at the end, whatever the span
+        self.rounding = UNIT * LOCAL_ROUNDING * self.growth  # of a state at the end, at least
 
     @property
     def growth(self) -> float:
@@ -62,8 +61,8 @@ class Forecast:
     @cached_property
     def rate(self) -> float:
         """A bound of the rates of the axis [rad/s]."""
-        r = self.motion.reduced
-        return float(abs(r.a) + abs(r.b)) + math.sqrt(2 * float(r.kinetic0 + 2 * abs(r.g)))
+        r = self.reduced
+        return float(abs(r.a) + abs(r.b) + math.sqrt(2 * (r.kinetic0 + 2 * abs(r.g))))
 
     def error(self, projected: bool) -> float:
         """How far off a run in doubles may end, by the rule."""
@@ -133,8 +132,8 @@ def _bits_grown(motion: Motion, span: float) -> float:
     """By how many bits an error grows beside one in phase: near a separatrix, and on it."""
     if motion.growth is not None:
         return float(motion.growth) * abs(span) / math.log(2)
-    modulus = motion.mpf("modulus", 20)
-    return 0.0 if modulus is None else -float(modulus[1].context.log(modulus[1], 2))
+    beside = motion.refine("the modulus", lambda c: c.modulus and c.modulus[1].log(), 15)
+    return -float(beside or 0) / math.log(2)
 
 
 def most_steps(motion: Motion, span: float) -> int:

@@ -93,7 +93,7 @@ class EventZeros(NamedTuple):
 
     def where(self, index: Any) -> EventZeros:
         """Return some of them."""
-        return EventZeros(*(column[index] for column in self))
+        return EventZeros(*[column[index] for column in self])
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -201,8 +201,7 @@ class Events:
         """
         if event not in EVENTS:
             raise ValueError(f"event: one of {', '.join(EVENTS)}, not {event!r}")
-        found = sum(kind in KINDS_OF[event] for kind in self.kind)
-        return found if event in self.asked else None
+        return sum(map(self.kind.count, KINDS_OF[event])) if event in self.asked else None
 
 
 def no_events(scene: Scene, orbit: Orbit) -> Events:

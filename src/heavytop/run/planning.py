@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import inf, log, log2, tau
+from math import inf, log, log2, sqrt, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
@@ -239,12 +239,12 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         # psi jumps by whole turns that neither quadrature has
         rule = "the axis form does not give psi of an axis that passes through both poles"
         yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
-    r, ctx = motion.reduced, motion.reduced.g.context
-    rate = max(abs(r.a), abs(r.b), ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
+    r = expected.reduced
+    rate = max(abs(r.a), abs(r.b), sqrt(2 * (r.kinetic0 + abs(r.g))))
     nodding = tau / motion.period if motion.period else 0.0
     fastest = max(nodding, *map(abs, motion.mean_angle_rates))
     if rate > MOST_RATE:
-        rule = f"rates of {ctx.nstr(rate, 3)} rad/s, and {MOST_RATE:g} are the most"
+        rule = f"rates of more than {MOST_RATE:g} rad/s, whose squares are not finite in doubles"
         yield Fault(scene.name, None, "start", "", rule)
     elif abs(expected.span) * fastest > MOST_TURNS * tau:
         most = MOST_TURNS * tau / fastest
@@ -270,7 +270,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
     if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE and regular:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular there"
-    turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
+    turned = abs(expected.reduced.kappa) * abs(float(scene.time or 0))
     if "attitude" in wants and turned * EPSILON > allowed:
         return "attitude", f"attitude: it takes out the spin, {turned:.1e} rad, exactly"
     return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"

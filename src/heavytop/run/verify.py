@@ -35,7 +35,6 @@ from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
-from heavytop.scene.scene_file import EVENTS
 from heavytop.text import Shown
 
 Array = NDArray[Any]
@@ -157,8 +156,9 @@ class Misses:
 def misses(trajectory: Trajectory) -> Misses:
     """Return what a run misses."""
     digits, factor = _misses_of_digits(trajectory)
-    counted = {name: trajectory.events.count(name) for name in EVENTS}
-    wrong = "; ".join(differences(missed_events(trajectory), counted))
+    missed = missed_events(trajectory)
+    counted = {name: trajectory.events.count(name) for name in missed}
+    wrong = "; ".join(differences(missed, counted))
     return Misses(digits, wrong, np.inf if wrong else factor)
 
 
@@ -358,7 +358,7 @@ def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
     else:
         at = form([trajectory.number(t) for t in events.own["t"][some]])
     turning = events.is_turning[some]
-    b = abs(float(motion.reduced.b))
+    b = abs(motion.refine("p_psi/A", lambda c: float(c.start.b)))
     zero = np.where(turning, at.udot, at.u - (form.reversal_u() if b else np.inf))
     slope = np.where(turning, at.uddot, at.udot)
     known = slope != 0
@@ -392,7 +392,9 @@ def _largest(apart: Mapping[str, Array]) -> dict[str, Number]:
 
 def _beyond(trajectory: Trajectory, apart: Mapping[str, Array]) -> dict[str, float]:
     """The largest errors of those quantities that are farther off than their digits allow."""
-    bound = context(20).mpf(10) ** -trajectory.scene.digits
+    bound: Any = 10.0**-trajectory.scene.digits
+    if not trajectory.in_doubles:  # it may be smaller than any
+        bound = context(20).mpf(10) ** -trajectory.scene.digits
     return {
         name: _double(error)
         for name, error in _largest(apart).items()
