@@ -131,7 +131,7 @@ def test_psi_is_bounded_in_the_attitude_form_and_a_scene_that_wants_it_is_run_in
 def _without(events: Events, which: int, *, twice: bool = False) -> Events:
     place = np.arange(len(events))
     keep = np.sort(np.append(place, which)) if twice else np.delete(place, which)
-    columns = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states")
+    columns = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states", "place")
     kept = {name: getattr(events, name)[keep] for name in columns}
     return Events(tuple(events.kind[i] for i in keep), asked=events.asked, **kept)
 

@@ -11,6 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation, spin
@@ -93,6 +94,11 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
     return lambdified(expressions, arguments, lambda integer: hy.real(integer, bits))
 
 
+@cache
+def _turns_with_spin(form: Formulation) -> bool:
+    return any(sp.sympify(value).has(*spin) for value in form.outputs.values())
+
+
 def _values(
     form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *spun: Array
 ) -> list[Array]:
@@ -118,7 +124,8 @@ def sample(
     in doubles, by whoever knows them better. An angle that is more than a quarter turn off, or has
     nothing near, is left as it is.
     """
-    values = _values(form, "outputs", rows, parameters, t, *_spun(parameters, t))
+    spun = _spun(parameters, t) if _turns_with_spin(form) else (t, t)
+    values = _values(form, "outputs", rows, parameters, t, *spun)
     unknown = np.full(t.shape, np.nan)
     full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
     full |= _limits_at_poles(form, rows, full, parameters, t)

@@ -57,6 +57,4 @@ def in_units(pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
     >>> in_units(4.0, {"g": 32.0, "l_z": 8.0, "A": 3.0})
     {'g': 2.0, 'l_z': 2.0, 'A': 3.0}
     """
-    if pace == 1:
-        return dict(values)
     return {name: x / pace ** power_of_rate(name) for name, x in values.items()}

@@ -118,6 +118,8 @@ class Events:
     axis : ndarray, shape (k, 3)
     states : ndarray, shape (k, n)
         Full states of the formulation.
+    place : ndarray of int, shape (k,)
+        Where each is among all times at which the run was seen.
     asked : tuple of str
         The kinds of event the scene asked for.
     own : mapping from str to ndarray, or None
@@ -133,6 +135,7 @@ class Events:
     residual: Array
     axis: Array
     states: Array
+    place: Places
     asked: tuple[str, ...]
     own: Mapping[str, Any] | None = None
 
@@ -178,7 +181,8 @@ class Events:
         if kind not in EVENT_KINDS:
             raise ValueError(f"kind: one of {', '.join(EVENT_KINDS)}, not {kind!r}")
         here = [k in KINDS_OF.get(kind, (kind,)) for k in self.kind]
-        kept = {name: getattr(self, name)[np.array(here, dtype=bool)] for name in STORED}
+        some = np.array(here, dtype=bool)
+        kept = {name: getattr(self, name)[some] for name in (*STORED, "place")}
         return Events(tuple(compress(self.kind, here)), asked=self.asked, **kept)
 
     @property
@@ -207,7 +211,8 @@ class Events:
 def no_events(scene: Scene, orbit: Orbit) -> Events:
     """Return none, as of an orbit on its way: they are found at its end."""
     none, states = np.empty(0), orbit.samples.states[:0].astype(np.float64)
-    return Events((), none, none, none, none, none, none, np.empty((0, 3)), states, scene.events)
+    columns = dict.fromkeys(STORED, none) | {"axis": np.empty((0, 3)), "states": states}
+    return Events((), **columns, place=np.empty(0, np.intp), asked=scene.events)
 
 
 def events_of(trajectory: Trajectory) -> Events:
@@ -225,12 +230,12 @@ def events_of(trajectory: Trajectory) -> Events:
         columns["phidot"] = np.where(kind == which, trajectory.nearest(limit), columns["phidot"])
     kinds = tuple(kind.tolist())
     if trajectory.in_doubles:
-        return Events(kinds, **columns, asked=scene.events)
+        return Events(kinds, **columns, place=chosen.place, asked=scene.events)
     with np.errstate(invalid="ignore"):  # nan
         doubles = {name: columns[name].astype(np.float64) for name in STORED}
         low = (columns["t"] - doubles["t"]).astype(np.float64)
     doubles["t"], doubles["t_low"] = _ended(doubles["t"], low, trajectory.orbit.end)
-    return Events(kinds, **doubles, asked=scene.events, own=columns)
+    return Events(kinds, **doubles, place=chosen.place, asked=scene.events, own=columns)
 
 
 def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:

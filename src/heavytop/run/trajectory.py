@@ -68,14 +68,14 @@ class Statistics:
 
 
 @dataclass(frozen=True, slots=True)
-class FirstRows:
-    """The first rows of a record's columns, each taken when it is read."""
+class SomeRows:
+    """Some rows of a record's columns, each taken when it is read."""
 
     record: Any
-    rows: int
+    rows: Any
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self.record, name)[: self.rows]
+        return getattr(self.record, name)[self.rows]
 
 
 class Compared(NamedTuple):
@@ -85,7 +85,7 @@ class Compared(NamedTuple):
     ----------
     run : Sample
         The samples first.
-    exact : FirstRows or None
+    exact : SomeRows or None
         That motion in doubles at the same times; None where there is none.
     fixed : ndarray of int
         Which of them do not depend on how many samples there are; the last is the end.
@@ -281,6 +281,16 @@ class Trajectory(Played):
     def _exact(self) -> Any:
         return self.own.at(self._seen)
 
+    @property
+    def exact_events(self) -> tuple[SomeRows, Array]:
+        """The exact motion of the run's own numbers in doubles, where it found its events.
+
+        And how much later than found they are said to be [s].
+        """
+        found, there = self.events, self._seen.where(self.events.place)
+        later = (found.t - there.t) + (found.t_low - there.t_low)
+        return SomeRows(self._exact, found.place), later
+
     @cached_property
     def readings(self) -> Sample:
         """The motion at samples, at the times between them at which it was seen, and at zeros."""
@@ -303,7 +313,7 @@ class Trajectory(Played):
         run, exact = self.readings if seen is self._seen else self.read(seen), self._exact_at(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
         count = samples.t.size + between.t.size  # without zeros: beside a pole these have no angles
-        return Compared(run.at(slice(count)), exact and FirstRows(exact, count), fixed)
+        return Compared(run.at(slice(count)), exact and SomeRows(exact, slice(count)), fixed)
 
     @cached_property
     def own_samples(self) -> Sample:

@@ -352,21 +352,24 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
 def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
     """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
     events, motion = trajectory.events, trajectory.motion
-    some = slice(None) if events.own is None else _some(len(events), FEW_IN_DIGITS)
-    if events.own is None:
-        at = form(events.t[some], events.t_low[some])
+    turning, later = events.is_turning, 0 * events.t
+    if events.own is not None:
+        some = _some(len(events), FEW_IN_DIGITS)
+        turning, later = turning[some], later[some]
+        at = form(trajectory.numbers(events.own["t"][some]))
+    elif form.motion is trajectory.own.closed_form:
+        at, later = trajectory.exact_events
     else:
-        at = form([trajectory.number(t) for t in events.own["t"][some]])
-    turning = events.is_turning[some]
+        at = form(events.t, events.t_low)
     b = abs(motion.refine("p_psi/A", lambda c: float(c.start.b)))
     zero = np.where(turning, at.udot, at.u - (form.reversal_u() if b else np.inf))
     slope = np.where(turning, at.uddot, at.udot)
     known = slope != 0
-    sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], abs(slope[known]), b or 1.0
-    softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / slope  # 1/|θ̈| or 1/|φ̈|
+    sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], slope[known], b or 1.0
+    softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / abs(slope)  # 1/|θ̈| or 1/|φ̈|
     period = motion.period or 1 / (motion.growth or 1.0)
     allowed = 10.0**-trajectory.scene.digits * (period + softness)
-    return abs(zero[known]) / slope, allowed
+    return abs(zero[known] / slope + later[known]), allowed
 
 
 def _events_beyond(trajectory: Trajectory, form: Any) -> dict[str, float]:
