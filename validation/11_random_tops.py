@@ -49,7 +49,7 @@ def kind_seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3):
     taylor.load({"g": gMR / A, "l_z": l[2], "n": b})
     signs = [] if thetadot else [l[2] * (s * s) - c * (l[0] * e[0] + l[1] * e[1])]
     while len(signs) < 4:
-        block = taylor.block(state, 20, 1e9)
+        block = taylor.leg(state, 20, 1e9)
         (turning,) = block.hits
         for t, x in zip(turning.t, turning.states, strict=True):
             if len(signs) < 4 and t > 1e-9 * block.elapsed[0]:
