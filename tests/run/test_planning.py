@@ -92,7 +92,8 @@ MODELS = [  # what is wanted of which scene, and what the plan has
     (("theta",), {"time": 5000, "digits": 11}, {"projected": True, "precision": "double"}),
     (("phi",), {"digits": 40}, {"projected": False, "precision": "192 bits"}),
     (("theta",), {"name": "lie-group-benchmark"}, {"formulation": "axis"}),  # 7e-7 rad past a pole
-    (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "attitude"}),
+    (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "axis", "variant": "delta"}),
+    (("psi",), {"name": "planar-rotating"}, {"formulation": "attitude"}),  # through both poles
     (("theta", "phi"), {"time": 1e8, "events": ()}, {"formulation": "axis", "projected": True}),
     (("theta", "phi"), {"time": 1e9, "events": ()}, {"formulation": "none"}),
 ]

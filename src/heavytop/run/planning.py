@@ -30,10 +30,12 @@ from heavytop.text import Shown, duration
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
-BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in the axis form
+BESIDE_A_POLE: Final = 0.02  # rad, where a quadrature of psi takes shorter steps
 PATIENCE_S: Final = 20.0  # for more than doubles
 ONTO: Final = "projected onto"
-HOPE: Final = 30.0  # times too far off by the rule: tried all the same, for bits take far longer
+# times too far off by the rule, which most runs stay far below: tried all the same,
+PLAIN_HOPE: Final = 6.0  # for projection takes up to five times as long,
+HOPE: Final = 30.0  # and bits far longer
 FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
@@ -267,8 +269,9 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
         lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
         return "axis", f"axis: {only}, but {lost}"
     regular = scene.top.C != 0  # of a point mass there is no attitude
-    if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE and regular:
-        why = f"{near:.1e} rad from a pole phi and psi turn quickly"
+    beside_both = max(motion.nearest) < BESIDE_A_POLE
+    if motion.nutates and expected.need >= Need.PSI and beside_both and regular:
+        why = "beside both poles, and no quadrature of psi is smooth at both"
         return "attitude", f"attitude: {why}; its equations are regular there"
     turned = abs(expected.reduced.kappa) * abs(float(scene.time or 0))
     if "attitude" in wants and turned * EPSILON > allowed:
@@ -346,7 +349,7 @@ def choose_precision(expected: Forecast, found: Plan) -> Plan:
     digits, allowed = expected.scene.digits, 10.0**-expected.scene.digits
     if digits > DOUBLE_DIGITS:
         return _at(expected, found, expected.bits(found.formulation))
-    for projected, most in ((False, allowed), (True, HOPE * allowed)):
+    for projected, most in ((False, PLAIN_HOPE * allowed), (True, HOPE * allowed)):
         if expected.error(projected) <= most:
             return _at(expected, found, DOUBLE, projected)
     return _in_more_bits(expected, found, DOUBLE)
