@@ -15,7 +15,7 @@ import heavytop as ht
 from heavytop.claims import proof
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration.engine import Engine
-from heavytop.run.events import tally
+from heavytop.run.counts import tally
 from heavytop.run.own_motion import own_motion
 from heavytop.scene.quantities import QUANTITIES, judged
 

@@ -429,7 +429,7 @@ def many_misses(seed, count, formulation="axis", stretch=1.0):
 
 def wrong_of_many(run, i, top):
     """What is wrong of one top."""
-    from heavytop.run.events import tally
+    from heavytop.run.counts import tally
 
     start = ht.State(**{name: top[name] for name in STATE})
     motion = ht.Motion(ht.Top(*(top[name] for name in TOP)), start)

@@ -56,10 +56,8 @@ from .results.stress import Stress as Stress
 from .results.validation import Validation as Validation
 from .results.work_precision import WorkPrecision as WorkPrecision
 from .run.ensemble import propagate_many as propagate_many
-from .run.planning import (
-    Plan as Plan,
-    plan as plan,
-)
+from .run.plan import Plan as Plan
+from .run.planning import plan as plan
 from .run.propagation import (
     extend as extend,
     propagate as propagate,

@@ -11,7 +11,7 @@ from heavytop.analytic.refine import LIMIT
 from heavytop.errors import Impossible, Unseparated
 from heavytop.exact import Exact
 from heavytop.exact.balls import Interval
-from heavytop.run.events import tally
+from heavytop.run.counts import tally
 
 from ..motions import motion, named
 from ..views import Bounds

@@ -15,7 +15,7 @@ from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdi
 from heavytop.errors import NotANumber, WrongType
 from heavytop.exact import PI, Exact
 from heavytop.integration.engine import translated
-from heavytop.run.planning import start_values
+from heavytop.run.start import start_values
 from heavytop.scene.scene import load_scene, shipped_scenes
 
 x, y = sp.symbols("x y", real=True)

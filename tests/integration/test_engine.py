@@ -10,7 +10,7 @@ import pytest
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration import paces
-from heavytop.integration.blocks import integrate, not_begun
+from heavytop.integration.orbit import integrate, not_begun
 from heavytop.integration.paces import FASTEST_PACE, SLOWEST_PACE, paces_of
 
 ROUNDING = 2.0**-53

@@ -201,7 +201,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
     with pytest.raises(ValueError, match="axis form has no invariant"):
         Projection.of(bare, {}, np.zeros(5))
     entry = Mock(build=lambda _: bare, gives=Need.TILT, variants=(), rates=(), states=5, us=1.0)
-    monkeypatch.setattr("heavytop.run.planning.FORMULATIONS", {**FORMULATIONS, "axis": entry})
+    monkeypatch.setattr("heavytop.run.plan.FORMULATIONS", {**FORMULATIONS, "axis": entry})
     with pytest.raises(ht.BadScene, match="projected: the axis form has no invariant"):
         ht.propagate(scene(1), formulation="axis", projected=True)
 

@@ -8,8 +8,8 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber, Outcome
+from heavytop.run.counts import tally
 from heavytop.run.ensemble import Ensemble
-from heavytop.run.events import tally
 
 from ..motions import BOOK
 

@@ -7,7 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.run.estimates import Forecast
-from heavytop.run.planning import span
+from heavytop.run.span import span
 from heavytop.text import duration
 
 from .test_planning import round_periods

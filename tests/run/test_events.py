@@ -11,7 +11,7 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.engine import Seen, reals
 from heavytop.integration.outputs import newton_step
-from heavytop.run.events import schedule, tally
+from heavytop.run.counts import schedule, tally
 from heavytop.run.verify import Misses
 
 from ..motions import BOOK, KICKED

@@ -12,7 +12,7 @@ import xarray
 import heavytop as ht
 from heavytop.errors import BadScene, ForeignFile
 from heavytop.exact.decimals import context
-from heavytop.run.events import count_exactly
+from heavytop.run.counts import count_exactly
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps
 from heavytop.scene.scene import shipped_names

@@ -14,7 +14,7 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly, MissedDigitsWarning
 from heavytop.exact import Exact
-from heavytop.run.events import tally
+from heavytop.run.counts import tally
 from heavytop.run.propagation import completed
 from heavytop.run.verify import missed_digits
 

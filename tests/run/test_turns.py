@@ -9,7 +9,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.quaternion import product
-from heavytop.integration.blocks import integrate, not_begun
+from heavytop.integration.orbit import integrate, not_begun
 from heavytop.run.own_motion import OwnMotion, own_motion
 
 from ..motions import LIE, LIE_START, SCENES

@@ -8,7 +8,7 @@ import pytest
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly
-from heavytop.run.planning import Plan
+from heavytop.run.plan import Plan
 from heavytop.run.propagation import completed
 from heavytop.run.verify import (
     ahead,

@@ -15,8 +15,10 @@ from heavytop.comparison.adaptive import right_hand_side, scipy_stepper
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.results.stress import Stress, StressOutcome, silently_wrong
-from heavytop.run.planning import Plan, closed_form_of, plan
-from heavytop.run.propagation import binary_start
+from heavytop.run.plan import Plan
+from heavytop.run.planning import plan
+from heavytop.run.span import closed_form_of
+from heavytop.run.start import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress import CaseRun, judge, missed_events, run_case, run_row, stress
 from heavytop.studies.stress_cases import CaseReference, cases, reference

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from heavytop.report.files import Request
     from heavytop.results.run import RunResult
     from heavytop.run.exact import SceneMotion
-    from heavytop.run.planning import Plan
+    from heavytop.run.plan import Plan
     from heavytop.run.trajectory import Trajectory
     from heavytop.scene.scene import Scene
 
@@ -138,7 +138,8 @@ def run_request(
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
     from heavytop.report.files import REQUEST, open_run, write_results
     from heavytop.results.run import run_result
-    from heavytop.run.planning import closed_form_of, planned
+    from heavytop.run.planning import planned
+    from heavytop.run.span import closed_form_of
 
     motion = closed_form_of(request.scene)
     plan = planned(request.scene, motion, request.formulation, tolerance=request.tolerance)
@@ -190,7 +191,7 @@ def problems_of(
     result: RunResult, early: EndedEarly | None, folder: Path | None
 ) -> Iterator[tuple[Exit, str]]:
     """What is wrong with a run, and where the part that was done can be found."""
-    from heavytop.run.events import differences
+    from heavytop.run.counts import differences
     from heavytop.run.verify import missed
 
     if early is not None:

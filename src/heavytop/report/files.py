@@ -229,7 +229,8 @@ def load_run(result: RunResult, path: Path) -> Any:
         if result.outcome != Outcome.FINISHED:
             raise
         from heavytop.run.exact import SceneMotion
-        from heavytop.run.planning import closed_form_of, plan
+        from heavytop.run.planning import plan
+        from heavytop.run.span import closed_form_of
 
         known = read_scene(scene_text(result.scene), where=f"{result.scene.name}.toml")
         return SceneMotion(known, closed_form_of(known), plan(known))

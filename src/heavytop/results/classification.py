@@ -19,7 +19,7 @@ from heavytop.scene.state import State
 from heavytop.text import duration
 
 if TYPE_CHECKING:
-    from heavytop.run.planning import Plan
+    from heavytop.run.plan import Plan
 
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)

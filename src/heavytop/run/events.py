@@ -4,19 +4,12 @@ A cusp is a double root of phidot, where any root finder reports none, one or tw
 therefore decided at the turning point, which is a simple root of thetadot, by the size of phidot
 there: against its rounding in doubles, against the digits that are wanted in more. The zeros of
 phidot around a cusp are its shadows and are dropped.
-
-Where a nutation is smaller than the rounding of doubles, what an integrator counts is noise. What
-the exact numbers say is counted without one, from the closed form: turning points are half a
-period apart, a reversal lies in every half nutation of a motion with loops, a cusp in every whole
-one with cusps. An axis that tends to the vertical turns once.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import compress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -24,16 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.record import to_mpf
-from heavytop.classification import Kind
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
 from heavytop.exact import Exact
-from heavytop.exact.balls import rational
-from heavytop.exact.decimals import Number
 from heavytop.exact.pairs import EPSILON
-from heavytop.integration.blocks import Orbit
 from heavytop.integration.engine import Seen
+from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import (
     Parameters,
     Sample,
@@ -41,7 +30,8 @@ from heavytop.integration.outputs import (
     newton_step,
     spin_momentum,
 )
-from heavytop.run.planning import exact_span
+from heavytop.run.counts import KINDS_OF, TURNING, schedule
+from heavytop.run.span import exact_span
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import EVENTS
 
@@ -51,8 +41,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-TURNING = ("theta_min", "theta_max", "cusp")
-KINDS_OF = {"turning": TURNING, "reversal": ("reversal",), "cusp": ("cusp",)}
 EVENT_KINDS = (*TURNING, "reversal", "turning")
 EVENT_COLUMNS = ("t", "theta", "phi", "phidot", "residual")
 STORED = (*EVENT_COLUMNS, "t_low", "axis", "states")
@@ -60,13 +48,7 @@ FROM_STATES = ("theta", "phi", "phidot", "axis", "states")
 
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
-# of a period, for each period: so near the end an event may be on either side
-COUNT_EDGE: Final = 1e-9
-AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
 SPARE_IN_TIME: Final = 20  # digits of the times at which events are looked for
-AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
-
-Counts = Mapping[str, tuple[int, int]]
 
 
 class EventZeros(NamedTuple):
@@ -403,127 +385,3 @@ def _shadows(reversal: Array, turning: Array, cusp: NDArray[np.bool_]) -> NDArra
     right = np.minimum(right, t.size - 1)
     nearer_left = np.abs(reversal) - t[left] <= t[right] - np.abs(reversal)
     return cusp[np.where(nearer_left, left, right)]
-
-
-# --- how many there are, by the closed form ------------------------------------------------------
-
-
-def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts | None:
-    """The least and the greatest number of turning points, reversals and cusps from 0 to a time.
-
-    They differ where one lies within a billionth of the span and of a period of its end.
-
-    Parameters
-    ----------
-    motion : Motion
-    end : float
-        The end of the span [s], of either sign.
-    asked : collection of str
-        Those of the three that are to be counted.
-
-    Returns
-    -------
-    mapping from str to (int, int), or None
-        None where theta is constant, or the kind is not decided.
-
-    Examples
-    --------
-    >>> from heavytop.scene.scene import load_scene
-    >>> scene = load_scene("sicm-dropped")
-    >>> tally(Motion(scene.top, scene.start), 2.0)
-    {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
-    """
-    if not asked or motion.regime.steady or motion.kind is Kind.UNDECIDED:
-        return None
-    edge = COUNT_EDGE * (abs(end) + _scale(motion))
-    if motion.period is None:
-        least, most = (_counts(motion, end, slack, asked) for slack in (-edge, edge))
-        return {name: (least[name], most[name]) for name in least}
-    ends = [(abs(end) + slack) / motion.period for slack in (-edge, edge)]
-    found = {}
-    for name in (name for name in KINDS_OF if name in asked):
-        ahead = motion.events(name).fractions
-        if end < 0:
-            ahead = [1 - x if x else x for x in ahead]
-        low, high = (sum(math.floor(max(t, 0.0) - x) + 1 for x in ahead) for t in ends)
-        found[name] = (low, high)
-    return found
-
-
-def count_exactly(motion: Motion, end: Number, asked: Collection[str]) -> dict[str, int]:
-    """How many turning points, reversals and cusps there are from 0 to a time, both included.
-
-    One that is not `AT_END` of a period from it is at it. None are counted where the kind is not
-    decided.
-
-    Examples
-    --------
-    >>> from heavytop.scene.scene import load_scene
-    >>> scene = load_scene("sicm-dropped")
-    >>> motion = Motion(scene.top, scene.start)
-    >>> count_exactly(motion, 10**9 * motion.mpf("period", 60), ("turning", "cusp"))
-    {'turning': 2000000001, 'cusp': 1000000001}
-    """
-    if motion.kind is Kind.UNDECIDED:
-        return {}
-    return _counts(motion, end, AT_END * _scale(motion), asked)
-
-
-def schedule(
-    motion: Motion, end: Number, asked: Collection[str], digits: int
-) -> list[tuple[str, Number]]:
-    """The kinds and the times of the events from 0 to a time, for a run to be asked near them.
-
-    Parameters
-    ----------
-    motion : Motion
-    end : Number
-        The end of the span [s], of either sign; an event at it belongs to it.
-    asked : collection of str
-        Of turning, reversal and cusp.
-    digits : int
-        Of the times.
-
-    Returns
-    -------
-    list of (str, Number)
-        ``theta_min``, ``theta_max``, ``reversal`` or ``cusp`` (where that is undecided perhaps
-        none), and the time [s], exactly zero at the start.
-    """
-    blur, scale = Fraction(1, 10**digits), rational(_scale(motion))
-    at_start, slack = blur * scale, blur * (abs(rational(end)) + scale)
-    times = (
-        (kind, to_mpf(t, digits))
-        for kind in dict.fromkeys(kind for name in asked for kind in KINDS_OF[name])
-        for t in motion.events(kind).times(*_span(end, at_start, slack), digits)
-    )
-    found = [(kind, t if abs(rational(t)) > at_start else 0 * t) for kind, t in times]
-    return sorted(found, key=lambda event: abs(event[1]))
-
-
-def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator[str]:
-    """What was counted differently, in words; what was not asked for is not held."""
-    for name, (least, most) in expected.items():
-        found = counted.get(name)
-        if found is not None and not least <= found <= most:
-            there = f"{least}" if least == most else f"{least} to {most}"
-            yield f"{found} {name} where there are {there}"
-
-
-def _counts(motion: Motion, end: Any, slack: Any, asked: Collection[str]) -> dict[str, int]:
-    """How many events there are from just before the start to about an end, by name."""
-    at_start = AT_START * _scale(motion)
-    span = _span(end, at_start, slack)
-    return {name: motion.events(name).count(*span) for name in KINDS_OF if name in asked}
-
-
-def _span(end: Any, at_start: Any, slack: Any) -> tuple[Fraction, Fraction]:
-    """The least and the greatest time of a span that begins just before the start."""
-    reach = max(abs(rational(end)) + rational(slack), Fraction(0))
-    low, high = -rational(at_start), reach
-    return (low, high) if end >= 0 else (-high, -low)
-
-
-def _scale(motion: Motion) -> float:
-    """The period [s], or a time that is not zero where there is none."""
-    return motion.period or abs(motion.lower_turning or 0.0) or 1.0

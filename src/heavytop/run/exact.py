@@ -13,7 +13,8 @@ import numpy as np
 from heavytop.analytic.motion import MOST_DIGITS, Motion
 from heavytop.analytic.record import Record
 from heavytop.exact.decimals import context
-from heavytop.run.planning import Plan, exact_span, span
+from heavytop.run.plan import Plan
+from heavytop.run.span import exact_span, span
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
 
@@ -74,7 +75,7 @@ class SceneMotion:
     @property
     def counts(self) -> dict[str, Any]:
         """How many there are of each kind of event that the scene asks for."""
-        from heavytop.run.events import count_exactly
+        from heavytop.run.counts import count_exactly
 
         return count_exactly(self.motion, self.end.t, self.scene.events)
 

@@ -7,12 +7,16 @@ be.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.classification.reduced import (
@@ -30,15 +34,20 @@ from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
 from heavytop.integration.bits import DOUBLE, digits_of, precision
 from heavytop.integration.engine import Seen, text
-from heavytop.run.planning import Plan
+from heavytop.integration.outputs import Sample
+from heavytop.integration.projection import GOLDEN
+from heavytop.run.plan import Plan
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
+Array = NDArray[np.float64]
+
 ROOT_DIGITS = 40  # of roots that a motion in doubles is known by
 OWN_SPARE_DIGITS = 10  # beyond those of a run in more digits
+SPREAD_TIMES, LATE_TIMES = 64, 16  # over the span and over the last period: there runs are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,3 +163,46 @@ def _from_height(read: Any, ctx: Context) -> ReducedMotion:
     spin = read.omega3 - n  # κ = ω3 − p_ψ/A
     motion = Reduced(-side * k[2] / 3, n, 1 - above, above, below, zero, drift, kinetic, spin)
     return reduced_from_constants(motion, wdot**2, falls=side * wdot > 0)
+
+
+# --- where a run is compared with it -------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SomeRows:
+    """Some rows of a record's columns, each taken when it is read."""
+
+    record: Any
+    rows: Any
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.record, name)[self.rows]
+
+
+class Compared(NamedTuple):
+    """A run wherever it is held against the exact motion of its own numbers.
+
+    Attributes
+    ----------
+    run : Sample
+        The samples first.
+    exact : SomeRows or None
+        That motion in doubles at the same times; None where there is none.
+    fixed : ndarray of int
+        Which of them do not depend on how many samples there are; the last is the end.
+    """
+
+    run: Sample
+    exact: Any
+    fixed: NDArray[np.intp]
+
+
+def times_between(end: float, period: float | None) -> Array:
+    """Return times at which every run is compared: over its span, and over its last period.
+
+    Samples a whole number of periods apart would see every error at one phase only; at a turning
+    point that hides an error in time.
+    """
+    spread = np.mod(np.arange(1, SPREAD_TIMES + 1) * GOLDEN, 1.0)
+    late = math.copysign(min(abs(end), period or abs(end)), end)
+    return np.concatenate((end * spread, end - late * spread[:LATE_TIMES]))

@@ -10,22 +10,23 @@ invariants, more bits than doubles have. A run that misses all the same goes one
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf, log, log2, sqrt, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault
-from heavytop.exact import PI, Exact
-from heavytop.exact.decimals import Context, Number
+from heavytop.exact import PI
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
+from heavytop.run.plan import Plan, Words
+from heavytop.run.span import closed_form_of, refusal, span, span_fault
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
-from heavytop.scene.scene import Scene, no_scene
-from heavytop.text import Shown, duration
+from heavytop.scene.scene import Scene
+from heavytop.text import duration
 
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
@@ -44,62 +45,6 @@ MANY_PERIODS: Final = 1e6  # if it has more than so many
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
 FORMULATION_OPTIONS: Final = {"auto": None, **FORMULATIONS}
-
-Words = tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Plan(Shown):
-    """What will be integrated, and how.
-
-    Attributes
-    ----------
-    formulation : str
-        Name of the equations; ``none`` where nothing is integrated, and the closed form answers.
-    variant : str or None
-        How the formulation has phi and psi: the axis form ``phi`` alone, or with psi by ``sigma``
-        or ``delta``; the subsystem, Routh's and the attitude form both as ``angles``. In the cubic
-        form the pole from which heights are measured.
-    frame : tuple of (str, float)
-        Rates subtracted from quadratures, by parameter, to keep them bounded [rad/s].
-    watched : tuple of str
-        Event functions in the integrator's loop.
-    states : int
-        How many are integrated.
-    precision : str
-        ``double``, or the bits of a significand, as in ``256 bits``.
-    tolerance : float
-        Relative error tolerance of a step; 0 where it is smaller than any double.
-    projected : bool
-        Whether the state is put back onto its invariants between blocks of steps.
-    reasons, warnings : tuple of str
-        Why it is so, and what may disappoint, each in words.
-    seconds : float
-        The time that its steps are expected to take [s].
-    tried : tuple of str
-        What was run before and missed its digits, in words.
-    auto : bool
-        Whether a run that misses its digits is taken again by a better plan.
-    """
-
-    formulation: str
-    variant: str | None = None
-    frame: tuple[tuple[str, float], ...] = ()
-    watched: Words = ()
-    states: int = 0
-    precision: str = "double"
-    tolerance: float = EPSILON
-    projected: bool = False
-    reasons: Words = ()
-    warnings: Words = ()
-    seconds: float = 0.0
-    tried: Words = ()
-    auto: bool = False
-
-    @property
-    def equations(self) -> Formulation:
-        """The formulation itself."""
-        return FORMULATIONS[self.formulation].build(self.variant)
 
 
 def plan(
@@ -452,64 +397,3 @@ def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
             f"separatrix: rounding errors grow as exp({rate:.3g} t) and carry the axis away from "
             f"the vertical at about t = {left:.3g} s; the exact axis never leaves it"
         )
-
-
-# --- what a scene says, in numbers and in refusals -----------------------------------------------
-
-
-def closed_form_of(scene: Scene) -> Motion:
-    """The motion of a scene, which is computed as far as it is asked for.
-
-    Raises
-    ------
-    BadScene
-        It is no `Scene`, but a name, say.
-    """
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, "heavytop")
-    return Motion(scene.top, scene.start)
-
-
-def start_values(scene: Scene) -> dict[str, Exact]:
-    """The exact numbers of a scene by the symbols of the Lagrangian."""
-    of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
-    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
-    return of_top | {name: getattr(scene.start, name) for name in names}
-
-
-def span(scene: Scene, motion: Motion) -> float:
-    """The end time of a scene [s].
-
-    Raises
-    ------
-    BadScene
-        The span is in nutation periods, and nothing nutates.
-    """
-    if scene.time is not None:
-        return float(scene.time)
-    if scene.periods is None:
-        rule = "missing: what is integrated has time = … in seconds, or periods = …"
-        raise refusal(scene, "span", "", rule)
-    if motion.period is None:
-        rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
-        raise refusal(scene, "span.periods", str(scene.periods), rule)
-    return float(scene.periods) * float(motion.period)
-
-
-def exact_span(scene: Scene, motion: Motion, ctx: Context) -> Number:
-    """The end time of a scene to all digits [s], of one that has it as `span` does."""
-    if scene.time is not None:
-        return scene.time.mpf(ctx)
-    assert scene.periods is not None
-    return scene.periods.mpf(ctx) * ctx.mpf(motion.mpf("period", ctx.dps))
-
-
-def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
-    """What refuses a scene, by the rule that one of its keys breaks."""
-    return BadScene((Fault(scene.name, None, key, value, rule),))
-
-
-def span_fault(scene: Scene, rule: str) -> Fault:
-    """What is wrong with the span of a scene, in the words in which it gives that."""
-    key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
-    return Fault(scene.name, None, f"span.{key}", str(value), rule)

@@ -9,48 +9,32 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import cache
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import Rounded, exact_texts
 from heavytop.errors import EndedEarly, Outcome
 from heavytop.exact import Number
-from heavytop.exact.decimals import context
-from heavytop.exact.pairs import EPSILON
-from heavytop.integration.bits import DOUBLE, bits_of, digits_of
-from heavytop.integration.blocks import Checkpoint, Integrator, Orbit, integrate, not_begun
-from heavytop.integration.engine import engine
-from heavytop.integration.library import hy
+from heavytop.integration.orbit import Orbit, integrate, not_begun
+from heavytop.run.autosave import Checkpoints
 from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
-from heavytop.run.own_motion import OwnMotion
-from heavytop.run.planning import (
-    Plan,
-    closed_form_of,
-    exact_span,
-    next_plan,
-    planned,
-    refusal,
-    span,
-    start_values,
-)
-from heavytop.run.trajectory import Statistics, Trajectory, times_between
+from heavytop.run.own_motion import OwnMotion, times_between
+from heavytop.run.plan import Plan
+from heavytop.run.planning import next_plan, planned
+from heavytop.run.span import closed_form_of, exact_span, refusal, span
+from heavytop.run.start import binary_start, integrator_of
+from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.run.verify import misses, warn_of, warn_of_plan
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
 
 Progress = Callable[[float], None]
-SAVE_S = 10.0  # between two saves of a trajectory on its way
-SAVE_SHARE = 20.0  # times as long as a save takes, until the next one
 MOST_TRIED = 3  # plans before the last
-UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 
 
 def propagate(
@@ -414,69 +398,3 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
         rule = f"{count:.3g} more samples at the present spacing, of {MAX_SAMPLES} at most"
         raise ValueError(f"time_span: {rule}; samples= sets their number")
     return max(1, round(count))
-
-
-def integrator_of(chosen: Plan, constants: dict[str, Any], start: Checkpoint) -> Integrator:
-    """Return what takes the steps of a plan's run from a start."""
-    bits = bits_of(chosen.precision)
-    watched, tolerance = (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), EPSILON)
-    found = engine(chosen.equations, watched, tolerance, bits)
-    return Integrator(found, constants, start.state, projected=chosen.projected)
-
-
-def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint]:
-    """Return a run's own numbers: every constant and state rounded once from the exact one."""
-    form, bits, numbers = chosen.equations, bits_of(chosen.precision), start_values(scene)
-    frame: dict[str, Any] = dict(chosen.frame)
-    if bits == DOUBLE:
-        values, zero, kind = _own_numbers(form)(numbers), 0.0, float
-    else:
-        texts = exact_texts(
-            (*form.parameters.values(), *form.start), numbers, context(digits_of(bits))
-        )
-        values, zero = [hy.real(x, bits) for x in texts], hy.real(0, bits)
-        frame, kind = {name: hy.real(rate, bits) for name, rate in frame.items()}, hy.real
-    constants = {p.name: v for p, v in zip(form.parameters, values, strict=False)} | frame
-    state = np.array(values[len(form.parameters) :], kind)
-    return constants, Checkpoint((zero, zero), state, 0)
-
-
-@cache
-def _own_numbers(form: Formulation) -> Rounded:
-    """Return the constants and the start of a formulation, as functions of a scene's numbers."""
-    return Rounded((*form.parameters.values(), *form.start))
-
-
-# --- saving a run on its way, so that a kill loses little of it ----------------------------------
-
-
-@dataclass
-class Checkpoints:
-    """Saves what has become of a trajectory; `saved` and `due` are monotonic times [s]."""
-
-    path: str | os.PathLike[str]
-    begun: Trajectory
-    saved: float = field(default_factory=time.monotonic)
-    due: float = field(default_factory=lambda: time.monotonic() + SAVE_S)
-
-    def __call__(self, so_far: Callable[[], Orbit]) -> None:
-        """Save the orbit so far, if it is time."""
-        if time.monotonic() >= self.due:
-            self._save(so_far())
-
-    def at_last(self, orbit: Orbit) -> None:
-        """Save the orbit at the end of its steps, before what is made of it takes its time."""
-        if time.monotonic() - self.saved >= UNSAVED_S and orbit.outcome in ("finished", "singular"):
-            self._save(orbit)
-
-    def _save(self, orbit: Orbit) -> None:
-        began, known = time.monotonic(), self.begun
-        replace(
-            known,
-            orbit=orbit,
-            outcome=Outcome.INTERRUPTED,
-            statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
-            with_events=False,
-        ).save(self.path)
-        self.saved = time.monotonic()
-        self.due = self.saved + max(SAVE_S, SAVE_SHARE * (self.saved - began))

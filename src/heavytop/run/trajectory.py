@@ -5,11 +5,10 @@ A run in more digits than doubles have is told in doubles too, rounded.
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,13 +19,12 @@ from heavytop.exact.decimals import Context, Number, context, number
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration import outputs
 from heavytop.integration.bits import DOUBLE, digits_of
-from heavytop.integration.blocks import Orbit
 from heavytop.integration.engine import Seen, reals, text
+from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.projection import GOLDEN
 from heavytop.run.events import Events, events_of, no_events
-from heavytop.run.own_motion import OwnMotion
-from heavytop.run.planning import Plan
+from heavytop.run.own_motion import Compared, OwnMotion, SomeRows, times_between
+from heavytop.run.plan import Plan
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
 from heavytop.text import Played
@@ -37,10 +35,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 START_ROUNDING = 4 * EPSILON
-SPREAD_TIMES, LATE_TIMES = (
-    64,
-    16,
-)  # times over the span and over the last period at which a run is compared
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,35 +59,6 @@ class Statistics:
     compile_s: float
     integrate_s: float
     whole: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class SomeRows:
-    """Some rows of a record's columns, each taken when it is read."""
-
-    record: Any
-    rows: Any
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.record, name)[self.rows]
-
-
-class Compared(NamedTuple):
-    """A run wherever it is held against the exact motion of its own numbers.
-
-    Attributes
-    ----------
-    run : Sample
-        The samples first.
-    exact : SomeRows or None
-        That motion in doubles at the same times; None where there is none.
-    fixed : ndarray of int
-        Which of them do not depend on how many samples there are; the last is the end.
-    """
-
-    run: Sample
-    exact: Any
-    fixed: NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -440,23 +405,9 @@ class Trajectory(Played):
         >>> print(table.index.name, table.theta[0.0], table.attrs["units"]["theta"])
         t 0.1 rad
         """
-        data = self.to_xarray()
-        if events:
-            met = {f"{n}".removeprefix("event_"): x for n, x in data.data_vars.items()
-                   if x.dims[0] == "event"}  # fmt: skip
-            data = data.drop_vars([*data.data_vars, "t"]).assign(met).swap_dims(event="t")
-        columns: dict[str, Any] = {"t": data["t"]}
-        for name, x in data.data_vars.items():
-            if x.dims == ("t",):
-                columns[f"{name}"] = x
-            elif x.dims[:1] == ("t",):
-                parts = enumerate(data[x.dims[1]].values)
-                columns |= {f"{name}_{p}": x.isel({x.dims[1]: k}, drop=True) for k, p in parts}
-        table = type(data)(columns).to_dataframe()
-        table.attrs = dict(data.attrs)
-        for key in ("units", "long_name"):
-            table.attrs[key] = {n: x.attrs[key] for n, x in columns.items() if key in x.attrs}
-        return table
+        from heavytop.run.trajectory_file import frame
+
+        return frame(self.to_xarray(), "event" if events else "t")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the trajectory to a netCDF file, whole or not at all.
@@ -474,17 +425,6 @@ class Trajectory(Played):
         from heavytop.run.trajectory_file import write
 
         write(self, path)
-
-
-def times_between(end: float, period: float | None) -> Array:
-    """Return times at which every run is compared: over its span, and over its last period.
-
-    Samples a whole number of periods apart would see every error at one phase only; at a turning
-    point that hides an error in time.
-    """
-    spread = np.mod(np.arange(1, SPREAD_TIMES + 1) * GOLDEN, 1.0)
-    late = math.copysign(min(abs(end), period or abs(end)), end)
-    return np.concatenate((end * spread, end - late * spread[:LATE_TIMES]))
 
 
 def rounded(found: Sample) -> Sample:

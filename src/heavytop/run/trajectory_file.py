@@ -24,12 +24,15 @@ from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.files import array, attribute, open_sealed, write_sealed
 from heavytop.integration.bits import DOUBLE, bits_of
-from heavytop.integration.blocks import Checkpoint, Orbit
+from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.engine import Seen, reals, text
+from heavytop.integration.orbit import Orbit
 from heavytop.run.events import STORED
 from heavytop.run.exact import SceneMotion
-from heavytop.run.planning import Plan, closed_form_of
-from heavytop.run.propagation import integrator_of, not_integrated
+from heavytop.run.plan import Plan
+from heavytop.run.propagation import not_integrated
+from heavytop.run.span import closed_form_of
+from heavytop.run.start import integrator_of
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
@@ -37,6 +40,7 @@ from heavytop.scene.scene import Scene, read_scene
 from heavytop.text import readable
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 TRAJECTORY_SCHEMA: Final = "heavytop/trajectory/2"
@@ -72,6 +76,29 @@ def dataset(run: Trajectory | SceneMotion) -> xarray.Dataset:
     import xarray
 
     return xarray.Dataset(_contents(run), attrs=_attributes(run))
+
+
+def frame(data: xarray.Dataset, dimension: str) -> pandas.DataFrame:
+    """Return what a dataset has over ``t``, or over ``event``, as a pandas DataFrame.
+
+    Vectors are columns for each component; `attrs` has units and names.
+    """
+    import pandas
+
+    over = {n: x for n, x in data.data_vars.items() if x.dims[:1] == (dimension,)}
+    parts, told = [], dict(data.attrs)
+    told |= {key: {"t": data["t"].attrs[key]} for key in ("units", "long_name")}
+    for full, x in over.items():
+        name = f"{full}".removeprefix("event_") if dimension == "event" else f"{full}"
+        part = x.to_pandas()
+        part = part.rename(name).to_frame() if x.ndim == 1 else part.add_prefix(f"{name}_")
+        parts.append(part)
+        for key in ("units", "long_name"):
+            told[key] |= dict.fromkeys(part.columns, x.attrs[key])
+    table = pandas.concat(parts, axis="columns")
+    table = table.set_index("t") if dimension == "event" else table
+    table.attrs = told
+    return table
 
 
 def write(run: Trajectory | SceneMotion, path: str | os.PathLike[str]) -> None:

@@ -29,9 +29,9 @@ from heavytop.errors import (
     NoClosedForm,
 )
 from heavytop.exact.decimals import Number, context
-from heavytop.run.events import Counts, differences, tally
+from heavytop.run.counts import Counts, differences, tally
 from heavytop.run.own_motion import OWN_SPARE_DIGITS
-from heavytop.run.planning import Plan
+from heavytop.run.plan import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged

@@ -33,8 +33,8 @@ from heavytop.exact.pairs import UNIT
 from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.outputs import sample
 from heavytop.results.certificate import CERTIFIED_QUANTITIES, Certificate
+from heavytop.run.counts import KINDS_OF
 from heavytop.run.estimates import DOUBLE_DIGITS
-from heavytop.run.events import KINDS_OF
 from heavytop.run.own_motion import own_motion
 from heavytop.run.planning import plan
 from heavytop.run.propagation import propagate

@@ -25,7 +25,7 @@ from heavytop.doctor import versions
 from heavytop.errors import BadScene, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import SERIES, Drift, growth
-from heavytop.run.planning import closed_form_of
+from heavytop.run.span import closed_form_of
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of

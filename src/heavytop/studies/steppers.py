@@ -42,8 +42,9 @@ from heavytop.integration.engine import NEVER, text
 from heavytop.integration.library import hy
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
-from heavytop.run.planning import closed_form_of, plan
-from heavytop.run.propagation import binary_start, integrator_of
+from heavytop.run.planning import plan
+from heavytop.run.span import closed_form_of
+from heavytop.run.start import binary_start, integrator_of
 from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene

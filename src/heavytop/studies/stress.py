@@ -30,9 +30,10 @@ from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.results.base import Row
 from heavytop.results.stress import AUTO, NO_RUN, WRONG_AXIS, Stress, StressCases, StressOutcome
-from heavytop.run.events import Counts
-from heavytop.run.planning import Plan
-from heavytop.run.propagation import binary_start, propagate
+from heavytop.run.counts import Counts
+from heavytop.run.plan import Plan
+from heavytop.run.propagation import propagate
+from heavytop.run.start import binary_start
 from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.scene.quantities import Need

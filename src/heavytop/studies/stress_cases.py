@@ -23,14 +23,14 @@ from heavytop.analytic.motion import Motion
 from heavytop.analytic.record import Record
 from heavytop.exact import Exact
 from heavytop.exact.pairs import UNIT
-from heavytop.run.planning import closed_form_of, span
+from heavytop.run.span import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.scene_file import EVENTS
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 if TYPE_CHECKING:
-    from heavytop.run.events import Counts
+    from heavytop.run.counts import Counts
 
 Start = dict[str, object]
 
@@ -276,7 +276,7 @@ class CaseReference:
 @cache
 def reference(name: str) -> CaseReference:
     """Return the truth of a case, by its name."""
-    from heavytop.run.events import tally
+    from heavytop.run.counts import tally
 
     scene = cases()[name].scene
     motion = closed_form_of(scene)

@@ -1,0 +1,65 @@
+"""What will be integrated, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.exact.pairs import EPSILON
+from heavytop.text import Shown
+
+Words = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan(Shown):
+    """What will be integrated, and how.
+
+    Attributes
+    ----------
+    formulation : str
+        Name of the equations; ``none`` where nothing is integrated, and the closed form answers.
+    variant : str or None
+        How the formulation has phi and psi: the axis form ``phi`` alone, or with psi by ``sigma``
+        or ``delta``; the subsystem, Routh's and the attitude form both as ``angles``. In the cubic
+        form the pole from which heights are measured.
+    frame : tuple of (str, float)
+        Rates subtracted from quadratures, by parameter, to keep them bounded [rad/s].
+    watched : tuple of str
+        Event functions in the integrator's loop.
+    states : int
+        How many are integrated.
+    precision : str
+        ``double``, or the bits of a significand, as in ``256 bits``.
+    tolerance : float
+        Relative error tolerance of a step; 0 where it is smaller than any double.
+    projected : bool
+        Whether the state is put back onto its invariants between blocks of steps.
+    reasons, warnings : tuple of str
+        Why it is so, and what may disappoint, each in words.
+    seconds : float
+        The time that its steps are expected to take [s].
+    tried : tuple of str
+        What was run before and missed its digits, in words.
+    auto : bool
+        Whether a run that misses its digits is taken again by a better plan.
+    """
+
+    formulation: str
+    variant: str | None = None
+    frame: tuple[tuple[str, float], ...] = ()
+    watched: Words = ()
+    states: int = 0
+    precision: str = "double"
+    tolerance: float = EPSILON
+    projected: bool = False
+    reasons: Words = ()
+    warnings: Words = ()
+    seconds: float = 0.0
+    tried: Words = ()
+    auto: bool = False
+
+    @property
+    def equations(self) -> Formulation:
+        """The formulation itself."""
+        return FORMULATIONS[self.formulation].build(self.variant)
