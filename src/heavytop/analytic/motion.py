@@ -55,8 +55,6 @@ class ClosedForm(Refined):
     ----------
     source : ReducedMotion
         The exact numbers of the motion.
-    limit : int
-        Bits at which to give up.
     """
 
     period = Constant(doc="T [s], the period of θ; None where nothing nutates.")
