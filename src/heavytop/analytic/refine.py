@@ -180,6 +180,8 @@ class Refined:
 
 def _balls(found: Any) -> Iterator[arb]:
     """All balls in what was found."""
-    if isinstance(found, dict):
-        found = tuple(found.values())
-    yield from (x for x in (found if isinstance(found, tuple) else (found,)) if type(x) is arb)
+    if isinstance(found, arb):
+        yield found
+    elif isinstance(found, tuple | dict):
+        for each in found.values() if isinstance(found, dict) else found:
+            yield from _balls(each)
