@@ -210,9 +210,9 @@ def _facts(c: Constants, cusps: bool) -> Balls:
         }
     elif c.regime.steady and not vertical:
         found |= _precession(c.start, found["phidot_min"], found["psidot_min"])
-    found = mapped(_or_zero, found)
-    found |= mapped(_or_zero, _fast_top(c, found, cusps))
-    return found
+    known: Balls = mapped(_or_zero, found)
+    known |= mapped(_or_zero, _fast_top(c, known, cusps))
+    return known
 
 
 def _rates(c: Constants, cusps: bool) -> Balls:
