@@ -374,26 +374,13 @@ def _axis_angles(
 # --- of constants, and through poles -------------------------------------------------------------
 
 
-def reduced_from_constants(exact: Reduced, udot2: Fraction, falls: bool = False) -> ReducedMotion:
-    """The motion with given constants through a tilt, from which its angles are counted.
-
-    Parameters
-    ----------
-    exact : Reduced
-        The motion in fractions, but for u̇₀.
-    udot2 : Fraction
-        u̇₀², of a motion that rises there; negative only by a rounding, at a turning point.
-    falls : bool
-        Whether the axis falls there instead.
-    """
-    square = replace(exact, udot0=max(udot2, Fraction(0)))
-    return ReducedMotion(partial(_constant_numbers, square, falls), _no_angles)
+def reduced_from_constants(exact: Reduced) -> ReducedMotion:
+    """The motion of constants in fractions, from whose start its angles are counted."""
+    return ReducedMotion(partial(_constant_numbers, exact), _no_angles)
 
 
-def _constant_numbers(exact: Reduced, falls: bool, bits: int | None) -> Reduced:
-    found = exact.mapped(_exact if bits is None else rational_ball)
-    speed = root_of(found.udot0)
-    return replace(found, udot0=-speed if falls else speed)
+def _constant_numbers(exact: Reduced, bits: int | None) -> Reduced:
+    return exact.mapped(_exact if bits is None else rational_ball)
 
 
 def _no_angles(_: int) -> tuple[arb, arb]:
