@@ -60,7 +60,9 @@ def test_axis_and_angles_define_the_same_motion():
     l = [e[i - 2] * edot[i - 1] - e[i - 1] * edot[i - 2] + b * e[i] for i in range(3)]  # noqa: E741
     kappa = reduced(by_angles)["kappa"]
     numbers = map(rational, (gMR / A, kappa))
-    by_axis = reduced_from_axis(map(rational, e), map(rational, l), *numbers, psi0=rational(ps))
+    by_axis = reduced_from_axis(
+        map(rational, e), map(rational, l), *numbers, rational(ph), rational(ps)
+    )
     for name, value in reduced(by_axis).items():
         assert close(value, reduced(by_angles)[name]), name
 

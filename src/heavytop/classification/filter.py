@@ -27,7 +27,7 @@ from heavytop.classification.arrays import (
     Starts,
 )
 from heavytop.classification.kinds import Criterion, Kind, Rule
-from heavytop.classification.reduced import Reduced
+from heavytop.classification.reduced import Reduced, reduced_numbers
 from heavytop.classification.signs import Answer, Sign, Signs
 from heavytop.exact.pairs import PI_REST, UNIT
 
@@ -69,11 +69,6 @@ class Bounded:
     def __mul__(self, other: Bounded) -> Bounded:
         return self._with(np.multiply, other)
 
-    def squared(self) -> Bounded:
-        """The squares of given numbers."""
-        square = self.value * self.value
-        return Bounded(square, square)
-
     def _with(self, operation: np.ufunc, other: Bounded) -> Bounded:
         value = operation(self.value, other.value)
         if self.magnitude is self.value and other.magnitude is other.value:
@@ -105,11 +100,8 @@ def reduced(starts: Starts) -> Reduced:
     rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
     gMR, thetadot, phidot, spin = map(Bounded, rates)
     omega3 = spin if starts.held == "omega3" else spin + phidot * u
-    sin2, b = below * above, C * omega3 / A
-    across = phidot * sin2
-    kinetic = (thetadot.squared() + phidot.squared() * sin2) / 2
-    udot = -(thetadot * sin2)
-    return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
+    udot = -(thetadot * (below * above))
+    return reduced_numbers(A, C, gMR, (u, below, above), thetadot, phidot, omega3, udot)
 
 
 def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
