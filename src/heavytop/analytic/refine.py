@@ -98,7 +98,7 @@ class Refined:
             with working(bits):
                 try:
                     found = value(self._constants(bits))
-                    wide = [x for x in _balls(found) if digits and not self._has(what, x, digits)]
+                    wide = [x for x in balls_in(found) if digits and not self._has(what, x, digits)]
                 except TooFewBits as close:
                     why, ball = f"{close.names} differ by less than", close.difference
                     continue
@@ -149,7 +149,7 @@ class Refined:
 
     @cached_property
     def _computed(self) -> dict[Any, Any]:
-        """Constants by their bits, floats by their names, and a doubt."""
+        """Constants by their bits, and a doubt."""
         return {}
 
     def _constants(self, bits: int) -> Constants:
@@ -178,10 +178,10 @@ class Refined:
         return lambda name: self.refine(name, lambda c: getattr(point(c), name), digits, late)
 
 
-def _balls(found: Any) -> Iterator[arb]:
+def balls_in(found: Any) -> Iterator[arb]:
     """All balls in what was found."""
     if isinstance(found, arb):
         yield found
     elif isinstance(found, tuple | dict):
         for each in found.values() if isinstance(found, dict) else found:
-            yield from _balls(each)
+            yield from balls_in(each)
