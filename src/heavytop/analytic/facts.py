@@ -21,7 +21,7 @@ amplitude is still 15 % too small. Facts are computed in balls, and rounded once
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from flint import arb, ctx
@@ -136,11 +136,6 @@ class Facts:
     sleeping_threshold: float | None = None
     fast_top_ratio: float | None = None
     estimates: dict[str, dict[str, float | None]] = field(default_factory=dict)
-
-    def document(self) -> dict[str, Any]:
-        """The facts by name, as JSON holds them: None for what does not exist or is no double."""
-        facts = asdict(self).items()
-        return {name: None if fact in (math.inf, -math.inf) else fact for name, fact in facts}
 
 
 def facts(motion: Motion | Top, start: State | None = None) -> Facts:

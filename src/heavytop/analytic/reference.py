@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -21,6 +21,7 @@ from heavytop.exact.number import rational, written
 from heavytop.files import write_document, write_text
 from heavytop.scene.arguments import (
     Range,
+    Reader,
     Refused,
     expect,
     one_of,
@@ -36,6 +37,7 @@ from heavytop.scene.scene_file import EVENTS
 REFERENCE_SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
 MOST_EVENTS: Final = 100_000
+MOST_DIGITS: Final = 4000  # Python prints integers of 4300
 PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
 REFERENCE_COLUMNS: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
@@ -166,7 +168,8 @@ def reference(
     """
     expect("scene", scene, Scene)
     file = scene.name
-    options, wrong = parse_options(file, {"times": times, "digits": digits}, REFERENCE_OPTIONS)
+    readers: dict[str, Reader] = {"times": times_of, "digits": Range(2, MOST_DIGITS, whole=True)}
+    options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
     kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
     spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
@@ -179,10 +182,10 @@ def reference(
     motion = Motion(scene.top, scene.start)
     motion.require_proof()
     names = [name for _, names in wanted for name in names]
-    readers = (motion.reader(t, digits + PROVED_DIGITS) for t in exact)
+    numbers = (motion.reader(t, digits + PROVED_DIGITS) for t in exact)
     cells = [
-        [Interval.of(x).rounded(digits) for name in names for x in balls_in(read(name))]
-        for read in readers
+        [Interval.of(x).rounded(digits) for name in names for x in balls_in(number(name))]
+        for number in numbers
     ]
     header = (column for columns, _ in wanted for column in columns)
     columns = {"t": tuple(map(exact_text, exact))}
@@ -258,9 +261,3 @@ def exact_text(x: Fraction) -> str:
     """A rational number as a decimal, where it is one; else as a fraction."""
     text = written(rational(x))
     return text if "/" in text else f"{Decimal(text):f}"
-
-
-REFERENCE_OPTIONS: Final[Mapping[str, Callable[[object], Any]]] = {
-    "times": times_of,
-    "digits": Range(2, 4000, whole=True),  # Python prints integers of 4300
-}
