@@ -77,7 +77,7 @@ KNOWN = {
         {"psidot_min": 0.0, "psidot_reverses": False, "psidot_reversal_theta": None}),
     "no spin": ((BOOK, {"theta": 1}), {"fast_top_ratio": 0, "estimates": {}}),
     "a ratio of 1e400/4 is no double": ((ht.Top(1, 1, 1), {"theta": 1, "psidot": "1e200"}),
-        {"fast_top_ratio": None, "phidot_max": 2e-200}),
+        {"fast_top_ratio": np.inf, "phidot_max": 2e-200}),
 }  # fmt: skip
 
 
