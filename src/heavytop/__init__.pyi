@@ -4,7 +4,6 @@ from .analytic.facts import (
     Facts as Facts,
     facts as facts,
 )
-from .analytic.find import find as find
 from .analytic.many import (
     Motions as Motions,
     motions_many as motions_many,
@@ -79,6 +78,7 @@ from .studies.certificate import certify as certify
 from .studies.drift import drift as drift
 from .studies.study import resume as resume
 from .studies.stress import stress as stress
+from .studies.find import find as find
 from .studies.sweep import sweep as sweep
 from .studies.work_precision import work_precision as work_precision
 

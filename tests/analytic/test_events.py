@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from heavytop.analytic.motion import ClosedForm
-from heavytop.analytic.refine import LIMIT
 from heavytop.errors import Impossible, Unseparated
 from heavytop.exact import Exact
 from heavytop.exact.balls import Interval
@@ -36,8 +35,8 @@ class Enclosed(Bounds):
         return tuple(self(name, t) for name in ("thetadot", "phidot", "psidot"))
 
 
-def enclosed(begun, digits=40, limit=LIMIT):
-    return Enclosed(ClosedForm(begun.source, limit), digits)
+def enclosed(begun, digits=40):
+    return Enclosed(ClosedForm(begun.source), digits)
 
 
 def changes(begun, end):
@@ -205,7 +204,8 @@ def test_a_million_million_periods_away(args, each):
 
 def test_an_end_that_is_exactly_an_event_cannot_be_told_from_its_sides():
     """T = 2π/5 without weight: after a period, no bits tell the end from the turning point."""
-    found = enclosed(motion(*FREE), limit=512)
+    found = enclosed(motion(*FREE))
+    found.motion.limit = 512
     with pytest.raises(Unseparated, match="an event and the end of the span differ by less"):
         found.count("turning", Exact.of("2*pi/5"))
     assert found.count("turning", Exact.of("2*pi/5") - Exact.of("1e-60")) == 2

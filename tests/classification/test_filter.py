@@ -99,7 +99,7 @@ def test_numbers_are_within_their_errors(held, stretched):
     with mpmath.workdps(400):
         for at in range(1500):
             exact = exact_reduced(*(mpmath.mpf(float(x[at])) for x in numbers.values()), held)
-            for which, (number, (sized, certain, zero)) in enumerate(found):
+            for which, (number, (sized, _, certain, zero)) in enumerate(found):
                 truth, value = number.value(exact), sized.value[at]
                 if zero[at]:
                     assert truth == 0, number

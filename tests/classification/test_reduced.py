@@ -60,7 +60,9 @@ def test_axis_and_angles_define_the_same_motion():
     l = [e[i - 2] * edot[i - 1] - e[i - 1] * edot[i - 2] + b * e[i] for i in range(3)]  # noqa: E741
     kappa = reduced(by_angles)["kappa"]
     numbers = map(rational, (gMR / A, kappa))
-    by_axis = reduced_from_axis(map(rational, e), map(rational, l), *numbers, psi0=rational(ps))
+    by_axis = reduced_from_axis(
+        map(rational, e), map(rational, l), *numbers, rational(ph), rational(ps)
+    )
     for name, value in reduced(by_axis).items():
         assert close(value, reduced(by_angles)[name]), name
 
@@ -69,10 +71,9 @@ def test_axis_and_angles_define_the_same_motion():
 def test_constants_define_the_same_motion(falls):
     """So do the constants of the motion and the place, all of them rational."""
     g, b, drift, u = Fraction(3, 2), Fraction(2), Fraction(-1, 3), Fraction(1, 4)
-    udot2, kappa = Fraction(1, 9), Fraction(2)
-    kinetic = (udot2 + drift**2) / (2 * (1 - u**2))
-    exact = Reduced(g, b, u, 1 - u, 1 + u, Fraction(0), drift, kinetic, kappa)
-    found = reduced_from_constants(exact, udot2, falls)
+    udot, kappa = Fraction(-1 if falls else 1, 3), Fraction(2)
+    kinetic = (udot**2 + drift**2) / (2 * (1 - u**2))
+    found = reduced_from_constants(Reduced(g, b, u, 1 - u, 1 + u, udot, drift, kinetic, kappa))
     at = reduced(found)
     root = CTX.sqrt(CTX.mpf(15)) / 4
     phidot = Fraction(-1, 3) / (1 - u**2)

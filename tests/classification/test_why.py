@@ -28,19 +28,12 @@ def given(top, start):
     p_psi = C * omega3
     p_phi = A * phidot * s**2 + p_psi * u
     E = A * (thetadot**2 + phidot**2 * s**2) / 2 + g * u
-    return A, C, g, s, u, thetadot, phidot, omega3, p_phi, p_psi, E
-
-
-def other_rate(A, C, g, s, u, thetadot, phidot, omega3, p_phi, p_psi, E):
-    """The other root of A u Ω² − p_ψ Ω + gMR = 0."""
-    root = CTX.sqrt(max(p_psi**2 - 4 * A * g * u, 0))
-    roots = [(p_psi + side * root) / (2 * A * u) for side in (-1, 1)]
-    return max(roots, key=lambda rate: abs(rate - phidot))
+    return A, g, s, u, thetadot, phidot, p_phi, p_psi, E
 
 
 def table(top, start):
     """Of each symbol the number, its unit, and what it is small beside."""
-    values = A, C, g, s, u, thetadot, phidot, omega3, p_phi, p_psi, E = given(top, start)
+    A, g, s, u, thetadot, phidot, p_phi, p_psi, E = given(top, start)
     momentum, energy = "kg m²/s", "J"
     known = {
         "gMR": (g, energy), "θ̇": (thetadot, ""),
@@ -55,14 +48,9 @@ def table(top, start):
         "|cos θ| (A φ̇² |cos θ| − |gMR|)": (
             abs(u) * (A * phidot**2 * abs(u) - abs(g)), energy),
         "p_ψ² − 4A |gMR|": (p_psi**2 - 4 * A * abs(g), "kg² m⁴/s²"),
-        "φ̇": (phidot, "rad/s"), "|ω₃|": (abs(omega3), "rad/s"),
     }  # fmt: skip
     if p_psi:
         known["E′ − gMR p_φ/p_ψ"] = E - g * p_phi / p_psi, energy
-    if C:
-        known["least stable |ω₃|"] = 2 * CTX.sqrt(A * abs(g)) / C, "rad/s"
-    if abs(u) > ZERO:
-        known["the other steady rate"] = other_rate(*values), "rad/s"
     return known
 
 
@@ -97,9 +85,7 @@ def test_the_numbers_of_every_kind_are_those_of_their_definitions():
         "through-top", "through-bottom", "uniform-precession", "loops", "cusps", "waves",
     }  # fmt: skip
     asked = {number for rule in RULES for number in (*rule.zeros, *(x for x, _ in rule.shown))}
-    asked |= {
-        number for detail in KIND_DETAILS.values() for number in (detail.shown, *detail.beside)
-    }
+    asked |= {detail.shown for detail in KIND_DETAILS.values()}
     assert set.union(*(met for _, met in found)) == {number.symbol for number in asked}
     assert all(met for _, met in found)
 

@@ -37,7 +37,6 @@ class PoleAngle:
     step: arb = ZERO_BALL  # from one turning point to the next, but for
     rate: arb = ZERO_BALL  # what is proportional to time [rad/s]
     turn: arb = ZERO_BALL  # over a period, jumps included
-    mean: arb = ZERO_BALL  # rate, without jumps [rad/s]
 
 
 class Constants:
@@ -103,14 +102,13 @@ class Constants:
         if self.growth is not None:
             rate, sign = plus / 4, sign_of(plus, "P+ and 0")
             v = None if low1.is_zero() else (low1 / high1).sqrt().atan()
-            return PoleAngle(v, sign, v is None, rate=rate, mean=rate), PoleAngle()
+            return PoleAngle(v, sign, v is None, rate=rate), PoleAngle()
         if self.period is None:
             # an axis on the vertical keeps its φ, and ψ takes the whole spin
             off = not (high1.is_zero() or low1.is_zero())
             b = self.upright.b
             rates = (plus / (2 * low1), minus / (2 * high1)) if off else (b / 2, -b / 2)
-            one, other = (PoleAngle(rate=rate, mean=rate) for rate in rates)
-            return one, other
+            return PoleAngle(rate=rates[0]), PoleAngle(rate=rates[1])
         beyond = self.delta * minus * minus / (high1 * high2) if self.regime.misses_top else arb(0)
         return (
             self._half(plus, low1, low2, (low1, self.delta), low1),
@@ -125,9 +123,7 @@ class Constants:
         turn = P / (self.w * at_u1) * third_kind(self.cubic.mc, at_u2 / at_u1)
         v, sign = first_kind(*pole, self.m), sign_of(P, "p_phi and that of a pass through a pole")
         step = self.theta.step(v, sign)
-        return PoleAngle(
-            v, sign, False, step, (turn - 2 * step) / self.period, turn, turn / self.period
-        )
+        return PoleAngle(v, sign, False, step, (turn - 2 * step) / self.period, turn)
 
     def sweep(self, N: Any, upper: bool, which: int) -> Series | None:
         """The sweep of Φ₊ (0) or Φ₋ (1) beside u₁, or beside u₂; None where there is none."""
@@ -160,7 +156,10 @@ class Constants:
     @property
     def mean_rates(self) -> Pair:
         """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ [rad/s], without jumps at poles."""
-        plus, minus = (2 * half.mean for half in self.halves[:: self.side])
+        plus, minus = (
+            2 * (half.rate if half.jumps or self.period is None else half.turn / self.period)
+            for half in self.halves[:: self.side]
+        )
         return plus, minus
 
     @property

@@ -6,8 +6,10 @@ digits.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -53,17 +55,18 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
     latest, period = abs(time).max(initial=0.0), motion.period or np.inf
     if latest > FARTHEST * period:
         raise NoClosedForm(f"more than {FARTHEST} periods in doubles: ask for digits instead")
-    if latest >= MOST_PERIODS * period:
-        words = zip(time.tolist(), low.tolist(), strict=True)
-        points = [motion.at(Fraction(high) + Fraction(rest), LATE_DIGITS) for high, rest in words]
+    late = latest >= MOST_PERIODS * period
+    if late or time.size <= 1:  # of one time all are scalars, which is several times as fast
         parts: Any = range(time.size)
     else:
-        # of one time all are scalars, which is several times as fast
-        starts = range(0, time.size, TIMES_AT_ONCE)
-        parts = (
-            [slice(at, at + TIMES_AT_ONCE) for at in starts] if time.size > 1 else [0] * time.size
-        )
-        points = [motion.doubles()((time[part], low[part])) for part in parts]
+        parts = [slice(at, at + TIMES_AT_ONCE) for at in range(0, time.size, TIMES_AT_ONCE)]
+
+    @cache
+    def points(c: Constants) -> list[Any]:
+        times = [(time[part], low[part]) for part in parts]
+        if late:
+            return [motion.at(Fraction(x) + Fraction(rest), LATE_DIGITS) for x, rest in times]
+        return list(map(motion.form(c, sys.modules[__name__]), times))
 
     @quietly
     def read(name: str) -> Any:
@@ -73,12 +76,7 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
             return np.full(shape, float(motion.energy(17)))
         wide = VECTOR_SHAPES.get(name, ())
         found = np.empty((time.size, *wide))
-        try:
-            values = [getattr(point, name) for point in points]
-        except TooFewBits:  # of what the constants of other quantities did not need
-            form = motion.doubles(complete=True)
-            points[:] = [form((time[part], low[part])) for part in parts]
-            values = [getattr(point, name) for point in points]
+        values = motion.refine(name, lambda c: [getattr(point, name) for point in points(c)])
         for part, value in zip(parts, values, strict=True):
             for column, each in zip(found.T, value, strict=True) if wide else [(found, value)]:
                 column[part] = each

@@ -19,9 +19,9 @@ from heavytop.scene.scene_file import EVENTS
 if TYPE_CHECKING:
     from heavytop.analytic.motion import ClosedForm
 
+KINDS_OF_EVENTS: Final = (*EVENTS, "theta_min", "theta_max")
 """What can be counted: a cusp is a turning point too, but no theta_min or theta_max."""
 
-KINDS_OF_EVENTS: Final = (*EVENTS, "theta_min", "theta_max")
 MOST_COUNTED: Final = 10**100
 EVENT_DIGITS: Final = 20
 AT_AN_END: Final = "an event and the end of the span"
@@ -50,7 +50,7 @@ class EventTimes:
     @property
     def first(self) -> arb | None:
         """The time of the event 0 [s]."""
-        return self.nth(0) if self.motion.refine("an event", self._fractions, None) else None
+        return self.nth(0) if self.fractions else None
 
     @property
     def spacing(self) -> arb | None:
@@ -61,8 +61,7 @@ class EventTimes:
     @property
     def fractions(self) -> list[float]:
         """When they happen in a period, in periods after the start, in [0, 1); exactly 0 at it."""
-        found = self.motion.refine("an event", self._fractions, None)
-        return [float(x) for x in found]
+        return [float(x) for x in self.motion.refine("an event", self._fractions)]
 
     def count(self, a: Any, b: Any) -> int:
         """How many there are from one time to another, both included: proved.
@@ -115,12 +114,12 @@ class EventTimes:
             turns, which = divmod(n, len(fractions) or 1)
             return (turns + fractions[which]) * c.period if fractions else None
 
-        late = float(self.spacing.upper()) * abs(n) if self.spacing is not None else 0.0
-        found = self.motion.refine(f"the time of {self.kind} {n}", time, digits, late=late)
+        late = (self.motion.period or 0.0) * abs(n)
+        found: arb | None = self.motion.refine(f"the time of {self.kind} {n}", time, digits, late)
         if found is None:
             rule = f"an event that there is: {self.kind} {n} does not happen"
             raise Impossible([("n", rule)])
-        return found  # type: ignore[no-any-return]
+        return found
 
     def _until(self, t: Any) -> int:
         """The number of the first event after a time."""
@@ -142,7 +141,7 @@ class EventTimes:
             return sum(min(max(rank(time - at), 0), 1) - (not _passed(at)) for at in fractions)
 
         late = abs(float(exact.ball(FEW_BITS)))
-        found: int = self.motion.refine(f"the count of {self.kind}", number, None, late=late)
+        found: int = self.motion.refine(f"the count of {self.kind}", number, late=late)
         return found
 
     def _fractions(self, c: Constants) -> list[arb]:

@@ -21,13 +21,14 @@ amplitude is still 15 % too small. Facts are computed in balls, and rounded once
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from flint import arb, ctx
 
 from heavytop.analytic.constants import Constants
 from heavytop.analytic.motion import Motion
+from heavytop.analytic.record import mapped
 from heavytop.analytic.roots import TooFewBits
 from heavytop.classification.reduced import Reduced
 from heavytop.exact import sqrt
@@ -38,7 +39,6 @@ from heavytop.scene.top import Top
 Balls: TypeAlias = "dict[str, Any]"
 """Facts by name: balls of the working precision, words, truth values, or None."""
 
-ESTIMATES: Final = ("precession", "period", "amplitude", "round")
 FACT_DIGITS: Final = 30  # of each fact, before it is rounded to a double
 ZERO_BITS: Final = 4096  # a ball of so many bits that contains 0 is taken for 0
 
@@ -137,11 +137,6 @@ class Facts:
     fast_top_ratio: float | None = None
     estimates: dict[str, dict[str, float | None]] = field(default_factory=dict)
 
-    def document(self) -> dict[str, Any]:
-        """The facts by name, as JSON holds them: None for what does not exist or is no double."""
-        facts = asdict(self).items()
-        return {name: None if fact in (math.inf, -math.inf) else fact for name, fact in facts}
-
 
 def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     """The derived facts of a motion.
@@ -188,16 +183,11 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     if start is not None:
         raise wrong_type("start", "only with a top, as a motion has its own", start)
     top, cusps = motion.top, motion.cusps
-    balls = motion.refine("a fact", lambda c: _facts(c, cusps), FACT_DIGITS)
+    found = mapped(float, motion.refine("a fact", lambda c: _facts(c, cusps), FACT_DIGITS))
     if side := top.gMR.sign():
         least = 2 * sqrt(side * top.A * top.gMR)
-        balls["sleeping_threshold"] = float(least / top.C) if top.C.sign() else math.inf
-    found: Balls = {x: float(y) if isinstance(y, arb) else y for x, y in balls.items()}
-    estimates: dict[str, Any] = {}
-    for name in ESTIMATES:
-        row = {part: found.pop(f"{name} {part}", None) for part in ("estimate", "exact", "error")}
-        estimates |= {} if row["exact"] is None else {name: row}
-    return Facts(omega3=float(motion.start.omega3), estimates=estimates, **found)
+        found["sleeping_threshold"] = float(least / top.C) if top.C.sign() else math.inf
+    return Facts(omega3=float(motion.start.omega3), **found)
 
 
 def _facts(c: Constants, cusps: bool) -> Balls:
@@ -215,8 +205,9 @@ def _facts(c: Constants, cusps: bool) -> Balls:
         }
     elif c.regime.steady and not vertical:
         found |= _precession(c.start, found["phidot_min"], found["psidot_min"])
-    found = _decided(found)
-    return found | _decided(_fast_top(c, found, cusps))
+    known: Balls = mapped(_or_zero, found)
+    known |= mapped(_or_zero, _fast_top(c, known, cusps))
+    return known
 
 
 def _rates(c: Constants, cusps: bool) -> Balls:
@@ -312,34 +303,30 @@ def _fast_top(c: Constants, known: Balls, cusps: bool) -> Balls:
     g, b, circle = c.start.g, _or_zero(c.start.b), 2 * arb.pi()
     if g.is_zero():
         return {}
-    found: Balls = {"fast_top_ratio": b * b / (4 * abs(g))}
+    ratio = b * b / (4 * abs(g))
     if b.is_zero():
-        return found
+        return {"fast_top_ratio": ratio}
     rate = b / c.start.u0 if known.get("steady_branch") == "fast" else g / b
     frequency = known.get("nutation_frequency", known.get("small_nutation_frequency"))
     turns = known.get("mean_precession_rate")
     drop = 2 * abs(g) * (c.tilts[1].sin() / b) ** 2
     rows = (
-        (rate, turns),
-        (circle / abs(b), _over(circle, frequency)),
-        (drop, known.get("nutation_amplitude") if cusps else None),
-        (circle / abs(rate), _over(circle, turns)),
+        ("precession", rate, turns),
+        ("period", circle / abs(b), _over(circle, frequency)),
+        ("amplitude", drop, known.get("nutation_amplitude") if cusps else None),
+        ("round", circle / abs(rate), _over(circle, turns)),
     )
-    for name, (estimate, exact) in zip(ESTIMATES, rows, strict=True):
-        if exact is not None:
-            error = None if exact.is_zero() else estimate / exact - 1
-            found |= {f"{name} estimate": estimate, f"{name} exact": exact, f"{name} error": error}
-    return found
+    estimates = {
+        name: {"estimate": x, "exact": y, "error": None if y.is_zero() else x / y - 1}
+        for name, x, y in rows
+        if y is not None
+    }
+    return {"fast_top_ratio": ratio, "estimates": estimates}
 
 
 def _over(circle: arb, rate: arb | None) -> arb | None:
     """A time in which a rate goes through the circle."""
     return None if rate is None or rate.is_zero() else circle / abs(rate)
-
-
-def _decided(found: Balls) -> Balls:
-    """The facts, those that are 0 exactly so."""
-    return {name: _or_zero(x) if isinstance(x, arb) else x for name, x in found.items()}
 
 
 def _or_zero(x: arb) -> arb:

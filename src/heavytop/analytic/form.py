@@ -9,8 +9,7 @@ the sweep a jump: φ jumps by +π as time goes forward, ψ by −π at θ = 0 an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property, wraps
-from itertools import product
+from functools import cache, cached_property, partial
 from typing import Any, Final
 
 from flint import arb
@@ -18,24 +17,15 @@ from flint import arb
 from heavytop.analytic import balls
 from heavytop.analytic.constants import Constants
 from heavytop.analytic.roots import root_of
-from heavytop.exact.balls import working
 
 SLOWEST_RATE: Final = 1e-300  # rad/s: beside this rates are known where no time is too late
 
 
-def constant(build: Callable[[Form], Any]) -> cached_property[Any]:
-    """Constants of a form, computed at the precision of its balls when they are first read."""
-
-    @wraps(build)
-    def built(form: Form) -> Any:
-        with working(form.c.bits):
-            return build(form)
-
-    return cached_property(built)
-
-
 class Form:
     """The closed form of one motion; call it with a time, or with an array of them.
+
+    Its constants, and what is read of its points, are computed when they are first read, at the
+    working precision of the constants it is made of.
 
     Parameters
     ----------
@@ -47,7 +37,8 @@ class Form:
 
     def __init__(self, constants: Constants, N: Any) -> None:
         self.c, self.N, c = constants, N, constants
-        self._computed: dict[tuple[str, bool, int], Any] = {}
+        # series beside u₁ or u₂: a point is beside one of them only
+        self.function, self.sweep = cache(partial(c.theta.function, N)), cache(partial(c.sweep, N))
         self.w, self.m, self.delta = map(N.number, (c.w, c.m, c.delta))
         kappa, b = c.start.kappa, c.start.b
         self.kappa, self.omega3 = (N.number(x, abs(b)) for x in (kappa, kappa + b))
@@ -63,15 +54,7 @@ class Form:
         """Where the top is; doubles are pairs of arrays, high and low words of the times."""
         return Point(self, t)
 
-    def complete(self) -> Form:
-        """The form with all its constants, which are else computed when they are first read."""
-        _ = self.angles, self.rates, self.opposed
-        for build, count in (("function", 4), ("sweep", 2)):
-            for upper, which in product((False, True), range(count)):
-                self.series(build, upper, which)
-        return self
-
-    @constant
+    @cached_property
     def angles(self) -> list[Callable[..., Any]]:
         """φ and ψ but for what Φ± have swept since the nearest turning point."""
         c, (plus, minus) = self.c, self.c.halves
@@ -98,7 +81,7 @@ class Form:
         sweep = c.sweep(balls, bool(c.first % 2), which)
         return arb(0) if sweep is None else sweep(*balls.argument(c.x0, c.theta.hyperbolic))
 
-    @constant
+    @cached_property
     def rates(self) -> list[tuple[Any, Any]]:
         """Of Φ₋ and Φ₊ the rate where P∓ = 0, which is 0 but on the pole, or ½ P∓/least."""
         ends = zip(
@@ -112,7 +95,7 @@ class Form:
             for P, half, least in ends
         ]
 
-    @constant
+    @cached_property
     def opposed(self) -> list[tuple[Any, Any]]:
         """φ̇ sin θ and sin θ at u₁ and at u₂, where P₊ and P₋ are of two signs."""
         c, number = self.c, self.N.number
@@ -125,18 +108,6 @@ class Form:
         ]
         size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST_RATE
         return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
-
-    def series(self, build: str, upper: bool, which: int) -> Any:
-        """A series beside u₁ or u₂: a "function" of `Theta`, or a "sweep" of `Constants`, or None.
-
-        Computed when it is first read: a single time is beside one turning point only.
-        """
-        key = build, upper, which
-        if key not in self._computed:
-            source: Any = self.c if build == "sweep" else self.c.theta
-            with working(self.c.bits):
-                self._computed[key] = getattr(source, build)(self.N, upper, which)
-        return self._computed[key]
 
 
 class Point:
@@ -153,9 +124,9 @@ class Point:
         return value
 
 
-def _series(r: Point, build: str, which: int) -> Any:
+def _series(r: Point, build: Callable[[bool, int], Any], which: int) -> Any:
     """The series beside the turning points nearest; 0 where there is none."""
-    found = [(where, r.form.series(build, bool(upper), which), at) for where, upper, at in r.sides]
+    found = [(where, build(bool(upper), which), at) for where, upper, at in r.sides]
     parts = [(where, series(*at) if series else 0 * at[0]) for where, series, at in found]
     return r.N.join(r.upper, parts)
 
@@ -215,10 +186,10 @@ def _omega(r: Point) -> Any:
 FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "sides": lambda r: r.N.sides(r.upper, r.z, r.form.c.theta.hyperbolic),
     # of the elliptic functions the denominator and the three numerators
-    "under": lambda r: _series(r, "function", 0),
-    "sn": lambda r: _series(r, "function", 1) / r.under,
-    "cn": lambda r: _series(r, "function", 2) / r.under,
-    "dn": lambda r: _series(r, "function", 3) / r.under,
+    "under": lambda r: _series(r, r.form.function, 0),
+    "sn": lambda r: _series(r, r.form.function, 1) / r.under,
+    "cn": lambda r: _series(r, r.form.function, 2) / r.under,
+    "dn": lambda r: _series(r, r.form.function, 3) / r.under,
     "top": lambda r: _leg(r, 0, r.cn, -1),
     "bottom": lambda r: _leg(r, 1, r.sn, 1),
     "legs": lambda r: (r.top[0], r.bottom[0])[:: r.side],
@@ -233,7 +204,7 @@ FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "rates": _pole_rates,
     "phidot": _phidot,
     "psidot": lambda r: r.form.kappa + r.side * (r.rates[0] - r.rates[1]),
-    "swept": lambda r: (_series(r, "sweep", 0), _series(r, "sweep", 1)),
+    "swept": lambda r: (_series(r, r.form.sweep, 0), _series(r, r.form.sweep, 1)),
     "phi_sum": lambda r: r.form.angles[0](r.turning, r.t, r.swept[0] + r.swept[1]),
     "psi_sum": lambda r: r.form.angles[1](r.turning, r.t, r.side * (r.swept[0] - r.swept[1])),
     "sums": lambda r: (r.phi_sum, r.psi_sum),

@@ -38,14 +38,19 @@ MOST_DIGITS: Final = 10_000
 FLOAT_DIGITS: Final = 40  # behind every float
 
 
-class Constant(property):
-    """A number of `Constants`, by its name, as a float or a tuple of floats, or None."""
+class Constant(cached_property[Any]):
+    """A number of `Constants`, by its name, as a float or a tuple of floats, or None.
 
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
+    What cannot be separated from zero is zero.
+    """
 
-    def __get__(self, motion: Any, owner: type | None = None) -> Any:
-        return self if motion is None else motion.floats(self.name)
+    def __init__(self, doc: str) -> None:
+        super().__init__(self._read)
+        self.__doc__ = doc
+
+    def _read(self, motion: ClosedForm) -> Any:
+        found = motion.ball(str(self.attrname), FLOAT_DIGITS)
+        return mapped(lambda x: 0.0 if x.contains(0) else float(x), found)
 
 
 class ClosedForm(Refined):
@@ -55,24 +60,22 @@ class ClosedForm(Refined):
     ----------
     source : ReducedMotion
         The exact numbers of the motion.
-    limit : int
-        Bits at which to give up.
     """
 
-    period = Constant(doc="T [s], the period of θ; None where nothing nutates.")
-    tilts = Constant(doc="θ [rad] at u₁ and at u₂; the same twice where it is steady.")
-    theta_min = Constant(doc="The least θ [rad]; 0, never reached, where it tends to the top.")
-    theta_max = Constant(doc="The greatest θ [rad]; π, never reached, where it tends there.")
-    amplitude = Constant(doc="How far it nods, θ_max − θ_min [rad]; None where nothing nutates.")
-    nearest = Constant(doc="How near the axis comes to θ = 0 and to θ = π [rad].")
-    roots = Constant(doc="The roots of the cubic as cos θ, increasing, but for an infinite one.")
-    precession = Constant(doc="Δφ in one period [rad], +π for each exact pass of a pole; or None.")
-    spin = Constant(doc="Δψ in one period [rad], −π for a pass of the top, +π of the bottom.")
-    relative_spin = Constant(doc="Δψ − κT in one period [rad]; None where nothing nutates.")
-    mean_rates = Constant(doc="Means of (φ ± ψ)˙ ∓ κ [rad/s], without jumps at poles.")
-    lower_turning = Constant(doc="The time of a passage through u₁, θ_max if gMR ≥ 0 [s]; or None.")
-    modulus = Constant(doc="The parameter m = k² and 1 − m; None where nothing nutates.")
-    growth = Constant(doc="The rate at which an axis tends to the vertical [1/s]; or None.")
+    period = Constant("T [s], the period of θ; None where nothing nutates.")
+    tilts = Constant("θ [rad] at u₁ and at u₂; the same twice where it is steady.")
+    theta_min = Constant("The least θ [rad]; 0, never reached, where it tends to the top.")
+    theta_max = Constant("The greatest θ [rad]; π, never reached, where it tends there.")
+    amplitude = Constant("How far it nods, θ_max − θ_min [rad]; None where nothing nutates.")
+    nearest = Constant("How near the axis comes to θ = 0 and to θ = π [rad].")
+    roots = Constant("The roots of the cubic as cos θ, increasing, but for an infinite one.")
+    precession = Constant("Δφ in one period [rad], +π for each exact pass of a pole; or None.")
+    spin = Constant("Δψ in one period [rad], −π for a pass of the top, +π of the bottom.")
+    relative_spin = Constant("Δψ − κT in one period [rad]; None where nothing nutates.")
+    mean_rates = Constant("Means of (φ ± ψ)˙ ∓ κ [rad/s], without jumps at poles.")
+    lower_turning = Constant("The time of a passage through u₁, θ_max if gMR ≥ 0 [s]; or None.")
+    modulus = Constant("The parameter m = k² and 1 − m; None where nothing nutates.")
+    growth = Constant("The rate at which an axis tends to the vertical [1/s]; or None.")
 
     @property
     def nutates(self) -> bool:
@@ -235,13 +238,6 @@ class ClosedForm(Refined):
     def mpf(self, name: str, digits: int, t: Any = None) -> Any:
         """The same as mpmath numbers, the middles of balls."""
         return to_mpf(self.ball(name, digits + BALL_SPARE_DIGITS, t), digits)
-
-    def floats(self, name: str) -> Any:
-        """The same as floats; what cannot be separated from zero is zero."""
-        if name not in self._computed:
-            found = self.ball(name, FLOAT_DIGITS)
-            self._computed[name] = mapped(lambda x: 0.0 if x.contains(0) else float(x), found)
-        return self._computed[name]
 
     def require_proof(self) -> None:
         """Raise what was taken for zero without a proof."""

@@ -82,7 +82,9 @@ def midpoint(ctx: Context, ball: arb) -> Number:
 
 
 def mapped(number: Callable[[arb], Any], found: Any) -> Any:
-    """A ball, a tuple of balls or None in other numbers."""
+    """What was found, each of its balls in other numbers."""
     if isinstance(found, tuple):
-        return tuple(map(number, found))
-    return None if found is None else number(found)
+        return tuple(mapped(number, x) for x in found)
+    if isinstance(found, dict):
+        return {name: mapped(number, x) for name, x in found.items()}
+    return number(found) if isinstance(found, arb) else found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
+from heavytop.analytic.refine import balls_in
 from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
@@ -20,6 +21,7 @@ from heavytop.exact.number import rational, written
 from heavytop.files import write_document, write_text
 from heavytop.scene.arguments import (
     Range,
+    Reader,
     Refused,
     expect,
     one_of,
@@ -35,6 +37,7 @@ from heavytop.scene.scene_file import EVENTS
 REFERENCE_SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
 MOST_EVENTS: Final = 100_000
+MOST_DIGITS: Final = 4000  # Python prints integers of 4300
 PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
 REFERENCE_COLUMNS: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
@@ -84,26 +87,17 @@ class Reference:
         return text.getvalue()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the values whole, to a file whose name ends in ``.csv`` or ``.json``.
+        """Write the values whole, to a file of JSON whose name ends in ``.json``, or to one of CSV.
 
         Parameters
         ----------
         path : path
-
-        Raises
-        ------
-        ValueError
-            For any other ending.
-        OSError
-            The file cannot be written.
         """
         place = path_of("path", path)
-        if place.suffix.lower() == ".csv":
-            write_text(place, self.to_csv())
-        elif place.suffix.lower() == ".json":
+        if place.suffix.lower() == ".json":
             write_document(place, self.document())
         else:
-            raise ValueError(f"{place.name}: exact values are .csv or .json")
+            write_text(place, self.to_csv())
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/reference/1``."""
@@ -174,7 +168,8 @@ def reference(
     """
     expect("scene", scene, Scene)
     file = scene.name
-    options, wrong = parse_options(file, {"times": times, "digits": digits}, REFERENCE_OPTIONS)
+    readers: dict[str, Reader] = {"times": times_of, "digits": Range(2, MOST_DIGITS, whole=True)}
+    options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
     kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
     spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
@@ -184,30 +179,26 @@ def reference(
     if faults := [*wrong, *unknown, *strange]:
         raise BadScene(tuple(faults))
     exact, digits = options["times"], options["digits"]
-    motion, texts = Motion(scene.top, scene.start), {"t": tuple(map(exact_text, exact))}
+    motion = Motion(scene.top, scene.start)
     motion.require_proof()
     names = [name for _, names in wanted for name in names]
-    balls = (motion.reader(t, digits + PROVED_DIGITS) for t in exact)
-    cells = [[x for name in names for x in _texts(ball(name), digits)] for ball in balls]
-    header = (name for columns, _ in wanted for name in columns)
-    columns = texts | dict(zip(header, zip(*cells, strict=True), strict=True))
-    found = [(kind, motion.events(kind)) for kind in (kinds if len(events) else ())]
-    if any(times.count(min(exact), max(exact)) > MOST_EVENTS for _, times in found):
-        rule = f"at most {MOST_EVENTS} events of a kind between the first time and the last"
-        raise Impossible([("events", rule)])
-    happened = (
-        (kind, text)
-        for kind, times in found
-        for t in times.times(min(exact), max(exact), digits + PROVED_DIGITS)
-        for text in _texts(t, digits)
-    )
+    numbers = (motion.reader(t, digits + PROVED_DIGITS) for t in exact)
+    cells = [
+        [Interval.of(x).rounded(digits) for name in names for x in balls_in(number(name))]
+        for number in numbers
+    ]
+    header = (column for columns, _ in wanted for column in columns)
+    columns = {"t": tuple(map(exact_text, exact))}
+    columns |= dict(zip(header, zip(*cells, strict=True), strict=True))
+    happened: list[tuple[str, str]] = []
+    for kind, first, last in ((kind, min(exact), max(exact)) for kind in kinds if len(events)):
+        found = motion.events(kind)
+        if found.count(first, last) > MOST_EVENTS:
+            rule = f"at most {MOST_EVENTS} events of a kind between the first time and the last"
+            raise Impossible([("events", rule)])
+        balls = found.times(first, last, digits + PROVED_DIGITS)
+        happened += [(kind, Interval.of(t).rounded(digits)) for t in balls]
     return Reference(scene, digits, columns, tuple(happened))
-
-
-def _texts(found: Any, digits: int) -> list[str]:
-    """A ball, or each of a tuple of balls, as a decimal of so many digits."""
-    balls = found if isinstance(found, tuple) else (found,)
-    return [Interval.of(x).rounded(digits) for x in balls]
 
 
 def times_of(times: object) -> tuple[Fraction, ...]:
@@ -218,19 +209,17 @@ def times_of(times: object) -> tuple[Fraction, ...]:
     >>> [exact_text(t) for t in times_of("0:1:0.25")], exact_text(Fraction(1, 3))
     (['0', '0.25', '0.5', '0.75', '1'], '1/3')
     """
-    if not isinstance(times, str):
-        if not isinstance(times, Iterable):
-            raise Refused("A:B:STEP, or a sequence of numbers")
-        found = tuple(map(_time, times))
-    else:
-        words = times.split(":")
-        if len(words) != 3:
+    if not isinstance(times, Iterable):
+        raise Refused("A:B:STEP, or a sequence of numbers")
+    found = tuple(map(_time, times.split(":") if isinstance(times, str) else times))
+    if isinstance(times, str):
+        if len(found) != 3:
             raise Refused("A:B:STEP, three decimal numbers in seconds")
-        start, end, step = map(_time, words)
+        start, end, step = found
         if not step or (end - start) / step < 0:
             raise Refused("A:B:STEP, a step that leads from A to B")
         last = int((end - start) / step)
-        found = () if last >= MOST_TIMES else tuple(start + k * step for k in range(last + 1))
+        found = tuple(start + k * step for k in range(last + 1 if last < MOST_TIMES else 0))
     if not 0 < len(found) <= MOST_TIMES:
         raise Refused(f"from 1 to {MOST_TIMES} times")
     return found
@@ -272,9 +261,3 @@ def exact_text(x: Fraction) -> str:
     """A rational number as a decimal, where it is one; else as a fraction."""
     text = written(rational(x))
     return text if "/" in text else f"{Decimal(text):f}"
-
-
-REFERENCE_OPTIONS: Final[Mapping[str, Callable[[object], Any]]] = {
-    "times": times_of,
-    "digits": Range(2, 4000, whole=True),  # Python prints integers of 4300
-}

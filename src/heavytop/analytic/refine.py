@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Final
 
 from flint import arb
@@ -20,9 +20,6 @@ from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.exact.number import rational, rational_value
 from heavytop.scene.quantities import RATES
-
-LIMIT: Final = 1 << 16
-"""Bits at which the closed form gives up."""
 
 SPARE_BITS: Final = 40  # beyond those of the digits, which most motions do not use up
 EARLY_BITS: Final = 16  # of them are left for times that are not late
@@ -43,17 +40,15 @@ class Refined:
     ----------
     source : ReducedMotion
         Its exact numbers.
-    limit : int
-        Bits at which to give up.
     """
 
-    limit = LIMIT
+    limit: int = 1 << 16  # bits at which to give up
 
-    def __init__(self, source: ReducedMotion, limit: int = LIMIT) -> None:
-        self.source, self.limit = source, limit
+    def __init__(self, source: ReducedMotion) -> None:
+        self.source = source
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.source, self.limit)  # what was computed is not copied
+        return type(self), (self.source,)  # what was computed is not copied
 
     @cached_property
     def regime(self) -> Regime:
@@ -103,7 +98,7 @@ class Refined:
             with working(bits):
                 try:
                     found = value(self._constants(bits))
-                    wide = [x for x in _balls(found) if digits and not self._has(what, x, digits)]
+                    wide = [x for x in balls_in(found) if digits and not self._has(what, x, digits)]
                 except TooFewBits as close:
                     why, ball = f"{close.names} differ by less than", close.difference
                     continue
@@ -142,15 +137,10 @@ class Refined:
     @cached_property
     def rate(self) -> float:
         """The order of the fastest rate in the motion [rad/s]: what late times lose digits by."""
-        bits = FEW_BITS
-        while bits <= self.limit:
-            with working(bits):
-                start = self._start if bits == FEW_BITS else self.source.reduced(bits)
-                square = (abs(start.g) + 2 * start.kinetic0 + start.b * start.b).upper()
-                if square.is_finite():
-                    return float(square.sqrt())
-            bits *= 2
-        return math.inf
+        with working(FEW_BITS):
+            g, b = self._start.g, self._start.b
+            square = (abs(g) + 2 * self._start.kinetic0 + b * b).upper()
+            return float(square.sqrt()) if square.is_finite() else math.inf
 
     @cached_property
     def _start(self) -> Reduced:
@@ -159,7 +149,7 @@ class Refined:
 
     @cached_property
     def _computed(self) -> dict[Any, Any]:
-        """Constants and closed forms by their bits, floats by their names, and a doubt."""
+        """Constants by their bits, and a doubt."""
         return {}
 
     def _constants(self, bits: int) -> Constants:
@@ -171,25 +161,10 @@ class Refined:
         found: Constants = self._computed[bits]
         return found
 
-    def form(self, constants: Constants) -> Form:
-        """The closed form of some constants, in balls."""
-        key = "form", constants.bits
-        if key not in self._computed:
-            self._computed[key] = Form(constants, balls)
-        found: Form = self._computed[key]
-        return found
-
-    def doubles(self, *, complete: bool = False) -> Form:
-        """The closed form in doubles; `complete` with as many bits as all its constants take."""
-        from heavytop.analytic import doubles  # a verdict takes no arrays
-
-        if complete or "doubles" not in self._computed:
-            self._computed["doubles"] = self.refine(
-                "the closed form",
-                lambda c: Form(c, doubles).complete() if complete else Form(c, doubles),
-            )
-        found: Form = self._computed["doubles"]
-        return found
+    @cached_property
+    def form(self) -> Callable[[Constants, Any], Form]:
+        """The closed form of some constants in some kind of numbers, made once."""
+        return cache(Form)
 
     def time(self, t: Any) -> Exact:
         """A time [s] of any kind and size, exactly; floats mean their binary value."""
@@ -197,20 +172,16 @@ class Refined:
 
     def reader(self, t: Any, digits: int) -> Callable[[str], Any]:
         """The quantities of the motion at a time [s] by their names, balls of so many digits."""
-        time, points = self.time(t), {}
-
-        def value(constants: Constants, name: str) -> Any:
-            bits = constants.bits
-            if bits not in points:
-                points[bits] = self.form(constants)(ball_of(time))
-            return getattr(points[bits], name)
-
+        time = self.time(t)
         late = abs(float(time.ball(FEW_BITS)))
-        return lambda name: self.refine(name, lambda c: value(c, name), digits, late)
+        point = cache(lambda c: self.form(c, balls)(ball_of(time)))
+        return lambda name: self.refine(name, lambda c: getattr(point(c), name), digits, late)
 
 
-def _balls(found: Any) -> Iterator[arb]:
+def balls_in(found: Any) -> Iterator[arb]:
     """All balls in what was found."""
-    if isinstance(found, dict):
-        found = tuple(found.values())
-    yield from (x for x in (found if isinstance(found, tuple) else (found,)) if type(x) is arb)
+    if isinstance(found, arb):
+        yield found
+    elif isinstance(found, tuple | dict):
+        for each in found.values() if isinstance(found, dict) else found:
+            yield from balls_in(each)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any, Final
+from typing import Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import FoldedTiltWarning, Impossible, ImpossibleStart, ImpossibleTop
 from heavytop.exact import Exact
+from heavytop.exact.decimals import Number
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -69,31 +70,24 @@ def sensitivities(top: Top, start: State) -> dict[str, dict[str, float]]:
     least = {"A": 0.0, "C": 0.0, "gMR": float(top.A) / motion.period**2, "theta": 1.0}
     found: dict[str, dict[str, float]] = {quantity: {} for quantity in DIFFERENTIATED}
     for x, value in numbers.items():
-        size = abs(float(value)) + least.get(x, 1 / motion.period)
-        slopes = _slopes(numbers, x, Exact.of(size) * DIFFERENCE_STEP)
-        for quantity, slope in zip(DIFFERENTIATED, slopes, strict=True):
-            found[quantity][x] = slope
+        step = Exact.of(abs(float(value)) + least.get(x, 1 / motion.period)) * DIFFERENCE_STEP
+        low, high = (_turns(numbers, x, value + by) for by in (-step, step))
+        ctx = low[0].context
+        width, *rises = (after - before for before, after in zip(low, high, strict=True))
+        for quantity, rise in zip(DIFFERENTIATED, rises, strict=True):
+            circles = 0 if quantity == "period" else ctx.nint(rise / (2 * ctx.pi))
+            found[quantity][x] = float((rise - 2 * ctx.pi * circles) / width)
     return found
 
 
-def _slopes(numbers: dict[str, Exact], x: str, step: Exact) -> list[float]:
-    """The slopes of T, Δφ and Δψ between the numbers with x less and more by a step."""
-    ends, width = [], 2
-    for by in (-step, step):
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", FoldedTiltWarning)
-                ends.append(_turns(numbers | {x: numbers[x] + by}))
-        except (ImpossibleTop, ImpossibleStart, FoldedTiltWarning):  # such as C < 0, theta < 0
-            ends, width = [*ends, _turns(numbers)], 1
-    ctx = ends[0][0].context
-    period, *turned = (high - low for low, high in zip(*ends, strict=True))
-    turned = [rise - 2 * ctx.pi * ctx.nint(rise / (2 * ctx.pi)) for rise in turned]
-    return [float(rise / (width * step.mpf(ctx))) for rise in (period, *turned)]
-
-
-def _turns(numbers: dict[str, Exact]) -> list[Any]:
-    """T, Δφ and Δψ of the motion that some numbers make."""
-    A, C, gMR, *start = numbers.items()
-    motion = Motion(Top.of_numbers(A[1], C[1], gMR[1]), State(**dict(start)))
-    return [motion.mpf(quantity, DIFFERENCE_DIGITS) for quantity in DIFFERENTIATED]
+def _turns(numbers: dict[str, Exact], x: str, value: Exact) -> list[Number]:
+    """A number, and T, Δφ and Δψ of the motion with it; unchanged where it is impossible."""
+    A, C, gMR, *start = (numbers | {x: value}).items()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", FoldedTiltWarning)
+            motion = Motion(Top.of_numbers(A[1], C[1], gMR[1]), State(**dict(start)))
+    except (ImpossibleTop, ImpossibleStart, FoldedTiltWarning):  # such as C < 0, theta < 0
+        return _turns(numbers, x, numbers[x])
+    turns = [motion.mpf(quantity, DIFFERENCE_DIGITS) for quantity in DIFFERENTIATED]
+    return [value.mpf(turns[0].context), *turns]

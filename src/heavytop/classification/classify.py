@@ -6,7 +6,7 @@ sign is found by balls of more bits or by proving that everything cancels.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from math import isfinite, prod
 from typing import Final
@@ -32,8 +32,9 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     root_of,
 )
+from heavytop.classification.signs import Answer, Sign, Signs
+from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
-from heavytop.exact.number import Exact, Sign
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -41,6 +42,7 @@ from heavytop.scene.top import Top
 SIGN_BITS: Final = 106
 _REASON_BITS: Final = (SIGN_BITS, 256, 1024, MOST_SIGN_BITS)
 _GOOD_BITS: Final = 20  # of a number of 4 digits
+_NEVER: Final = Answer(False, True)
 _RELATIONS: Final = {1: "> 0", -1: "< 0", 0: "= 0 (proved)"}
 
 
@@ -91,9 +93,10 @@ def classify(top: Top, start: State) -> Verdict:
     expect("start", start, State)
     signs = SceneSigns(top, start)
     with working(SIGN_BITS):
-        try:
-            rule = _rule(signs)
-        except UndecidedError as unknown:
+        fitting = ((rule, signs.fit(rule)) for rule in RULES)
+        rule, fits = next((rule, fits) for rule, fits in fitting if not fits.no)
+        if not fits.yes:
+            unknown = signs.undecided(*rule.zeros, *rule.positive)
             return Verdict(Kind.UNDECIDED, (), (), False, str(unknown), unknown.bound)
         side, details, open_details = _detail(signs, rule.kind)
         tags, open_tags = _tags(signs, rule.kind)
@@ -101,22 +104,13 @@ def classify(top: Top, start: State) -> Verdict:
     return Verdict(rule.kind, (*details, *tags), (*open_details, *open_tags), True, why)
 
 
-def _rule(signs: SceneSigns) -> Rule:
-    """The first rule that fits."""
-    return next(
-        rule
-        for rule in RULES
-        if signs.vanish(rule.zeros) and (not rule.positive or signs.product(rule.positive) > 0)
-    )
-
-
 def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...], tuple[str, ...]]:
     """What distinguishes motions of one kind: the sign, its name, and what is open."""
     if kind not in KIND_DETAILS:
         return None, (), ()
-    names, product, *_ = KIND_DETAILS[kind]
+    names, product, _ = KIND_DETAILS[kind]
     try:
-        side = signs.product(product)
+        side = signs.product(*product)
     except UndecidedError:
         return None, (), (names[0],)
     return side, (names[side],), ()
@@ -127,18 +121,17 @@ def _detail(signs: SceneSigns, kind: Kind) -> tuple[int | None, tuple[str, ...],
 
 def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The tags that hold, and those that could be neither proved nor disproved."""
-    holding, unknown = [], []
+    holding: list[str] = []
+    unknown: list[str] = []
     for name, tag in TAGS.items():
+        fits = signs.fit(tag) if kind in tag.kinds else _NEVER
         try:
-            if (
-                kind in tag.kinds
-                and signs.vanish(tag.zeros)
-                and signs.product(tag.positive) > 0
-                and (name not in _FURTHER or _FURTHER[name](signs, kind))
-            ):
-                holding.append(name)
+            if name in _FURTHER and not fits.no and not _FURTHER[name](signs, kind):
+                fits = _NEVER
         except UndecidedError:
-            unknown.append(name)
+            fits = Answer(False, False)
+        if not fits.no:
+            (holding if fits.yes else unknown).append(name)
     return tuple(holding), tuple(unknown)
 
 
@@ -149,25 +142,25 @@ def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
 def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
     """Whether the axis is known to run along a closed curve: a circle, or to and fro."""
     if kind is Kind.PLANAR_PENDULUM:
-        return signs.product(KIND_DETAILS[kind].product) != 0
-    return not signs.vanish(TAGS["start-at-rest"].zeros)
+        return signs.product(*KIND_DETAILS[kind].product) != 0
+    return any(signs.product(number) for number in TAGS["start-at-rest"].zeros)
 
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
-    over = kinds.OVER_BOTTOM if signs.sign(kinds.INVERTED) > 0 else kinds.OVER_TOP
+    over = kinds.OVER_BOTTOM if signs.product(kinds.INVERTED) > 0 else kinds.OVER_TOP
     if 2 * kinds.FAR_RATIO * abs(over.value(signs.balls)) > abs(signs.balls.g):
         return False
-    if kind is Kind.PLANAR_PENDULUM and signs.sign(over) == 0:
+    if kind is Kind.PLANAR_PENDULUM and signs.product(over) == 0:
         return False
-    return signs.sign(kinds.AWAY_FROM_ONE) < 0 and signs.sign(kinds.UPPER_ROOTS_NEARER) > 0
+    return signs.product(kinds.AWAY_FROM_ONE) < 0 and signs.product(kinds.UPPER_ROOTS_NEARER) > 0
 
 
 def _reverses(signs: SceneSigns, _: Kind) -> bool:
     """Whether f is positive at a zero of ψ̇; a turning point with ψ̇ = 0 is the zero itself."""
-    one = signs.product((kinds.PASS_TOP, kinds.PASS_BOTTOM)) > 0
-    if not one and signs.sign(kinds.FLATTER) <= 0:
+    one = signs.product(kinds.PASS_TOP, kinds.PASS_BOTTOM) > 0
+    if not one and signs.product(kinds.FLATTER) <= 0:
         return False
-    if one and signs.vanish((kinds.THETA_RATE, kinds.SPIN_STOPS)):
+    if one and not (signs.product(kinds.THETA_RATE) or signs.product(kinds.SPIN_STOPS)):
         return False
     try:
         return _rises_at_a_zero(signs.balls, one)
@@ -186,7 +179,7 @@ def _rises_at_a_zero(x: Reduced, one: bool) -> bool:
     return any(_sign(kinds.speed_at(x, u)) > 0 for u in zeros)
 
 
-def _sign(value: Real) -> Sign:
+def _sign(value: Real) -> int:
     """The sign of a ball or of an exact number, or `UndecidedError`."""
     side = value.sign() if isinstance(value, Exact) else ball_sign(value)
     if side is None:
@@ -215,11 +208,10 @@ class UndecidedError(Exception):
         )
 
 
-class SceneSigns:
+class SceneSigns(Signs):
     """The signs of criteria for one top and one start, each computed when it is first needed.
 
-    They take a working precision of 106 bits; `UndecidedError` is raised where a number is
-    neither separated from zero nor proved to be zero.
+    They take a working precision of 106 bits.
     """
 
     def __init__(self, top: Top, start: State) -> None:
@@ -232,52 +224,26 @@ class SceneSigns:
         return self.source.reduced(SIGN_BITS)
 
     def sign(self, number: Criterion) -> Sign:
-        """The sign of a number."""
+        """The sign of a number: 1, -1, 0 where that is proved, or None."""
         if number not in self._found:
-            self._found[number] = self._sign(number)
+            side = ball_sign(number.value(self.balls))
+            if side is None:
+                side = number.value(self.source.exact).sign()
+            self._found[number] = Sign(side, side == 1, side in (1, -1), side == 0)
         return self._found[number]
 
-    def _sign(self, number: Criterion) -> Sign:
-        side = ball_sign(number.value(self.balls))
-        if side is None:
-            side = number.value(self.source.exact).sign()
-        if side is None:
-            with working(MOST_SIGN_BITS):
-                raise UndecidedError(
-                    number.symbol, number.value(self.source.reduced(MOST_SIGN_BITS))
-                )
-        return side
+    def product(self, *numbers: Criterion) -> int:
+        """The sign of a product; raises where that of a factor is open."""
+        sides = [self.sign(number).number for number in numbers]
+        if None in sides:
+            raise self.undecided(*numbers)
+        return prod(sides)
 
-    def shown(self, number: Criterion, bits: int) -> arb:
-        """What is shown of a number, at the working precision of so many bits."""
-        x = self.balls if bits == SIGN_BITS else self.source.reduced(bits)
-        moments = (ball_of(moment) for moment in (self.top.A, self.top.C))
-        shown: arb = number.shown(number.value(x), x, *moments)
-        return shown
-
-    def vanish(self, numbers: Iterable[Criterion]) -> bool:
-        """Whether all of some numbers are zero; raises where one may be and no other is not."""
-        return not any(self._signs(numbers, decided=any))
-
-    def product(self, numbers: Iterable[Criterion]) -> int:
-        """The sign of a product; raises where a factor may be zero and none is."""
-        return prod(self._signs(numbers, decided=lambda signs: 0 in signs))
-
-    def _signs(
-        self, numbers: Iterable[Criterion], decided: Callable[[list[Sign]], bool]
-    ) -> list[Sign]:
-        """The signs of some numbers; raises where one is unknown, unless the others decide."""
-        signs, unknown = [], None
-        for number in numbers:
-            try:
-                signs.append(self.sign(number))
-            except UndecidedError as error:
-                unknown = error
-            if decided(signs):
-                break
-        if unknown and not decided(signs):
-            raise unknown
-        return signs
+    def undecided(self, *numbers: Criterion) -> UndecidedError:
+        """What says that the sign of the first of some numbers is open of which it is."""
+        number = next(each for each in numbers if self.sign(each).number is None)
+        with working(MOST_SIGN_BITS):
+            return UndecidedError(number.symbol, number.value(self.source.reduced(MOST_SIGN_BITS)))
 
 
 # --- the reason ----------------------------------------------------------------------------------
@@ -292,9 +258,8 @@ def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
     text = f"{decided}: {SO[rule.kind]}"
     if side is None:
         return text
-    names, _, shown, beside = KIND_DETAILS[rule.kind]
-    beside_it = (f"{each.symbol} {value}" for each in beside if (value := _value(signs, each)))
-    return f"{text}; {_inequality(signs, shown, side)}: {', '.join((names[side], *beside_it))}"
+    names, _, shown = KIND_DETAILS[rule.kind]
+    return f"{text}; {_inequality(signs, shown, side)}: {names[side]}"
 
 
 def general_reason(rule: Rule) -> str:
@@ -320,7 +285,8 @@ def _value(signs: SceneSigns, number: Criterion) -> str | None:
     """A number to 4 digits, with its unit; None where it is infinite, or as small as no scene's."""
     for bits in _REASON_BITS:
         with working(bits):
-            ball = signs.shown(number, bits)
+            x = signs.balls if bits == SIGN_BITS else signs.source.reduced(bits)
+            ball = number.shown(number.value(x), x, ball_of(signs.top.A))
             if ball.is_finite() and ball.rel_accuracy_bits() >= _GOOD_BITS:
                 return f"= {_digits(ball)} {number.unit}"
     return None

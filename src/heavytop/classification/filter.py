@@ -12,7 +12,6 @@ open here: separatrix, through-bottom, uniform precession, and the kinds between
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import reduce
 from math import pi
 from typing import Any, Final, NamedTuple
 
@@ -27,8 +26,9 @@ from heavytop.classification.arrays import (
     Mask,
     Starts,
 )
-from heavytop.classification.kinds import Criterion, Kind, Rule, Tag
-from heavytop.classification.reduced import Reduced
+from heavytop.classification.kinds import Criterion, Kind, Rule
+from heavytop.classification.reduced import Reduced, reduced_numbers
+from heavytop.classification.signs import Answer, Sign, Signs
 from heavytop.exact.pairs import PI_REST, UNIT
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
@@ -69,11 +69,6 @@ class Bounded:
     def __mul__(self, other: Bounded) -> Bounded:
         return self._with(np.multiply, other)
 
-    def squared(self) -> Bounded:
-        """The squares of given numbers."""
-        square = self.value * self.value
-        return Bounded(square, square)
-
     def _with(self, operation: np.ufunc, other: Bounded) -> Bounded:
         value = operation(self.value, other.value)
         if self.magnitude is self.value and other.magnitude is other.value:
@@ -105,11 +100,8 @@ def reduced(starts: Starts) -> Reduced:
     rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
     gMR, thetadot, phidot, spin = map(Bounded, rates)
     omega3 = spin if starts.held == "omega3" else spin + phidot * u
-    sin2, b = below * above, C * omega3 / A
-    across = phidot * sin2
-    kinetic = (thetadot.squared() + phidot.squared() * sin2) / 2
-    udot = -(thetadot * sin2)
-    return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
+    udot = -(thetadot * (below * above))
+    return reduced_numbers(A, C, gMR, (u, below, above), thetadot, phidot, omega3, udot)
 
 
 def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
@@ -144,29 +136,11 @@ def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
 # --- signs of arrays -----------------------------------------------------------------------------
 
 
-class Sign(NamedTuple):
-    """The sum of a criterion, where its sign is certain, and where it is exactly 0."""
-
-    sum: Bounded
-    certain: Mask
-    zero: Mask
-
-
-class Answer(NamedTuple):
-    """Where something is certainly so, and where it is certainly not; elsewhere it is unsure."""
-
-    yes: Mask
-    no: Mask
-
-    def __and__(self, other: Answer) -> Answer:
-        return Answer(self.yes & other.yes, self.no | other.no)
-
-
-_ALWAYS: Final = Answer(np.ones(1, np.bool_), np.zeros(1, np.bool_))
-
-
-class ArraySigns:
+class ArraySigns(Signs):
     """The criteria of kinds, for arrays of tops and starts; 0 where all terms are."""
+
+    always = Answer(np.ones(1, np.bool_), np.zeros(1, np.bool_))
+    everywhere = staticmethod(np.all)
 
     def __init__(self, starts: Starts) -> None:
         self.starts, self.reduced = starts, reduced(starts)
@@ -176,32 +150,10 @@ class ArraySigns:
         """The sign of one number."""
         if number not in self._found:
             total = number.value(self.reduced)
-            self._found[number] = Sign(total, total.least > 0, np.equal(total.magnitude, 0))
+            self._found[number] = Sign(
+                total, total.value > 0, total.least > 0, np.equal(total.magnitude, 0)
+            )
         return self._found[number]
-
-    def vanish(self, numbers: tuple[Criterion, ...]) -> Answer:
-        """Whether all of some criteria are 0; they are evaluated in order, until none can be."""
-        found = _ALWAYS
-        for number in numbers:
-            _, certain, zero = self.sign(number)
-            found &= Answer(zero, certain)
-            if found.no.all():
-                break
-        return found
-
-    def positive(self, numbers: tuple[Criterion, ...]) -> Answer:
-        """Whether a product is positive; where a factor is exactly 0, it is not."""
-        sums, certain, zeros = zip(*map(self.sign, numbers), strict=True)
-        sure = reduce(np.logical_and, certain)
-        yes = sure & reduce(np.equal, (each.value > 0 for each in sums))
-        return Answer(yes, reduce(np.logical_or, zeros, sure ^ yes))
-
-    def fit(self, rule: Rule | Tag) -> Answer:
-        """Whether a rule fits: all its zeros are zero, and its product is positive."""
-        found = self.vanish(rule.zeros)
-        if found.no.all() or not rule.positive:
-            return found
-        return found & self.positive(rule.positive)
 
 
 # --- the kinds -----------------------------------------------------------------------------------
@@ -246,7 +198,7 @@ def _put(signs: ArraySigns, found: Filtered, rule: Rule) -> None:
     may = ~no & np.ones(found.kind.shape, np.bool_)
     np.putmask(found.kind, may, VERDICT_NAMES.index(rule.kind))
     if rule.kind in kinds.KIND_DETAILS:
-        names, product, *_ = kinds.KIND_DETAILS[rule.kind]
+        names, product, _ = kinds.KIND_DETAILS[rule.kind]
         positive, negative = signs.positive(product)
         codes = (np.uint8(VERDICT_DETAILS.index(name)) for name in names[1:])
         np.putmask(found.detail, may, np.where(positive, *codes))
@@ -290,12 +242,12 @@ def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
     """Only that it is not near is decided: how near it is, is beyond doubles."""
     up, weight = signs.reduced.g.value > 0, np.abs(signs.reduced.g.value)
     over, passed = (
-        [signs.sign(number).sum.least for number in numbers]
+        [signs.sign(number).number.least for number in numbers]
         for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), _POLES)
     )
     missed = np.where(up, *passed)
     passes = (missed > 0) & ((kinds.FAR_RATIO * missed) ** 2 > 10 * weight)
-    return Answer(_ALWAYS.no, (2 * kinds.FAR_RATIO * np.where(up, *over) > weight) | passes)
+    return Answer(signs.always.no, (2 * kinds.FAR_RATIO * np.where(up, *over) > weight) | passes)
 
 
 _POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)

@@ -72,17 +72,13 @@ class Criterion:
     """A number that distinguishes kinds, in units A = 1, and the one that is shown of its sign.
 
     That has a symbol and a unit, and follows from the number itself (by default A or A² times it),
-    the motion, A and C.
+    the motion and A.
     """
 
     symbol: str
     value: Callable[[Reduced], Real]
     unit: str = ""
-    shown: Callable[[Real, Reduced, Real, Real], Real] = lambda value, _, A, __: A * value
-
-
-def _as_it_is(value: Real, _: Reduced, __: Real, ___: Real) -> Real:
-    return value
+    shown: Callable[[Real, Reduced, Real], Real] = lambda value, _, A: A * value
 
 
 KINETIC: Final = Criterion("θ̇² + φ̇² sin² θ", lambda x: x.kinetic0)
@@ -107,7 +103,7 @@ PULL: Final = Criterion("A cos θ φ̇² − p_ψ φ̇ + gMR", lambda x: x.slope
 """θ̈ sinθ: zero, with θ̇ = 0, where θ is constant."""
 
 LOOPING: Final = Criterion(
-    "E′ − gMR p_φ/p_ψ", lambda x: x.cusp_number, "J", lambda v, x, A, _: A * v / x.b
+    "E′ − gMR p_φ/p_ψ", lambda x: x.cusp_number, "J", lambda value, x, A: A * value / x.b
 )
 """The number is of the sign of p_ψ in loops, zero in cusps. Both its terms vanish at rest."""
 
@@ -115,7 +111,7 @@ SLEEPING: Final = Criterion(
     "p_ψ² − 4A |gMR|",
     lambda x: x.b * x.b - 4 * x.g * x.u0,
     "kg² m⁴/s²",
-    lambda value, _, A, __: A * A * value,
+    lambda value, _, A: A * A * value,
 )
 """Of a sleeping top: not negative where that is stable."""
 
@@ -133,28 +129,17 @@ def _steady(x: Reduced, g: Real) -> Real:
     return x.u0 * (x.drift0 * x.drift0 * x.u0 + g * x.sin2 * x.sin2)
 
 
-# --- shown only: of the sign of a product, or beside one that decided ----------------------------
+# --- shown only: of the sign of a product that decided --------------------------------------------
 
 MOMENTA: Final = Criterion(
     "|p_φ| − |p_ψ|", lambda x: x.P_minus * x.P_plus / (abs(x.a) + abs(x.b)), "kg m²/s"
 )
 SPARE_ENERGY: Final = Criterion("E′ − |gMR|", lambda x: x.h - abs(x.g), "J")
 RATIO: Final = Criterion(
-    "|cos θ| (A φ̇² |cos θ| − |gMR|)", lambda x: (_rate(x) * x.u0) ** 2 - abs(x.g * x.u0), "J"
+    "|cos θ| (A φ̇² |cos θ| − |gMR|)",
+    lambda x: (x.drift0 / x.sin2 * x.u0) ** 2 - abs(x.g * x.u0),
+    "J",
 )
-PRECESSION_RATE: Final = Criterion("φ̇", lambda x: _rate(x), "rad/s", _as_it_is)
-OTHER_RATE: Final = Criterion(
-    "the other steady rate", lambda x: x.g / (x.u0 * _rate(x)), "rad/s", _as_it_is
-)
-SPIN_RATE: Final = Criterion("|ω₃|", lambda x: abs(x.kappa + x.b), "rad/s", _as_it_is)
-LEAST_SPIN: Final = Criterion(
-    "least stable |ω₃|", lambda x: 2 * abs(x.g) ** 0.5, "rad/s", lambda v, _, A, C: v * A / C
-)
-
-
-def _rate(x: Reduced) -> Real:
-    """φ̇ off the vertical."""
-    return x.drift0 / x.sin2
 
 
 # --- the kinds, in their order, and the tags -----------------------------------------------------
@@ -213,13 +198,12 @@ SO: Final = {
 class Detail(NamedTuple):
     """What distinguishes motions of one kind: where a product is zero, positive and negative.
 
-    `shown` has the sign of the product; `beside` are numbers to compare it with.
+    `shown` has the sign of the product.
     """
 
     names: tuple[str, str, str]
     product: tuple[Criterion, ...]
     shown: Criterion
-    beside: tuple[Criterion, ...] = ()
 
 
 _NODS: Final = ("asymptotic", "rotating", "swinging")
@@ -227,9 +211,9 @@ _RATES: Final = ("single", "fast", "slow")
 _SLEEP: Final = ("marginal", "stable", "unstable")
 
 KIND_DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
-    Kind.SLEEPING: Detail(_SLEEP, (SLEEPING,), SLEEPING, (SPIN_RATE, LEAST_SPIN)),
+    Kind.SLEEPING: Detail(_SLEEP, (SLEEPING,), SLEEPING),
     Kind.PLANAR_PENDULUM: Detail(_NODS, (OVER_TOP, OVER_BOTTOM), SPARE_ENERGY),
-    Kind.UNIFORM_PRECESSION: Detail(_RATES, (FASTER, SLOWER), RATIO, (PRECESSION_RATE, OTHER_RATE)),
+    Kind.UNIFORM_PRECESSION: Detail(_RATES, (FASTER, SLOWER), RATIO),
 }
 
 

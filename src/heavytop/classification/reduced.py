@@ -252,11 +252,8 @@ class _Scene:
         if bits is not None:
             balls = {"gMR": gMR, "thetadot": thetadot, "phidot": phidot, "omega3": omega3}
             gMR, thetadot, phidot, omega3 = map(self._proved_zero, balls, balls.values())
-        sin2, b = below * above, C / A * omega3
-        across = phidot * sin2
-        kinetic = (thetadot * thetadot + phidot * across) / 2
-        udot = thetadot if thetadot == 0 else -root_of(sin2) * thetadot
-        return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
+        udot = thetadot if thetadot == 0 else -root_of(below * above) * thetadot
+        return reduced_numbers(A, C, gMR, (u, below, above), thetadot, phidot, omega3, udot)
 
     def _proved_zero(self, name: str, ball: arb) -> arb:
         """The ball of a number, 0 itself where it is proved to be 0."""
@@ -283,21 +280,29 @@ class _Scene:
         return {1: ONE, -1: -ONE}[self._pole] if self._pole else cos(self.start.theta)
 
     @cached_property
-    def _pole(self) -> Sign:
+    def _pole(self) -> int:
         """1 where the axis is proved to start pointing up, −1 where down; else 0."""
         theta = self.start.theta
-        if theta.fraction is not None:  # π is irrational
-            return 1 if theta.fraction == 0 else 0
-        ball = theta.ball(FEW_BITS)
-        if ball > 0 and ball < arb.pi():
+        if theta.fraction:  # π is irrational
             return 0
-        return 1 if theta.sign() == 0 else -1 if (PI - theta).sign() == 0 else 0
+        return next((pole for pole, x in ((1, theta), (-1, PI - theta)) if x.sign() == 0), 0)
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]."""
         start, pole = self.start, self._pole
         angles = start.phi.ball(bits), start.psi.ball(bits)
         return _other_side(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
+
+
+def reduced_numbers(
+    A: Real, C: Real, gMR: Real, heights: tuple[Real, Real, Real],
+    thetadot: Real, phidot: Real, omega3: Real, udot: Real,
+) -> Reduced:  # fmt: skip
+    """The motion of numbers of any arithmetic; `heights` are cosθ, 1 − cosθ and 1 + cosθ."""
+    u, below, above = heights
+    across, b = phidot * (below * above), C / A * omega3
+    kinetic = (thetadot * thetadot + phidot * across) / 2
+    return Reduced(gMR / A, b, u, below, above, udot, across, kinetic, omega3 - b)
 
 
 def root_of(square: Real) -> Real:
@@ -310,7 +315,7 @@ def root_of(square: Real) -> Real:
 
 def reduced_from_axis(
     e: Iterable[Number], l: Iterable[Number], g: Number, kappa: Number = 0,  # noqa: E741
-    phi0: Number | None = None, psi0: Number = 0,
+    phi0: Number = 0, psi0: Number = 0,
 ) -> ReducedMotion:  # fmt: skip
     """The motion of numbers in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
 
@@ -324,10 +329,8 @@ def reduced_from_axis(
         gMR/A [s⁻²].
     kappa : number
         κ = p_ψ (1/C − 1/A) [s⁻¹].
-    phi0 : number, optional
-        φ₀ [rad]; by default that of the axis, in (−π, π], or on a pole of where it moves to.
-    psi0 : number
-        ψ₀ [rad].
+    phi0, psi0 : number
+        φ₀ and ψ₀ [rad].
     """
     (x, y, z), (lx, ly, lz) = map(_fmpq, e), map(_fmpq, l)
     rho2 = x * x + y * y + z * z
@@ -336,10 +339,9 @@ def reduced_from_axis(
     numbers = Reduced(
         _fmpq(g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic, _fmpq(kappa),
     )  # fmt: skip
-    phi = None if phi0 is None else _fmpq(phi0)
     return ReducedMotion(
         partial(_axis_numbers, numbers, rho2),
-        partial(_axis_angles, (x, y, z), (lx, ly), phi, _fmpq(psi0)),
+        partial(_axis_angles, (x, y, z), (lx, ly), _fmpq(phi0), _fmpq(psi0)),
     )
 
 
@@ -359,41 +361,24 @@ def _axis_numbers(numbers: Reduced, rho2: fmpq, bits: int | None) -> Reduced:
 
 
 def _axis_angles(
-    e: tuple[fmpq, ...], l: tuple[fmpq, ...], phi0: fmpq | None, psi0: fmpq, _: int,  # noqa: E741
+    e: tuple[fmpq, ...], l: tuple[fmpq, ...], phi0: fmpq, psi0: fmpq, _: int,  # noqa: E741
 ) -> tuple[arb, arb]:  # fmt: skip
-    (x, y, z), (lx, ly), psi = e, l, arb(psi0)
-    on_pole, pole = x == y == 0, 1 if z > 0 else -1
-    sine, cosine = (pole * ly, pole * lx) if on_pole else (x, -y)  # from ė = l × e
-    if phi0 is None:
-        return arb.atan2(arb(sine), arb(cosine)), psi
-    phi = arb(phi0)
-    back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
+    (x, y, z), (lx, ly), phi, psi = e, l, arb(phi0), arb(psi0)
+    pole = 1 if z > 0 else -1
+    back = x == y == 0 and pole * (phi.cos() * lx + phi.sin() * ly) < 0  # from ė = l × e
     return _other_side(pole, phi, psi) if back else (phi, psi)
 
 
 # --- of constants, and through poles -------------------------------------------------------------
 
 
-def reduced_from_constants(exact: Reduced, udot2: Fraction, falls: bool = False) -> ReducedMotion:
-    """The motion with given constants through a tilt, from which its angles are counted.
-
-    Parameters
-    ----------
-    exact : Reduced
-        The motion in fractions, but for u̇₀.
-    udot2 : Fraction
-        u̇₀², of a motion that rises there; negative only by a rounding, at a turning point.
-    falls : bool
-        Whether the axis falls there instead.
-    """
-    square = replace(exact, udot0=max(udot2, Fraction(0)))
-    return ReducedMotion(partial(_constant_numbers, square, falls), _no_angles)
+def reduced_from_constants(exact: Reduced) -> ReducedMotion:
+    """The motion of constants in fractions, from whose start its angles are counted."""
+    return ReducedMotion(partial(_constant_numbers, exact), _no_angles)
 
 
-def _constant_numbers(exact: Reduced, falls: bool, bits: int | None) -> Reduced:
-    found = exact.mapped(_exact if bits is None else rational_ball)
-    speed = root_of(found.udot0)
-    return replace(found, udot0=-speed if falls else speed)
+def _constant_numbers(exact: Reduced, bits: int | None) -> Reduced:
+    return exact.mapped(_exact if bits is None else rational_ball)
 
 
 def _no_angles(_: int) -> tuple[arb, arb]:

@@ -24,7 +24,7 @@ VERBS: Final = {
     **{file.removesuffix(".json"): each.command for file, each in RESULTS.items() if each.study},
     "resume": "cli.run:resume studies.study:resume",
     "reference": "cli.verbs:reference analytic.reference:reference",
-    "find": "cli.verbs:find analytic.find:find",
+    "find": "studies.find:find",
     "sweep": "cli.verbs:sweep studies.sweep:sweep",
     "check": "cli.verbs:check checking.judge:check",
     "report": "cli.verbs:report",

@@ -157,16 +157,6 @@ def reference(
     save_or_print(found, path, found.to_csv())
 
 
-def find(scene: Scene, vary: str, so_that: str) -> Result:
-    """Find which value of a scene gives the motion you want."""
-    from heavytop.analytic import find
-    from heavytop.results.ask import FoundResult
-
-    document = find.find(scene, vary, so_that).document()
-    del document["schema"]
-    return FoundResult(**document)
-
-
 def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> None:
     """Tabulate facts of the motion over a range.
 

@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, line, literal, title_of
-from heavytop.results.ask import fact_quantity
 from heavytop.results.drift import columns_of, error_names, error_of
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import ERROR_KEYS, error_of_point, front
 from heavytop.scene.quantities import SI, quantity_of, showing
+from heavytop.studies.find import fact_quantity
 
 Found = Any  # a result, whose fields are read by their names
 Looks = dict[str, dict[str, Any]]

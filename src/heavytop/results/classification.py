@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -180,7 +180,7 @@ def classified(scene: Scene) -> Classification:
         motion=motion_summary(motion, known)
         | {"open_tags": verdict.open_tags, "bound": verdict.bound},
         constants=motion.constants._asdict(),
-        motion_facts=known.document(),
+        motion_facts=asdict(known),
         enclosure={name: _bounds(motion, name) for name in ENCLOSED},
         warnings=warnings_of(scene),
     )

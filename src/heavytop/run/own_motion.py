@@ -156,13 +156,14 @@ def _from_height(read: Any, ctx: Context) -> ReducedMotion:
 
     P = momentum(0, read.P)
     n = side * (momentum(2, read.P + 2 * side * read.n) - P) / 2
-    drift, sin2, zero = P + side * n * w, w * (2 - w), Fraction(0)
+    drift, sin2 = P + side * n * w, w * (2 - w)
     pull = k[0] + w * (k[1] + w * k[2])  # on a pole, where ẇ vanishes, this is the square of θ̇
     kinetic = (wdot**2 + drift**2) / (2 * sin2) if sin2 else abs(pull) / 2
     above, below = (w, 2 - w)[:: int(side)]
     spin = read.omega3 - n  # κ = ω3 − p_ψ/A
-    motion = Reduced(-side * k[2] / 3, n, 1 - above, above, below, zero, drift, kinetic, spin)
-    return reduced_from_constants(motion, wdot**2, falls=side * wdot > 0)
+    return reduced_from_constants(
+        Reduced(-side * k[2] / 3, n, 1 - above, above, below, -side * wdot, drift, kinetic, spin)
+    )
 
 
 # --- where a run is compared with it -------------------------------------------------------------

@@ -12,13 +12,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
-from heavytop.analytic.find import FOUND_FACTS, facts_of, motion_of, read_range
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.files import write_text
-from heavytop.results.ask import fact_quantity
 from heavytop.results.base import Chart, Result, Table
 from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown, text_of
 from heavytop.scene.scene import Scene
+from heavytop.studies.find import (
+    FOUND_FACTS,
+    fact_quantity,
+    facts_of,
+    kind_of,
+    motion_of,
+    read_range,
+)
 
 _FEW: Final = 37  # rows, where no number is given
 
@@ -84,7 +90,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     over : str
         Which number, from where to where, and how many: ``"start.psidot = 50:400:36"``.
     facts : sequence of str
-        Names of `heavytop.analytic.find.FOUND_FACTS`: round, theta_max, round_estimate and others.
+        Names of `heavytop.studies.find.FOUND_FACTS`: round, theta_max, round_estimate and others.
 
     Returns
     -------
@@ -120,4 +126,4 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:
     motion = motion_of(scene, key, x)
-    return {key: x, "kind": motion and str(motion.kind)} | facts_of(motion, names)
+    return {key: x, "kind": kind_of(motion)} | facts_of(motion, names)

@@ -1,0 +1,67 @@
+"""Whether rules of kinds fit: what follows from the signs of their numbers, where they are known.
+
+Of one motion all here are truth values, of arrays they are masks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import reduce
+from operator import and_, eq, or_
+from typing import Any, ClassVar, NamedTuple
+
+from heavytop.classification.kinds import Criterion, Rule, Tag
+
+
+class Sign(NamedTuple):
+    """A number, whether it is positive, whether that is certain, and whether it is exactly 0."""
+
+    number: Any
+    positive: Any
+    certain: Any
+    zero: Any
+
+
+class Answer(NamedTuple):
+    """Where something is certainly so, and where it is certainly not; elsewhere it is unsure."""
+
+    yes: Any
+    no: Any
+
+    def __and__(self, other: Answer) -> Answer:
+        return Answer(self.yes & other.yes, self.no | other.no)
+
+
+class Signs:
+    """The signs of criteria of kinds."""
+
+    always = Answer(True, False)
+    everywhere: ClassVar[Any] = bool
+
+    def sign(self, number: Criterion) -> Sign:
+        """The sign of one number."""
+        raise NotImplementedError
+
+    def vanish(self, numbers: Iterable[Criterion]) -> Answer:
+        """Whether all of some criteria are 0; they are evaluated in order, until none can be."""
+        found = self.always
+        for number in numbers:
+            sign = self.sign(number)
+            found &= Answer(sign.zero, sign.certain)
+            if self.everywhere(found.no):
+                break
+        return found
+
+    def positive(self, numbers: Iterable[Criterion]) -> Answer:
+        """Whether a product is positive; where a factor is exactly 0, it is not."""
+        _, positive, certain, zeros = zip(*map(self.sign, numbers), strict=True)
+        sure = reduce(and_, certain)
+        yes = sure & reduce(eq, positive)
+        return Answer(yes, reduce(or_, zeros, sure ^ yes))
+
+    def fit(self, rule: Rule | Tag) -> Answer:
+        """Whether a rule fits: all its zeros are zero, and its product is positive."""
+        found = self.vanish(rule.zeros)
+        if self.everywhere(found.no) or not rule.positive:
+            return found
+        return found & self.positive(rule.positive)
