@@ -79,6 +79,8 @@ class Row(dict[str, Any]):
 
 def as_rows(value: Any) -> Any:
     """A value as JSON holds it: objects as rows, lists as tuples, None for what is not finite."""
+    if hasattr(value, "_asdict"):  # a named tuple
+        value = value._asdict()
     if isinstance(value, Mapping):
         return Row({name: as_rows(each) for name, each in value.items()})
     if isinstance(value, list | tuple):
@@ -466,6 +468,11 @@ def command_of(path: Path) -> str | None:
 
 
 # --- values as texts -------------------------------------------------------------------------
+
+
+def error_of(name: str) -> Quantity:
+    """What the error of a quantity is."""
+    return quantity_of(name if name == "phase_s" else f"{name}_error")
 
 
 def given(values: Mapping[str, Any]) -> str:

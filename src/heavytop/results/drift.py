@@ -13,8 +13,8 @@ import numpy as np
 
 from heavytop.errors import Exit
 from heavytop.files import write_sealed
-from heavytop.results.base import Chart, Fact, Result, Table, draw
-from heavytop.scene.quantities import QUANTITIES, Quantity, quantity_of
+from heavytop.results.base import Chart, Fact, Result, Table, draw, error_of
+from heavytop.scene.quantities import QUANTITIES, quantity_of
 
 if TYPE_CHECKING:
     import pandas
@@ -261,11 +261,6 @@ class Drift(Result):
         True
         """
         return self.numbers(members).to_pandas(*(MEMBER_INDEX if members else self.index))
-
-
-def error_of(name: str) -> Quantity:
-    """What a column of errors is."""
-    return quantity_of(name if name == "phase_s" else f"{name}_error")
 
 
 def columns_of(run: Any) -> dict[str, Sequence[float | None]]:

@@ -41,7 +41,7 @@ RESULTS: Final[Mapping[str, ResultEntry]] = {
     "atlas.json": ResultEntry(
         "atlas.Atlas", "studies.atlas", "cli.verbs:atlas studies.atlas:atlas"
     ),
-    "check.json": ResultEntry("check.CheckResult"),
+    "check.json": ResultEntry("check.Check"),
     "certify.json": ResultEntry(
         "certificate.Certificate",
         "studies.certificate",
