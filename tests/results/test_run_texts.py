@@ -7,7 +7,6 @@ from click.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.results.base import Row
-from heavytop.results.classification import between
 from heavytop.results.run import event_table
 from heavytop.scene.quantities import MISSING
 
@@ -71,12 +70,3 @@ def test_events_have_all_digits_and_where_it_is_narrow_fewer():
     assert table.texts()[0] == ["cusp", "0.333333333333", "0.1", MISSING, "0", "0"]
     assert table.texts(3)[0][1] == "0.333"
     assert (table.more, table.head[1]) == (7, "t [s]")
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "text"),
-    [("0.1", "0.1", "0.1"), ("-1.5e-9", "-1.5e-9", "-1.5e-9"), ("123.4", "123.6", "124"),
-     ("0.33333333333333333333", "0.33333333333333333334", "0.33333333333333333")],
-)  # fmt: skip
-def test_an_enclosure_is_shown_as_far_as_it_is_certain(low, high, text):
-    assert between(low, high) == text
