@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from heavytop.analytic.find import unit_of
-from heavytop.results.base import Fact, Result
+from heavytop.results.base import Fact, Result, Table
 from heavytop.scene.quantities import Quantity
 
 
@@ -30,17 +30,18 @@ class FoundResult(Result):
     why: str
 
     def facts(self) -> Iterator[Fact]:
-        """The solutions, and the facts of each."""
+        """What is asked for; the solutions, or why there is none."""
         key = self.vary.partition("=")[0].strip()
-        varied = fact_quantity(key)
         yield "so that", self.so_that
         for each in self.solutions:
-            low, high = (f"{end * varied.shown[1]:.17g}" for end in each.bracket)
-            yield key, f"{varied.with_unit(each.value)}, proved between {low} and {high}"
-            facts = {fact_quantity(name): x for name, x in each.facts.items() if x is not None}
-            yield (
-                "",
-                ", ".join(f"{q.symbol} {q.with_unit(x, form='.6g')}" for q, x in facts.items()),
-            )
+            ends = fact_quantity(key, ".17g").with_unit(*each.bracket, between=" and ")
+            yield key, f"{fact_quantity(key).with_unit(each.value)}, proved between {ends}"
         if self.why:
             yield "", self.why
+
+    def tables(self) -> Iterator[Table]:
+        """The facts of the solutions."""
+        key = self.vary.partition("=")[0].strip()
+        rows = [{key: each.value, **each.facts} for each in self.solutions]
+        about = {name: fact_quantity(name) for row in rows for name in row}
+        yield Table(rows, [*about], meanings=about, left=0)

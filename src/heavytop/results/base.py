@@ -108,6 +108,8 @@ class Table(NamedTuple):
         So many rows suffice at a terminal.
     more : int
         How many rows there are beside.
+    keys : sequence of str
+        The columns that tell rows apart.
     """
 
     rows: Sequence[Mapping[str, Any]]
@@ -117,6 +119,12 @@ class Table(NamedTuple):
     left: int = 1
     first: int | None = None
     more: int = 0
+    keys: Sequence[str] = ()
+
+    @classmethod
+    def of_rows(cls, rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> Table:
+        """All columns of some rows."""
+        return cls(rows, [*dict.fromkeys(name for row in rows for name in row)], keys=keys)
 
     @classmethod
     def of_facts(cls, facts: Iterable[Fact]) -> Table:
@@ -219,22 +227,37 @@ class Table(NamedTuple):
         )
         return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
-    def to_pandas(self, *index: str) -> pandas.DataFrame:
-        """A DataFrame with these columns as its index; units and names in its attributes."""
+    @property
+    def csv(self) -> str:
+        """The table as comma-separated values, with a header that has the units.
+
+        >>> print(Table([{"t": 0.5, "kind": "loops"}], ("t", "kind")).csv)
+        t [s],kind
+        0.5,loops
+        """
+        shown = {name: self.quantity(name).shown for name in self.columns}
+        heads = {n: f"{n} [{unit}]" for n, (unit, _) in shown.items() if unit not in ("", "1")}
+        frame = self._replace(keys=()).to_pandas()
+        for name in frame.select_dtypes(float):
+            frame[name] *= shown[name][1]
+        return str(frame.rename(columns=heads).to_csv(index=False))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame; units and names in its attributes."""
         import pandas
 
         found = pandas.DataFrame([*self.rows], columns=[*self.columns]).infer_objects()
         found = found.astype({name: float for name in found if found[name].isna().all()})
         about = {name: self.quantity(name).attributes for name in self.columns}
-        found = found.set_index([*index]) if index else found
+        found = found.set_index([*self.keys]) if self.keys else found
         found.attrs = {
             key: {name: x[key] for name, x in about.items()} for key in ("units", "long_name")
         }
         return found
 
-    def to_xarray(self, *index: str) -> xarray.Dataset:
-        """A Dataset over these columns, nan where there is no row."""
-        found: xarray.Dataset = self.to_pandas(*index).to_xarray()
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over the columns that tell rows apart, nan where there is no row."""
+        found: xarray.Dataset = self.to_pandas().to_xarray()
         for name in self.columns:
             found[name].attrs = self.quantity(name).attributes
         found.attrs = {}
@@ -320,18 +343,17 @@ class Result(Plotted):
 
     def numbers(self) -> Table:
         """Its numbers as one table: that of `to_pandas` and of CSV."""
-        if not self.table:
-            return next(self.tables(), Table.of_facts(self.facts()))
-        rows = getattr(self, self.table)
-        return Table(rows, [*dict.fromkeys(name for row in rows for name in row)])
+        if self.table:
+            return Table.of_rows(getattr(self, self.table), self.index)
+        return next(self.tables(), Table.of_facts(self.facts()))._replace(keys=self.index)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return its numbers as a pandas DataFrame, units and names in its attributes."""
-        return self.numbers().to_pandas(*self.index)
+        return self.numbers().to_pandas()
 
     def to_xarray(self) -> xarray.Dataset:
         """Return its numbers as an xarray Dataset with units and names."""
-        found = self.numbers().to_xarray(*self.index)
+        found = self.numbers().to_xarray()
         return found.assign_attrs(schema=self.schema, command=self.command or "")
 
     def document(self) -> dict[str, Any]:
@@ -473,6 +495,11 @@ def command_of(path: Path) -> str | None:
 def error_of(name: str) -> Quantity:
     """What the error of a quantity is."""
     return quantity_of(name if name == "phase_s" else f"{name}_error")
+
+
+def error_text(name: str, size: float) -> str:
+    """An error with its unit."""
+    return quantity_of(name).with_unit(size, form=".3g")
 
 
 def given(values: Mapping[str, Any]) -> str:

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import Exit
-from heavytop.results.base import Chart, Fact, Result, as_rows, draw, error_of
+from heavytop.results.base import Chart, Fact, Result, as_rows, draw, error_text
 from heavytop.scene.quantities import ANGLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import harmless
 
 CHARTED: Final = 1000  # times of the curves in the document and in charts
-MOST_NAMED: Final = 6  # columns that are ignored, in a line
 CHECKED_QUANTITIES: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
 EVENT_WORDS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
@@ -187,7 +186,7 @@ class Check(Result):
         given = f" ({self.digits_as_given:.1f} as given)" if self.conventions else ""
         yield "digits", f"{self.digits:.1f}{given}"
         for name, size in self.errors.items():
-            most, rms = (error_of(name).with_unit(x, form=".2e") for x in (size.max, size.rms))
+            most, rms = error_text(name, size.max), error_text(name, size.rms)
             yield name, f"{most} at t = {size.t_max:g} s, RMS {rms}"
         yield from self._phase_in_words()
         for name, count in self.events.items():
@@ -208,13 +207,11 @@ class Check(Result):
         return " ".join([*(first or ["No convention has to be undone."]), good])
 
     def _columns_in_words(self) -> str:
-        """The columns that were used, and the others, or the first of very many."""
-        columns = self.columns
-        ignored = [name for name, quantity in columns.items() if not quantity]
-        used = [f"{name} ({q})" if q != name else name for name, q in columns.items() if q]
-        others = f"; ignored: {', '.join(ignored[:MOST_NAMED])}" if ignored else ""
-        more = f" and {len(ignored) - MOST_NAMED} more" if len(ignored) > MOST_NAMED else ""
-        return harmless(", ".join(used) + others + more)
+        """The columns that were used, and the others."""
+        used = [f"{name} ({q})" if q != name else name for name, q in self.columns.items() if q]
+        ignored = [name for name, quantity in self.columns.items() if not quantity]
+        others = f"; ignored: {', '.join(ignored)}" if ignored else ""
+        return harmless(", ".join(used) + others)
 
     def _phase_in_words(self) -> Iterator[Fact]:
         """How far the data run ahead, or why they do not tell it."""

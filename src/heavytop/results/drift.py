@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -109,34 +108,6 @@ class Drift(Result):
             raise KeyError(f"{name!r}: this study has {', '.join(methods)}")
         return methods[name]
 
-    def slopes(self, method: str, error: str = "energy") -> tuple[tuple[float, float], ...]:
-        """Return local powers of time with which an error of a method grows.
-
-        Parameters
-        ----------
-        method : str
-        error : str
-            ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
-
-        Returns
-        -------
-        tuple of (float, float)
-            Between neighbouring times, at the middle of both on a logarithmic scale: nutation
-            periods, and the power.
-
-        Examples
-        --------
-        >>> import heavytop as ht
-        >>> found = ht.drift(ht.load_scene("sicm-kicked"), methods=["strang"], periods=99)
-        >>> len(found.slopes("strang", "axis")) == len(found["strang"].periods) - 1
-        True
-        """
-        errors = zip(self[method].periods, columns_of(self[method])[error], strict=True)
-        points = [(math.log(n), math.log(e)) for n, e in errors if e]
-        return tuple(
-            (math.exp((a + b) / 2), (y - x) / (b - a)) for (a, x), (b, y) in pairwise(points)
-        )
-
     def facts(self) -> Iterator[Fact]:
         """What was asked, what the columns mean, what was skipped and why."""
         several = f"{self.ensemble} starts within {self.spread:.0%} (seed {self.seed}), RMS"
@@ -148,8 +119,6 @@ class Drift(Result):
         for each in self.methods:
             if each.skipped is not None:
                 yield each.name, f"skipped: {each.skipped}"
-            elif each.periods and each.periods[-1] < 0.5 * self.periods:
-                yield each.name, f"to {each.periods[-1]:.4g} periods"
             if each.get("order") and ":" in each.name:
                 yield each.name, f"order {each.order:.2g}, measured"
             for text, count in each.get("warned", {}).items():
@@ -197,7 +166,7 @@ class Drift(Result):
         write_sealed(folder / "drift.nc", lambda part: part.write_bytes(data))
         return {"errors": "drift.nc"}
 
-    def numbers(self, members: bool = False) -> Table:
+    def numbers(self, *, members: bool = False) -> Table:
         """The errors over time, a row for each method and each time.
 
         Parameters
@@ -216,30 +185,26 @@ class Drift(Result):
             for k, n in enumerate(run.periods)
         ]
         errors = error_names(run for _, run in runs)
-        index = MEMBER_INDEX if members else self.index
-        return Table(rows, (*index, *errors), meanings={n: error_of(n) for n in errors})
+        keys = MEMBER_INDEX if members else self.index
+        about = {name: error_of(name) for name in errors}
+        return Table(rows, (*keys, *errors), meanings=about, keys=keys)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return errors over ``scheme`` and ``periods``, nan where there are none.
 
         ``energy`` and the others are root mean squares over the starts, and ``member_energy``, over
-        ``start`` too, the errors of each run; ``theta`` and the others over ``start`` are the
-        initial conditions.
+        ``start`` too, the errors of each run.
 
         (A dimension called method could not be selected: xarray has an option of that name.)
         """
         import xarray
 
-        members = self.numbers(members=True).to_xarray(*MEMBER_INDEX)
-        starts = [{"start": k, **each} for k, each in enumerate(self.starts)]
-        initial = Table(starts, [*dict.fromkeys(k for row in starts for k in row)])
-        parts = [
-            self.numbers().to_xarray(*self.index),
-            members.rename({name: f"member_{name}" for name in members}),
-            initial.to_xarray("start"),
-        ]
+        members = self.numbers(members=True).to_xarray()
+        every = members.rename({name: f"member_{name}" for name in members})
+        found = xarray.merge([self.numbers().to_xarray(), every], join="outer")
         about = {n: getattr(self, n) for n in ("schema", "spread", "ensemble", "samples", "seed")}
-        found = xarray.merge(parts, join="outer").reindex(scheme=[m.name for m in self.methods])
+        names = [method.name for method in self.methods]
+        found = found.reindex(scheme=names, start=range(self.ensemble))
         return found.assign_attrs(title=self.scene["title"], **about)
 
     def to_pandas(self, *, members: bool = False) -> pandas.DataFrame:
@@ -260,7 +225,7 @@ class Drift(Result):
         >>> found.to_pandas().loc["strang", "energy"].size == len(found["strang"].energy)
         True
         """
-        return self.numbers(members).to_pandas(*(MEMBER_INDEX if members else self.index))
+        return self.numbers(members=members).to_pandas()
 
 
 def columns_of(run: Any) -> dict[str, Sequence[float | None]]:

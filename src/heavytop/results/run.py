@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
-from heavytop.results.base import Fact, Result, Table
+from heavytop.results.base import Fact, Result, Table, error_text
 from heavytop.results.classification import (
     CONSTANTS,
     course_facts,
-    estimate_facts,
     motion_summary,
     numbers,
     plan_facts,
@@ -24,7 +23,7 @@ from heavytop.results.classification import (
     verdict_facts,
     warnings_of,
 )
-from heavytop.scene.quantities import ANGLES, MISSING, RATES, Need, need_of, quantity_of
+from heavytop.scene.quantities import ANGLES, RATES, Need, need_of
 from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
@@ -32,7 +31,6 @@ if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.trajectory import Trajectory
 
 ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
-MANY_TURNS: Final = 1000  # from which on an angle is also given as turns and a rest
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 EVENT_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
@@ -45,8 +43,7 @@ NO_ERRORS: Final = dict.fromkeys(ERROR_NAMES) | {
     "invariants": {},
     "why_not": "nothing was integrated",
 }
-TIMES: Final = {"derive_s": "derive", "compile_s": "compile", "integrate_s": "run"}
-"""What the time of a run is spent on, in words."""
+TIMES: Final = ("derive_s", "compile_s", "integrate_s")
 
 
 PICTURES: Final = {
@@ -120,13 +117,27 @@ class RunResult(Result):
         yield from verdict_facts(self.motion)
         yield from course_facts(self.motion)
         yield from numbers(self.constants, *CONSTANTS)
-        yield from estimate_facts(self.motion.estimates)
         yield from plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
-        yield from end_facts(self)
+        if self.final:
+            yield from numbers({"reaction": None, **self.final}, "t", *ANGLES, "reaction")
+            counts = (f"{n} {name}" for name in EVENTS if (n := self.events[name]) is not None)
+            yield "events", ", ".join(counts) or "none requested"
+        if self.outcome != Outcome.FINISHED:
+            yield "outcome", self.outcome
+        known = {name: x for name, x in self.errors.items() if isinstance(x, float)}
+        sizes = (f"{name.replace('_', ' ')} {error_text(name, x)}" for name, x in known.items())
+        words = [*sizes, *filter(None, [self.errors.why_not])]
+        yield "errors", f"against the closed form: {', '.join(words)}"
         if self.events.table and self.motion.kind.startswith("through-"):
             yield "at the pole", AT_POLE
-        yield "cost", cost_text(self.cost)
+        yield "cost", ", ".join(self._costs())
+
+    def _costs(self) -> Iterator[str]:
+        yield f"{self.cost.steps} steps"
+        yield from (f"{name[:-2]} {1000 * self.cost[name]:.1f} ms" for name in TIMES)
+        if (pace := self.cost.us_per_period) is not None:
+            yield f"{pace:.1f} µs a period"
 
     def tables(self) -> Iterator[Table]:
         """The events."""
@@ -231,51 +242,6 @@ def _cost(run: Trajectory) -> dict[str, Any]:
     periods = abs(run.orbit.end) / float(period) if period else 0.0
     found = {name: getattr(spent, name) for name in ("steps", *TIMES)}
     return found | {"us_per_period": spent.integrate_s / periods * 1e6 if periods else None}
-
-
-# --- in words --------------------------------------------------------------------------------
-
-
-def end_facts(run: Any) -> Iterator[Fact]:
-    """The state at the end, the events that were counted, and what went wrong."""
-    if final := run.final:
-        angles = {name: final[name] for name in ANGLES if final[name] is not None}
-        known = (f"{quantity_of(n).symbol} = {quantity_of(n).text(x)}" for n, x in angles.items())
-        unit = quantity_of("theta").shown[0]
-        words = f"{', '.join(known)} {unit}" if angles else MISSING
-        yield f"at t = {quantity_of('t').with_unit(final.t)}", words
-        if final.get("reaction"):
-            force = quantity_of("reaction").with_unit(final.reaction, form=".8g")
-            yield "", f"force of the pivot {force}"
-        for name in ("phi", "psi"):
-            if abs(turns := final[f"{name}_turns"] or 0) >= MANY_TURNS:
-                rest = quantity_of(name).with_unit(final[f"{name}_mod"])
-                yield "", f"{quantity_of(name).symbol} = {turns} turns and {rest}"
-        counts = (f"{run.events[name]} {name}" for name in EVENTS if run.events[name] is not None)
-        yield "events", ", ".join(counts) or "none requested"
-    if run.missed_digits:
-        yield "digits missed", ", ".join(_sizes(run.missed_digits, ".1e"))
-    if run.outcome != Outcome.FINISHED:
-        yield "outcome", run.outcome
-    words = ", ".join([*_sizes(run.errors, ".3g"), *filter(None, [run.errors.why_not])])
-    yield "errors", f"against the closed form: {words}"
-
-
-def _sizes(errors: Mapping[str, Any], form: str) -> Iterator[str]:
-    """Errors by name, with their units."""
-    for name, off in errors.items():
-        if isinstance(off, int | float):
-            yield f"{name.replace('_', ' ')} {quantity_of(name).with_unit(off, form=form)}"
-
-
-def cost_text(cost: Mapping[str, Any]) -> str:
-    """Steps, and the time that each part of the work took."""
-    parts = [f"{cost['steps']} step{'s'[: cost['steps'] != 1]}"]
-    known = {words: cost[name] for name, words in TIMES.items() if cost[name] is not None}
-    parts += [f"{words} {1000 * spent:.1f} ms" for words, spent in known.items()]
-    if cost["us_per_period"] is not None:
-        parts.append(f"{cost['us_per_period']:.1f} µs a period")
-    return ", ".join(parts)
 
 
 def event_table(events: Any) -> Table:

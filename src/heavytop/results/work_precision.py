@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any, ClassVar, Final
 
-from heavytop.errors import Impossible
 from heavytop.results.base import Chart, Fact, Result, Table, draw, grouped
 from heavytop.results.drift import order_of
 from heavytop.scene.quantities import QUANTITIES, quantity_of
@@ -18,6 +19,7 @@ ERROR_KEYS: Final = {
 }  # fmt: skip
 """What is measured, and the key of its error."""
 DOUBLE: Final = 53  # bits
+LEADER_KEYS: Final = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
 POINT_COLUMNS: Final = ("method", "order", *TARGETS, "error", "of", "us_per_period", "setup_s")
 FRONT: Final = ("method", "setting", "us_per_period", "error")
 LEADERS: Final = ("to", *FRONT, "next", "ratio")
@@ -79,25 +81,16 @@ class WorkPrecision(Result):
         """
         return front(self.points, self._error)
 
-    def cheapest(self, bound: float, wants: str = "axis") -> Any:
+    def cheapest(self, bound: float) -> Any:
         """Return the fastest point with an error of at most a bound, or None.
 
         Parameters
         ----------
         bound : float
-            Of the axis, a unit vector, or of theta [rad].
-        wants : str
-            ``axis``, ``theta``, ``phase`` or ``energy``: the error of which.
-
-        Raises
-        ------
-        Impossible
-            It wants anything else.
+            Of the axis, a unit vector; of theta [rad], where no point has an axis.
         """
-        if wants not in ERROR_KEYS:
-            raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERROR_KEYS)} are")])
-        within = ranked(self.points, ERROR_KEYS[wants], bound)
-        return self.points[within[0]] if within else None
+        within = (row for row in self._ranked() if row["error"] <= bound)
+        return next((self.points[row["point"]] for row in within), None)
 
     def document(self) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points."""
@@ -117,19 +110,14 @@ class WorkPrecision(Result):
             for text, count in point.get("warned", {}).items():
                 yield point.method, f"warned {count}× at {setting(point)}: {text}"
         for (reason,), same in grouped(self.skipped, "reason").items():
-            words = []
-            for (name,), some in grouped(same, "method").items():
-                [(what, value)] = some[0].setting.items()
-                first = f"{value:.3g}{'' if what == 'tolerance' else f' {what}'}"
-                words.append(f"{name} ({len(some)} setting{'s'[: len(some) != 1]} from {first})")
-            yield "left out", f"{reason}: {', '.join(words)}"
+            counts = Counter(each.method for each in same).items()
+            yield "left out", f"{reason}: {', '.join(f'{name} ({n})' for name, n in counts)}"
 
     def tables(self) -> Iterator[Table]:
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
         yield Table([*summaries(self.points)], POINT_COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
-        points = (self.points[i] for i in self.front)
-        if rows := [{**p, "error": error_of_point(p, self._error)} for p in points]:
+        if rows := [row for row in self._ranked() if row["point"] in self.front]:
             yield _chosen(rows, FRONT, f"Pareto front, {side}")
             leaders = [
                 {**each, "to": target, "next": (each.get("against") or {}).get("method")}
@@ -157,48 +145,47 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
+    def _ranked(self) -> list[dict[str, Any]]:
+        """Who has an error, the fastest first."""
+        return [
+            {
+                **{name: self.points[i][name] for name in LEADER_KEYS},
+                "error": error_of_point(self.points[i], self._error),
+                "point": i,
+            }
+            for i in ranked(self.points, self._error)
+        ]
+
     def _leaders(self) -> dict[str, Any]:
         """Who is cheapest within each target, with the best of the other side; the best."""
-        found = dict[str, Any]()
-        for name, bound in TARGETS.items():
-            within = ranked(self.points, self._error, bound)
-            found[name] = first = self._leader(within)
-            if first is not None:
-                side = first["rival"]
-                other = self._leader([i for i in within if self.points[i]["rival"] != side])
+        rows, found = self._ranked(), dict[str, Any]()
+        for target, bound in TARGETS.items():
+            within = [row for row in rows if row["error"] <= bound]
+            found[target] = first = dict(within[0]) if within else None
+            if first:
+                other = next((row for row in within if row["rival"] != first["rival"]), None)
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
-        off = [error_of_point(point, self._error) for point in self.points]
-        order = sorted(ranked(self.points, self._error), key=off.__getitem__)
-        doubles = [i for i in order if self.points[i]["bits"] <= DOUBLE]
-        return found | {"best": self._leader(order), "best_in_doubles": self._leader(doubles)}
-
-    def _leader(self, order: Sequence[int]) -> dict[str, Any] | None:
-        """The first of some points, which are given by their indices; None where there is none."""
-        if not order:
-            return None
-        point = self.points[order[0]]
-        names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        error = error_of_point(point, self._error)
-        return {n: point[n] for n in names} | {"error": error, "point": order[0]}
+        rows.sort(key=itemgetter("error"))
+        doubles = (row for row in rows if self.points[row["point"]]["bits"] <= DOUBLE)
+        return found | {"best": next(iter(rows), None), "best_in_doubles": next(doubles, None)}
 
 
-def ranked(points: Sequence[Any], error: str, bound: float = math.inf) -> list[int]:
-    """Return the indices of the points with an error within a bound, the fastest first.
+def ranked(points: Sequence[Any], error: str) -> list[int]:
+    """Return the indices of the points with an error, the fastest first.
 
     Parameters
     ----------
     points : sequence of mapping
     error : str
         One of the values of `ERROR_KEYS`; who has none takes no part.
-    bound : float
     """
     rank = {
         i: (point["us_per_period"], off, point["method"])
         for i, point in enumerate(points)
-        if (off := error_of_point(point, error)) <= bound and off < math.inf
+        if (off := error_of_point(point, error)) < math.inf
     }
-    return sorted(rank, key=lambda i: rank[i])
+    return sorted(rank, key=rank.__getitem__)
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
@@ -249,8 +236,6 @@ def setting(point: Mapping[str, Any]) -> str:
 
 def error_of_point(point: Mapping[str, Any], error: str) -> float:
     """An error of a point by one of the keys of `ERROR_KEYS`; infinity where it has none."""
-    if error == "axis_error":
-        off = point["error"] if point["measures"] == "axis" else None
-    else:
-        off = point[error]
+    of_axis = point["error"] if point.get("measures") == "axis" else None
+    off = point.get(error, of_axis)
     return math.inf if off is None else float(off)
