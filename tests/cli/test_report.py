@@ -139,7 +139,7 @@ def test_a_claim_that_does_not_hold_is_out_of_bound_and_no_bug(tmp_path):
     assert shown.exit_code == 5
     assert "raises does not hold: ValueError: no such top" in shown.stderr
     assert "ok    a distance  formula       0.5      1" in shown.stdout
-    assert "1 holds, 1 fails, 1 skipped" in shown.stdout
+    assert "1 passed, 1 failed, 1 skipped" in shown.stdout
 
 
 # --- report --------------------------------------------------------------------------------------

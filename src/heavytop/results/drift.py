@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 LAST_DECADES: Final = 3  # of the times that are fitted: earlier errors are those of the start
 LEAST_POINTS: Final = 4
+LEAST_ORDERS: Final = 3
 SURE_POWER: Final = 0.2  # standard error of an exponent beyond which there is no power law,
 EXPONENT_SHARE: Final = 0.12  # unless it is so small a part of the exponent
 BOUNDED: Final = 0.25  # an exponent nearer to 0 than to that of a random walk
@@ -102,11 +103,8 @@ class Drift(Result):
     methods: tuple[Any, ...]
 
     def __getitem__(self, name: str) -> Any:
-        """Return one method by its name; KeyError, with all names, if there is none."""
-        methods = {each.name: each for each in self.methods}
-        if name not in methods:
-            raise KeyError(f"{name!r}: this study has {', '.join(methods)}")
-        return methods[name]
+        """Return one method by its name."""
+        return {each.name: each for each in self.methods}[name]
 
     def facts(self) -> Iterator[Fact]:
         """What was asked, what the columns mean, what was skipped and why."""
@@ -307,7 +305,7 @@ def order_of(errors: Mapping[float, float | None]) -> float | None:
     clear = [
         (n, e) for n, e in sorted(errors.items()) if e and ORDER_ERRORS[0] < e < ORDER_ERRORS[1]
     ][-5:]
-    if len(clear) < 2:
+    if len(clear) < LEAST_ORDERS:
         return None
     slope, stderr = _power(clear)
     return -slope if _sure(slope, stderr) and slope < -BOUNDED else None
@@ -320,10 +318,6 @@ def _sure(slope: float, stderr: float) -> bool:
 
 def _power(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """The power of x as which y grows, by least squares in logarithms, and its standard error."""
-    with np.errstate(invalid="raise", divide="raise"):  # of numbers in a file, any is possible
-        x, y = np.log(np.array(points, float)).T
-        spread = x - x.mean()
-        slope = float(spread @ y / (spread @ spread))
-    residual = y - y.mean() - slope * spread
-    variance = float(residual @ residual) / max(1, len(points) - 2) / float(spread @ spread)
-    return slope, float(np.sqrt(variance))
+    x, y = np.log(np.array(points, float)).T
+    (slope, _), covariance = np.polyfit(x, y, 1, cov=True)
+    return float(slope), float(np.sqrt(covariance[0, 0]))

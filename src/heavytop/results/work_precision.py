@@ -89,8 +89,7 @@ class WorkPrecision(Result):
         bound : float
             Of the axis, a unit vector; of theta [rad], where no point has an axis.
         """
-        within = (row for row in self._ranked() if row["error"] <= bound)
-        return next((self.points[row["point"]] for row in within), None)
+        return fastest(self.points, self._error, bound)
 
     def document(self) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points."""
@@ -117,7 +116,7 @@ class WorkPrecision(Result):
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
         yield Table([*summaries(self.points)], POINT_COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
-        if rows := [row for row in self._ranked() if row["point"] in self.front]:
+        if rows := [self._leader(self.points[i]) for i in self.front]:
             yield _chosen(rows, FRONT, f"Pareto front, {side}")
             leaders = [
                 {**each, "to": target, "next": (each.get("against") or {}).get("method")}
@@ -128,7 +127,7 @@ class WorkPrecision(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
-        names = [name for name, error in ERROR_KEYS.items() if ranked(self.points, error)]
+        names = [name for name, error in ERROR_KEYS.items() if front(self.points, error)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
         return {
             name + end: draw("studies", "work_precision", self, name, column)
@@ -145,47 +144,29 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
-    def _ranked(self) -> list[dict[str, Any]]:
-        """Who has an error, the fastest first."""
-        return [
-            {
-                **{name: self.points[i][name] for name in LEADER_KEYS},
-                "error": error_of_point(self.points[i], self._error),
-                "point": i,
-            }
-            for i in ranked(self.points, self._error)
-        ]
+    def _leader(self, point: Any) -> Any:
+        """What is said of a point that leads; None of none."""
+        if point is None:
+            return None
+        known = {name: point[name] for name in LEADER_KEYS}
+        place = self.points.index(point)
+        return known | {"error": error_of_point(point, self._error), "point": place}
 
     def _leaders(self) -> dict[str, Any]:
         """Who is cheapest within each target, with the best of the other side; the best."""
-        rows, found = self._ranked(), dict[str, Any]()
+        found = dict[str, Any]()
         for target, bound in TARGETS.items():
-            within = [row for row in rows if row["error"] <= bound]
-            found[target] = first = dict(within[0]) if within else None
+            found[target] = first = self._leader(self.cheapest(bound))
             if first:
-                other = next((row for row in within if row["rival"] != first["rival"]), None)
+                others = [each for each in self.points if each["rival"] != first["rival"]]
+                other = self._leader(fastest(others, self._error, bound))
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
-        rows.sort(key=itemgetter("error"))
-        doubles = (row for row in rows if self.points[row["point"]]["bits"] <= DOUBLE)
-        return found | {"best": next(iter(rows), None), "best_in_doubles": next(doubles, None)}
-
-
-def ranked(points: Sequence[Any], error: str) -> list[int]:
-    """Return the indices of the points with an error, the fastest first.
-
-    Parameters
-    ----------
-    points : sequence of mapping
-    error : str
-        One of the values of `ERROR_KEYS`; who has none takes no part.
-    """
-    rank = {
-        i: (point["us_per_period"], off, point["method"])
-        for i, point in enumerate(points)
-        if (off := error_of_point(point, error)) < math.inf
-    }
-    return sorted(rank, key=rank.__getitem__)
+        doubles = [point for point in self.points if point["bits"] <= DOUBLE]
+        for name, some in (("best", self.points), ("best_in_doubles", doubles)):
+            *_, last = (None, *(some[i] for i in front(some, self._error)))
+            found[name] = self._leader(last)
+        return found
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
@@ -193,14 +174,23 @@ def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
 
     Parameters
     ----------
-    points, error
-        As for `ranked`.
+    points : sequence of mapping
+    error : str
+        One of the values of `ERROR_KEYS`; who has none takes no part.
     """
+    off = [error_of_point(point, error) for point in points]
+    rank = [(p["us_per_period"], x, p["method"]) for p, x in zip(points, off, strict=True)]
     found, least = list[int](), math.inf
-    for i in ranked(points, error):
-        if (off := error_of_point(points[i], error)) < least:
-            found, least = [*found, i], off
+    for i in sorted(range(len(points)), key=rank.__getitem__):
+        if off[i] < least:
+            found, least = [*found, i], off[i]
     return tuple(found)
+
+
+def fastest(points: Sequence[Any], error: str, bound: float) -> Any:
+    """Return the fastest point with an error within a bound, or None."""
+    unbeaten = (points[i] for i in front(points, error))
+    return next((point for point in unbeaten if error_of_point(point, error) <= bound), None)
 
 
 def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
@@ -211,11 +201,9 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
     points : sequence of mapping
     """
     for (name, of), same in grouped(points, "method", "measures").items():
-        best = min(same, key=lambda point: point["error"])
-        within = {
-            target: min((p["us_per_period"] for p in same if p["error"] <= bound), default=None)
-            for target, bound in TARGETS.items()
-        }
+        best = min(same, key=itemgetter("error"))
+        times = {x: fastest(same, "error", bound) for x, bound in TARGETS.items()}
+        within = {target: point and point["us_per_period"] for target, point in times.items()}
         setup = max(point["setup_s"] for point in same)
         steps = {p["steps"] / p["periods"]: p["error"] for p in same if p["has_order"]}
         known = {"of": quantity_of(of).symbol, "order": order_of(steps), "setup_s": setup}
