@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from heavytop.analytic.find import unit_of
-from heavytop.results.base import Fact, Result, Table
+from heavytop.results.base import Fact, Result
 from heavytop.scene.quantities import Quantity
 
 
@@ -30,18 +30,13 @@ class FoundResult(Result):
     why: str
 
     def facts(self) -> Iterator[Fact]:
-        """What is asked for; the solutions, or why there is none."""
+        """The solutions, and the facts of each; or why there is none."""
         key = self.vary.partition("=")[0].strip()
         yield "so that", self.so_that
         for each in self.solutions:
             ends = fact_quantity(key, ".17g").with_unit(*each.bracket, between=" and ")
             yield key, f"{fact_quantity(key).with_unit(each.value)}, proved between {ends}"
+            known = {fact_quantity(n, ".6g"): x for n, x in each.facts.items() if x is not None}
+            yield "", ", ".join(f"{of.symbol} {of.with_unit(x)}" for of, x in known.items())
         if self.why:
             yield "", self.why
-
-    def tables(self) -> Iterator[Table]:
-        """The facts of the solutions."""
-        key = self.vary.partition("=")[0].strip()
-        rows = [{key: each.value, **each.facts} for each in self.solutions]
-        about = {name: fact_quantity(name) for row in rows for name in row}
-        yield Table(rows, [*about], meanings=about, left=0)
