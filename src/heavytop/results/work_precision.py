@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any, ClassVar, Final
 
+from heavytop.errors import Impossible
 from heavytop.results.base import Chart, Fact, Result, Table, draw, grouped
 from heavytop.results.drift import order_of
 from heavytop.scene.quantities import QUANTITIES, quantity_of
@@ -81,15 +82,24 @@ class WorkPrecision(Result):
         """
         return front(self.points, self._error)
 
-    def cheapest(self, bound: float) -> Any:
+    def cheapest(self, bound: float, wants: str = "axis") -> Any:
         """Return the fastest point with an error of at most a bound, or None.
 
         Parameters
         ----------
         bound : float
-            Of the axis, a unit vector; of theta [rad], where no point has an axis.
+            Of the axis, a unit vector, or of theta [rad].
+        wants : str
+            ``axis``, ``theta``, ``phase`` or ``energy``: the error of which.
+
+        Raises
+        ------
+        Impossible
+            It wants anything else.
         """
-        return fastest(self.points, self._error, bound)
+        if wants not in ERROR_KEYS:
+            raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERROR_KEYS)} are")])
+        return fastest(self.points, ERROR_KEYS[wants], bound)
 
     def document(self) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points."""
@@ -156,7 +166,7 @@ class WorkPrecision(Result):
         """Who is cheapest within each target, with the best of the other side; the best."""
         found = dict[str, Any]()
         for target, bound in TARGETS.items():
-            found[target] = first = self._leader(self.cheapest(bound))
+            found[target] = first = self._leader(fastest(self.points, self._error, bound))
             if first:
                 others = [each for each in self.points if each["rival"] != first["rival"]]
                 other = self._leader(fastest(others, self._error, bound))
