@@ -17,7 +17,7 @@ from .analytic.reference import (
 from .analytic.sensitivities import sensitivities as sensitivities
 from .claims import validate as validate
 from .checking.judge import check as check
-from .checking.result import Check as Check
+from .results.check import Check as Check
 from .classification import (
     Kind as Kind,
     Verdict as Verdict,

@@ -15,7 +15,9 @@ from typing import Any, Final
 
 from heavytop.errors import IN_CLONE, INSTALL_HEYOKA
 
-LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "scipy", "numba", "CyRK")
+LIBRARIES: Final = (
+    "heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint", "scipy", "numba", "CyRK"
+)  # fmt: skip
 REQUIREMENT: Final = re.compile(r"""([\w.-]+)(?:.*?\bextra == ["']([^"']+))?""")
 
 

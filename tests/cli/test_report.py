@@ -13,7 +13,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.claims import validate
 from heavytop.cli import verbs
 from heavytop.plots.studies import check_figure
-from heavytop.results.base import as_rows
+from heavytop.results.check import Check
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
@@ -63,7 +63,7 @@ def test_the_document_and_its_chart(mine):
     assert document["versions"]["numpy"]
     assert (document["digits"] > 14, document["slip"]) == (True, None)
     document = json.loads(heavytop_(*mine[:3], "sicm-dropped", *mine[4:], "--json").stdout)
-    above, below = check_figure(as_rows(document)).axes
+    above, below = check_figure(Check.from_document(document)).axes
     drawn = {line.get_label(): line.get_ydata() for line in above.lines}
     curve = np.abs(np.array(document["curves"]["axis"], dtype=float))
     assert np.array_equal(drawn["axis"][1:], curve[1:])
@@ -139,7 +139,7 @@ def test_a_claim_that_does_not_hold_is_out_of_bound_and_no_bug(tmp_path):
     assert shown.exit_code == 5
     assert "raises does not hold: ValueError: no such top" in shown.stderr
     assert "ok    a distance  formula       0.5      1" in shown.stdout
-    assert "1 holds, 1 fails, 1 skipped" in shown.stdout
+    assert "1 passed, 1 failed, 1 skipped" in shown.stdout
 
 
 # --- report --------------------------------------------------------------------------------------

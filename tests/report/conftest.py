@@ -10,7 +10,6 @@ from heavytop.checking.judge import check
 from heavytop.files import write_document
 from heavytop.report.explorer import explore
 from heavytop.report.files import write_results, write_study
-from heavytop.results.check import CheckResult
 from heavytop.results.registry import RESULTS
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
@@ -85,7 +84,7 @@ def place(tmp_path_factory):
     t = np.linspace(0, 1, 50)
     theta = 1.0001 * Motion(scene.top, scene.start).at(t).theta
     checked = check({"t": t, "theta": theta, CLOSING: t}, scene)
-    write_study(CheckResult.from_document(checked.document()), folders["check.json"], figures=False)
+    write_study(checked, folders["check.json"], figures=False)
     proved = certify(propagate(load_scene("sicm-kicked")))
     proved.save(folders["certify.json"] / "certify.json")
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}

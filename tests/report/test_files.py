@@ -11,7 +11,6 @@ import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.report.files import FIGURE_FILES, write_study
-from heavytop.results.check import CheckResult
 from heavytop.results.run import PICTURES
 
 SHORT = ("--set", "span.time=0.3")
@@ -44,8 +43,7 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
 
 def checked(scene):
     t = np.linspace(0, 2, 201)
-    found = ht.check({"t": t, "theta": ht.Motion(scene.top, scene.start).at(t).theta}, scene)
-    return CheckResult.from_document(found.document())
+    return ht.check({"t": t, "theta": ht.Motion(scene.top, scene.start).at(t).theta}, scene)
 
 
 def test_a_study_without_charts_leaves_none_of_an_earlier_one(tmp_path):

@@ -19,9 +19,3 @@ def test_it_shows_its_kinds_axes_and_boundaries():
     assert facts["x"] == "phidot = 0 … 1 rad/s, 4 values, logarithmic"
     assert (facts["held"], facts["decided by intervals"]) == ("A = 1 kg m²", "5")
     assert facts["boundaries"] == "cusps (2 lines), through-top (1 line)"
-
-
-def test_an_axis_about_0_without_a_pixel_there_is_noted():
-    assert [*FOUND.problems()] == []
-    around = Atlas.from_document(FOUND.document() | {"axes": {"x": {**AXIS, "low": -1.0}}})
-    assert [int(code) for code, _ in around.problems()] == [0]

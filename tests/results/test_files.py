@@ -9,7 +9,6 @@ from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.claims import validate
 from heavytop.results.base import load_result
-from heavytop.results.check import CheckResult
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import run_result
 from heavytop.run.propagation import propagate
@@ -25,8 +24,7 @@ KICKED = load_scene("sicm-kicked")
 def checked():
     t = np.linspace(0, 2, 2001)
     record = Motion(KICKED.top, KICKED.start).at(t * 1.0001)
-    found = check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED)
-    return CheckResult.from_document(found.document())
+    return check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED)
 
 
 MADE = {

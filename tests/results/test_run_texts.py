@@ -7,7 +7,6 @@ from click.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.results.base import Row
-from heavytop.results.classification import between
 from heavytop.results.run import event_table
 from heavytop.scene.quantities import MISSING
 
@@ -36,22 +35,13 @@ def test_numbers_of_a_run_have_units_and_digits(two_periods):
         "theta": "rad", "phi": "rad", "psi": "rad", "axis": "", "energy": "",
         "event time": "s", "input rounding": "rad",
     }  # fmt: skip
-    shown = line(two_periods, "at t = ").split()[3]
+    shown = line(two_periods, "t  ").split()[1]
     assert shown == f"{2 * 0.542895518188230:.12g}"
     assert "loops, proved" in line(two_periods, "kind")
     assert "0.1 and 0.517231318238 rad (5.73° to 29.64°)" in line(two_periods, "θ between")
     assert line(two_periods, "events").split()[1:3] == ["5", "turning,"]
-    assert re.search(
-        r"cost +\d+ steps, derive .* ms, compile .* ms, run .* ms, .* µs a period", two_periods
-    )
-
-
-def test_many_turns_are_counted():
-    text = printed("run", "sicm-kicked", "--set", "span.periods=2000", "--set", "want.events=[]")
-    turns, rest = map(float, re.search(r"φ = (\d+) turns and ([\d.]+) rad", text).groups())
-    phi = float(re.search(r"φ = ([\d.]+)", text)[1])
-    assert phi == pytest.approx(turns * 6.283185307179586 + rest, rel=1e-11)
-    assert rest < 6.2832
+    costs = r"cost +\d+ steps, derive .* ms, compile .* ms, integrate .* ms, .* µs a period"
+    assert re.search(costs, two_periods)
 
 
 def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_expected(
@@ -71,12 +61,3 @@ def test_events_have_all_digits_and_where_it_is_narrow_fewer():
     assert table.texts()[0] == ["cusp", "0.333333333333", "0.1", MISSING, "0", "0"]
     assert table.texts(3)[0][1] == "0.333"
     assert (table.more, table.head[1]) == (7, "t [s]")
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "text"),
-    [("0.1", "0.1", "0.1"), ("-1.5e-9", "-1.5e-9", "-1.5e-9"), ("123.4", "123.6", "124"),
-     ("0.33333333333333333333", "0.33333333333333333334", "0.33333333333333333")],
-)  # fmt: skip
-def test_an_enclosure_is_shown_as_far_as_it_is_certain(low, high, text):
-    assert between(low, high) == text

@@ -11,17 +11,19 @@ import numpy as np
 from heavytop.checking import method
 from heavytop.checking.comparison import Comparison, norm, wrapped
 from heavytop.checking.consistency import remark_angles, scale_lengths
-from heavytop.checking.conventions import TABLE
+from heavytop.checking.conventions import MOMENT_NAMES, TABLE
 from heavytop.checking.reading import Array, Data, read
-from heavytop.checking.result import Check, Finding, Size, Slip
 from heavytop.checking.search import Judgement, explain, undo, undo_names
+from heavytop.doctor import versions
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.pairs import UNIT
-from heavytop.scene.quantities import ANGLES
+from heavytop.results.check import Check, Finding
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
+START_NUMBERS: Final = (*ANGLES, *RATES, "omega3")
 UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
 
 
@@ -101,21 +103,23 @@ def check(
     phase = method.measure_phase(judged)
     growth = {name: method.measure_growth(judged, curves.get(name)) for name in ("axis", "energy")}
     named = {each.name for each in found}
-    declared = [Finding(x, words, None) for x, words in given.declared.items() if x not in named]
+    declared = [Finding(x, words) for x, words in given.declared.items() if x not in named]
     conventions = (*found, *declared)
     alternatives = tuple(
-        tuple(Finding(x, step.sentence, None) for step in each.steps for x in step.names)
+        tuple(Finding(x, step.sentence) for step in each.steps for x in step.names)
         for each in verdict.alike
     )
     assumed = [*given.remarks, *remark_angles(judged), *(f"undone: {x}" for x in undone)]
     if verdict.alike:
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
-    slip = None
+    slip: dict[str, Any] = {}
     if conventions:
-        first, left = conventions[0], _rms_error(judged) or 0.0
-        slip = Slip(first.name, first.sentence, _rms_error(comparison), max(left, UNIT))
+        slip = {"name": conventions[0].name, "sentence": conventions[0].sentence}
+        slip |= {"error_before": _rms_error(comparison)}
+        slip |= {"error_after": max(_rms_error(judged) or 0.0, UNIT)}
     return Check(
-        name=given.name,
+        scene=_scene_of(judged),
+        data=_data_of(given),
         top=judged.top,
         start=judged.start,
         origin=comparison.origin,
@@ -126,14 +130,35 @@ def check(
         growth={"phase": phase.growth, **growth},
         events=method.count_events(judged),
         condition=method.measure_condition(judged),
-        columns=given.columns,
         conventions=conventions,
         alternatives=alternatives,
         method=method.describe_method(judged, curves, agent) | {"no_phase": phase.why},
         assumed=tuple(assumed),
-        slip=slip,
+        slip=slip or None,
         curves={"t": given.t, **curves, "phase_t": phase.t, "phase": phase.shifts},
+        versions=versions(),
     )
+
+
+def _scene_of(judged: Comparison) -> dict[str, Any]:
+    """The problem in doubles, as JSON has it."""
+    return {
+        "name": judged.data.name,
+        "title": "",
+        "top": {name: float(getattr(judged.top, name)) for name in MOMENT_NAMES},
+        "start": {name: float(getattr(judged.start, name)) for name in START_NUMBERS},
+    }
+
+
+def _data_of(given: Data) -> dict[str, Any]:
+    """What the data are, as JSON has it."""
+    return {
+        "file": given.name,
+        "rows": given.t.size,
+        "span": [float(given.t[0]), float(given.t[-1])],
+        "columns": {name: quantity or None for name, quantity in given.columns.items()},
+        "read_as": [*dict.fromkeys(x for x in given.columns.values() if x not in ("", "t"))],
+    }
 
 
 def _undo_what_is_sure(
@@ -150,7 +175,7 @@ def _undo_what_is_sure(
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
             found = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
-            return [*found, Finding(*agent, None)], judged, agent[1]
+            return [*found, Finding(*agent)], judged, agent[1]
     found = [Finding(x, s.sentence, verdict.gain(s)) for s in sure for x in s.names]
     found.sort(key=lambda x: -(x.gain or 0))
     other = "" if verdict.alike else "".join(step.sentence for step in numbers)
@@ -187,9 +212,11 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
 # --- how large the errors are --------------------------------------------------------------------
 
 
-def _size(t: Array, curve: Array) -> Size:
+def _size(t: Array, curve: Array) -> dict[str, float]:
+    """How large an error is at most, its root mean square, and when it is largest."""
     at = int(np.nanargmax(abs(curve)))
-    return Size(abs(float(curve[at])), float(np.sqrt(np.nanmean(curve**2))), float(t[at]))
+    rms = float(np.sqrt(np.nanmean(curve**2)))
+    return {"max": abs(float(curve[at])), "rms": rms, "t_max": float(t[at])}
 
 
 def _digits(c: Comparison) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -220,9 +221,6 @@ def check(
         Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder.
     """
     from heavytop.checking import judge
-    from heavytop.doctor import versions
-    from heavytop.results.base import typed
-    from heavytop.results.check import CheckResult
 
     if digits is not None and not 0 <= digits < math.inf:
         raise BadParameter(f"{digits:g} is not a number of digits", param_hint="--digits")
@@ -234,13 +232,8 @@ def check(
     if chart:
         expect_ending(path, *CHARTS)
     subject = None if scene is None else judge.subject(scene, changes)
-    document = judge.check(data, subject, **given).document()
-    found = CheckResult.from_document(document | {"command": typed(), "versions": versions()})
-    problems = []
-    if digits is not None and found.digits_as_given < digits:
-        said = f"{digits:g} digits were requested; the data have {found.digits_as_given:.1f}"
-        problems.append((Exit.OUT_OF_BOUND, said))
-    return Ended(found, problems, chart=path) if chart else Ended(found, problems, path)
+    found = replace(judge.check(data, subject, **given), digits_required=digits)
+    return Ended(found, chart=path) if chart else Ended(found, folder=path)
 
 
 # --- pages and texts -------------------------------------------------------------------------

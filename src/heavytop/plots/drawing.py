@@ -8,11 +8,9 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from heavytop.checking.result import Check
 from heavytop.errors import Impossible
 from heavytop.plots import figures
 from heavytop.plots.style import legend
-from heavytop.results.check import CheckResult
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
 from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
 
@@ -59,8 +57,6 @@ def _drawn(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, An
 
 def _charts(thing: Any) -> Mapping[str, Draw]:
     """By name what draws a thing on axes; the first is drawn where no name is given."""
-    if isinstance(thing, Check):
-        thing = CheckResult.from_document(thing.document())
     if hasattr(thing, "charts"):
         charts: Mapping[str, Draw] = thing.charts()
         return charts

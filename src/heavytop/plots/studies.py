@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, line, literal, title_of
-from heavytop.results.drift import columns_of, error_names, error_of
+from heavytop.results.base import error_of
+from heavytop.results.drift import columns_of, error_names
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import ERROR_KEYS, error_of_point, front
 from heavytop.scene.quantities import SI, quantity_of, showing
@@ -357,9 +358,9 @@ def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    found : CheckResult
+    found : Check
     """
-    curves = {name: np.array(x, dtype=float) for name, x in found.curves.items()}
+    curves = found.thinned
     ax.set_yscale("log")
     with showing(SI):  # which are of several units, as conditioning is
         labels = {name: error_of(name).heading for name in CHECKED_ERRORS}
@@ -378,8 +379,8 @@ def checked_phase(ax: Axes, found: Found, **looks: Any) -> Axes:
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    found : CheckResult
+    found : Check
     """
-    t, phase = (np.array(found.curves[name], float) for name in ("phase_t", "phase"))
-    line(ax, t, phase, looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
+    curves = found.thinned
+    line(ax, curves["phase_t"], curves["phase"], looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
     return gridded(ax, "t [s]", "runs ahead by [s]")

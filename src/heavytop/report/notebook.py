@@ -12,7 +12,6 @@ from heavytop.plots.clip import PERIODS
 from heavytop.plots.figures import ExactRun, run_figure
 from heavytop.plots.sphere import motion_figure
 from heavytop.results.base import Fact, Result, Table, given
-from heavytop.results.check import CheckResult
 from heavytop.results.classification import (
     Planned,
     course_facts,
@@ -112,7 +111,6 @@ _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Errors": lambda errors: (_errors(errors), None),
     "Verdict": lambda verdict: (verdict_facts(asdict(verdict)), None),
     "Plan": lambda plan: (Planned(scene={}, plan=plan_summary(plan)).facts(), None),
-    "Check": lambda check: _result(CheckResult.from_document(check.document())),
 }
 """By the name of a class; any other is a result."""
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from numpy.typing import NDArray
 
-from heavytop.errors import Exit
 from heavytop.files import expect_sealed, write_sealed
 from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written
 from heavytop.scene.quantities import quantity_of
@@ -184,11 +183,3 @@ class Atlas(Result):
         every = pixels.total() or 1
         rows = [{"kind": x, "pixels": n, "share": n / every} for x, n in pixels.most_common()]
         yield Table(rows, ("kind", "pixels", "share"))
-
-    def problems(self) -> Iterator[tuple[Exit, str]]:
-        """A note where axes about 0 have no pixel at 0, where cusps and planar motions may lie."""
-        around = [x for x in self.axes.values() if x.low == -x.high and not x.count % 2]
-        if around:
-            none = " or ".join(f"{axis.name} = 0" for axis in around)
-            odd = f"an odd COUNT, such as {around[0].count + 1}, gives one"
-            yield Exit.OK, f"note: no pixel has {none}; {odd}"

@@ -33,6 +33,11 @@ if TYPE_CHECKING:
 
 Fact = tuple[str, str]
 FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
+FAULTS: Final = (
+    OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError
+)  # fmt: skip
+"""What reading a file raises that is not as it was written."""
+STYLES: Final = {FAIL: "red"}
 FOLDED_AT: Final = 40  # letters of a cell: a longer text is folded at a terminal
 MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS = 12, 3  # of the numbers of a table at a terminal
 
@@ -79,6 +84,8 @@ class Row(dict[str, Any]):
 
 def as_rows(value: Any) -> Any:
     """A value as JSON holds it: objects as rows, lists as tuples, None for what is not finite."""
+    if hasattr(value, "_asdict"):  # a named tuple
+        value = value._asdict()
     if isinstance(value, Mapping):
         return Row({name: as_rows(each) for name, each in value.items()})
     if isinstance(value, list | tuple):
@@ -106,6 +113,8 @@ class Table(NamedTuple):
         So many rows suffice at a terminal.
     more : int
         How many rows there are beside.
+    keys : sequence of str
+        The columns that tell rows apart.
     """
 
     rows: Sequence[Mapping[str, Any]]
@@ -115,26 +124,34 @@ class Table(NamedTuple):
     left: int = 1
     first: int | None = None
     more: int = 0
+    keys: Sequence[str] = ()
+
+    @classmethod
+    def of_rows(cls, rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> Table:
+        """All columns of some rows."""
+        return cls(rows, [*dict.fromkeys(name for row in rows for name in row)], keys=keys)
 
     @classmethod
     def of_facts(cls, facts: Iterable[Fact]) -> Table:
         """Labels, and what they say, as a table without headings."""
         rows = [{"label": label, "text": text} for label, text in facts]
-        return cls(rows, ("label", "text"), meanings=HEADLESS, left=2)
+        headless = dict.fromkeys(("label", "text"), Quantity("", ""))
+        return cls(rows, ("label", "text"), meanings=headless, left=2)
 
-    def quantity(self, column: str) -> Quantity:
-        """What a column is."""
-        return self.meanings.get(column) or quantity_of(column)
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """What the columns are."""
+        return {name: self.meanings.get(name) or quantity_of(name) for name in self.columns}
 
     @property
     def head(self) -> list[str]:
         """The headings of the columns."""
-        return [self.quantity(name).heading for name in self.columns]
+        return [of.heading for of in self.quantities.values()]
 
     def texts(self, digits: int = 17) -> list[list[str]]:
         """The cells of the rows as a person reads them."""
-        quantities = {name: self.quantity(name) for name in self.columns}
-        return [[x.text(row.get(n), digits) for n, x in quantities.items()] for row in self.rows]
+        of = self.quantities
+        return [[of[n].text(row.get(n), digits) for n in self.columns] for row in self.rows]
 
     @property
     def fails(self) -> bool:
@@ -149,7 +166,8 @@ class Table(NamedTuple):
     def __rich_console__(
         self, console: Console, options: ConsoleOptions
     ) -> Iterator[RenderableType]:
-        """Fewer digits where it is narrow, then columns below the others."""
+        """Fewer digits where it is narrow, then columns below the others; long texts folded."""
+        from rich.table import Table as Grid
         from rich.text import Text
 
         for digits in (*range(MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS - 1, -1), MOST_SHOWN_DIGITS):
@@ -157,34 +175,24 @@ class Table(NamedTuple):
             widths = [min(FOLDED_AT, max(map(len, x))) + 2 for x in zip(*texts, strict=True)]
             if sum(widths) <= options.max_width:
                 break
-        if self.title:
-            yield Text(harmless(self.title), style="cyan")
-        begin = end = 1
-        while end < len(widths):
-            room = options.max_width - widths[0]
-            while end < len(widths) and (end == begin or sum(widths[begin : end + 1]) <= room):
-                end += 1
-            yield from [Text()] * (begin > 1)
-            yield self._grid([0, *range(begin, end)], texts)
-            begin = end
+        parts = [[0]]
+        for k in range(1, len(widths)):
+            if sum(widths[j] for j in (*parts[-1], k)) > options.max_width and len(parts[-1]) > 1:
+                parts.append([0])
+            parts[-1].append(k)
+        yield from [Text(harmless(self.title), style="cyan")] * bool(self.title)
+        for part in parts:
+            yield from [Text()] * (part is not parts[0])
+            grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=any(self.head))
+            for k in part:
+                head = Text(harmless(texts[0][k]))
+                grid.add_column(head, justify=self.sides[k], overflow="fold", no_wrap=not k)
+            for row in texts[1:]:
+                cells = (Text(harmless(row[k]), style=STYLES.get(row[k], "")) for k in part)
+                grid.add_row(*cells)
+            yield grid
         if more := self.more + len(self.rows) - len(texts[1:]):
             yield Text(f"… and {more} more")
-
-    def _grid(self, columns: Sequence[int], texts: Sequence[Sequence[str]]) -> RenderableType:
-        """Some columns for a terminal; what is too wide is folded, not cut."""
-        from rich.table import Table as Grid
-        from rich.text import Text
-
-        headed = any(self.head)
-        grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=headed)
-        for k in columns:
-            label: dict[str, Any] = {} if k or headed else {"style": "cyan", "no_wrap": True}
-            head = Text(harmless(texts[0][k]))
-            grid.add_column(head, justify=self.sides[k], overflow="fold", **label)
-        for row in texts[1:]:
-            cells = (row[k] for k in columns)
-            grid.add_row(*(Text(harmless(x), style="red" if x == FAIL else "") for x in cells))
-        return grid
 
     @property
     def html(self) -> str:
@@ -217,29 +225,39 @@ class Table(NamedTuple):
         )
         return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
-    def to_pandas(self, *index: str) -> pandas.DataFrame:
-        """A DataFrame with these columns as its index; units and names in its attributes."""
+    @property
+    def csv(self) -> str:
+        """The table as comma-separated values, with a header that has the units.
+
+        >>> print(Table([{"t": 0.5, "kind": "loops"}], ("t", "kind")).csv)
+        t [s],kind
+        0.5,loops
+        """
+        shown = {name: of.shown for name, of in self.quantities.items()}
+        heads = {n: f"{n} [{unit}]" for n, (unit, _) in shown.items() if unit not in ("", "1")}
+        frame = self._replace(keys=()).to_pandas()
+        for name in frame.select_dtypes(float):
+            frame[name] *= shown[name][1]
+        return str(frame.rename(columns=heads).to_csv(index=False))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame; units and names in its attributes."""
         import pandas
 
         found = pandas.DataFrame([*self.rows], columns=[*self.columns]).infer_objects()
         found = found.astype({name: float for name in found if found[name].isna().all()})
-        about = {name: self.quantity(name).attributes for name in self.columns}
-        found = found.set_index([*index]) if index else found
-        found.attrs = {
-            key: {name: x[key] for name, x in about.items()} for key in ("units", "long_name")
-        }
-        return found
+        for key in ("units", "long_name"):
+            about = {name: of.attributes[key] for name, of in self.quantities.items()}
+            found.attrs[key] = about
+        return found.set_index([*self.keys]) if self.keys else found
 
-    def to_xarray(self, *index: str) -> xarray.Dataset:
-        """A Dataset over these columns, nan where there is no row."""
-        found: xarray.Dataset = self.to_pandas(*index).to_xarray()
-        for name in self.columns:
-            found[name].attrs = self.quantity(name).attributes
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over the columns that tell rows apart, nan where there is no row."""
+        found: xarray.Dataset = self.to_pandas().to_xarray()
+        for name, of in self.quantities.items():
+            found[name].attrs = of.attributes
         found.attrs = {}
         return found
-
-
-HEADLESS: Final = {"label": Quantity("", ""), "text": Quantity("", "")}
 
 
 # --- results ---------------------------------------------------------------------------------
@@ -318,18 +336,17 @@ class Result(Plotted):
 
     def numbers(self) -> Table:
         """Its numbers as one table: that of `to_pandas` and of CSV."""
-        if not self.table:
-            return next(self.tables(), Table.of_facts(self.facts()))
-        rows = getattr(self, self.table)
-        return Table(rows, [*dict.fromkeys(name for row in rows for name in row)])
+        if self.table:
+            return Table.of_rows(getattr(self, self.table), self.index)
+        return next(self.tables(), Table.of_facts(self.facts()))._replace(keys=self.index)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return its numbers as a pandas DataFrame, units and names in its attributes."""
-        return self.numbers().to_pandas(*self.index)
+        return self.numbers().to_pandas()
 
     def to_xarray(self) -> xarray.Dataset:
         """Return its numbers as an xarray Dataset with units and names."""
-        found = self.numbers().to_xarray(*self.index)
+        found = self.numbers().to_xarray()
         return found.assign_attrs(schema=self.schema, command=self.command or "")
 
     def document(self) -> dict[str, Any]:
@@ -448,11 +465,9 @@ def not_as_written(path: object) -> Iterator[None]:
         yield
     except ForeignFile:
         raise
-    except OSError as fault:
-        raise ForeignFile(f"{harmless(path)}: not readable ({fault.strerror or fault})") from fault
-    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError) as x:
-        why = harmless(f"{type(x).__name__}: {x}")[:200]
-        raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from x
+    except FAULTS as fault:
+        why = harmless(f"{type(fault).__name__}: {fault}")[:200]
+        raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from fault
 
 
 def command_of(path: Path) -> str | None:
@@ -466,6 +481,16 @@ def command_of(path: Path) -> str | None:
 
 
 # --- values as texts -------------------------------------------------------------------------
+
+
+def error_of(name: str) -> Quantity:
+    """What the error of a quantity is."""
+    return quantity_of(name if name == "phase_s" else f"{name}_error")
+
+
+def error_text(name: str, size: float) -> str:
+    """An error with its unit."""
+    return quantity_of(name).with_unit(size, form=".3g")
 
 
 def given(values: Mapping[str, Any]) -> str:

@@ -1,21 +1,100 @@
-"""A check as a page reads it back: what is said of a trajectory of somebody else."""
+"""What a check says of a trajectory that somebody else computed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Final, NamedTuple, Self
 
-from heavytop.results.base import Chart, Fact, Result, draw
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.errors import Exit
+from heavytop.results.base import Chart, Fact, Result, as_rows, draw, error_text
+from heavytop.scene.quantities import ANGLES
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+from heavytop.text import harmless
+
+CHARTED: Final = 1000  # times of the curves in the document and in charts
+CHECKED_QUANTITIES: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
+ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
+EVENT_WORDS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class CheckResult(Result):
-    """What `heavytop.Check.document` says of a trajectory of somebody else."""
+class Finding(NamedTuple):
+    """A convention that the data are written in, or what they lack.
+
+    Attributes
+    ----------
+    name : str
+        Such as ``degrees`` or ``y-up``.
+    sentence : str
+        The same for a person, with its numbers.
+    gain : float or None
+        How many times smaller the misfit is when it is undone; None where a header declares it.
+    """
+
+    name: str
+    sentence: str
+    gain: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Check(Result):
+    """What is to be said of a trajectory that somebody else computed.
+
+    Attributes
+    ----------
+    scene : mapping
+        ``name`` is where the data are from; ``top`` and ``start`` as doubles.
+    top : Top or None
+        What spins. As `start` and `digits_required` it is None in a result that was loaded.
+    start : State or None
+        The start of the exact motion that the data are held against.
+    origin : {"scene", "first row", "fitted"}
+        Where that start is from.
+    data : mapping
+        The ``file``, how many ``rows``, their ``span`` [s], of every one of the ``columns`` the
+        quantity that was taken from it or None, and the quantities that were ``read_as``.
+    errors : mapping from str to mapping
+        ``max``, ``rms`` and when the error is largest, ``t_max`` [s], by quantity, as far as the
+        data give it and conventions are undone: axis, theta, phi (precession), psi (spin) [rad];
+        energy E' of max(|E'|, gMR), p_phi and p_psi of the larger momentum.
+    digits, digits_as_given : float
+        Decimal digits [1] of all that is compared, where they are fewest: with the conventions
+        undone, and as the data are.
+    digits_required : float or None
+        Digits [1] that the data should have as they are.
+    phase : Phase or None
+        How far the data run ahead; None where they do not tell it.
+    growth : mapping from str to (float or None)
+        The powers [1] of time by which phase, axis and energy grow; None where that is not clear.
+    events : mapping from str to Count
+        Turning points, reversals and cusps.
+    condition : float
+        How far the axis moves at most when every number of the problem changes in its last binary
+        digit [rad].
+    conventions : tuple of Finding
+        Those that are sure, the one of the largest gain first; then those that headers declare.
+    alternatives : tuple of tuples of Finding
+        Where several explain the data alike: each of them.
+    method : mapping
+        Order, what is conserved, the floor of the precision, and a sentence.
+    assumed : tuple of str
+        What was done to the data, and found in them.
+    slip : mapping or None
+        The first of the conventions: its ``name`` and ``sentence``, ``error_before``, the RMS
+        error of the data as they are (None where they fit no motion), and ``error_after``, what is
+        left when all conventions are undone.
+    curves : mapping from str to array
+        The errors at the times ``t`` [s], in their units, and ``phase`` [s] at ``phase_t`` [s].
+    """
 
     schema: ClassVar = "heavytop/check/1"
     heading: ClassVar = "Check"
     chart: ClassVar = Chart("studies.check_figure", "errors and phase over time", "curves")
+    left_out: ClassVar = ("top", "start", "phase", "curves", "digits_required")
 
     scene: Mapping[str, Any]
     origin: str
@@ -28,16 +107,121 @@ class CheckResult(Result):
     digits_as_given: float
     conventions: Sequence[Any]
     alternatives: Sequence[Any]
-    method: Mapping[str, Any]
+    method: Any
     assumed: Sequence[str]
     slip: Any
-    curves: Mapping[str, Any]
+    top: Top | None = None
+    start: State | None = None
+    phase: Any = None
+    curves: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    digits_required: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Where the data are from."""
+        return str(self.data.file)
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Of every column the quantity that was taken from it; empty where none was."""
+        return {name: quantity or "" for name, quantity in self.data.columns.items()}
+
+    @property
+    def thinned(self) -> dict[str, NDArray[Any]]:
+        """The curves at some of their times, as the document and charts have them."""
+        return {name: x[:: -(-x.size // CHARTED) or 1] for name, x in self.curves.items()}
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:14}  {text}" for name, text in self.facts())
+
+    def document(self) -> dict[str, Any]:
+        """Return the document heavytop/check/1; of long curves some rows."""
+        alike = [
+            {"names": [each.name for each in some], "sentence": _sentence(some)}
+            for some in self.alternatives
+        ]
+        errors = {**dict.fromkeys(CHECKED_QUANTITIES), **self.errors}
+        return super().document() | {
+            "errors": errors | {"phase_s": as_rows(self.phase)},
+            "events": {**dict.fromkeys(EVENT_WORDS), **self.events},
+            "alternatives": alike,
+            "curves": as_rows({name: x.tolist() for name, x in self.thinned.items()}),
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Self:
+        """Return the check that a document holds.
+
+        Parameters
+        ----------
+        document : mapping
+        """
+        found = as_rows(document)
+        errors, events = (
+            {name: x for name, x in found[key].items() if x is not None}
+            for key in ("errors", "events")
+        )
+        alternatives = [
+            [Finding(name, each.sentence) for name in each.names] for each in found.alternatives
+        ]
+        phase = errors.pop("phase_s", None)
+        told = {"errors": errors, "events": events, "alternatives": alternatives}
+        curves = {name: np.array(x, float) for name, x in found.curves.items()}
+        return replace(super().from_document({**found, **told}), phase=phase, curves=curves)
 
     def facts(self) -> Iterator[Fact]:
-        """The errors of the trajectory, its events, and the slip that explains them."""
-        from heavytop.checking.result import lines  # which brings numpy along
+        """The verdict, how the data were read, their errors and events, and what explains them."""
+        yield "verdict", self._verdict()
+        span = "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s"
+        yield "data", span.format(**self.data)
+        yield "columns", self._columns_in_words()
+        start = (f"{name} = {x:.10g}" for name, x in self.scene["start"].items() if x)
+        yield "start", f"{ORIGINS[self.origin]}: {', '.join(start)}"
+        yield from (("assumed", harmless(text)) for text in self.assumed)
+        for each in self.conventions:
+            gain = "" if each.gain is None else f" (undoing it: misfit {each.gain:.1e} smaller)"
+            yield "convention", f"{each.name}: {each.sentence}{gain}"
+        for some in self.alternatives:
+            yield "could be", f"{_names(some)}: {_sentence(some)}"
+        given = f" ({self.digits_as_given:.1f} as given)" if self.conventions else ""
+        yield "digits", f"{self.digits:.1f}{given}"
+        for name, size in self.errors.items():
+            most, rms = error_text(name, size.max), error_text(name, size.rms)
+            yield name, f"{most} at t = {size.t_max:g} s, RMS {rms}"
+        yield from self._phase_in_words()
+        for name, count in self.events.items():
+            lacks = name != "turning" and "phi" not in self.errors
+            yield EVENT_WORDS[name], "no φ in the data" if lacks else _count(count)
+        kept = (f"{x} {self.method[x]}" for x in CHECKED_QUANTITIES if self.method.get(x))
+        yield "method", "; ".join([self.method.sentence, *kept])
+        change = "effect of a change in the last binary digit of the problem"
+        yield "conditioning", f"{self.condition:.1e} rad: {change}"
 
-        return lines(self.document())
+    def _verdict(self) -> str:
+        """Two sentences: what the data are written in, and how good they are then."""
+        names = [each.name for each in self.conventions]
+        first = [f"Conventions: {', '.join(names)}."] if names else []
+        if self.alternatives:
+            first.append(f"It could be {' or '.join(map(_names, self.alternatives))}.")
+        good = f"The data have {self.digits:.1f} digits then: {self.method.sentence}."
+        return " ".join([*(first or ["No convention has to be undone."]), good])
+
+    def _columns_in_words(self) -> str:
+        """The columns that were used, and the others."""
+        used = [f"{name} ({q})" if q != name else name for name, q in self.columns.items() if q]
+        ignored = [name for name, quantity in self.columns.items() if not quantity]
+        others = f"; ignored: {', '.join(ignored)}" if ignored else ""
+        return harmless(", ".join(used) + others)
+
+    def _phase_in_words(self) -> Iterator[Fact]:
+        """How far the data run ahead, or why they do not tell it."""
+        if (phase := self.phase) is not None:
+            way, power = "behind" if phase.last < 0 else "ahead", self.growth["phase"]
+            grows = "" if power is None else f", grows as t^{power:.1f}"
+            lost = "" if phase.lost is None else f"lost at t = {phase.lost:.3g} s, "
+            yield "phase", f"{lost}{abs(phase.last):.2e} s {way} at t = {phase.t:g} s{grows}"
+        elif self.method.no_phase:
+            yield "phase", self.method.no_phase
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors over time, and how far the data run ahead."""
@@ -45,3 +229,26 @@ class CheckResult(Result):
             "errors": draw("studies", "checked_errors", self),
             "phase": draw("studies", "checked_phase", self),
         }
+
+    def problems(self) -> Iterator[tuple[Exit, str]]:
+        """Fewer digits than are required."""
+        if self.digits_required is not None and self.digits_as_given < self.digits_required:
+            wanted = f"{self.digits_required:g} digits were requested"
+            yield Exit.OUT_OF_BOUND, f"{wanted}; the data have {self.digits_as_given:.1f}"
+
+
+def _names(some: Sequence[Any]) -> str:
+    """Conventions that together explain the data."""
+    return " and ".join(each.name for each in some) or "none"
+
+
+def _sentence(some: Sequence[Any]) -> str:
+    """What they say, once."""
+    return "; ".join(dict.fromkeys(each.sentence for each in some))
+
+
+def _count(count: Any) -> str:
+    """How many events there are in the data, beside the proved number."""
+    found = "too few rows to count" if count.data is None else str(count.data)
+    most = f" to {count.exact_most}" if count.exact_most > count.exact else ""
+    return f"{found}; exact {count.exact}{most}"

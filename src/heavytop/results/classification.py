@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.facts import Facts, facts
@@ -13,7 +12,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.errors import Unseparated
 from heavytop.results.base import Fact, Result
-from heavytop.scene.quantities import QUANTITIES, Quantity, quantity_of
+from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
 from heavytop.text import duration
@@ -27,36 +26,16 @@ POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
 ENCLOSED: Final = ("roots", *COURSE)
 BALL_DIGITS: Final = 18  # of the balls around them
 BALL_DECIMALS: Final = 22  # significant digits of the decimals around a ball
-ENCLOSED_DIGITS: Final = 17  # of what is enclosed, for people
 CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
-IN_RADIANS_A_SECOND, IN_SECONDS, WITHOUT_UNIT = (
-    Quantity("", "rad/s"),
-    Quantity("", "s"),
-    Quantity("", ""),
-)
-FACTS: Final = (
-    ("nutation", IN_RADIANS_A_SECOND, "{nutation_frequency}"),
-    ("", WITHOUT_UNIT, "range of cos θ {nutation_amplitude}"),
-    ("", WITHOUT_UNIT, "turns of φ per nutation: {rotation_number}"),
-    ("small nutation", IN_RADIANS_A_SECOND, "{small_nutation_frequency} about this motion"),
-    ("the other rate", IN_RADIANS_A_SECOND, "{other_precession_rate}{nods}"),
-    ("a small tilt", IN_SECONDS, "grows by e in {growth_time}"),
-    (
-        "a small tilt",
-        IN_RADIANS_A_SECOND,
-        "precesses between {slow_cone_rate} and {fast_cone_rate}",
-    ),
-    ("sleep stable", IN_RADIANS_A_SECOND, "from |ω₃| = {sleeping_threshold} on"),
-    ("p_ψ²/4A|gMR|", WITHOUT_UNIT, "{fast_top_ratio}"),
-)
-"""Of a classification: labels, what the numbers are, and words with the names of facts."""
-ESTIMATE_WORDS: Final = {
-    "precession": (IN_RADIANS_A_SECOND, "mean φ̇"),
-    "period": (IN_SECONDS, "period"),
-    "amplitude": (WITHOUT_UNIT, "range of cos θ"),
-    "round": (IN_SECONDS, "once round in"),
-}
-"""Of a fast top: what textbooks estimate, and what it is."""
+SHOWN_FACTS: Final = (
+    "mean_precession_rate", "mean_spin_rate", "phidot_reversal_theta", "psidot_reversal_theta",
+    "nutation_frequency", "nutation_amplitude", "rotation_number", "small_nutation_frequency",
+    "other_precession_rate", "other_nutation_frequency", "growth_rate", "slow_cone_rate",
+    "fast_cone_rate", "sleeping_threshold", "fast_top_ratio",
+)  # fmt: skip
+"""Of a classification, in this order."""
+ESTIMATED: Final = {"precession": "mean_precession_rate", "amplitude": "nutation_amplitude"}
+"""What textbooks estimate for a fast top, where its name means something else elsewhere."""
 
 
 def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]:
@@ -130,7 +109,7 @@ class Classification(Result):
     def facts(self) -> Iterator[Fact]:
         """Kind and why, range of tilt and means per period, constants, rates."""
         yield from verdict_facts(self.motion)
-        yield from course_facts(self.motion, self.enclosure)
+        yield from course_facts(self.motion)
         yield from numbers(self.constants, *CONSTANTS)
         yield from rate_facts(self.motion_facts)
         yield from estimate_facts(self.motion["estimates"])
@@ -200,14 +179,10 @@ def _kick(scene: Scene) -> str:
     if not (kicked and signs) or float(start.theta) in (0.0, math.pi):
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
-    motion, other = (Motion(top, each) for each in (start, State(**rates, omega3=start.spin)))
-    ranges = [each.theta_max - each.theta_min for each in (motion, other)]
-    times = f", {ranges[0] / ranges[1]:.2g} times less" if 0 < ranges[1] < ranges[0] else ""
-    tilts = other.theta_min, other.theta_max
-    bounds = QUANTITIES["theta"].with_unit(*tilts, form=".6g")
+    other = Motion(top, State(**rates, omega3=start.spin))
+    tilts = quantity_of("theta").with_unit(other.theta_min, other.theta_max, form=".6g")
     spin = f"{float(start.spin):.6g}"
-    change = f"moves theta from {bounds}{times}"
-    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} {change}"
+    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves theta from {tilts}"
 
 
 def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:
@@ -263,91 +238,34 @@ def verdict_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
     yield "why", motion["why"]
 
 
-def course_facts(
-    motion: Mapping[str, Any], enclosure: Mapping[str, Any] | None = None
-) -> Iterator[Fact]:
-    """Range of tilt, period, and means per period, of those there are; as enclosed, if it is."""
-    proved = {name: between(*x) for name, x in (enclosure or {}).items() if x and name != "roots"}
-    values = {**motion, **proved}
-    theta, ends = quantity_of("theta"), [values["theta_min"], values["theta_max"]]
+def course_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
+    """Range of tilt, period, and means per period, of those there are."""
+    theta, ends = quantity_of("theta"), [motion["theta_min"], motion["theta_max"]]
     if None not in ends:
         steady = ends[0] == ends[1]
-        degrees = " to ".join(f"{math.degrees(float(end)):.2f}°" for end in ends[steady:])
-        aside = f" ({degrees})" if theta.shown[0] != "deg" else ""
-        if steady:
-            yield "θ", f"{theta.with_unit(ends[0])}{aside}, constant"
-        else:
-            yield "θ between", f"{theta.with_unit(*ends, between=' and ')}{aside}"
-    yield from numbers(values, "period")
-    if motion["kind"] == "planar-pendulum" and "swinging" in motion["tags"]:
-        twice = IN_SECONDS.with_unit(2 * float(values["period"]))
-        yield "", f"the swing there and back {twice}; φ jumps by π at the vertical"
-    yield from numbers(values, "precession", "spin", "round", "amplitude")
+        degrees = " to ".join(f"{math.degrees(end):.2f}°" for end in ends[steady:])
+        tilts = theta.with_unit(*ends[steady:], between=" and ")
+        label, constant = ("θ", ", constant") if steady else ("θ between", "")
+        yield label, f"{tilts} ({degrees}){constant}"
+    yield from numbers(motion, "period", "precession", "spin", "round", "amplitude")
 
 
 def estimate_facts(estimates: Mapping[str, Any]) -> Iterator[Fact]:
     """What textbooks give for a fast top, with their errors."""
     for name, known in estimates.items():
         off = "" if known["error"] is None else f", off by {100 * known['error']:+.3g} %"
-        quantity, words = ESTIMATE_WORDS[name]
-        estimate = quantity.with_unit(known["estimate"], form=".3g")
-        yield "", f"fast-top estimate: {words} {estimate}{off}"
+        of = quantity_of(ESTIMATED.get(name, name))
+        estimate = of.with_unit(known["estimate"], form=".3g")
+        yield "", f"fast-top estimate: {of.symbol} {estimate}{off}"
 
 
 def rate_facts(facts: Mapping[str, Any]) -> Iterator[Fact]:
-    """The rates of a motion and what else follows from its closed form, in the words of `FACTS`."""
+    """The rates of a motion and what else follows from its closed form."""
     yield from numbers(facts, "omega3")
-    yield from _range(facts, "phidot", "mean_precession_rate")
-    yield from _range(facts, "psidot", "mean_spin_rate")
-    growth, about = facts["growth_rate"], facts["other_nutation_frequency"]
-    known = {**facts, "growth_time": 1 / growth if growth else None}
-    if facts["steady_branch"] is None:
-        known["small_nutation_frequency"] = None
-    nods = (
-        ""
-        if about is None
-        else f", with a small nutation of {IN_RADIANS_A_SECOND.with_unit(about)}"
-    )
-    for label, quantity, words in FACTS:
-        needed = {name: known[name] for name in known if f"{{{name}}}" in words}
-        if None not in needed.values():
-            texts = {name: quantity.with_unit(x) for name, x in needed.items()}
-            yield label, words.format(**texts, nods=nods)
-
-
-def _range(facts: Mapping[str, Any], name: str, mean: str) -> Iterator[Fact]:
-    label, (low, high) = QUANTITIES[name].symbol, (facts[f"{name}_{end}"] for end in ("min", "max"))
-    if low is None or high is None:
-        return
-    if low == high:
-        yield label, IN_RADIANS_A_SECOND.with_unit(low)
-        return
-    text = IN_RADIANS_A_SECOND.with_unit(low, high)
-    if facts[mean] is not None:
-        text += f", mean {IN_RADIANS_A_SECOND.with_unit(facts[mean])}"
-        if not low <= facts[mean] <= high:  # the angle jumps in passing a pole, and is counted so
-            text += " with its jumps by π at the pole"
-    yield label, text
-    if facts[f"{name}_reverses"]:
-        tilt = QUANTITIES["theta"].with_unit(facts[f"{name}_reversal_theta"])
-        yield "", f"reverses at θ = {tilt}"
-
-
-def between(low: str, high: str) -> str:
-    """A number between two bounds, of 17 digits or as many as are certain to a unit of the last.
-
-    Examples
-    --------
-    >>> between("0.09999999999999999999", "0.10000000000000000001"), between("0.1234", "0.1240")
-    ('0.1', '0.124')
-    """
-    least, most = Decimal(low), Decimal(high)
-    middle, radius = (least + most) / 2, (most - least) / 2
-    last = middle.adjusted() - ENCLOSED_DIGITS + 1
-    if radius:
-        last = max(last, radius.adjusted() + 1)
-    text = round(middle, -last).normalize()
-    return f"{text:f}" if -6 < text.adjusted() < ENCLOSED_DIGITS else f"{text:e}"
+    for rate in ("phidot", "psidot"):
+        if ends := {facts[f"{rate}_min"], facts[f"{rate}_max"]} - {None}:
+            yield quantity_of(rate).symbol, quantity_of(rate).with_unit(*sorted(ends))
+    yield from numbers(facts, *SHOWN_FACTS)
 
 
 def plan_facts(plan: Mapping[str, Any]) -> Iterator[Fact]:
@@ -365,4 +283,4 @@ def numbers(values: Mapping[str, Any], *names: str) -> Iterator[Fact]:
     """Quantities that have a value, by their symbols, with their units."""
     for name in names:
         if values[name] is not None:
-            yield QUANTITIES[name].symbol, QUANTITIES[name].with_unit(values[name])
+            yield quantity_of(name).symbol, quantity_of(name).with_unit(values[name])

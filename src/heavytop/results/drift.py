@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,8 +12,8 @@ import numpy as np
 
 from heavytop.errors import Exit
 from heavytop.files import write_sealed
-from heavytop.results.base import Chart, Fact, Result, Table, draw
-from heavytop.scene.quantities import QUANTITIES, Quantity, quantity_of
+from heavytop.results.base import Chart, Fact, Result, Table, draw, error_of
+from heavytop.scene.quantities import QUANTITIES, quantity_of
 
 if TYPE_CHECKING:
     import pandas
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
 LAST_DECADES: Final = 3  # of the times that are fitted: earlier errors are those of the start
 LEAST_POINTS: Final = 4
+LEAST_ORDERS: Final = 3
 SURE_POWER: Final = 0.2  # standard error of an exponent beyond which there is no power law,
 EXPONENT_SHARE: Final = 0.12  # unless it is so small a part of the exponent
 BOUNDED: Final = 0.25  # an exponent nearer to 0 than to that of a random walk
@@ -103,39 +103,8 @@ class Drift(Result):
     methods: tuple[Any, ...]
 
     def __getitem__(self, name: str) -> Any:
-        """Return one method by its name; KeyError, with all names, if there is none."""
-        methods = {each.name: each for each in self.methods}
-        if name not in methods:
-            raise KeyError(f"{name!r}: this study has {', '.join(methods)}")
-        return methods[name]
-
-    def slopes(self, method: str, error: str = "energy") -> tuple[tuple[float, float], ...]:
-        """Return local powers of time with which an error of a method grows.
-
-        Parameters
-        ----------
-        method : str
-        error : str
-            ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
-
-        Returns
-        -------
-        tuple of (float, float)
-            Between neighbouring times, at the middle of both on a logarithmic scale: nutation
-            periods, and the power.
-
-        Examples
-        --------
-        >>> import heavytop as ht
-        >>> found = ht.drift(ht.load_scene("sicm-kicked"), methods=["strang"], periods=99)
-        >>> len(found.slopes("strang", "axis")) == len(found["strang"].periods) - 1
-        True
-        """
-        errors = zip(self[method].periods, columns_of(self[method])[error], strict=True)
-        points = [(math.log(n), math.log(e)) for n, e in errors if e]
-        return tuple(
-            (math.exp((a + b) / 2), (y - x) / (b - a)) for (a, x), (b, y) in pairwise(points)
-        )
+        """Return one method by its name."""
+        return {each.name: each for each in self.methods}[name]
 
     def facts(self) -> Iterator[Fact]:
         """What was asked, what the columns mean, what was skipped and why."""
@@ -148,8 +117,6 @@ class Drift(Result):
         for each in self.methods:
             if each.skipped is not None:
                 yield each.name, f"skipped: {each.skipped}"
-            elif each.periods and each.periods[-1] < 0.5 * self.periods:
-                yield each.name, f"to {each.periods[-1]:.4g} periods"
             if each.get("order") and ":" in each.name:
                 yield each.name, f"order {each.order:.2g}, measured"
             for text, count in each.get("warned", {}).items():
@@ -197,7 +164,7 @@ class Drift(Result):
         write_sealed(folder / "drift.nc", lambda part: part.write_bytes(data))
         return {"errors": "drift.nc"}
 
-    def numbers(self, members: bool = False) -> Table:
+    def numbers(self, *, members: bool = False) -> Table:
         """The errors over time, a row for each method and each time.
 
         Parameters
@@ -216,30 +183,26 @@ class Drift(Result):
             for k, n in enumerate(run.periods)
         ]
         errors = error_names(run for _, run in runs)
-        index = MEMBER_INDEX if members else self.index
-        return Table(rows, (*index, *errors), meanings={n: error_of(n) for n in errors})
+        keys = MEMBER_INDEX if members else self.index
+        about = {name: error_of(name) for name in errors}
+        return Table(rows, (*keys, *errors), meanings=about, keys=keys)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return errors over ``scheme`` and ``periods``, nan where there are none.
 
         ``energy`` and the others are root mean squares over the starts, and ``member_energy``, over
-        ``start`` too, the errors of each run; ``theta`` and the others over ``start`` are the
-        initial conditions.
+        ``start`` too, the errors of each run.
 
         (A dimension called method could not be selected: xarray has an option of that name.)
         """
         import xarray
 
-        members = self.numbers(members=True).to_xarray(*MEMBER_INDEX)
-        starts = [{"start": k, **each} for k, each in enumerate(self.starts)]
-        initial = Table(starts, [*dict.fromkeys(k for row in starts for k in row)])
-        parts = [
-            self.numbers().to_xarray(*self.index),
-            members.rename({name: f"member_{name}" for name in members}),
-            initial.to_xarray("start"),
-        ]
+        members = self.numbers(members=True).to_xarray()
+        every = members.rename({name: f"member_{name}" for name in members})
+        found = xarray.merge([self.numbers().to_xarray(), every], join="outer")
         about = {n: getattr(self, n) for n in ("schema", "spread", "ensemble", "samples", "seed")}
-        found = xarray.merge(parts, join="outer").reindex(scheme=[m.name for m in self.methods])
+        names = [method.name for method in self.methods]
+        found = found.reindex(scheme=names, start=range(self.ensemble))
         return found.assign_attrs(title=self.scene["title"], **about)
 
     def to_pandas(self, *, members: bool = False) -> pandas.DataFrame:
@@ -260,12 +223,7 @@ class Drift(Result):
         >>> found.to_pandas().loc["strang", "energy"].size == len(found["strang"].energy)
         True
         """
-        return self.numbers(members).to_pandas(*(MEMBER_INDEX if members else self.index))
-
-
-def error_of(name: str) -> Quantity:
-    """What a column of errors is."""
-    return quantity_of(name if name == "phase_s" else f"{name}_error")
+        return self.numbers(members=members).to_pandas()
 
 
 def columns_of(run: Any) -> dict[str, Sequence[float | None]]:
@@ -347,7 +305,7 @@ def order_of(errors: Mapping[float, float | None]) -> float | None:
     clear = [
         (n, e) for n, e in sorted(errors.items()) if e and ORDER_ERRORS[0] < e < ORDER_ERRORS[1]
     ][-5:]
-    if len(clear) < 2:
+    if len(clear) < LEAST_ORDERS:
         return None
     slope, stderr = _power(clear)
     return -slope if _sure(slope, stderr) and slope < -BOUNDED else None
@@ -360,10 +318,6 @@ def _sure(slope: float, stderr: float) -> bool:
 
 def _power(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """The power of x as which y grows, by least squares in logarithms, and its standard error."""
-    with np.errstate(invalid="raise", divide="raise"):  # of numbers in a file, any is possible
-        x, y = np.log(np.array(points, float)).T
-        spread = x - x.mean()
-        slope = float(spread @ y / (spread @ spread))
-    residual = y - y.mean() - slope * spread
-    variance = float(residual @ residual) / max(1, len(points) - 2) / float(spread @ spread)
-    return slope, float(np.sqrt(variance))
+    x, y = np.log(np.array(points, float)).T
+    (slope, _), covariance = np.polyfit(x, y, 1, cov=True)
+    return float(slope), float(np.sqrt(covariance[0, 0]))

@@ -16,39 +16,32 @@ class ResultEntry(NamedTuple):
     ----------
     result : str
         Its class, as ``module.name`` of `heavytop.results`.
-    study : str
-        The module whose tasks give it; its kind in a journal is the last part of that.
     command : str
-        The functions of its verb, which is called as the file is, as in `heavytop.cli.entry`.
+        The functions of its verb, which is called as the file is, as in `heavytop.cli.entry`; the
+        last is that of a study.
     """
 
     result: str
-    study: str = ""
     command: str = ""
+
+    @property
+    def study(self) -> str:
+        """The module whose tasks give it; its kind in a journal is the last part of that."""
+        return self.command.rpartition(" ")[2].partition(":")[0]
 
 
 RESULTS: Final[Mapping[str, ResultEntry]] = {
     "run.json": ResultEntry("run.RunResult"),
-    "drift.json": ResultEntry("drift.Drift", "studies.drift", "studies.drift:drift"),
+    "drift.json": ResultEntry("drift.Drift", "studies.drift:drift"),
     "workprec.json": ResultEntry(
-        "work_precision.WorkPrecision",
-        "studies.work_precision",
-        "studies.work_precision:work_precision",
+        "work_precision.WorkPrecision", "studies.work_precision:work_precision"
     ),
-    "stress.json": ResultEntry(
-        "stress.Stress", "studies.stress", "cli.verbs:stress studies.stress:stress"
-    ),
-    "atlas.json": ResultEntry(
-        "atlas.Atlas", "studies.atlas", "cli.verbs:atlas studies.atlas:atlas"
-    ),
-    "check.json": ResultEntry("check.CheckResult"),
+    "stress.json": ResultEntry("stress.Stress", "cli.verbs:stress studies.stress:stress"),
+    "atlas.json": ResultEntry("atlas.Atlas", "cli.verbs:atlas studies.atlas:atlas"),
+    "check.json": ResultEntry("check.Check"),
     "certify.json": ResultEntry(
-        "certificate.Certificate",
-        "studies.certificate",
-        "cli.verbs:certify studies.certificate:certify",
+        "certificate.Certificate", "cli.verbs:certify studies.certificate:certify"
     ),
-    "validate.json": ResultEntry(
-        "validation.Validation", "claims", "cli.verbs:validate claims:validate"
-    ),
+    "validate.json": ResultEntry("validation.Validation", "cli.verbs:validate claims:validate"),
 }
 """In the order of a report."""

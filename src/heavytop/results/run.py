@@ -9,15 +9,13 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from heavytop.doctor import version
+from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
-from heavytop.results.base import Fact, Result, Table
+from heavytop.results.base import Fact, Result, Table, error_text
 from heavytop.results.classification import (
     CONSTANTS,
-    IN_SECONDS,
     course_facts,
-    estimate_facts,
     motion_summary,
     numbers,
     plan_facts,
@@ -25,7 +23,7 @@ from heavytop.results.classification import (
     verdict_facts,
     warnings_of,
 )
-from heavytop.scene.quantities import MISSING, QUANTITIES, RATES, Need, need_of, quantity_of
+from heavytop.scene.quantities import ANGLES, RATES, Need, need_of
 from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
@@ -33,13 +31,11 @@ if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.trajectory import Trajectory
 
 ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
-MANY_TURNS: Final = 1000  # from which on an angle is also given as turns and a rest
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 EVENT_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
 AsNumber = Callable[[Any], float | str | None]
 """How JSON has a number: as a text where it has more digits than a number surely holds."""
-RESULT_LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
 ERROR_NAMES: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
 )  # fmt: skip
@@ -47,6 +43,7 @@ NO_ERRORS: Final = dict.fromkeys(ERROR_NAMES) | {
     "invariants": {},
     "why_not": "nothing was integrated",
 }
+TIMES: Final = ("derive_s", "compile_s", "integrate_s")
 
 
 PICTURES: Final = {
@@ -59,10 +56,8 @@ PICTURES: Final = {
 """The figures of a run, by the name of the file, and their titles."""
 
 AT_POLE: Final = "φ jumps by π: the value before or after it is given; φ̇ is the limit"
-NO_EVENTS: Final = {"turning": None, "reversal": None, "cusp": None, "table": (), "omitted": 0}
-NO_COST: Final = {
-    "steps": 0, "derive_s": 0.0, "compile_s": 0.0, "integrate_s": 0.0, "us_per_period": None
-}  # fmt: skip
+NO_EVENTS: Final = {**dict.fromkeys(EVENTS), "table": (), "omitted": 0}
+NO_COST: Final = {"steps": 0, **dict.fromkeys(TIMES, 0.0), "us_per_period": None}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -122,13 +117,27 @@ class RunResult(Result):
         yield from verdict_facts(self.motion)
         yield from course_facts(self.motion)
         yield from numbers(self.constants, *CONSTANTS)
-        yield from estimate_facts(self.motion.estimates)
         yield from plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
-        yield from end_facts(self)
+        if self.final:
+            yield from numbers({"reaction": None, **self.final}, "t", *ANGLES, "reaction")
+            counts = (f"{n} {name}" for name in EVENTS if (n := self.events[name]) is not None)
+            yield "events", ", ".join(counts) or "none requested"
+        if self.outcome != Outcome.FINISHED:
+            yield "outcome", self.outcome
+        known = {name: x for name, x in self.errors.items() if isinstance(x, float)}
+        sizes = (f"{name.replace('_', ' ')} {error_text(name, x)}" for name, x in known.items())
+        words = [*sizes, *filter(None, [self.errors.why_not])]
+        yield "errors", f"against the closed form: {', '.join(words)}"
         if self.events.table and self.motion.kind.startswith("through-"):
             yield "at the pole", AT_POLE
-        yield "cost", cost_text(self.cost)
+        yield "cost", ", ".join(self._costs())
+
+    def _costs(self) -> Iterator[str]:
+        yield f"{self.cost.steps} steps"
+        yield from (f"{name[:-2]} {1000 * self.cost[name]:.1f} ms" for name in TIMES)
+        if (pace := self.cost.us_per_period) is not None:
+            yield f"{pace:.1f} µs a period"
 
     def tables(self) -> Iterator[Table]:
         """The events."""
@@ -163,7 +172,7 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
         plan=plan_summary(run.plan),
         warnings=warnings_of(scene),
         source=run.source,
-        versions={name: version(name) for name in RESULT_LIBRARIES},
+        versions=versions(),
         files=files or {},
         **found,
     )
@@ -193,18 +202,17 @@ def _final(
 ) -> dict[str, Any]:
     """The motion at the end; whole turns of an angle and the rest by the pi of `arithmetic`."""
     end: Any = run.end
-    final: dict[str, Any] = {name: as_number(getattr(end, name)) for name in ("t", "theta")}
+    final: dict[str, Any] = {name: as_number(getattr(end, name)) for name in ("t", *ANGLES, *RATES)}
     for angle in ("phi", "psi"):
         turns, rest = split(getattr(end, angle), arithmetic)
-        final |= {angle: as_number(getattr(end, angle)), f"{angle}_turns": turns}
-        final |= {f"{angle}_mod": as_number(rest)}
-    final |= {name: as_number(getattr(end, name)) for name in RATES}
-    final |= {name: tuple(map(as_number, getattr(end, name))) for name in ("axis", "omega")}
-    final |= {"quaternion": tuple(map(as_number, end.quaternion)) if attitude else None}
-    if run.scene.top.mass is None:  # the force of the pivot is not known
-        return final
-    axis, omega = ([float(x) for x in getattr(end, name)] for name in ("axis", "omega"))
-    return final | {"reaction": run.scene.top.reaction(axis, omega).tolist()}
+        final |= {f"{angle}_turns": turns, f"{angle}_mod": as_number(rest)}
+    vectors = ["axis", "omega", *["quaternion"] * attitude]
+    final |= {"quaternion": None}
+    final |= {name: tuple(map(as_number, getattr(end, name))) for name in vectors}
+    if run.scene.top.mass is not None:  # else the force of the pivot is not known
+        axis, omega = ([float(x) for x in getattr(end, name)] for name in ("axis", "omega"))
+        final["reaction"] = run.scene.top.reaction(axis, omega).tolist()
+    return final
 
 
 def split(angle: Any, math: Any) -> tuple[int | None, Any]:
@@ -232,57 +240,8 @@ def _cost(run: Trajectory) -> dict[str, Any]:
     spent = run.statistics
     period = run.motion.period if spent.whole else None
     periods = abs(run.orbit.end) / float(period) if period else 0.0
-    found = {
-        name: getattr(spent, name) for name in ("steps", "derive_s", "compile_s", "integrate_s")
-    }
+    found = {name: getattr(spent, name) for name in ("steps", *TIMES)}
     return found | {"us_per_period": spent.integrate_s / periods * 1e6 if periods else None}
-
-
-# --- in words --------------------------------------------------------------------------------
-
-
-def end_facts(run: Any) -> Iterator[Fact]:
-    """The state at the end, the events that were counted, and what went wrong."""
-    if final := run.final:
-        angles = [name for name in ("theta", "phi", "psi") if final.get(name) is not None]
-        named = ((QUANTITIES[name], final[name]) for name in angles)
-        known = ", ".join(f"{each.symbol} = {each.text(x)}" for each, x in named)
-        unit = QUANTITIES["theta"].shown[0]
-        yield f"at t = {IN_SECONDS.with_unit(final['t'])}", f"{known} {unit}" if known else MISSING
-        if final.get("reaction"):
-            force = QUANTITIES["reaction"].with_unit(final["reaction"], form=".8g")
-            yield "", f"force of the pivot {force}"
-        for name in ("phi", "psi"):
-            if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
-                rest = QUANTITIES[name].with_unit(final[f"{name}_mod"])
-                yield "", f"{QUANTITIES[name].symbol} = {turns} turns and {rest}"
-        counts = ((run.events[name], name) for name in ("turning", "reversal", "cusp"))
-        wanted = [f"{count} {name}" for count, name in counts if count is not None]
-        yield "events", ", ".join(wanted) or "none requested"
-    if run.missed_digits:
-        yield "digits missed", ", ".join(_sizes(run.missed_digits, ".1e"))
-    if run.outcome != "finished":
-        yield "outcome", run.outcome
-    words = [*_sizes(run.errors, ".3g"), *filter(None, [run.errors.get("why_not")])]
-    yield "errors", f"against the closed form: {', '.join(words)}"
-
-
-def _sizes(errors: Mapping[str, Any], form: str) -> Iterator[str]:
-    """Errors by name, with their units."""
-    for name, off in errors.items():
-        if isinstance(off, int | float):
-            yield f"{name.replace('_', ' ')} {quantity_of(name).with_unit(off, form=form)}"
-
-
-def cost_text(cost: Mapping[str, Any]) -> str:
-    """Steps, and the time that each part of the work took."""
-    parts = [f"{cost['steps']} step{'s'[: cost['steps'] != 1]}"]
-    for label, name in (("derive", "derive_s"), ("compile", "compile_s"), ("run", "integrate_s")):
-        if cost[name] is not None:
-            parts.append(f"{label} {1000 * cost[name]:.1f} ms")
-    if cost["us_per_period"] is not None:
-        parts.append(f"{cost['us_per_period']:.1f} µs a period")
-    return ", ".join(parts)
 
 
 def event_table(events: Any) -> Table:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
 from heavytop.results.base import Chart, Fact, Result, Table, draw, given, grouped, plots
-from heavytop.scene.quantities import MISSING, QUANTITIES, Quantity
+from heavytop.scene.quantities import QUANTITIES, Quantity
 
 AUTO: Final = "auto"
 WRONG_AXIS: Final = 0.1  # an error of the axis, of 2 at most
@@ -128,8 +128,7 @@ class Stress(Result):
         wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
         yield AUTO, f"was silently wrong: {wrong}" if self._runs_of_auto() else "was not run"
         yield "stress", "digits lost beyond what conditioning allows"
-        if any(":" not in name and name != AUTO for name in self.methods):  # not only one's own
-            yield "columns", HEADS
+        yield "columns", HEADS
         outcomes = {run.outcome for run in self.cases}
         for outcome in StressOutcome:
             if outcome in outcomes and outcome.mark:
@@ -138,10 +137,8 @@ class Stress(Result):
             yield UNTOLD, UNTOLD_RULE
         failed = (
             run
-            for case in self.hard
             for run in self.cases
-            if run.case == case
-            and (run.outcome != StressOutcome.OK or run.untold or any(run.turns or ()))
+            if run.outcome != StressOutcome.OK or run.untold or any(run.turns or ())
         )
         for (case, outcome, note), runs in grouped(failed, "case", "outcome", "note").items():
             methods = ", ".join(run.method for run in runs)
@@ -184,7 +181,7 @@ def silently_wrong(run: Any) -> bool:
     return not run.named and (lost or run.untold or run.outcome != StressOutcome.OK)
 
 
-def cell(run: Mapping[str, Any] | None) -> str:
+def cell(run: Mapping[str, Any]) -> str:
     """One run in a few letters: the digits it lost, and a mark where it failed.
 
     Examples
@@ -192,8 +189,6 @@ def cell(run: Mapping[str, Any] | None) -> str:
     >>> cell({"outcome": "inaccurate", "digits_lost": 9.42, "untold": False})
     '9.4 !'
     """
-    if run is None:
-        return MISSING
     if run["untold"]:
         return UNTOLD
     lost = run["digits_lost"]

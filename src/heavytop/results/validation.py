@@ -66,10 +66,7 @@ class Validation(Result):
 
     def facts(self) -> Iterator[Fact]:
         """How many claims hold; what went wrong or was skipped, and why."""
-        held, failed, skipped = self.counts.values()
-        words = [f"{held} {'holds' if held == 1 else 'hold'}"]
-        words.append(f"{failed or 'none'} {'fail' if failed > 1 else 'fails'}")
-        yield "claims", ", ".join([*words, f"{skipped} skipped"] if skipped else words)
+        yield "claims", ", ".join(f"{count} {word}" for word, count in self.counts.items())
         yield "", "a claim holds if the measured number is at most its bound"
         for claim in self.claims:
             if claim["skipped"]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Impossible
@@ -18,6 +20,7 @@ ERROR_KEYS: Final = {
 }  # fmt: skip
 """What is measured, and the key of its error."""
 DOUBLE: Final = 53  # bits
+LEADER_KEYS: Final = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
 POINT_COLUMNS: Final = ("method", "order", *TARGETS, "error", "of", "us_per_period", "setup_s")
 FRONT: Final = ("method", "setting", "us_per_period", "error")
 LEADERS: Final = ("to", *FRONT, "next", "ratio")
@@ -96,8 +99,7 @@ class WorkPrecision(Result):
         """
         if wants not in ERROR_KEYS:
             raise Impossible([("wants", f"{wants!r} is not measured; {', '.join(ERROR_KEYS)} are")])
-        within = ranked(self.points, ERROR_KEYS[wants], bound)
-        return self.points[within[0]] if within else None
+        return fastest(self.points, ERROR_KEYS[wants], bound)
 
     def document(self) -> dict[str, Any]:
         """Return the document heavytop/workprec/1, with what follows from the points."""
@@ -117,19 +119,14 @@ class WorkPrecision(Result):
             for text, count in point.get("warned", {}).items():
                 yield point.method, f"warned {count}× at {setting(point)}: {text}"
         for (reason,), same in grouped(self.skipped, "reason").items():
-            words = []
-            for (name,), some in grouped(same, "method").items():
-                [(what, value)] = some[0].setting.items()
-                first = f"{value:.3g}{'' if what == 'tolerance' else f' {what}'}"
-                words.append(f"{name} ({len(some)} setting{'s'[: len(some) != 1]} from {first})")
-            yield "left out", f"{reason}: {', '.join(words)}"
+            counts = Counter(each.method for each in same).items()
+            yield "left out", f"{reason}: {', '.join(f'{name} ({n})' for name, n in counts)}"
 
     def tables(self) -> Iterator[Table]:
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
         yield Table([*summaries(self.points)], POINT_COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
-        points = (self.points[i] for i in self.front)
-        if rows := [{**p, "error": error_of_point(p, self._error)} for p in points]:
+        if rows := [self._leader(self.points[i]) for i in self.front]:
             yield _chosen(rows, FRONT, f"Pareto front, {side}")
             leaders = [
                 {**each, "to": target, "next": (each.get("against") or {}).get("method")}
@@ -140,7 +137,7 @@ class WorkPrecision(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """Times, and evaluations, against every error that is measured."""
-        names = [name for name, error in ERROR_KEYS.items() if ranked(self.points, error)]
+        names = [name for name, error in ERROR_KEYS.items() if front(self.points, error)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
         return {
             name + end: draw("studies", "work_precision", self, name, column)
@@ -157,48 +154,29 @@ class WorkPrecision(Result):
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
+    def _leader(self, point: Any) -> Any:
+        """What is said of a point that leads; None of none."""
+        if point is None:
+            return None
+        known = {name: point[name] for name in LEADER_KEYS}
+        place = self.points.index(point)
+        return known | {"error": error_of_point(point, self._error), "point": place}
+
     def _leaders(self) -> dict[str, Any]:
         """Who is cheapest within each target, with the best of the other side; the best."""
         found = dict[str, Any]()
-        for name, bound in TARGETS.items():
-            within = ranked(self.points, self._error, bound)
-            found[name] = first = self._leader(within)
-            if first is not None:
-                side = first["rival"]
-                other = self._leader([i for i in within if self.points[i]["rival"] != side])
+        for target, bound in TARGETS.items():
+            found[target] = first = self._leader(fastest(self.points, self._error, bound))
+            if first:
+                others = [each for each in self.points if each["rival"] != first["rival"]]
+                other = self._leader(fastest(others, self._error, bound))
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
-        off = [error_of_point(point, self._error) for point in self.points]
-        order = sorted(ranked(self.points, self._error), key=off.__getitem__)
-        doubles = [i for i in order if self.points[i]["bits"] <= DOUBLE]
-        return found | {"best": self._leader(order), "best_in_doubles": self._leader(doubles)}
-
-    def _leader(self, order: Sequence[int]) -> dict[str, Any] | None:
-        """The first of some points, which are given by their indices; None where there is none."""
-        if not order:
-            return None
-        point = self.points[order[0]]
-        names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
-        error = error_of_point(point, self._error)
-        return {n: point[n] for n in names} | {"error": error, "point": order[0]}
-
-
-def ranked(points: Sequence[Any], error: str, bound: float = math.inf) -> list[int]:
-    """Return the indices of the points with an error within a bound, the fastest first.
-
-    Parameters
-    ----------
-    points : sequence of mapping
-    error : str
-        One of the values of `ERROR_KEYS`; who has none takes no part.
-    bound : float
-    """
-    rank = {
-        i: (point["us_per_period"], off, point["method"])
-        for i, point in enumerate(points)
-        if (off := error_of_point(point, error)) <= bound and off < math.inf
-    }
-    return sorted(rank, key=lambda i: rank[i])
+        doubles = [point for point in self.points if point["bits"] <= DOUBLE]
+        for name, some in (("best", self.points), ("best_in_doubles", doubles)):
+            *_, last = (None, *(some[i] for i in front(some, self._error)))
+            found[name] = self._leader(last)
+        return found
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
@@ -206,14 +184,23 @@ def front(points: Sequence[Any], error: str) -> tuple[int, ...]:
 
     Parameters
     ----------
-    points, error
-        As for `ranked`.
+    points : sequence of mapping
+    error : str
+        One of the values of `ERROR_KEYS`; who has none takes no part.
     """
+    off = [error_of_point(point, error) for point in points]
+    rank = [(p["us_per_period"], x, p["method"]) for p, x in zip(points, off, strict=True)]
     found, least = list[int](), math.inf
-    for i in ranked(points, error):
-        if (off := error_of_point(points[i], error)) < least:
-            found, least = [*found, i], off
+    for i in sorted(range(len(points)), key=rank.__getitem__):
+        if off[i] < least:
+            found, least = [*found, i], off[i]
     return tuple(found)
+
+
+def fastest(points: Sequence[Any], error: str, bound: float) -> Any:
+    """Return the fastest point with an error within a bound, or None."""
+    unbeaten = (points[i] for i in front(points, error))
+    return next((point for point in unbeaten if error_of_point(point, error) <= bound), None)
 
 
 def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
@@ -224,11 +211,9 @@ def summaries(points: Sequence[Any]) -> Iterator[dict[str, Any]]:
     points : sequence of mapping
     """
     for (name, of), same in grouped(points, "method", "measures").items():
-        best = min(same, key=lambda point: point["error"])
-        within = {
-            target: min((p["us_per_period"] for p in same if p["error"] <= bound), default=None)
-            for target, bound in TARGETS.items()
-        }
+        best = min(same, key=itemgetter("error"))
+        times = {x: fastest(same, "error", bound) for x, bound in TARGETS.items()}
+        within = {target: point and point["us_per_period"] for target, point in times.items()}
         setup = max(point["setup_s"] for point in same)
         steps = {p["steps"] / p["periods"]: p["error"] for p in same if p["has_order"]}
         known = {"of": quantity_of(of).symbol, "order": order_of(steps), "setup_s": setup}
@@ -249,8 +234,6 @@ def setting(point: Mapping[str, Any]) -> str:
 
 def error_of_point(point: Mapping[str, Any], error: str) -> float:
     """An error of a point by one of the keys of `ERROR_KEYS`; infinity where it has none."""
-    if error == "axis_error":
-        off = point["error"] if point["measures"] == "axis" else None
-    else:
-        off = point[error]
+    of_axis = point["error"] if point.get("measures") == "axis" else None
+    off = point.get(error, of_axis)
     return math.inf if off is None else float(off)

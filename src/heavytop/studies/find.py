@@ -91,16 +91,14 @@ class Found(Result):
     why: str
 
     def facts(self) -> Iterator[Fact]:
-        """The solutions, and the facts of each."""
+        """The solutions, and the facts of each; or why there is none."""
         key = self.vary.partition("=")[0].strip()
-        varied = fact_quantity(key)
         yield "so that", self.so_that
         for each in self.solutions:
-            low, high = (f"{end * varied.shown[1]:.17g}" for end in each.bracket)
-            yield key, f"{varied.with_unit(each.value)}, proved between {low} and {high}"
-            facts = {fact_quantity(name): x for name, x in each.facts.items() if x is not None}
-            texts = (f"{q.symbol} {q.with_unit(x, form='.6g')}" for q, x in facts.items())
-            yield "", ", ".join(texts)
+            ends = fact_quantity(key, ".17g").with_unit(*each.bracket, between=" and ")
+            yield key, f"{fact_quantity(key).with_unit(each.value)}, proved between {ends}"
+            known = {fact_quantity(n, ".6g"): x for n, x in each.facts.items() if x is not None}
+            yield "", ", ".join(f"{of.symbol} {of.with_unit(x)}" for of, x in known.items())
         if self.why:
             yield "", self.why
 

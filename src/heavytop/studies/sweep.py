@@ -5,8 +5,6 @@ Nothing is integrated: each row is the closed form of one scene.
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -59,13 +57,7 @@ class Sweep(Result):
 
     def to_csv(self) -> str:
         """The rows as comma-separated values, with a header that has the units."""
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        columns = {name: fact_quantity(name).shown for name in self.rows[0]}
-        table.writerow(f"{name} [{unit}]" if unit else name for name, (unit, _) in columns.items())
-        for row in self.rows:
-            table.writerow(x * columns[n][1] if isinstance(x, float) else x for n, x in row.items())
-        return text.getvalue()
+        return next(self.tables()).csv
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the rows to a file whose name ends in ``.csv``, or to one of JSON in SI.
