@@ -112,6 +112,20 @@ def test_generators_that_differ_are_not_taken_for_one(different: Exact) -> None:
     assert not is_identity(different)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sqrt(1 - cos(4)^2) - sin(4)",  # sin 4 < 0
+        "sqrt(cos(2)*(cos(2) - 1)) - cos(2)*sqrt((cos(2) - 1)/cos(2))",  # cos 2 < 0
+    ],
+)
+def test_a_root_is_not_taken_for_what_has_the_other_sign(text: str) -> None:
+    """Beside 1 it is smaller than 256 bits show, where a false proof would make it 0."""
+    twice = Exact.of(text)
+    assert not is_identity(twice)
+    assert ((1 + twice * Exact.of("1e-200")) ** 2 - 1).sign() == 1
+
+
 def test_the_bound_holds_of_what_is_nearest_to_zero() -> None:
     """Powers of 1 − √2 + δ, which shrink as fast as the bound allows but for a factor."""
     for n in range(1, 40):
