@@ -83,13 +83,12 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ('"good"', f'"{"x" * 501}"', 2, "title", "at most 500 characters"),
         ("theta = 0.1", "theta = 30 deg", 10, "start.theta", '"30 deg"'),
         ("-15", f"y{'z' * 300}", 11, "start.phidot", "zzz…"),
-        ("-15", "-15\nphidot = 1", 12, "start.phidot", "a key or a table stands twice"),
+        ("-15", "-15\nphidot = 1", 12, "start.phidot", "Cannot overwrite a value"),
         ("time", "t", 15, "span.t", "(known are time, periods)"),
         ("[start]\n", "", None, "start", "a scene has a table [start]"),
         ("format = 1", "", None, "format", "begins with format = 1"),
-        ("401", "1e3", 20, "want.samples", "in digits alone"),
-        ('"phi"]', '"phi]', 18, "want.quantities", "a quote is not closed"),
-        ('"theta",', '"phidot",', 18, "want.quantities", "holds thetadot, phidot and psidot"),
+        ("401", "1e3", 20, "want.samples", "a whole number from 2"),
+        ('"phi"]', '"phi]', 18, "want.quantities", "stand in quotes"),
     ],
 )  # fmt: skip
 def test_one_fault_is_named_with_its_place(

@@ -42,7 +42,7 @@ from heavytop.run.planning import (
 )
 from heavytop.run.trajectory import Statistics, Trajectory, times_between
 from heavytop.run.verify import misses, warn_of, warn_of_plan
-from heavytop.scene.arguments import expect, heard, number_of, whole
+from heavytop.scene.arguments import check_callable, expect, number_of, whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
 
@@ -127,7 +127,7 @@ def propagate(
     5
     """
     step_limit = None if step_limit is None else whole("step_limit", step_limit, 1)
-    heard("progress", progress)
+    check_callable("progress", progress)
     motion = closed_form_of(scene)
     chosen = planned(scene, motion, formulation, projected, tolerance)
     if chosen.formulation == "none":
@@ -261,7 +261,7 @@ def extend(
     (4.0, 15)
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
-    heard("progress", progress)
+    check_callable("progress", progress)
     span_wanted = number_of("time_span", time_span)
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:

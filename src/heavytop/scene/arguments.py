@@ -89,11 +89,6 @@ def expect(name: str, value: object, kind: type[T], hint: str = "") -> T:
     return value
 
 
-def text_of(name: str, value: object) -> str:
-    """Return the text that an argument is."""
-    return expect(name, value, str)
-
-
 def path_of(name: str, value: object) -> Path:
     """Return the path that an argument is: a text, or what stands for one as a `Path` does."""
     found = os.fspath(value) if isinstance(value, str | os.PathLike) else None
@@ -102,8 +97,8 @@ def path_of(name: str, value: object) -> Path:
     return Path(found)
 
 
-def heard(name: str, value: object) -> None:
-    """Refuse what is to be told of progress, if it is there and no function."""
+def check_callable(name: str, value: object) -> None:
+    """Refuse an argument that is there and is no function."""
     if not (value is None or callable(value)):
         raise wrong_type(name, "a function", value)
 
@@ -192,8 +187,7 @@ class Range:
         """Return a value as a plain number."""
         found = _number(value, self.whole)
         if found is None or not self.least <= found <= self.most:  # nan too
-            spelled = self.whole and isinstance(value, NumberText)
-            raise Refused(self.rule + (", written in digits alone" if spelled else ""))
+            raise Refused(self.rule)
         return found
 
     @property

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
+from heavytop.exact.number import ZERO
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Broken, Numbers, Reader, Way, exact_numbers, short, there
 from heavytop.scene.quantities import QUANTITY_READERS
@@ -71,7 +72,7 @@ class Top(Shown):
     mass: Exact | None = field(compare=False)
     distance: Exact | None = field(compare=False)
     given: tuple[tuple[str, Any], ...] = field(compare=False)
-    impossible: str = field(compare=False, repr=False)
+    warning: str = field(compare=False, repr=False)
     """The inequality of rigid bodies that it breaks; empty where it breaks none."""
 
     def __init__(
@@ -85,13 +86,15 @@ class Top(Shown):
         self._read({"A": A, "C": C, "gMR": gMR} | there(mass=mass, distance=distance))
 
     @classmethod
-    def of(cls, given: Mapping[str, object]) -> Top:
+    def of(cls, given: Mapping[str, object], warn: bool = True) -> Top:
         """The top that the keys of a scene's ``[top]`` say, in any of their ways.
 
         Parameters
         ----------
         given : mapping from str to object
             What `heavytop.scene.top.TOP` has.
+        warn : bool
+            Whether a user is to be warned of moments that no rigid body has.
 
         Raises
         ------
@@ -104,7 +107,7 @@ class Top(Shown):
         19
         """
         top = cls.__new__(cls)
-        top._read(given)
+        top._read(given, warn)
         return top
 
     @classmethod
@@ -121,9 +124,7 @@ class Top(Shown):
         >>> Top.of_numbers(1, 5, 1).warning
         'C = 5 > 2A = 2: no rigid body has these moments of inertia'
         """
-        top = cls.__new__(cls)
-        top._read({"A": A, "C": C, "gMR": gMR}, warn=False)
-        return top
+        return cls.of({"A": A, "C": C, "gMR": gMR}, warn=False)
 
     def _read(self, given: Mapping[str, object], warn: bool = True) -> None:
         way = _way_of(tuple(name for name in given if name in TOP))
@@ -132,15 +133,11 @@ class Top(Shown):
         if broken := broken_body(found):
             raise ImpossibleTop(broken)
         source = tuple((found if "solids" in values else values).items())
-        made = found | {"given": source, "impossible": _impossible(found)}
+        warning = _impossible(found)
+        made = found | {"given": source, "warning": warning}
         arguments.set_fields(self, {"mass": None, "distance": None} | made)
-        if warn and self.impossible:
-            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
-
-    @property
-    def warning(self) -> str:
-        """That no rigid body has these moments, and why; empty where some body has them."""
-        return self.impossible and f"{self.impossible}: no rigid body has these moments of inertia"
+        if warn and warning:
+            warnings.warn(warning, ImpossibleBodyWarning, stacklevel=4)
 
     def reaction(self, axis: Any, omega: Any, number: Callable[[Exact], Any] = float) -> Any:
         """The force of the pivot on the top, in space, by Newton's law: M R ë + M g.
@@ -314,14 +311,14 @@ def broken_body(values: Numbers) -> Broken:
 
 
 def _impossible(values: Numbers) -> str:
-    """The inequality of rigid bodies that moments, mass and distance break."""
+    """That moments, mass and distance break an inequality of rigid bodies; empty where none."""
     A, C = values["A"], values["C"]
-    if "mass" not in values:
-        broken = (2 * A - C).sign() == -1
-        return f"C = {short(C)} > 2A = {short(2 * A)}" if broken else ""
-    about_pivot = values["mass"] * values["distance"] ** 2
-    A_cm = A - about_pivot
+    about_pivot = values["mass"] * values["distance"] ** 2 if "mass" in values else ZERO
+    A_cm, about = A - about_pivot, "_cm" if "mass" in values else ""
     if A_cm.sign() == -1:
-        return f"A = {short(A)} < M R² = {short(about_pivot)}"
-    broken = (2 * A_cm - C).sign() == -1
-    return f"C_cm = {short(C)} > 2 A_cm = {short(2 * A_cm)}" if broken else ""
+        broken = f"A = {short(A)} < M R² = {short(about_pivot)}"
+    elif (2 * A_cm - C).sign() == -1:
+        broken = f"C{about} = {short(C)} > 2{about and ' '}A{about} = {short(2 * A_cm)}"
+    else:
+        return ""
+    return f"{broken}: no rigid body has these moments of inertia"
