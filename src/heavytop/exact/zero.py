@@ -124,7 +124,7 @@ def is_identity(x: Exact) -> bool:
     """Return whether x is 0 by what holds whatever π, arcs and angles are."""
     try:
         return _Quotients(x).vanishes(x)
-    except OverflowError:
+    except (OverflowError, IndexError):  # too many terms, or generators
         return False
 
 
@@ -145,11 +145,10 @@ class _Quotients(dict[Exact, Quotient]):
         self._circles: dict[Exact, tuple[fmpq_mpoly, fmpq_mpoly]] = {}
         self._roots: list[tuple[tuple[Quotient, int], fmpq_mpoly]] = []
         self._bounds = _Bounds()
-        angles: dict[Exact, list[Fraction]] = {}
+        self._units: dict[Exact, fmpq] = {}  # of which the multiples of an angle are whole ones
         for wave in (each for each in _nodes(x) if each.op in ("cos", "sin")):
             times, angle = split(wave.args[0])
-            angles.setdefault(angle, []).append(times)
-        self._units = {angle: _measure(every) for angle, every in angles.items()}
+            self._units[angle] = _quotient(times).gcd(self._units.get(angle, fmpq(0)))
 
     def vanishes(self, x: Exact) -> bool:
         """Return whether every coefficient of the numerator of x is zero."""
@@ -164,7 +163,7 @@ class _Quotients(dict[Exact, Quotient]):
     def __missing__(self, x: Exact) -> Quotient:
         algebraic = self._bounds[x][1] < math.inf
         if x.op == "rational":
-            found = self._one * fmpq(x.args[0].numerator, x.args[0].denominator), self._one
+            found = self._one * _quotient(x.args[0]), self._one
         elif x.op in ("+", "*"):
             combine = self._add if x.op == "+" else self._multiply
             found = reduce(combine, map(self.__getitem__, x.args))
@@ -173,27 +172,22 @@ class _Quotients(dict[Exact, Quotient]):
         elif x.op in ("cos", "sin") and not algebraic:
             found = self._wave(x), self._one
         else:
-            found = self._generator(), self._one
+            found = self._unused.pop(), self._one
             if algebraic:
                 self._algebraic[len(self._unused)] = x
         self[x] = found
         return found
 
-    def _generator(self) -> fmpq_mpoly:
-        if not self._unused:
-            raise OverflowError
-        return self._unused.pop()
-
     def _wave(self, x: Exact) -> fmpq_mpoly:
         """The cosine or sine of a multiple of an angle, by the sums of angles."""
         times, angle = split(x.args[0])
-        if (n := times / self._units[angle]) > _MAX_MULTIPLE:
+        if (n := _quotient(times) / self._units[angle]) > _MAX_MULTIPLE:
             raise OverflowError
         if angle not in self._circles:
-            c, s = self._circles[angle] = self._generator(), self._generator()
+            c, s = self._circles[angle] = self._unused.pop(), self._unused.pop()
             self._relations.append(s**2 + c**2 - 1)
         (c, s), cosine, sine = self._circles[angle], self._one, 0 * self._one
-        for _ in range(int(n)):
+        for _ in range(int(n.p)):
             cosine, sine = self._reduce(cosine * c - sine * s), self._reduce(sine * c + cosine * s)
         return cosine if x.op == "cos" else sine
 
@@ -211,7 +205,7 @@ class _Quotients(dict[Exact, Quotient]):
         key = (above, below), k
         root = next((root for known, root in self._roots if known == key), None)
         if root is None:
-            root = self._generator()
+            root = self._unused.pop()
             self._relations.append(root**k - reduce(self._times, [above] + [below] * (k - 1)))
             self._roots.append((key, root))
         factor = rational(Fraction(int(content.p), int(content.q))) ** Fraction(1, k)
@@ -244,7 +238,5 @@ def _nodes(x: Exact) -> Iterator[Exact]:
             yield from _nodes(each)
 
 
-def _measure(rationals: Iterable[Fraction]) -> Fraction:
-    """The largest positive rational that each of them, not all 0, is a whole multiple of."""
-    above, below = zip(*(q.as_integer_ratio() for q in rationals), strict=True)
-    return Fraction(math.gcd(*above), math.lcm(*below))
+def _quotient(q: Fraction) -> fmpq:
+    return fmpq(q.numerator, q.denominator)

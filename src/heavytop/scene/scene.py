@@ -124,12 +124,6 @@ class Scene(Shown):
         there = {name: value for name, value in values.items() if value not in (None, "")}
         return arguments.as_call("Scene", **there)
 
-    def __str__(self) -> str:
-        spans = {f"{self.time} s": self.time, f"{self.periods} periods": self.periods}
-        length = [text for text, span in spans.items() if span is not None]
-        parts = [str(self.top), str(self.start), *length]
-        return f"{self.title or self.name}: {', '.join(parts)}"
-
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
         names = ("A", "C", "gMR", "mass", "distance")
