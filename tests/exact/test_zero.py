@@ -139,7 +139,7 @@ def test_the_bound_holds_of_what_is_nearest_to_zero() -> None:
 def drawn(random: random.Random, depth: int) -> Exact:
     """A number that may well be zero: what is added and subtracted is often alike."""
     if depth == 0 or random.random() < 0.15:
-        angle = random.choice(["0.1", "0.2", "pi/5", "pi/7", "acos(3/5)", "pi/4 + 0.1"])
+        angle = random.choice(["0.1", "0.2", "4", "pi/5", "pi/7", "acos(3/5)", "pi/4 + 0.1"])
         k = random.randint(-3, 3)
         return random.choice(
             [Exact.of(k), sqrt(random.randint(1, 12)), cos(angle), sin(angle), PI / 3 * k]
@@ -169,6 +169,7 @@ def check_signs(seed: int, count: int, depths: range) -> dict[int | None, int]:
         found[sign] += 1
         if ball > 0 or ball < 0:
             assert sign == (1 if ball > 0 else -1), x
+            assert not is_identity(x), x
         else:
             assert abs(ball) < TINY.ball(64), x
             assert sign in (0, None), x

@@ -139,16 +139,6 @@ def test_a_bad_change_is_refused(change: str, key: str, rule: str) -> None:
     assert change.startswith("strat") or fault.file == "--set"
 
 
-def test_what_a_change_makes_wrong_elsewhere_is_the_changes_fault() -> None:
-    constants = 'E = 1\np_phi = 9e-3\np_psi = 9e-3\ntheta = 0.1\nbranch = "falling"'
-    sound = GOOD.replace(KICK, constants)
-    (fault,) = faults_of(sound, "top.gMR=1e5")
-    assert (fault.file, fault.line, fault.key) == ("--set", None, "start.E")
-    unsound = sound.replace("time = 2", "time = 0")
-    places = [(fault.file, fault.key) for fault in faults_of(unsound, "top.gMR=1e5")]
-    assert places == [("some.toml", "start.E"), ("some.toml", "span.time")]
-
-
 @pytest.mark.parametrize(
     ("text", "line", "rule"),
     [

@@ -124,6 +124,9 @@ class Scene(Shown):
         there = {name: value for name, value in values.items() if value not in (None, "")}
         return arguments.as_call("Scene", **there)
 
+    def __str__(self) -> str:
+        return f"{self.title or self.name}: {self.top}, {self.start}"
+
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
         names = ("A", "C", "gMR", "mass", "distance")
@@ -256,8 +259,6 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     changed, wrong = apply_changes(raw, overrides)
     values, in_tables = scene_file.read_tables(where, raw)
     if wrong or in_tables:
-        if changed and not scene_file.read_tables(where, scene_file.parse(text))[1]:
-            changed = {fault.key for fault in in_tables}  # all that is wrong comes of the changes
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
         wrong += [_place_fault(fault, lines, changed) for fault in in_tables]
         raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
