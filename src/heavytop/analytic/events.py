@@ -103,7 +103,7 @@ class EventTimes:
 
         Raises
         ------
-        NotANumber, Impossible
+        Impossible
             n is no whole number up to 10¹⁰⁰ in magnitude, or there is no such event.
         """
         n = whole("n", n, -MOST_COUNTED, MOST_COUNTED)

@@ -42,7 +42,8 @@ from heavytop.run.planning import (
 )
 from heavytop.run.trajectory import Statistics, Trajectory, times_between
 from heavytop.run.verify import misses, warn_of, warn_of_plan
-from heavytop.scene.arguments import check_callable, expect, number_of, whole
+from heavytop.scene.arguments import check_callable, expect, read_argument, whole
+from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
 
@@ -239,7 +240,7 @@ def extend(
         The new end is so far off that turns are not told apart.
     EndedEarly
         As for `propagate`.
-    WrongType, NotANumber
+    WrongType, Impossible
         It is no Trajectory; `time_span` is no number.
 
     Warns
@@ -262,7 +263,7 @@ def extend(
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
     check_callable("progress", progress)
-    span_wanted = number_of("time_span", time_span)
+    span_wanted = read_argument("time_span", time_span, QUANTITY_READERS["time"])
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
         raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")

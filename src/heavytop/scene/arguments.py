@@ -6,6 +6,7 @@ every fault is told. Top and State read their numbers here too.
 
 from __future__ import annotations
 
+import math
 import numbers
 import operator
 import os
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
-from heavytop.exact import Exact, Number
+from heavytop.exact import Exact
 from heavytop.exact.number import written
 from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
 
@@ -103,29 +104,25 @@ def check_callable(name: str, value: object) -> None:
         raise wrong_type(name, "a function", value)
 
 
-def number_of(name: str, value: Number) -> Exact:
-    """Return the exact number that an argument is."""
-    try:
-        return Exact.of(value)
-    except NotANumber as wrong:
-        raise NotANumber(f"{name}: {wrong}") from None
+def read_argument(name: str, value: object, read: Reader) -> Any:
+    """Return an argument as its reader makes it; `Impossible` where that refuses it.
 
-
-def whole(name: str, value: object, least: int, most: int | None = None) -> int:
-    """Return the whole number that an argument is; `Impossible` where it is out of bounds.
-
-    >>> whole("digits", "x", 1, 10)
+    >>> read_argument("digits", "x", Range(1, 10, whole=True))
     Traceback (most recent call last):
     ...
-    heavytop.errors.NotANumber: digits: a whole number from 1 to 10, not "x"
+    heavytop.errors.Impossible: digits: a whole number from 1 to 10, not "x"
     """
-    bounds = f", at least {least}" if most is None else f" from {least} to {most}"
-    found = _number(value, whole=True)
-    if found is None:
-        raise NotANumber(f"{name}: a whole number{bounds}, not {shown(value)}")
-    if found < least or (most is not None and found > most):
-        raise Impossible([(name, f"a whole number{bounds}")])
-    return int(found)
+    try:
+        return read(value)
+    except Refused as wrong:
+        raise Impossible([(name, f"{wrong}, not {shown(value)}")]) from None
+    except NotANumber as wrong:
+        raise Impossible([(name, str(wrong))]) from None
+
+
+def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
+    """Return the whole number within bounds that an argument is."""
+    return int(read_argument(name, value, Range(least, most, whole=True)))
 
 
 # --- options and lists of names --------------------------------------------------------------
@@ -194,6 +191,8 @@ class Range:
     def rule(self) -> str:
         """The rule, in words."""
         kind, style = ("a whole number", "d") if self.whole else ("a number", "g")
+        if self.most == math.inf:
+            return f"{kind}, at least {self.least:{style}}"
         return f"{kind} from {self.least:{style}} to {self.most:{style}}"
 
 
