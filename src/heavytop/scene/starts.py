@@ -354,10 +354,8 @@ STEADY_START: Final = Way(
 SPIN_OF_STEADY: Final = STEADY_START._replace(
     slots=(("steady",), ("theta",), ("phidot",)), make=_spin_of_steady
 )
-ON_TOP: Final = (CONSTANTS_START, STEADY_START, SPIN_OF_STEADY)
-"""The ways for which a start follows from what spins."""
 WITHOUT_TOP: Final = "top"
-"""What is named where that is not known."""
+"""What is named where a start follows from what spins, and that is not known."""
 
 
 def _steadiness(value: object) -> object:

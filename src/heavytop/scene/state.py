@@ -139,7 +139,7 @@ class State(Shown):
     def _read(self, given: Mapping[str, object], top: Top | None) -> None:
         way, every = starts.way_of(given), starts.completed(given)
         values = exact_numbers(ImpossibleStart, way, every, starts.START_READERS)
-        if way in starts.ON_TOP and not isinstance(top, Top):
+        if way not in (starts.ANGLE_RATES, starts.OMEGA) and not isinstance(top, Top):
             raise ImpossibleStart([(starts.WITHOUT_TOP, "a Top, from which this start follows")])
         found = starts.solve(values, top)
         for notice in found["notices"]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any, Final
 
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
@@ -127,7 +126,8 @@ class Top(Shown):
         return cls.of({"A": A, "C": C, "gMR": gMR}, warn=False)
 
     def _read(self, given: Mapping[str, object], warn: bool = True) -> None:
-        way = _way_of(tuple(name for name in given if name in TOP))
+        names = [name for name in given if name in TOP]
+        way = min(WAYS, key=lambda each: each.distance(names))
         values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
         found = way.make(values)
         if broken := broken_body(found):
@@ -295,12 +295,6 @@ TOP: Final[Mapping[str, Reader]] = {
     for way in WAYS for slot in way.slots for name in slot
 }  # fmt: skip
 """What reads each value of a top."""
-
-
-@lru_cache(64)
-def _way_of(names: tuple[str, ...]) -> Way:
-    """The way that is nearest to some names."""
-    return min(WAYS, key=lambda each: each.distance(names))
 
 
 def broken_body(values: Numbers) -> Broken:
