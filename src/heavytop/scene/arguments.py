@@ -10,10 +10,10 @@ import math
 import numbers
 import operator
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
@@ -207,6 +207,23 @@ def a(kind: type[T]) -> Callable[[object], T]:
     return read
 
 
+def with_sign(read: Reader, signs: Collection[int | None], rule: str) -> Reader:
+    """Return what reads an exact number whose sign is one of these, or undecided where None is."""
+
+    def read_signed(value: object) -> Exact:
+        x: Exact = read(value)
+        if x.sign() not in signs:
+            raise Refused(rule)
+        return x
+
+    return read_signed
+
+
+positive = partial(with_sign, signs=(1,), rule="must be greater than 0")
+not_negative = partial(with_sign, signs=(0, 1, None), rule="must not be negative")
+not_zero = partial(with_sign, signs=(-1, 1), rule="not 0: a span has a length")
+
+
 def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T]:
     """Return what reads a name out of a table, of which `everything` says where all is listed."""
 
@@ -314,21 +331,14 @@ def exact_numbers(
     way: Way,
     given: Mapping[str, object],
     readers: Mapping[str, Reader],
-    rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
 ) -> dict[str, Any]:
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = parse_options("", given, readers)
     broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
     broken += broken_names(way, tuple(name for name in given if name in readers))
-    if broken := broken + rule(values):
+    if broken:
         raise refused(broken)
     return values
-
-
-def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:
-    """Return those of the names whose values are there and not positive."""
-    there = (name for name in names if name in values)
-    return [(name, "must be greater than 0") for name in there if values[name].sign() != 1]
 
 
 def there(**values: object) -> dict[str, Any]:

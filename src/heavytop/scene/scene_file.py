@@ -12,7 +12,6 @@ import unicodedata
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from typing import Any, Final
 
 from heavytop.errors import Fault, Impossible
@@ -96,13 +95,6 @@ def _names(allowed: tuple[str, ...], least: int) -> Reader:
     return read
 
 
-def _length(name: str, value: object) -> Exact:
-    length: Exact = QUANTITY_READERS[name](value)
-    if not length.sign():
-        raise Refused("not 0: a span has a length")
-    return length
-
-
 def _format(value: object) -> int:
     if value != FORMAT or isinstance(value, bool | str | float):
         raise Refused(f"{FORMAT}, the only format there is")
@@ -114,7 +106,7 @@ def _format(value: object) -> int:
 TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "top": TOP,
     "start": starts.START_READERS,
-    "span": {name: partial(_length, name) for name in ("time", "periods")},
+    "span": {name: arguments.not_zero(QUANTITY_READERS[name]) for name in ("time", "periods")},
     "want": {
         "quantities": _names(WANTED, least=1),
         "events": _names(EVENTS, least=0),

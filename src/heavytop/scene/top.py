@@ -15,7 +15,7 @@ from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
 from heavytop.exact.number import ZERO
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Broken, Numbers, Reader, Way, exact_numbers, short, there
+from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, short, there
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.solids import Solid, read_solids, whole
 from heavytop.text import Shown
@@ -128,10 +128,10 @@ class Top(Shown):
     def _read(self, given: Mapping[str, object], warn: bool = True) -> None:
         names = [name for name in given if name in TOP]
         way = min(WAYS, key=lambda each: each.distance(names))
-        values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
+        values = exact_numbers(ImpossibleTop, way, given, TOP)
         found = way.make(values)
-        if broken := broken_body(found):
-            raise ImpossibleTop(broken)
+        if found["A"].sign() != 1:  # of parts it is a sum
+            raise ImpossibleTop([("A", "must be greater than 0")])
         source = tuple((found if "solids" in values else values).items())
         warning = _impossible(found)
         made = found | {"given": source, "warning": warning}
@@ -291,17 +291,12 @@ WAYS: Final = (
     Way("a top of solids", (("solids",), ("gravity",)), _of_solids),
 )
 TOP: Final[Mapping[str, Reader]] = {
-    name: read_solids if name == "solids" else QUANTITY_READERS[name]
-    for way in WAYS for slot in way.slots for name in slot
-}  # fmt: skip
+    **{name: QUANTITY_READERS[name] for name in ("A_cm", "gMR", "distance", "gravity")},
+    **{name: arguments.positive(QUANTITY_READERS[name]) for name in ("A", "mass")},
+    **{name: arguments.not_negative(QUANTITY_READERS[name]) for name in ("C", "C_cm")},
+    "solids": read_solids,
+}
 """What reads each value of a top."""
-
-
-def broken_body(values: Numbers) -> Broken:
-    """The rules that the mass and the moments, or those of them that are there, break."""
-    negative = (name for name in ("C", "C_cm") if name in values and values[name].sign() == -1)
-    rule = "must not be negative"
-    return [*arguments.not_positive(values, ("A", "mass")), *((name, rule) for name in negative)]
 
 
 def _impossible(values: Numbers) -> str:
