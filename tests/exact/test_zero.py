@@ -44,6 +44,8 @@ IDENTITIES = [
     (1 + cos(1)) ** HALF * (1 + cos(1)) ** (3 * HALF) - (1 + cos(1)) ** 2,
     (sqrt(PI) + 1) * (sqrt(PI) - 1) - PI + 1,
     sin(1) ** 2 + cos(1) ** 2 - 1,
+    sqrt(1 - cos(1) ** 2) - sin(1),
+    sqrt(1 - cos(4) ** 2) + sin(4),
     1 / sin(1) ** 4 - (1 - cos(1) ** 2) ** -2,
     cos("0.2") - 2 * cos("0.1") ** 2 + 1,
     sin("0.3") - 3 * sin("0.1") + 4 * sin("0.1") ** 3,

@@ -17,7 +17,7 @@ from typing import Final, TypeAlias
 from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 
 from heavytop.exact.balls import ball_of, working
-from heavytop.exact.number import ZERO, Exact, Sign, rational, split
+from heavytop.exact.number import ZERO, Exact, Sign, rational, sin, split
 
 Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
@@ -133,7 +133,7 @@ class _Quotients(dict[Exact, Quotient]):
 
     Generators are π, arcs, cosines c and sines s of angles, roots, and algebraic numbers, of which
     nothing is assumed. The relations are s² = 1 − c², and yᵏ = N Dᵏ⁻¹ of y = D (N/D)^(1/k). One
-    generator stands for one number: a sine is no square root, which may have the other sign.
+    generator stands for one number: a square root is a sine or less it, by the sign of that.
     """
 
     def __init__(self, x: Exact) -> None:
@@ -186,6 +186,10 @@ class _Quotients(dict[Exact, Quotient]):
         if angle not in self._circles:
             c, s = self._circles[angle] = self._unused.pop(), self._unused.pop()
             self._relations.append(s**2 + c**2 - 1)
+            ball = sin(x.args[0] / int(n.p)).ball(_BITS[0])
+            if ball > 0 or ball < 0:
+                positive = s if ball > 0 else -s
+                self._roots.append((((1 - c**2, self._one), 2), positive))
         (c, s), cosine, sine = self._circles[angle], self._one, 0 * self._one
         for _ in range(int(n.p)):
             cosine, sine = self._reduce(cosine * c - sine * s), self._reduce(sine * c + cosine * s)
