@@ -25,7 +25,7 @@ from heavytop.doctor import versions
 from heavytop.errors import Exit, HeavyTopError
 from heavytop.results.base import Row
 from heavytop.results.validation import THIS_PROJECT, Validation
-from heavytop.scene.arguments import heard, path_of, whole, wrong_type
+from heavytop.scene.arguments import check_callable, path_of, whole, wrong_type
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
 from heavytop.text import LONGEST_NAME, duration, nearest
@@ -297,8 +297,8 @@ def validate(
     >>> found.counts, found.failed
     ({'passed': 1, 'failed': 0, 'skipped': 0}, ())
     """
-    heard("progress", progress)
-    heard("note", note)
+    check_callable("progress", progress)
+    check_callable("note", note)
     jobs = whole("jobs", jobs, 1)
     place = None if scripts is None else str(path_of("scripts", scripts).resolve())
     every = load_claims(place)

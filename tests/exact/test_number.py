@@ -186,9 +186,8 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
 @pytest.mark.processes
 def test_neither_flint_nor_mpmath_is_imported_for_rationals() -> None:
     code = (
-        "import sys; from heavytop.exact import Exact, PI, cos, sqrt;"
-        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); sqrt(x); str(PI - x);"
-        "cos(PI).sign();"
+        "import sys; from heavytop.exact import Exact, PI;"
+        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); str(PI - x);"
         "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -45,7 +45,7 @@ def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
         assert frame.x0 <= box.x0 < box.x1 <= frame.x1
         assert frame.y0 <= box.y0 < box.y1 <= frame.y1
     title = left.get_suptitle()
-    assert "held: A = 0.000328, C = 6.6e-05, gMR = 0.0456, $\\theta$ = 0.1" in title
+    assert "held: A = 0.000328, C = 6.6e-05, gMR = 0.0456, θ = 0.1" in title
     [mark] = [line for line in left.axes[0].lines if line.get_marker() == "P"]
     assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (-15, 140)
     named = [ax.get_title() for ax in right.axes if ax.get_title()]

@@ -13,7 +13,7 @@ from heavytop.analytic.roots import TooFewBits, floor, sign_of
 from heavytop.classification.reduced import FEW_BITS
 from heavytop.errors import Impossible
 from heavytop.exact.balls import ball_of
-from heavytop.scene.arguments import text_of, whole
+from heavytop.scene.arguments import expect, whole
 from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class EventTimes:
     """
 
     def __init__(self, motion: ClosedForm, kind: str) -> None:
-        if text_of("event", kind) not in KINDS_OF_EVENTS:
+        if expect("event", kind, str) not in KINDS_OF_EVENTS:
             raise ValueError(f"turning, reversal or cusp, not {kind!r}")
         self.motion, self.kind = motion, kind
         self.below, self.above = ("theta_max", "theta_min")[:: -1 if motion.regime.mirrored else 1]
@@ -102,7 +102,7 @@ class EventTimes:
 
         Raises
         ------
-        NotANumber, Impossible
+        Impossible
             n is no whole number up to 10¹⁰⁰ in magnitude, or there is no such event.
         """
         n = whole("n", n, -MOST_COUNTED, MOST_COUNTED)

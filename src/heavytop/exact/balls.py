@@ -144,11 +144,6 @@ class Interval:
         return _double(self.middle)
 
     @property
-    def radius(self) -> float:
-        """The spread as a double, not smaller."""
-        return outward(self.spread, 1)
-
-    @property
     def lower(self) -> float:
         """The largest double that no number of the interval is less than."""
         return outward(self.middle - self.spread, -1)

@@ -35,8 +35,7 @@ def context(dps: int) -> Context:
     own = _Context()
     own.dps = dps
     own.mpf.__reduce__ = own.constant.__reduce__ = lambda value: (_unpickle, (dps, value._mpf_))
-    if own.mpf.__format__ is object.__format__:  # before mpmath 1.4, which formats by itself
-        own.mpf.__format__ = _formatted
+    own.mpf.__format__ = _formatted  # mpmath has none before 1.4
     return own
 
 

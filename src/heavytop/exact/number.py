@@ -454,25 +454,17 @@ def _positive(factor: Exact) -> bool:
 
 def _root(q: Fraction, exponent: Fraction) -> Exact:
     """Return q > 0 to an exponent between 0 and 1, the radicand an integer without small powers."""
+    from flint import fmpz
+
     k = exponent.denominator
     radicand, outer = q.numerator * q.denominator ** (k - 1), Fraction(1, q.denominator)
-    if (root := _whole_root(radicand, k)) ** k == radicand:
+    if (root := int(fmpz(radicand).root(k))) ** k == radicand:
         radicand, outer = 1, outer * root
     for prime in _SMALL_PRIMES:
         while radicand % prime**k == 0:
             radicand, outer = radicand // prime**k, outer * prime
     factor, rest = rational(outer**exponent.numerator), rational(Fraction(radicand))
     return factor if radicand == 1 else factor * Exact("^", (rest, exponent))
-
-
-def _whole_root(n: int, k: int) -> int:
-    """The largest integer whose k-th power is at most n > 0, by Newton's method from above."""
-    if n.bit_length() <= k:
-        return 1
-    root = 1 << -(-n.bit_length() // k)
-    while (lower := ((k - 1) * root + n // root ** (k - 1)) // k) < root:
-        root = lower
-    return root
 
 
 FUNCTIONS: Final = {each.__name__: each for each in (sqrt, cos, sin, tan, acos, asin, atan)}

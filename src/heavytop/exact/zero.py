@@ -14,10 +14,10 @@ from fractions import Fraction
 from functools import reduce
 from typing import Final, TypeAlias
 
-from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx, fmpz_poly
+from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 
 from heavytop.exact.balls import ball_of, working
-from heavytop.exact.number import ZERO, Exact, Sign, rational, split
+from heavytop.exact.number import ZERO, Exact, Sign, rational, sin, split
 
 Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
@@ -26,7 +26,7 @@ _BITS: Final = (64, 256)  # which nearly always decide
 _MORE_BITS: Final = (1024, 4096)  # for what is not proved to be zero
 _MAX_BITS: Final = 1 << 17  # of a separation bound
 _MAX_COEFFICIENT_BITS: Final = 1 << 15  # of that of a coefficient, of which there may be many
-_MAX_TIMES: Final = 256  # of an angle; where more is needed, angles count as unrelated
+_MAX_MULTIPLE: Final = 256  # of an angle
 _MAX_GENERATORS: Final = 48
 _MAX_PRODUCTS: Final = 100_000  # of terms, in a product of polynomials
 
@@ -85,22 +85,20 @@ class _Bounds(dict[Exact, Sizes]):
         self.order = 1
 
     def __missing__(self, x: Exact) -> Sizes:
-        found = self[x] = self._compute(x)
-        return found
-
-    def _compute(self, x: Exact) -> Sizes:
         if x.op == "rational":
             above, below = x.args[0].as_integer_ratio()
-            return math.log2(abs(above) or 1), math.log2(below)
-        if x.op in ("+", "*"):
-            return reduce(_add if x.op == "+" else _multiply, map(self.__getitem__, x.args))
-        if x.op == "^":
-            return self._power(*x.args)
-        times, angle = split(x.args[0]) if x.op == "cos" else (Fraction(0), x)
-        if angle.op != "pi" or not times:
-            return math.inf, math.inf
-        self.order = math.lcm(self.order, (times / 2).denominator)
-        return 1, 1  # 2 cos is an integer, of size 2 like its conjugates
+            found = math.log2(abs(above) or 1), math.log2(below)
+        elif x.op in ("+", "*"):
+            found = reduce(_add if x.op == "+" else _multiply, map(self.__getitem__, x.args))
+        elif x.op == "^":
+            found = self._power(*x.args)
+        else:
+            times, angle = split(x.args[0]) if x.op == "cos" else (Fraction(0), x)
+            algebraic = angle.op == "pi" and times
+            self.order = math.lcm(self.order, (times / 2).denominator)
+            found = (1, 1) if algebraic else (math.inf, math.inf)  # 2 cos is an integer of size 2
+        self[x] = found
+        return found
 
     def _power(self, base: Exact, exponent: Fraction) -> Sizes:
         (above, below), k, n = self[base], exponent.denominator, abs(exponent.numerator)
@@ -126,31 +124,31 @@ def is_identity(x: Exact) -> bool:
     """Return whether x is 0 by what holds whatever π, arcs and angles are."""
     try:
         return _Quotients(x).vanishes(x)
-    except OverflowError:
+    except (OverflowError, IndexError):  # too many terms, or generators
         return False
 
 
 class _Quotients(dict[Exact, Quotient]):
     """Numbers as quotients of polynomials in generators, reduced by what holds among them.
 
-    Generators are π, arcs, cosines c and sines s of angles, roots y of polynomials P, and algebraic
-    numbers, of which nothing is assumed. The relations are s² = 1 − c² and yᵏ = P.
+    Generators are π, arcs, cosines c and sines s of angles, roots, and algebraic numbers, of which
+    nothing is assumed. The relations are s² = 1 − c², and yᵏ = N Dᵏ⁻¹ of y = D (N/D)^(1/k). One
+    generator stands for one number: a square root is a sine or less it, by the sign of that.
     """
 
     def __init__(self, x: Exact) -> None:
         ring = fmpq_mpoly_ctx.get([("x", _MAX_GENERATORS)], Ordering.lex)
-        self._unused = [*enumerate(ring.gens())]  # the last is the least
+        self._unused = [*ring.gens()]  # the last is the least
         self._one = ring.constant(1)
         self._relations: list[fmpq_mpoly] = []  # each with a power of one generator in front
         self._algebraic: dict[int, Exact] = {}  # generators that are algebraic numbers
-        self._circles: dict[tuple[Exact, Fraction], tuple[fmpq_mpoly, fmpq_mpoly]] = {}
-        self._roots: list[tuple[fmpq_mpoly, int, fmpq_mpoly]] = []
+        self._circles: dict[Exact, tuple[fmpq_mpoly, fmpq_mpoly]] = {}
+        self._roots: list[tuple[tuple[Quotient, int], fmpq_mpoly]] = []
         self._bounds = _Bounds()
-        angles: dict[Exact, list[Fraction]] = {}
+        self._units: dict[Exact, fmpq] = {}  # of which the multiples of an angle are whole ones
         for wave in (each for each in _nodes(x) if each.op in ("cos", "sin")):
             times, angle = split(wave.args[0])
-            angles.setdefault(angle, []).append(times)
-        self._units = {angle: _measure(every) for angle, every in angles.items()}
+            self._units[angle] = _quotient(times).gcd(self._units.get(angle, fmpq(0)))
 
     def vanishes(self, x: Exact) -> bool:
         """Return whether every coefficient of the numerator of x is zero."""
@@ -163,63 +161,59 @@ class _Quotients(dict[Exact, Quotient]):
         return all(separation(c) <= _MAX_COEFFICIENT_BITS and c.sign() == 0 for c in found.values())
 
     def __missing__(self, x: Exact) -> Quotient:
-        found = self[x] = self._compute(x)
+        algebraic = self._bounds[x][1] < math.inf
+        if x.op == "rational":
+            found = self._one * _quotient(x.args[0]), self._one
+        elif x.op in ("+", "*"):
+            combine = self._add if x.op == "+" else self._multiply
+            found = reduce(combine, map(self.__getitem__, x.args))
+        elif x.op == "^" and not (algebraic and x.args[1].denominator > 1):
+            found = self._power(*x.args)
+        elif x.op in ("cos", "sin") and not algebraic:
+            found = self._wave(x), self._one
+        else:
+            found = self._unused.pop(), self._one
+            if algebraic:
+                self._algebraic[len(self._unused)] = x
+        self[x] = found
         return found
 
-    def _compute(self, x: Exact) -> Quotient:
-        if x.op == "rational":
-            return self._one * fmpq(x.args[0].numerator, x.args[0].denominator), self._one
-        if x.op in ("+", "*"):
-            combine = self._add if x.op == "+" else self._multiply
-            return reduce(combine, map(self.__getitem__, x.args))
-        if x.op == "^" and not (x.args[1].denominator > 1 and self._bounds[x][1] < math.inf):
-            return self._power(*x.args)
-        if x.op == "sin" or (x.op == "cos" and self._bounds[x][1] == math.inf):
-            return self._wave(x.op, *split(x.args[0])), self._one
-        generator = self._generator()
-        if x.op in ("^", "cos"):
-            self._algebraic[len(self._unused)] = x
-        return generator, self._one
-
-    def _generator(self) -> fmpq_mpoly:
-        if not self._unused:
+    def _wave(self, x: Exact) -> fmpq_mpoly:
+        """The cosine or sine of a multiple of an angle, by the sums of angles."""
+        times, angle = split(x.args[0])
+        if (n := _quotient(times) / self._units[angle]) > _MAX_MULTIPLE:
             raise OverflowError
-        return self._unused.pop()[1]
-
-    def _root(self, radicand: fmpq_mpoly, k: int) -> fmpq_mpoly:
-        """The k-th root of a polynomial, a generator."""
-        for other, degree, root in self._roots:
-            if other == radicand and degree == k:
-                return root
-        root = self._generator()
-        self._relations.append(root**k - radicand)
-        self._roots.append((radicand, k, root))
-        return root
-
-    def _wave(self, name: str, times: Fraction, angle: Exact) -> fmpq_mpoly:
-        """The cosine or sine of a multiple of an angle, by Chebyshev's polynomials."""
-        unit = self._units[angle]
-        if (times / unit).denominator > 1 or times / unit > _MAX_TIMES:
-            unit = times
-        if (angle, unit) not in self._circles:
-            cosine = self._generator()
-            self._circles[angle, unit] = cosine, self._root(1 - cosine**2, 2)
-        (cosine, sine), n = self._circles[angle, unit], int(times / unit)
-        if name == "cos":
-            return self._reduce(_at(fmpz_poly.chebyshev_t(n), cosine))
-        return self._reduce(sine * _at(fmpz_poly.chebyshev_u(n - 1), cosine))
+        if angle not in self._circles:
+            c, s = self._circles[angle] = self._unused.pop(), self._unused.pop()
+            self._relations.append(s**2 + c**2 - 1)
+            ball = sin(x.args[0] / int(n.p)).ball(_BITS[0])
+            if ball > 0 or ball < 0:
+                positive = s if ball > 0 else -s
+                self._roots.append((((1 - c**2, self._one), 2), positive))
+        (c, s), cosine, sine = self._circles[angle], self._one, 0 * self._one
+        for _ in range(int(n.p)):
+            cosine, sine = self._reduce(cosine * c - sine * s), self._reduce(sine * c + cosine * s)
+        return cosine if x.op == "cos" else sine
 
     def _power(self, base: Exact, exponent: Fraction) -> Quotient:
-        """A power; the k-th root of N/D is y/D, where yᵏ = N Dᵏ⁻¹ but for a rational factor."""
         n, k = abs(exponent.numerator), exponent.denominator
-        above, below = self[base]
-        if k > 1:
-            radicand = reduce(self._times, [above] + [below] * (k - 1))
-            content = _measure(Fraction(int(c.p), int(c.q)) for c in radicand.coeffs())
-            root = self._root(radicand * fmpq(content.denominator, content.numerator), k)
-            above, below = self._multiply((root, below), self[rational(content) ** Fraction(1, k)])
-        above, below = reduce(self._times, [above] * n), reduce(self._times, [below] * n)
+        root = self[base] if k == 1 else self._root(*self[base], k)
+        above, below = reduce(self._multiply, [root] * n)
         return (above, below) if exponent > 0 else (below, above)
+
+    def _root(self, above: fmpq_mpoly, below: fmpq_mpoly, k: int) -> Quotient:
+        """The k-th root of a quotient: that of a rational factor, and a generator by the rest."""
+        lead = below.leading_coefficient()
+        content = abs(reduce(fmpq.gcd, above.coeffs()) / lead)
+        above, below = above / (lead * content), below / lead
+        key = (above, below), k
+        root = next((root for known, root in self._roots if known == key), None)
+        if root is None:
+            root = self._unused.pop()
+            self._relations.append(root**k - reduce(self._times, [above] + [below] * (k - 1)))
+            self._roots.append((key, root))
+        factor = rational(Fraction(int(content.p), int(content.q))) ** Fraction(1, k)
+        return self._multiply((root, below), self[factor])
 
     def _add(self, a: Quotient, b: Quotient) -> Quotient:
         shared = a[1].gcd(b[1])
@@ -248,12 +242,5 @@ def _nodes(x: Exact) -> Iterator[Exact]:
             yield from _nodes(each)
 
 
-def _measure(rationals: Iterable[Fraction]) -> Fraction:
-    """The largest positive rational that each of them, not all 0, is a whole multiple of."""
-    above, below = zip(*(q.as_integer_ratio() for q in rationals), strict=True)
-    return Fraction(math.gcd(*above), math.lcm(*below))
-
-
-def _at(polynomial: fmpz_poly, x: fmpq_mpoly) -> fmpq_mpoly:
-    """The value of a polynomial, not yet reduced."""
-    return sum((c * x**k for k, c in enumerate(polynomial)), 0 * x)
+def _quotient(q: Fraction) -> fmpq:
+    return fmpq(q.numerator, q.denominator)

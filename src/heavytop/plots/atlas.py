@@ -50,7 +50,7 @@ def atlas_figure(atlas: Atlas) -> Figure:
     rows = -(-len(examples) // ABREAST)
     figure = Figure(figsize=(7.2, 6.6 + 1.9 * rows), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(6.6, max(1.9 * rows, 0.01)))
-    held = (f"{quantity_of(name).latex} = {value:.6g}" for name, value in plane.held.items())
+    held = (f"{quantity_of(name).symbol} = {value:.6g}" for name, value in plane.held.items())
     parts[0].suptitle(f"{title_of(atlas.scene)}\nheld: {', '.join(held)}", fontsize=9)
     ax = draw_map(parts[0].subplots(), atlas)
     (x, y), name = plane.place, literal(atlas.scene["name"], 30)
@@ -91,7 +91,7 @@ def draw_map(ax: Axes, atlas: Atlas, **mesh: Any) -> Axes:
         along = quantity_of(axis.name)
         if axis.log:
             ax.set(**{f"{side}scale": "log" if axis.low > 0 else "symlog"})
-        ax.set(**{f"{side}label": f"{along.latex} [{along.unit}]", f"{side}lim": ends[[0, -1]]})
+        ax.set(**{f"{side}label": f"{along.symbol} [{along.unit}]", f"{side}lim": ends[[0, -1]]})
     every, lines = sum(atlas.counts.values()), {BOUNDS.get(x.name, x.name) for x in atlas.curves}
     for name, count in sorted(atlas.counts.items(), key=lambda each: -each[1]):
         look, area = KIND_STYLES[name], names.index(name) in _areas(kind)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from heavytop.errors import Impossible
 from heavytop.plots import figures
 from heavytop.plots.style import legend
-from heavytop.scene.arguments import Refused, expect, one_of, text_of
+from heavytop.scene.arguments import Refused, expect, one_of
 from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
 
 Draw = Callable[..., Axes]
@@ -22,7 +22,7 @@ def plotted(
 ) -> Axes:
     """Draw a picture of a thing, as `heavytop.text.Plotted.plot` says."""
     try:
-        units = UNITS_SHOWN.get() if unit is None else read_units(text_of("unit", unit))
+        units = UNITS_SHOWN.get() if unit is None else read_units(expect("unit", unit, str))
     except Refused as wrong:
         raise Impossible([("unit", str(wrong))]) from None
     with showing(units):
@@ -35,7 +35,7 @@ def _drawn(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, An
     if not charts:
         raise Impossible([("what", "there is nothing to draw")])
     try:
-        draw = one_of(charts)(next(iter(charts)) if what is None else text_of("what", what))
+        draw = one_of(charts)(next(iter(charts)) if what is None else expect("what", what, str))
     except Refused as wrong:
         raise Impossible([("what", str(wrong))]) from None
     if ax is not None:

@@ -23,7 +23,8 @@ from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, Array
-from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Range, Reader, Refused, expect
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene
 from heavytop.text import cut
@@ -65,7 +66,7 @@ def _size(value: object) -> tuple[int, int]:
 
 
 def _place(value: object) -> Path:
-    place = path_of("path", value)
+    place = arguments.path_of("path", value)
     if place.suffix.lower() not in FILM_WRITERS:
         raise Refused(f"the name of a film ends in {', '.join(FILM_WRITERS)}")
     return place
@@ -157,10 +158,10 @@ def film(
     True
     """
     expect("scene", scene, Scene, "load_scene gives one")
-    heard("progress", progress)
+    arguments.check_callable("progress", progress)
     timing = {"seconds": seconds, "rounds": rounds, "time": time, "speed": speed}
     given = {name: each for name, each in timing.items() if each is not None}
-    known, wrong = parse_options(
+    known, wrong = arguments.parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
     )
     if wrong:

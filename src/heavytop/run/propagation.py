@@ -29,7 +29,8 @@ from heavytop.run.span import closed_form_of, exact_span, refusal, span
 from heavytop.run.start import binary_start, integrator_of
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.run.verify import misses, warn_of, warn_of_plan
-from heavytop.scene.arguments import expect, heard, number_of, whole
+from heavytop.scene.arguments import check_callable, expect, read_argument, whole
+from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
 
@@ -111,7 +112,7 @@ def propagate(
     5
     """
     step_limit = None if step_limit is None else whole("step_limit", step_limit, 1)
-    heard("progress", progress)
+    check_callable("progress", progress)
     motion = closed_form_of(scene)
     chosen = planned(scene, motion, formulation, projected, tolerance)
     if chosen.formulation == "none":
@@ -223,7 +224,7 @@ def extend(
         The new end is so far off that turns are not told apart.
     EndedEarly
         As for `propagate`.
-    WrongType, NotANumber
+    WrongType, Impossible
         It is no Trajectory; `time_span` is no number.
 
     Warns
@@ -245,8 +246,8 @@ def extend(
     (4.0, 15)
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
-    heard("progress", progress)
-    span_wanted = number_of("time_span", time_span)
+    check_callable("progress", progress)
+    span_wanted = read_argument("time_span", time_span, QUANTITY_READERS["time"])
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
         raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")

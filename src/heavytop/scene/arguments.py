@@ -6,18 +6,19 @@ every fault is told. Top and State read their numbers here too.
 
 from __future__ import annotations
 
+import math
 import numbers
 import operator
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
-from heavytop.exact import Exact, Number
+from heavytop.exact import Exact
 from heavytop.exact.number import written
 from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
 
@@ -89,11 +90,6 @@ def expect(name: str, value: object, kind: type[T], hint: str = "") -> T:
     return value
 
 
-def text_of(name: str, value: object) -> str:
-    """Return the text that an argument is."""
-    return expect(name, value, str)
-
-
 def path_of(name: str, value: object) -> Path:
     """Return the path that an argument is: a text, or what stands for one as a `Path` does."""
     found = os.fspath(value) if isinstance(value, str | os.PathLike) else None
@@ -102,35 +98,31 @@ def path_of(name: str, value: object) -> Path:
     return Path(found)
 
 
-def heard(name: str, value: object) -> None:
-    """Refuse what is to be told of progress, if it is there and no function."""
+def check_callable(name: str, value: object) -> None:
+    """Refuse an argument that is there and is no function."""
     if not (value is None or callable(value)):
         raise wrong_type(name, "a function", value)
 
 
-def number_of(name: str, value: Number) -> Exact:
-    """Return the exact number that an argument is."""
-    try:
-        return Exact.of(value)
-    except NotANumber as wrong:
-        raise NotANumber(f"{name}: {wrong}") from None
+def read_argument(name: str, value: object, read: Reader) -> Any:
+    """Return an argument as its reader makes it; `Impossible` where that refuses it.
 
-
-def whole(name: str, value: object, least: int, most: int | None = None) -> int:
-    """Return the whole number that an argument is; `Impossible` where it is out of bounds.
-
-    >>> whole("digits", "x", 1, 10)
+    >>> read_argument("digits", "x", Range(1, 10, whole=True))
     Traceback (most recent call last):
     ...
-    heavytop.errors.NotANumber: digits: a whole number from 1 to 10, not "x"
+    heavytop.errors.Impossible: digits: a whole number from 1 to 10, not "x"
     """
-    bounds = f", at least {least}" if most is None else f" from {least} to {most}"
-    found = _number(value, whole=True)
-    if found is None:
-        raise NotANumber(f"{name}: a whole number{bounds}, not {shown(value)}")
-    if found < least or (most is not None and found > most):
-        raise Impossible([(name, f"a whole number{bounds}")])
-    return int(found)
+    try:
+        return read(value)
+    except Refused as wrong:
+        raise Impossible([(name, f"{wrong}, not {shown(value)}")]) from None
+    except NotANumber as wrong:
+        raise Impossible([(name, str(wrong))]) from None
+
+
+def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
+    """Return the whole number within bounds that an argument is."""
+    return int(read_argument(name, value, Range(least, most, whole=True)))
 
 
 # --- options and lists of names --------------------------------------------------------------
@@ -192,14 +184,15 @@ class Range:
         """Return a value as a plain number."""
         found = _number(value, self.whole)
         if found is None or not self.least <= found <= self.most:  # nan too
-            spelled = self.whole and isinstance(value, NumberText)
-            raise Refused(self.rule + (", written in digits alone" if spelled else ""))
+            raise Refused(self.rule)
         return found
 
     @property
     def rule(self) -> str:
         """The rule, in words."""
         kind, style = ("a whole number", "d") if self.whole else ("a number", "g")
+        if self.most == math.inf:
+            return f"{kind}, at least {self.least:{style}}"
         return f"{kind} from {self.least:{style}} to {self.most:{style}}"
 
 
@@ -212,6 +205,23 @@ def a(kind: type[T]) -> Callable[[object], T]:
         return value
 
     return read
+
+
+def with_sign(read: Reader, signs: Collection[int | None], rule: str) -> Reader:
+    """Return what reads an exact number whose sign is one of these, or undecided where None is."""
+
+    def read_signed(value: object) -> Exact:
+        x: Exact = read(value)
+        if x.sign() not in signs:
+            raise Refused(rule)
+        return x
+
+    return read_signed
+
+
+positive = partial(with_sign, signs=(1,), rule="must be greater than 0")
+not_negative = partial(with_sign, signs=(0, 1, None), rule="must not be negative")
+not_zero = partial(with_sign, signs=(-1, 1), rule="not 0: a span has a length")
 
 
 def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T]:
@@ -321,21 +331,14 @@ def exact_numbers(
     way: Way,
     given: Mapping[str, object],
     readers: Mapping[str, Reader],
-    rule: Callable[[Mapping[str, Any]], Broken] = lambda _: [],
 ) -> dict[str, Any]:
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = parse_options("", given, readers)
     broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
     broken += broken_names(way, tuple(name for name in given if name in readers))
-    if broken := broken + rule(values):
+    if broken:
         raise refused(broken)
     return values
-
-
-def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:
-    """Return those of the names whose values are there and not positive."""
-    there = (name for name in names if name in values)
-    return [(name, "must be greater than 0") for name in there if values[name].sign() != 1]
 
 
 def there(**values: object) -> dict[str, Any]:

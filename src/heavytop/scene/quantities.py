@@ -69,18 +69,13 @@ def showing(units: Units) -> Iterator[None]:
         UNITS_SHOWN.reset(token)
 
 
-def scaled(unit: str, units: Units) -> tuple[str, float]:
-    """The unit to show in place of one of SI, and how many of it one of SI is."""
-    return units.get(unit, (unit, 1.0))
-
-
 class Quantity(NamedTuple):
     """What a number is, and how it is shown.
 
     Attributes
     ----------
     symbol : str
-        As a plain text, an index after ``_``; `latex` and HTML follow from it.
+        As a plain text, an index after ``_``.
     unit : str
         As a plain text; "1" of a number without a unit.
     name : str
@@ -111,25 +106,13 @@ class Quantity(NamedTuple):
     @property
     def shown(self) -> tuple[str, float]:
         """The unit in which it is shown, and how many of it one of SI is."""
-        return scaled(self.unit, UNITS_SHOWN.get())
+        return UNITS_SHOWN.get().get(self.unit, (self.unit, 1.0))
 
     @property
     def heading(self) -> str:
         """The heading of a column, or the label of an axis of a chart."""
         unit, _ = self.shown
         return f"{self.symbol} [{unit}]" if unit not in ("1", "") else self.symbol
-
-    @property
-    def latex(self) -> str:
-        r"""The symbol in LaTeX.
-
-        >>> print(QUANTITIES["p_phi"].latex, QUANTITIES["thetadot"].latex)
-        $p_\varphi$ $\dot{\theta}$
-        """
-        if self.symbol.isascii() and "_" not in self.symbol:
-            return self.symbol
-        dotted = DOTTED.sub(r"\\dot{\1}", self.symbol).translate(LATEX)
-        return f"${dotted.replace(' }', '}').strip()}$"
 
     @property
     def cf_unit(self) -> str:
@@ -192,12 +175,7 @@ def read_decimal(value: Any) -> Any:
         return value
 
 
-DOTTED: Final = re.compile("(.)\u0307")
 PRECISION: Final = re.compile(r"\d+(?=g)")
-LATEX: Final = str.maketrans({
-    "θ": r"\theta ", "φ": r"\varphi ", "ψ": r"\psi ", "ω": r"\omega ", "Δ": r"\Delta ",
-    "₃": "_3", "′": "'",
-})  # fmt: skip
 
 _ERROR: Final = ".1e"
 QUANTITIES: Final[Mapping[str, Quantity]] = {
@@ -298,9 +276,9 @@ WANTED: Final = tuple(name for name, quantity in QUANTITIES.items() if quantity.
 """What a scene may want."""
 
 
+_NUMBERS: Final = ("omega3", "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi")
 UNIT_OF: Final[Mapping[str, str]] = {
-    **{name: QUANTITIES[name].unit for name in (*ANGLES, *RATES, "omega3")},
-    **{name: QUANTITIES[name].unit for name in ("A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi")},
+    **{name: QUANTITIES[name].unit for name in (*ANGLES, *RATES, *_NUMBERS)},
     **dict.fromkeys(("A_cm", "C_cm"), "kg m²"),
     **dict.fromkeys(("distance", "radius", "thickness", "length", "outer", "inner"), "m"),
     **dict.fromkeys(("apex", "base", "centre"), "m"),

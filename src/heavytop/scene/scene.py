@@ -25,9 +25,7 @@ _RIVALS: Final = (
     ("A", "A_cm"), ("C", "C_cm"),
 )  # fmt: skip
 """Keys of which a change of one displaces the other."""
-_LONGEST: Final = 120  # of changes, in a title
-_OF_THE_MOTION: Final = ("top.", "start.")
-
+_IN_QUOTES: Final = 'texts, units and expressions stand in quotes, such as theta = "30 deg"'
 
 _ARGUMENTS: Final = {
     **TABLES["want"],
@@ -127,10 +125,7 @@ class Scene(Shown):
         return arguments.as_call("Scene", **there)
 
     def __str__(self) -> str:
-        spans = {f"{self.time} s": self.time, f"{self.periods} periods": self.periods}
-        length = [text for text, span in spans.items() if span is not None]
-        parts = [str(self.top), str(self.start), *length]
-        return f"{self.title or self.name}: {', '.join(parts)}"
+        return f"{self.title or self.name}: {self.top}, {self.start}"
 
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
@@ -264,8 +259,6 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     changed, wrong = apply_changes(raw, overrides)
     values, in_tables = scene_file.read_tables(where, raw)
     if wrong or in_tables:
-        if changed and not scene_file.read_tables(where, scene_file.parse(text))[1]:
-            changed = {fault.key for fault in in_tables}  # all that is wrong comes of the changes
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
         wrong += [_place_fault(fault, lines, changed) for fault in in_tables]
         raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
@@ -296,12 +289,8 @@ def _place_fault(fault: Fault, lines: Mapping[str, int], changed: Collection[str
 
 def no_scene(what: object, verb: str) -> BadScene:
     """What is raised where something that is no scene, such as a name, is given to a function."""
-    value, hint = arguments.shown(what), "load_scene gives one by its name"
-    if isinstance(getattr(what, "start", None), State):  # a Motion
-        hint = "Scene(motion.top, motion.start, time=2) is one"
-    if isinstance(what, str) and what in shipped_names():
-        hint = f'load_scene("{what}") gives it'
-    return BadScene((Fault(verb, None, "scene", value, "a Scene", hint),))
+    hint = "load_scene gives one by its name"
+    return BadScene((Fault(verb, None, "scene", arguments.shown(what), "a Scene", hint),))
 
 
 # --- the scenes that come with the package ---------------------------------------------------
@@ -388,9 +377,7 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     line = int(match[1]) if match else 0
     there = (words for number, *words in scene_file.written_keys(text) if number == line)
     key, value = (cut(words, 60) for words in next(there, ("scene", "")))
-    twice = "a key or a table stands twice" if "overwrite" in message else ""
-    hint = twice or scene_file.mistake(value)
-    _refuse(where, f"not TOML: {message}", hint, line, key, value)
+    _refuse(where, f"not TOML: {message}", _IN_QUOTES, line, key, value)
 
 
 def _hint_at_scene(path: Path) -> str:
@@ -405,13 +392,14 @@ def _hint_at_scene(path: Path) -> str:
 
 
 def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Fault]]:
-    """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
-    changed: dict[str, str] = {}
-    wrong: list[Fault] = []
-    listed = isinstance(overrides, list | tuple)
-    if not listed or not all(isinstance(change, str) for change in overrides):
+    """Change `raw` as asked; the keys that were changed, and the changes that cannot be made.
+
+    A title names changes of the motion: it would go on asserting what they may have undone.
+    """
+    if not isinstance(overrides, list | tuple) or not all(isinstance(x, str) for x in overrides):
         rule = 'a list of texts, such as ["start.phidot=-14"]'
         return set(), [Fault("heavytop", None, "overrides", arguments.shown(overrides), rule)]
+    changed, of_motion, wrong = set(), [], []
     for change in overrides:
         key, equals, text = (part.strip() for part in change.partition("="))
         name, _, last = key.rpartition(".")
@@ -422,9 +410,12 @@ def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[F
             wrong.append(Fault(CHANGES_SOURCE, None, change[:60], "", rule))
             continue
         _displace(table, last, _override_value(text))
-        changed[key] = text.strip("\"'")
-    _retitle(raw, changed)
-    return set(changed), wrong
+        changed.add(key)
+        of_motion += [f"{key} = {text}"] if name in ("top", "start") else []
+    title = raw.get("title")
+    if of_motion and "title" not in changed and type(title) is str and len(title) <= MAX_TITLE:
+        raw["title"] = cut(harmless(f"{title}; with {', '.join(of_motion)}"), MAX_TITLE)
+    return changed, wrong
 
 
 def _displace(table: dict[str, Any], key: str, value: object) -> None:
@@ -442,18 +433,3 @@ def _override_value(text: str) -> object:
     except ValueError:
         value = {}
     return value["value"] if value.keys() == {"value"} else text
-
-
-def _retitle(raw: dict[str, Any], changes: Mapping[str, str]) -> None:
-    """Say in title and source that top or start were changed, where these texts were not.
-
-    Without it a scene goes on asserting what its changes may have undone.
-    """
-    of_motion = [f"{k[:60]} = {v[:60]}" for k, v in changes.items() if k.startswith(_OF_THE_MOTION)]
-    if not of_motion:
-        return
-    words = cut(harmless(", ".join(of_motion)), _LONGEST)
-    for key, before, after in ("title", "", f"; with {words}"), ("source", "changed from ", ""):
-        text = raw.get(key)
-        if key not in changes and type(text) is str and 0 < len(text) <= MAX_TITLE:
-            raw[key] = cut(f"{before}{text}{after}", MAX_TITLE)

@@ -12,14 +12,13 @@ import unicodedata
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from typing import Any, Final
 
 from heavytop.errors import Fault, Impossible
 from heavytop.exact import Exact
 from heavytop.scene import arguments, starts
 from heavytop.scene.arguments import NumberText, Range, Reader, Refused
-from heavytop.scene.quantities import QUANTITY_READERS, RATES, WANTED
+from heavytop.scene.quantities import QUANTITY_READERS, WANTED
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
 from heavytop.text import nearest
@@ -33,7 +32,6 @@ MAX_TITLE: Final = 500
 _HEADER: Final = re.compile(r"\s*\[\s*([\w.-]+)\s*\]")
 _KEY: Final = re.compile(r"\s*([\w.-]+|\"[^\"]*\"|'[^']*')\s*=")
 _BARE: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
-_COMMA: Final = re.compile(r"-?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?")
 _LONGEST_BARE: Final = 100
 _CONTROLS: Final = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}  # what steers a terminal, or is no letter
 
@@ -70,19 +68,6 @@ def written_keys(text: str) -> Iterator[tuple[int, str, str]]:
             yield number, table + key[1].strip("\"'"), value
 
 
-def mistake(value: str) -> str:
-    """Return a hint at what is wrong with a value that is no TOML, where that can be guessed."""
-    if value.count('"') % 2:
-        return "a quote is not closed"
-    if _COMMA.fullmatch(value):
-        return f"a decimal has a point: {value.replace(',', '.')}"
-    if value.endswith(","):
-        return "no comma ends a line"
-    if value and '"' not in value and not _BARE.fullmatch(value):
-        return f'words, units and expressions stand in quotes: "{value}"'
-    return ""
-
-
 # --- one value -------------------------------------------------------------------------------
 
 
@@ -97,29 +82,17 @@ def _text(value: object) -> str:
 
 
 def _names(allowed: tuple[str, ...], least: int) -> Reader:
-    listed = ", ".join(allowed)
+    rule = f"a list of names out of {', '.join(allowed)}, each at most once"
 
     def read(value: object) -> tuple[str, ...]:
         if not isinstance(value, list | tuple) or len(value) < least:
-            raise Refused(f'a list of names out of {listed}, such as ["{allowed[0]}"]')
+            raise Refused(rule)
         wrong = [name for name in value if name not in allowed]
-        if wrong:
-            hint = nearest(wrong[0], allowed)
-            if "rates" in allowed and wrong[0] in RATES:
-                hint = 'did you mean "rates"? it holds thetadot, phidot and psidot'
-            raise Refused(f"names out of {listed}", hint)
-        if len(set(value)) < len(value):
-            raise Refused("a name at most once")
+        if wrong or len({*value}) < len(value):
+            raise Refused(rule, nearest(wrong[0], allowed) if wrong else "")
         return tuple(value)
 
     return read
-
-
-def _length(name: str, value: object) -> Exact:
-    length: Exact = QUANTITY_READERS[name](value)
-    if not length.sign():
-        raise Refused("not 0: a span has a length")
-    return length
 
 
 def _format(value: object) -> int:
@@ -133,7 +106,7 @@ def _format(value: object) -> int:
 TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "top": TOP,
     "start": starts.START_READERS,
-    "span": {name: partial(_length, name) for name in ("time", "periods")},
+    "span": {name: arguments.not_zero(QUANTITY_READERS[name]) for name in ("time", "periods")},
     "want": {
         "quantities": _names(WANTED, least=1),
         "events": _names(EVENTS, least=0),

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from heavytop.errors import ImpossibleTop
 from heavytop.exact import PI, Exact, Number
-from heavytop.scene.arguments import Numbers, Refused, Way, exact_numbers, not_positive
+from heavytop.scene.arguments import Numbers, Refused, Way, exact_numbers, positive
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.text import nearest
 
@@ -223,9 +223,7 @@ def solid(shape: object = None, **given: object) -> Solid:
         rule = f"one of {', '.join(SOLIDS)} {nearest(shape, SOLIDS)}"
         raise ImpossibleTop([("shape", rule.rstrip())])
     way = SOLIDS[shape]
-    values = exact_numbers(
-        ImpossibleTop, way, given, QUANTITY_READERS, lambda found: not_positive(found, _POSITIVE)
-    )
+    values = exact_numbers(ImpossibleTop, way, given, _READERS)
     found = way.make(values)
     mass = values["mass"] if "mass" in values else values["density"] * found["volume"]
     return Solid(mass, found["centre"], mass * found["across"], mass * found["along"])
@@ -271,6 +269,7 @@ def _shape(name: str, make: Callable[..., dict[str, Any]], *sizes: str) -> Way:
 
 
 _POSITIVE: Final = ("radius", "outer", "inner", "thickness", "length", "density", "mass")
+_READERS: Final = {**QUANTITY_READERS, **{x: positive(QUANTITY_READERS[x]) for x in _POSITIVE}}
 SOLIDS: Final[Mapping[str, Way]] = {
     "cone": _shape("a cone", _cone, "radius", "apex", "base"),
     "cylinder": _shape("a cylinder", _cylinder, "radius", "length"),

@@ -42,8 +42,8 @@ class State(Shown):
     theta : number
         Tilt θ of the axis from the upward vertical; outside [0, π] it is folded, and a warning
         says so.
-    thetadot, phi, phidot, psi : number
-        The other angles [rad] and rates [rad/s], by name.
+    thetadot, phi, phidot, psi : number, optional
+        The other angles [rad] and rates [rad/s], by name; 0 where they are left out.
     psidot, omega3 : number, optional
         The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ [rad/s]; at most one of them. It says what a kick
         holds.
@@ -98,20 +98,18 @@ class State(Shown):
         self,
         theta: Number,
         *,
-        thetadot: Number = 0,
-        phi: Number = 0,
-        phidot: Number = 0,
-        psi: Number = 0,
+        thetadot: Number | None = None,
+        phi: Number | None = None,
+        phidot: Number | None = None,
+        psi: Number | None = None,
         psidot: Number | None = None,
         omega3: Number | None = None,
         omega_body: Any = None,
         omega_space: Any = None,
     ) -> None:
-        given = {"theta": theta, "phi": phi, "psi": psi, "thetadot": thetadot, "phidot": phidot}
-        spin = there(psidot=psidot, omega3=omega3)
-        if omega := there(omega_body=omega_body, omega_space=omega_space):
-            given = {name: x for name, x in given.items() if not (name.endswith("dot") and x == 0)}
-        self._read(given | spin | omega, None)
+        rates = there(thetadot=thetadot, phidot=phidot, psidot=psidot, omega3=omega3)
+        turning = there(omega_body=omega_body, omega_space=omega_space)
+        self._read({"theta": theta} | there(phi=phi, psi=psi) | rates | turning, None)
 
     @classmethod
     def of(cls, given: Mapping[str, object], top: Top | None = None) -> Self:
@@ -141,7 +139,7 @@ class State(Shown):
     def _read(self, given: Mapping[str, object], top: Top | None) -> None:
         way, every = starts.way_of(given), starts.completed(given)
         values = exact_numbers(ImpossibleStart, way, every, starts.START_READERS)
-        if way in starts.ON_TOP and not isinstance(top, Top):
+        if way not in (starts.ANGLE_RATES, starts.OMEGA) and not isinstance(top, Top):
             raise ImpossibleStart([(starts.WITHOUT_TOP, "a Top, from which this start follows")])
         found = starts.solve(values, top)
         for notice in found["notices"]:
@@ -200,9 +198,8 @@ class State(Shown):
         >>> print(State.kicked(theta="pi/3", omega3=140, phidot=-15).psidot)
         147.5
         """
-        if omega3 is None:  # which `State` takes for a spin that is not given
-            raise ImpossibleStart([("omega3", "a number is not nothing")])
-        return cls(theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, omega3=omega3)
+        rates = {"thetadot": thetadot, "phidot": phidot, "omega3": omega3}
+        return cls.of({"theta": theta, "phi": phi, "psi": psi} | rates)
 
     @classmethod
     def from_quaternion(cls, quaternion: Vector, **rates: Unpack[Rates]) -> Self:

@@ -9,13 +9,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any, Final
 
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
 from heavytop.exact import Exact, Number
+from heavytop.exact.number import ZERO
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Broken, Numbers, Reader, Way, exact_numbers, short, there
+from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, short, there
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.solids import Solid, read_solids, whole
 from heavytop.text import Shown
@@ -71,7 +71,7 @@ class Top(Shown):
     mass: Exact | None = field(compare=False)
     distance: Exact | None = field(compare=False)
     given: tuple[tuple[str, Any], ...] = field(compare=False)
-    impossible: str = field(compare=False, repr=False)
+    warning: str = field(compare=False, repr=False)
     """The inequality of rigid bodies that it breaks; empty where it breaks none."""
 
     def __init__(
@@ -85,13 +85,15 @@ class Top(Shown):
         self._read({"A": A, "C": C, "gMR": gMR} | there(mass=mass, distance=distance))
 
     @classmethod
-    def of(cls, given: Mapping[str, object]) -> Top:
+    def of(cls, given: Mapping[str, object], warn: bool = True) -> Top:
         """The top that the keys of a scene's ``[top]`` say, in any of their ways.
 
         Parameters
         ----------
         given : mapping from str to object
             What `heavytop.scene.top.TOP` has.
+        warn : bool
+            Whether a user is to be warned of moments that no rigid body has.
 
         Raises
         ------
@@ -104,7 +106,7 @@ class Top(Shown):
         19
         """
         top = cls.__new__(cls)
-        top._read(given)
+        top._read(given, warn)
         return top
 
     @classmethod
@@ -121,26 +123,21 @@ class Top(Shown):
         >>> Top.of_numbers(1, 5, 1).warning
         'C = 5 > 2A = 2: no rigid body has these moments of inertia'
         """
-        top = cls.__new__(cls)
-        top._read({"A": A, "C": C, "gMR": gMR}, warn=False)
-        return top
+        return cls.of({"A": A, "C": C, "gMR": gMR}, warn=False)
 
     def _read(self, given: Mapping[str, object], warn: bool = True) -> None:
-        way = _way_of(tuple(name for name in given if name in TOP))
-        values = exact_numbers(ImpossibleTop, way, given, TOP, broken_body)
+        names = [name for name in given if name in TOP]
+        way = min(WAYS, key=lambda each: each.distance(names))
+        values = exact_numbers(ImpossibleTop, way, given, TOP)
         found = way.make(values)
-        if broken := broken_body(found):
-            raise ImpossibleTop(broken)
+        if found["A"].sign() != 1:  # of parts it is a sum
+            raise ImpossibleTop([("A", "must be greater than 0")])
         source = tuple((found if "solids" in values else values).items())
-        made = found | {"given": source, "impossible": _impossible(found)}
+        warning = _impossible(found)
+        made = found | {"given": source, "warning": warning}
         arguments.set_fields(self, {"mass": None, "distance": None} | made)
-        if warn and self.impossible:
-            warnings.warn(self.warning, ImpossibleBodyWarning, stacklevel=4)
-
-    @property
-    def warning(self) -> str:
-        """That no rigid body has these moments, and why; empty where some body has them."""
-        return self.impossible and f"{self.impossible}: no rigid body has these moments of inertia"
+        if warn and warning:
+            warnings.warn(warning, ImpossibleBodyWarning, stacklevel=4)
 
     def reaction(self, axis: Any, omega: Any, number: Callable[[Exact], Any] = float) -> Any:
         """The force of the pivot on the top, in space, by Newton's law: M R ë + M g.
@@ -294,34 +291,23 @@ WAYS: Final = (
     Way("a top of solids", (("solids",), ("gravity",)), _of_solids),
 )
 TOP: Final[Mapping[str, Reader]] = {
-    name: read_solids if name == "solids" else QUANTITY_READERS[name]
-    for way in WAYS for slot in way.slots for name in slot
-}  # fmt: skip
+    **{name: QUANTITY_READERS[name] for name in ("A_cm", "gMR", "distance", "gravity")},
+    **{name: arguments.positive(QUANTITY_READERS[name]) for name in ("A", "mass")},
+    **{name: arguments.not_negative(QUANTITY_READERS[name]) for name in ("C", "C_cm")},
+    "solids": read_solids,
+}
 """What reads each value of a top."""
 
 
-@lru_cache(64)
-def _way_of(names: tuple[str, ...]) -> Way:
-    """The way that is nearest to some names."""
-    return min(WAYS, key=lambda each: each.distance(names))
-
-
-def broken_body(values: Numbers) -> Broken:
-    """The rules that the mass and the moments, or those of them that are there, break."""
-    negative = (name for name in ("C", "C_cm") if name in values and values[name].sign() == -1)
-    rule = "must not be negative"
-    return [*arguments.not_positive(values, ("A", "mass")), *((name, rule) for name in negative)]
-
-
 def _impossible(values: Numbers) -> str:
-    """The inequality of rigid bodies that moments, mass and distance break."""
+    """That moments, mass and distance break an inequality of rigid bodies; empty where none."""
     A, C = values["A"], values["C"]
-    if "mass" not in values:
-        broken = (2 * A - C).sign() == -1
-        return f"C = {short(C)} > 2A = {short(2 * A)}" if broken else ""
-    about_pivot = values["mass"] * values["distance"] ** 2
-    A_cm = A - about_pivot
+    about_pivot = values["mass"] * values["distance"] ** 2 if "mass" in values else ZERO
+    A_cm, about = A - about_pivot, "_cm" if "mass" in values else ""
     if A_cm.sign() == -1:
-        return f"A = {short(A)} < M R² = {short(about_pivot)}"
-    broken = (2 * A_cm - C).sign() == -1
-    return f"C_cm = {short(C)} > 2 A_cm = {short(2 * A_cm)}" if broken else ""
+        broken = f"A = {short(A)} < M R² = {short(about_pivot)}"
+    elif (2 * A_cm - C).sign() == -1:
+        broken = f"C{about} = {short(C)} > 2{about and ' '}A{about} = {short(2 * A_cm)}"
+    else:
+        return ""
+    return f"{broken}: no rigid body has these moments of inertia"

@@ -235,7 +235,7 @@ def atlas(
     -----
     Accuracy: ``tests/studies/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone.
     """
-    arguments.heard("progress", progress)
+    arguments.check_callable("progress", progress)
     if not isinstance(scene, Scene):
         raise no_scene(scene, KIND)
     given = {"x": x, "y": y, "only": only, "jobs": jobs, "executor": executor}

@@ -39,7 +39,7 @@ from heavytop.run.own_motion import own_motion
 from heavytop.run.planning import plan
 from heavytop.run.propagation import propagate
 from heavytop.run.trajectory import Trajectory
-from heavytop.scene.arguments import heard, whole
+from heavytop.scene.arguments import check_callable, whole
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
@@ -116,7 +116,7 @@ def certify(
     Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, I.10: logarithmic norms
     and defects.
     """
-    heard("progress", progress)
+    check_callable("progress", progress)
     jobs = whole("jobs", jobs, 1, 1024)
     if isinstance(run, Scene):
         run = run_in_doubles(run)

@@ -26,7 +26,7 @@ from heavytop.errors import BadScene, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.span import closed_form_of
-from heavytop.scene.arguments import Range, heard, parse_names, parse_options
+from heavytop.scene.arguments import Range, check_callable, parse_names, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
@@ -140,7 +140,7 @@ def drift(
     Brouwer, "On the accumulation of errors in numerical integration", *Astronomical Journal* 46
     (1937), for the powers of the time with which errors grow.
     """
-    heard("progress", progress)
+    check_callable("progress", progress)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
     methods = load_methods(methods, str(getattr(scene, "name", KIND)))
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)

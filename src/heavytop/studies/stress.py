@@ -35,7 +35,7 @@ from heavytop.run.plan import Plan
 from heavytop.run.propagation import propagate
 from heavytop.run.start import binary_start
 from heavytop.run.verify import conserved, energy_error
-from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
+from heavytop.scene.arguments import Range, check_callable, one_of, parse_names, parse_options
 from heavytop.scene.quantities import Need
 from heavytop.studies import study
 from heavytop.studies.methods import AUTO_ANGLES, load_methods, stress_method, stress_methods
@@ -120,7 +120,7 @@ def stress(
     Accuracy: ``tests/studies/test_stress.py`` holds what a case allows to integrated variational
     equations.
     """
-    heard("progress", progress)
+    check_callable("progress", progress)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, STRESS_LIMITS)
     some = all_cases() if cases is None else cases

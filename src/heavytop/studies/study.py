@@ -33,7 +33,7 @@ from heavytop.errors import ForeignFile
 from heavytop.files import locked, make_folder
 from heavytop.results.base import Result, typed
 from heavytop.results.registry import RESULTS
-from heavytop.scene.arguments import heard, path_of, whole
+from heavytop.scene.arguments import check_callable, path_of, whole
 from heavytop.studies.workers import TIMED_WORKER, Processes
 
 Parameters = dict[str, Any]
@@ -475,7 +475,7 @@ def resume(
     ...     print(resume(place).document() == first.document())
     True
     """
-    heard("progress", progress)
+    check_callable("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Final
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.files import write_text
 from heavytop.results.base import Chart, Result, Table
-from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown, text_of
+from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown
 from heavytop.scene.scene import Scene
 from heavytop.studies.find import (
     FOUND_FACTS,
@@ -105,7 +105,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
         scene.name, "facts", facts, one_of({name: name for name in FOUND_FACTS})
     )
     try:
-        key, points = read_range(text_of("over", over), _FEW)
+        key, points = read_range(expect("over", over, str), _FEW)
     except (Refused, NotANumber) as wrong:
         faults.append(Fault(scene.name, None, "over", shown(over), str(wrong)))
     if faults:

@@ -21,7 +21,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
-from heavytop.scene.arguments import Range, heard, parse_names, parse_options
+from heavytop.scene.arguments import Range, check_callable, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import study
 from heavytop.studies.drift import perturbed_start
@@ -164,7 +164,7 @@ def work_precision(
     Accuracy: ``tests/studies/test_work_precision.py`` holds errors to a thousandth of what the
     closed form says of the same state.
     """
-    heard("progress", progress)
+    check_callable("progress", progress)
     methods = load_methods(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
