@@ -125,16 +125,23 @@ def test_the_ratio_of_a_fast_top_is_asked_for_as_it_is_printed(name) -> None:
     assert least.value == pytest.approx(2 * math.sqrt(3.28e-4 * 0.0456) / 6.6e-5, rel=1e-14)
 
 
-def test_a_kind_is_found_by_the_ends_of_where_it_holds() -> None:
-    loops = find(DROPPED, "start.phidot=-20:40", "kind = loops")
-    assert len(loops.solutions) == 3
-    assert loops.why.startswith("holds from -20 to")
-    assert abs(values(loops)[0]) < 1e-299
-    low, high = loops.solutions[1].bracket
+def test_boundaries_of_kinds() -> None:
+    cusps = find(DROPPED, "start.phidot=-20:20", "kind = cusps")
+    assert values(cusps)[0] == 0
+    low, high = cusps.solutions[1].bracket
     kinds = [ht.classify(DROPPED.top, DROPPED.changed("start.phidot", x).start).kind
              for x in (low, high)]  # fmt: skip
     assert kinds == ["waves", "loops"]
-    assert find(DROPPED, "start.phidot=-20:20", "kind = cusps").why.startswith("holds from")
+    through = find(DROPPED, "start.phidot=1:30", "kind = through-top")
+    for x in values(through):
+        motion = ht.Motion(DROPPED.top, DROPPED.changed("start.phidot", x).start)
+        assert float(motion.constants.p_phi - motion.constants.p_psi) < 1e-15
+    loops = find(DROPPED, "start.phidot=-20:40", "kind = loops")
+    assert len(loops.solutions) == 3
+    assert loops.why.startswith("holds from -20 to")
+    steady = find(DROPPED, "start.phidot=0.5:40", "kind = uniform-precession")
+    rates = [ht.State.steady(DROPPED.top, "0.1", psidot=140, which=w) for w in ("slow", "fast")]
+    assert values(steady) == pytest.approx([float(each.phidot) for each in rates], rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +179,7 @@ def test_ranges_have_units_and_may_be_of_any_number() -> None:
     (found,) = find(heavy, "top.distance=1 cm:50 cm", "theta_max = 70 deg").solutions
     assert heavy.changed("top.distance", found.value).top.mass == 1
     document = find(heavy, "top.mass=500 g:2", "period=1").document()
-    assert {"schema", "scene", "vary", "so_that", "solutions", "why"} == document.keys()
+    assert {"schema", "scene", "vary", "so_that", "solutions", "why"} <= document.keys()
 
 
 WHEEL = ('mass = 2.1\ndistance = "18 cm"\ngravity = 9.81\nA = "2.1*(0.3^2/2 + 0.18^2)"\n'

@@ -17,8 +17,11 @@ from typing import Any, ClassVar, Final, TypeAlias
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
+from heavytop.classification.classify import SIGN_BITS, SceneSigns
+from heavytop.classification.kinds import RULES, Criterion
 from heavytop.errors import BadScene, NoClosedForm, NotANumber
 from heavytop.exact import Exact
+from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT
 from heavytop.exact.parse import UNITS_OF
 from heavytop.results.base import Fact, Result
@@ -123,8 +126,9 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     vary : str
         Which number, and its range: ``"start.psidot = 10:400"``, with units if one likes.
     so_that : str
-        ``"round = 3.5 s"``, ``"theta_max <= 5 deg"`` or ``"kind = loops"``: a fact with =, <= or
-        >=, or a kind. Of an inequality and of a kind the solutions are the ends of where it holds.
+        ``"round = 3.5 s"``, ``"theta_max <= 5 deg"`` or ``"kind = cusps"``: a fact with =, <= or
+        >=, or a kind. Of an inequality, and of a kind that has room, the solutions are the ends of
+        where it holds.
 
     Returns
     -------
@@ -158,9 +162,12 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     if not any(map(motion_at, points)):
         scene.changed(key, points[0])  # which says why not
     if name == "kind":
-        brackets, why = _find_ends(lambda x: kind_of(motion_at(x)) == wanted, key, points)
+        brackets, why = [*_find_zeros(motion_at, points, wanted)], ""
+        if not brackets:
+            brackets, why = _find_ends(lambda x: kind_of(motion_at(x)) == wanted, key, points)
         kinds = {kind for x in points if (kind := kind_of(motion_at(x)))}
-        why = why or f"{_none(points)}: there are {', '.join(sorted(kinds))}"
+        if not (brackets or why):
+            why = f"{_none(points)}: there are {', '.join(sorted(kinds))}"
     else:
         distance = partial(_distance, motion_at, name, wanted)
         points, side = _with_nearest(distance, points), -1 if relation == "<=" else 1
@@ -237,6 +244,30 @@ def _find_ends(holds: Callable[[float], bool], key: str, points: Sequence[float]
     inside = [(a, b) for a, b in pairwise(ends) if holds(a + (b - a) / 2)]
     where = ", ".join(f"from {a:.6g} to {b:.6g}" for a, b in inside)
     return brackets, f"holds {where} {_unit_of(key)}".rstrip() if inside else ""
+
+
+def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iterator[Bracket]:
+    """Where the numbers change their sign that are 0 in a kind, the others being as it wants."""
+    for rule in (rule for rule in RULES if rule.kind == kind):
+        distances = [partial(_criterion, motion_at, number) for number in rule.zeros]
+        moving = [each for each in distances if any(each(x) for x in points)]
+        for low, high in _brackets(moving[0], _with_nearest(moving[0], points)) if moving else ():
+            factors = [partial(_criterion, motion_at, number) for number in rule.positive]
+            positive = all(math.prod(each(x) for each in factors) > 0 for x in (low, high))
+            loops = Kind.LOOPS in (kind_of(motion_at(low)), kind_of(motion_at(high)))
+            others = any(_alike(each, low, high) for each in moving[1:])
+            if positive and not others and (loops or kind != Kind.CUSPS):
+                yield low, high
+
+
+def _criterion(motion_at: MotionAt, number: Criterion, x: float) -> float:
+    """A number that distinguishes kinds, with its proved sign; nan where there is none."""
+    if (motion := motion_at(x)) is None:
+        return math.nan
+    signs = SceneSigns(motion.top, motion.start)
+    with working(SIGN_BITS):
+        side = signs.sign(number).number
+        return math.nan if side is None else side * (abs(float(number.value(signs.balls))) or 1.0)
 
 
 def _none(points: Sequence[float]) -> str:
