@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from heavytop.checking.result import Check
 from heavytop.errors import Impossible
 from heavytop.plots import figures
+from heavytop.plots.figures import DrawnRun
 from heavytop.plots.style import legend
 from heavytop.results.check import CheckResult
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
@@ -64,17 +65,17 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
     if hasattr(thing, "charts"):
         charts: Mapping[str, Draw] = thing.charts()
         return charts
-    first = ["theta"] if figures.stands(thing) else []
-    names = dict.fromkeys([*first, *figures.DRAW])
-    if not hasattr(thing, "plan"):
+    run = DrawnRun.of(thing)
+    names = dict.fromkeys([*["theta"] * run.stands, *figures.DRAW])
+    if run.trajectory is None:
         del names["errors"]
-    return {name: partial(_drawn_run, thing, figures.DRAW[name]) for name in names}
+    return {name: partial(_drawn_run, run, figures.DRAW[name]) for name in names}
 
 
-def _drawn_run(thing: Any, draw: Draw, ax: Axes, events: bool = True, **looks: Any) -> Axes:
+def _drawn_run(run: DrawnRun, draw: Draw, ax: Axes, events: bool = True, **looks: Any) -> Axes:
     """Draw a picture of a run; without the marks of its events where these are not wanted."""
     before = {*ax.lines}
-    draw(ax, thing, **looks)
+    draw(ax, run, **looks)
     for mark in () if events else {*ax.lines} - before:
         if mark.get_gid() == figures.MARK:
             mark.remove()

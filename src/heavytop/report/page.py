@@ -126,10 +126,8 @@ def _pictures(result: Result, run: Any) -> Iterator[Picture]:
 
 def _top(run: Any) -> Mapping[str, Any] | None:
     """The frames of the top of a run, where its motion has them."""
-    from heavytop.plots.figures import as_drawn
-
     try:
-        return None if run is None else frames(as_drawn(run))
+        return None if run is None else frames(run)
     except NoClosedForm:
         return None
 
