@@ -39,6 +39,11 @@ MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 PATH, OTHER = BLUE, ORANGE
 
 
+def look_of(number: int) -> dict[str, Any]:
+    """The colour and the marker of one of many methods; no two of 77 are alike."""
+    return {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
+
+
 class Look(NamedTuple):
     """How a kind of motion or of event is drawn in every figure.
 
