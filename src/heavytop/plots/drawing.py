@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 
 from heavytop.checking.result import Check
 from heavytop.errors import Impossible
-from heavytop.plots import figures
-from heavytop.plots.figures import DrawnRun
+from heavytop.plots.figures import DRAW, MARK, DrawnRun
 from heavytop.plots.style import legend
 from heavytop.results.check import CheckResult
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
@@ -24,28 +23,26 @@ def plotted(
     thing: Any, what: str | None, ax: Axes | None, unit: str | None, looks: Mapping[str, Any]
 ) -> Axes:
     """Draw a picture of a thing, as `heavytop.text.Plotted.plot` says."""
-    try:
-        units = UNITS_SHOWN.get() if unit is None else read_units(text_of("unit", unit))
-    except Refused as wrong:
-        raise Impossible([("unit", str(wrong))]) from None
-    with showing(units):
-        return _drawn(thing, what, ax, looks)
-
-
-def _drawn(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, Any]) -> Axes:
-    """Draw a picture on axes, or on those of a new figure that pyplot shows."""
     charts = _charts(thing)
     if not charts:
         raise Impossible([("what", "there is nothing to draw")])
+    given = "unit"
     try:
+        units = UNITS_SHOWN.get() if unit is None else read_units(text_of("unit", unit))
+        given = "what"
         draw = one_of(charts)(next(iter(charts)) if what is None else text_of("what", what))
     except Refused as wrong:
-        raise Impossible([("what", str(wrong))]) from None
-    if ax is not None:
-        return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
-    from matplotlib import pyplot  # which shows it: nothing else here has a global state
+        raise Impossible([(given, str(wrong))]) from None
+    with showing(units):
+        if ax is not None:
+            return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
+        return _shown_by_pyplot(draw, getattr(thing, "figure_size", None), looks)
 
-    size = getattr(thing, "figure_size", None)
+
+def _shown_by_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
+    """Draw on the axes of a new figure that pyplot shows, with a legend."""
+    from matplotlib import pyplot  # nothing else here has a global state
+
     figure = pyplot.figure(figsize=size, layout="constrained")
     try:
         ax = draw(figure.subplots(), **looks)
@@ -66,17 +63,17 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
         charts: Mapping[str, Draw] = thing.charts()
         return charts
     run = DrawnRun.of(thing)
-    names = dict.fromkeys([*["theta"] * run.stands, *figures.DRAW])
+    names = dict.fromkeys([*["theta"] * run.stands, *DRAW])
     if run.trajectory is None:
         del names["errors"]
-    return {name: partial(_drawn_run, run, figures.DRAW[name]) for name in names}
+    return {name: partial(_draw_run, run, name) for name in names}
 
 
-def _drawn_run(run: DrawnRun, draw: Draw, ax: Axes, events: bool = True, **looks: Any) -> Axes:
+def _draw_run(run: DrawnRun, name: str, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
     """Draw a picture of a run; without the marks of its events where these are not wanted."""
     before = {*ax.lines}
-    draw(ax, run, **looks)
+    DRAW[name](ax, run, **looks)
     for mark in () if events else {*ax.lines} - before:
-        if mark.get_gid() == figures.MARK:
+        if mark.get_gid() == MARK:
             mark.remove()
     return ax

@@ -24,7 +24,7 @@ from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, STEADY_TURN_S, View, axis_path, touched
-from heavytop.plots.style import Array, in_degrees, line, once, titled
+from heavytop.plots.style import Array, line, once, titled
 from heavytop.results.run import PICTURES
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
@@ -480,5 +480,4 @@ def run_figure(name: str, run: Any) -> Figure:
         for ax, panel in zip(axes.ravel(), panels, strict=True):
             DRAW[panel](ax, run)
             ax.label_outer()
-            in_degrees(ax)
     return figure

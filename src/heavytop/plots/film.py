@@ -28,7 +28,16 @@ from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, View, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
-from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
+from heavytop.scene.arguments import (
+    Range,
+    Reader,
+    Refused,
+    expect,
+    heard,
+    parse_options,
+    path_of,
+    there,
+)
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene
 
@@ -154,8 +163,7 @@ def film(
     """
     expect("scene", scene, Scene, "load_scene gives one")
     heard("progress", progress)
-    timing = {"seconds": seconds, "rounds": rounds, "time": time, "speed": speed}
-    given = {name: each for name, each in timing.items() if each is not None}
+    given = there(seconds=seconds, rounds=rounds, time=time, speed=speed)
     known, wrong = parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
     )

@@ -181,7 +181,7 @@ def draw_motion(ax: Axes, motion: Motion) -> bool:
     return pushed is not None
 
 
-@mpl.rc_context(STYLE | {"path.simplify_threshold": 0.5})
+@mpl.rc_context(STYLE)
 def motion_figure(motion: Motion) -> Figure:
     """A small picture of a motion: the path of the axis on the ground of its kind."""
     figure = Figure(figsize=(2.4, 2.4), layout="constrained")
