@@ -1,7 +1,6 @@
 """Pictures of a run: each is a function of the axes it draws on, and computes nothing.
 
-A run is a trajectory, or a motion, of which it draws some nutations of the closed form. Each takes
-keywords of matplotlib for its line, which go before its own, and returns the axes.
+Each takes keywords of matplotlib for its line, which go before its own, and returns the axes.
 """
 
 from __future__ import annotations
@@ -26,7 +25,6 @@ from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, STEADY_TURN_S, View, axis_path, touched
 from heavytop.plots.style import Array, line, once, titled
 from heavytop.results.run import PICTURES
-from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
 
 if TYPE_CHECKING:
@@ -71,7 +69,7 @@ class DrawnRun:
     motion: Motion
     end: float
     title: str
-    trajectory: Trajectory | None = None
+    trajectory: Any = None
 
     @classmethod
     def of(cls, run: Any, nutations: int = NUTATIONS) -> DrawnRun:
@@ -89,10 +87,6 @@ class DrawnRun:
 
         if isinstance(run, SceneMotion):
             return cls(run.motion.at, run.motion, run.span, run.scene.title or run.scene.name)
-        from heavytop.run.trajectory import Trajectory  # which takes its time to import
-
-        if not isinstance(run, Trajectory):
-            raise wrong_type("trajectory", "a Trajectory (propagate gives one) or a Motion", run)
         motion, title = run.motion, run.scene.title or run.scene.name
         same = not run.in_doubles and np.allclose(
             run.samples.axis, motion.at(run.t).axis, UNSEEN, UNSEEN, equal_nan=True
@@ -161,50 +155,30 @@ def _against(ax: Axes, run: DrawnRun, x: str, y: str, looks: Looks) -> Line2D:
 # --- the angles: against time, and the tilt against the precession (SICM, figures 2.5 to 2.8) ---
 
 
-def loop(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
+def loop(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     """Draw theta against phi, upright: where the axis stands higher, so does the line.
 
     The dot is the start.
 
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
-    **looks
-        Keywords of the line; the other figures take them too.
-
     Raises
     ------
-    WrongType
-        It is neither; the other figures say the same.
     ValueError
         The trajectory did not follow phi; `over_time` draws theta.
     """
-    run = DrawnRun.of(trajectory)
     path = _against(ax, run, "phi", "theta", looks)
     first = np.asarray(path.get_xydata())[0]
     ax.plot(*first, "o", color=path.get_color(), ms=3, zorder=4)
     return _upright(ax, run)
 
 
-def over_time(
-    ax: Axes, trajectory: Trajectory | Motion, name: str = "theta", /, **looks: Any
-) -> Axes:
+def over_time(name: str, ax: Axes, run: DrawnRun, /, **looks: Any) -> Axes:
     """Draw an angle or a rate against time; theta upright, of a still top as it goes when touched.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
-    name : str
-        Such as phi or psidot: the top spins faster when it is more vertical.
 
     Raises
     ------
     ValueError
         The trajectory did not follow it.
     """
-    run = DrawnRun.of(trajectory)
     path = _against(ax, run, "t", name, looks)
     if name not in ANGLES:
         _cut_peaks(ax, np.asarray(path.get_ydata()))
@@ -243,20 +217,14 @@ _VIEWS: Final[WeakKeyDictionary[Axes, View]] = WeakKeyDictionary()
 """How the sphere is seen on axes: another path there is seen in the same way."""
 
 
-def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
+def axis_on_sphere(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     """Draw the path of the symmetry axis on the unit sphere, seen from far away.
 
     A path that keeps near the vertical is seen from straight above (or below), and the view
     closes in on it; any other from 25 degrees above or below the horizon, on the side where it
     mostly is, and paler where it runs behind. The dot is the start. Of a top that rests, sleeps or
     hangs the path is the one that it takes when it is touched.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
     """
-    run = DrawnRun.of(trajectory)
     path, colour, words = run.path.axis, style.PATH, ""
     if pushed := touched(run.motion):
         time = MOST_DRAWN_PERIODS * pushed.period if pushed.period else 2 * STEADY_TURN_S
@@ -272,15 +240,9 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> A
 # --- the tilt by itself: its effective potential, and its phase plane ---------------------------
 
 
-def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
-    """Draw V_eff(theta) - p_psi^2/2C [J] with E', the tilts it allows, and the turning points.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
-    """
-    motion = DrawnRun.of(trajectory).motion
+def effective_potential(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
+    """Draw V_eff(theta) - p_psi^2/2C [J] with E', the tilts it allows, and the turning points."""
+    motion = run.motion
     V, A, E_prime = Potential(motion), float(motion.top.A), float(motion.constants.E_prime)
     tilts, floor, level = drawn_part(motion, V)
     theta, label = np.linspace(*tilts, 801), "V$_{eff}$ − $p_ψ^2/2C$"
@@ -310,19 +272,13 @@ def _start(ax: Axes, tilt: Any, y: Any, looks: Looks) -> None:
          label=once(ax, "start"), zorder=4)  # fmt: skip
 
 
-def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
+def phase_plane(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     """Draw curves of constant energy in the plane of theta and thetadot.
 
     All of them have the momenta p_phi and p_psi of the scene; its own curve is the heavy one. The
     separatrix, where there is one, is dashed. The dot is the start. Keywords are those of its own
     curve, or of the dot where the tilt is constant.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory or Motion
     """
-    run = DrawnRun.of(trajectory)
     motion, V = run.motion, Potential(run.motion)
     tilts, floor, level = drawn_part(motion, V)
     for k, amplitude in enumerate(FAMILY if level > floor else ()):
@@ -387,25 +343,17 @@ def drawn_part(motion: Motion, V: Potential) -> tuple[tuple[float, float], float
 # --- the error against the closed form ---------------------------------------------------------
 
 
-def errors(ax: Axes, trajectory: Trajectory | DrawnRun, **looks: Any) -> Axes:
-    """Draw |run - closed form| against time [s], logarithmic.
+def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
+    """Draw |run - closed form| of a trajectory against time [s], logarithmic.
 
     The marks are samples, the lines the largest error so far. A sample with no error at all, or
     with less than a hundred-millionth of the largest, is drawn on the lower edge.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    trajectory : Trajectory
     """
-    from heavytop.run.trajectory import Trajectory
     from heavytop.run.verify import deviations
 
-    given = getattr(trajectory, "trajectory", trajectory)
-    run = expect("trajectory", given, Trajectory, "propagate gives one")
     ax.set(xlabel=QUANTITIES["t"].heading, ylabel="|run − closed form| [rad]")
     try:
-        found = deviations(run)
+        found = deviations(run.trajectory)
     except NoClosedForm as reason:
         ax.text(0.5, 0.5, str(reason), transform=ax.transAxes, ha="center", wrap=True)
         return ax
@@ -433,10 +381,7 @@ def errors(ax: Axes, trajectory: Trajectory | DrawnRun, **looks: Any) -> Axes:
 DRAW: Final[Mapping[str, Callable[..., Axes]]] = {
     "loop": loop,
     "sphere": axis_on_sphere,
-    **{
-        name: lambda ax, run, name=name, **looks: over_time(ax, run, name, **looks)
-        for name in (*ANGLES, *RATES)
-    },
+    **{name: partial(over_time, name) for name in (*ANGLES, *RATES)},
     "potential": effective_potential,
     "phase": phase_plane,
     "errors": errors,

@@ -28,16 +28,8 @@ from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, View, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
-from heavytop.scene.arguments import (
-    Range,
-    Reader,
-    Refused,
-    expect,
-    heard,
-    parse_options,
-    path_of,
-    there,
-)
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Range, Reader, Refused, expect
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene
 
@@ -70,7 +62,7 @@ def _size(value: object) -> tuple[int, int]:
 
 
 def _place(value: object) -> Path:
-    place = path_of("path", value)
+    place = arguments.path_of("path", value)
     if place.suffix.lower() not in FILM_WRITERS:
         raise Refused(f"the name of a film ends in {', '.join(FILM_WRITERS)}")
     return place
@@ -162,9 +154,9 @@ def film(
     True
     """
     expect("scene", scene, Scene, "load_scene gives one")
-    heard("progress", progress)
-    given = there(seconds=seconds, rounds=rounds, time=time, speed=speed)
-    known, wrong = parse_options(
+    arguments.heard("progress", progress)
+    given = arguments.there(seconds=seconds, rounds=rounds, time=time, speed=speed)
+    known, wrong = arguments.parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
     )
     if wrong:
