@@ -17,7 +17,7 @@ def shot(name="sicm-kicked", changes=(), *, size=SIZE, follow=False, **asked):
     scene = ht.load_scene(name, changes)
     motion = ht.Motion(scene.top, scene.start)
     end = float(scene.time or scene.periods * motion.period)
-    return Shot.of(scene, Clip.of(motion, end, 10.0, **asked), size, follow=follow)
+    return Shot(scene, Clip.of(motion, end, 10.0, **asked), size, follow)
 
 
 def pixel(stage, view, point):
@@ -45,7 +45,7 @@ def on_the_body(shot, rotation, view):
 def test_three_frames_show_the_exact_motion(follow):
     seen, scene, patches = shot(follow=follow), ht.load_scene("sicm-kicked"), []
     for done in (0.1, 0.45, 0.93):
-        at = ht.Motion(scene.top, scene.start).at(seen.t[seen.at(done)], digits=30)
+        at = ht.Motion(scene.top, scene.start).at(seen.record.t[seen.at(done)], digits=30)
         stage, view = seen.stage(), seen.view(done)
         picture = seen.frame(stage, done)
         w, *v = (float(x) for x in at.quaternion)
@@ -107,7 +107,7 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
 def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
     assert any("pushed" in title for title in shot("sleeping").titles)
     backward = shot(changes=["span.time=-2"])
-    assert backward.t[-1] < 0
+    assert backward.record.t[-1] < 0
     assert backward.frame(backward.stage(), 1.0).getextrema() != ((255, 255),) * 3
 
 
@@ -127,13 +127,13 @@ def test_what_cannot_be_a_film_is_refused_all_at_once(tmp_path):
 def test_a_film_shows_one_round_at_the_speed_that_is_asked():
     scene = ht.load_scene("sicm-kicked")
     once = ht.Motion(scene.top, scene.start).round
-    phi = ht.Motion(scene.top, scene.start).at(shot(rounds=1).t[-1]).phi
+    phi = ht.Motion(scene.top, scene.start).at(shot(rounds=1).record.t[-1]).phi
     assert abs(phi) == pytest.approx(2 * np.pi, rel=0.2)  # 2π of the mean precession
     assert Clip.of(ht.Motion(scene.top, scene.start), 9.0, 10.0, rounds=1, speed=0.5).seconds == (
         pytest.approx(2 * once)
     )
-    assert shot(speed=0.1).t[-1] == pytest.approx(1.0)
-    assert shot(time=30.0).t[-1] == pytest.approx(30.0)
+    assert shot(speed=0.1).record.t[-1] == pytest.approx(1.0)
+    assert shot(time=30.0).record.t[-1] == pytest.approx(30.0)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])

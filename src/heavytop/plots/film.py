@@ -8,10 +8,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from io import BytesIO
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -26,7 +28,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage
 from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
-from heavytop.plots.sphere import PUSH, View, momentum_path
+from heavytop.plots.sphere import PUSH, View, circle, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Reader, Refused, expect
@@ -173,7 +175,7 @@ def film(
     if form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
         rule = f"{count} frames are too many of this size: as an MP4, or smaller or shorter"
         raise BadScene((Fault("film", None, "size", f"{width}x{height}", rule),))
-    shot = Shot.of(scene, clip, (width, height), follow=follow)
+    shot = Shot(scene, clip, (width, height), follow)
 
     def frames() -> Iterator[Image.Image]:
         stage = shot.stage()
@@ -189,73 +191,71 @@ def film(
 # --- what is shown, and from where ---------------------------------------------------------------
 
 
-class Shot(NamedTuple):
-    """What a film shows, at even times.
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """What a film shows of a scene, at even times.
 
     Attributes
     ----------
+    scene : Scene
+    clip : Clip
     size : tuple of int
         Width and height of the picture [pixels].
-    titles : tuple of str
-    t : ndarray, shape (k,)
-    axis, momentum : ndarray, shape (k, 3)
-        The momentum is the angular one over its largest size.
-    rotation : ndarray, shape (k, 3, 3)
-        Body to space.
-    rims : ndarray, shape (rims, sectors, 3)
-        The body, in its own frame.
-    limits : mapping of str to float
-        By colour the greatest and the least tilt [rad].
-    turned : float
-        By how much the eye goes round [rad].
+    follow : bool
+        Whether the eye goes round.
     """
 
+    scene: Scene
+    clip: Clip
     size: tuple[int, int]
-    titles: tuple[str, ...]
-    t: Array
-    axis: Array
-    momentum: Array
-    rotation: Array
-    rims: Array
-    limits: Mapping[str, float]
-    turned: float
+    follow: bool = False
 
-    @classmethod
-    def of(cls, scene: Scene, clip: Clip, size: tuple[int, int], *, follow: bool = False) -> Shot:
-        """What a film shows of a scene."""
-        motion, end = clip.motion, clip.end
-        record = motion.at(np.linspace(0.0, end, PATH_POINTS))
-        pushed = f"pushed at {PUSH:g} rad/s; untouched it stays as it is" if clip.pushed else ""
-        title = literal(scene.title or scene.name, LETTERS)
-        tilts = {"theta_max": motion.theta_max, "theta_min": motion.theta_min}
-        return cls(
-            size=size,
-            titles=tuple(filter(None, (title, _pace(abs(end) / clip.seconds), pushed))),
-            t=record.t,
-            axis=record.axis,
-            momentum=momentum_path(scene.top, record),
-            rotation=Rotation.from_quat(record.quaternion, scalar_first=True).as_matrix(),
-            rims=_rims(float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))),
-            limits={EVENT_STYLES[name].colour: float(tilt) for name, tilt in tilts.items()},
-            turned=motion.mean_angle_rates[0] * end if follow else 0.0,
-        )
+    @cached_property
+    def record(self) -> Any:
+        """The motion at the times of the path."""
+        return self.clip.motion.at(np.linspace(0.0, self.clip.end, PATH_POINTS))
+
+    @cached_property
+    def momentum(self) -> Array:
+        """The angular momentum over its largest size, shape (k, 3)."""
+        return momentum_path(self.scene.top, self.record)
+
+    @cached_property
+    def rotation(self) -> Array:
+        """From body to space, shape (k, 3, 3)."""
+        found = Rotation.from_quat(self.record.quaternion, scalar_first=True)
+        return np.asarray(found.as_matrix())
+
+    @cached_property
+    def rims(self) -> Array:
+        """The body, in its own frame, shape (rims, sectors, 3)."""
+        top = self.scene.top
+        return _rims(float(top.C / top.A), float(np.sign(float(top.gMR))))
+
+    @property
+    def titles(self) -> list[str]:
+        """What a picture says: the scene, how fast time passes, and whether the top was pushed."""
+        title = literal(self.scene.title or self.scene.name, LETTERS)
+        pushed = [f"pushed at {PUSH:g} rad/s; untouched it stays as it is"] * self.clip.pushed
+        return [title, _pace(abs(self.clip.end) / self.clip.seconds), *pushed]
 
     def at(self, done: float) -> int:
         """The number of the time at a fraction of the film."""
-        return round(done * (self.t.size - 1))
+        return round(done * (PATH_POINTS - 1))
 
     def view(self, done: float) -> View:
         """From where the eye looks: across the first lean, a little from above or below."""
-        far = np.hypot(self.axis[:, 0], self.axis[:, 1])
-        x, y, _ = self.axis[np.argmax(far > LEAN) if (far > LEAN).any() else np.argmax(far)]
+        axis, motion = self.record.axis, self.clip.motion
+        far = np.hypot(axis[:, 0], axis[:, 1])
+        x, y, _ = axis[np.argmax(far > LEAN) if (far > LEAN).any() else np.argmax(far)]
         azimuth = math.atan2(-x, y) + ASIDE if far.max() > 1e-3 else -math.pi / 2
-        lift = -0.12 if self.axis[:, 2].mean() < -0.3 else 0.3
-        return View.from_side(azimuth + done * self.turned, lift)
+        turned = motion.mean_angle_rates[0] * self.clip.end if self.follow else 0.0
+        return View.from_side(azimuth + done * turned, -0.12 if axis[:, 2].mean() < -0.3 else 0.3)
 
     def stage(self) -> Figure:
         """A figure that path, wheel and pivot fill, in one scale for all of a film."""
         wheel = self.rims[WIDEST_RIM, ::9] @ self.rotation[::200].swapaxes(1, 2)
-        points = np.vstack((np.zeros(3), self.axis[::10], wheel.reshape(-1, 3)))
+        points = np.vstack((np.zeros(3), self.record.axis[::10], wheel.reshape(-1, 3)))
         flat = np.concatenate([self.view(x).project(points)[0] for x in np.linspace(0, 1, 9)])
         low, high = flat.min(axis=0), flat.max(axis=0)
         size = np.array(self.size)
@@ -274,7 +274,7 @@ class Shot(NamedTuple):
             shown.remove()
         now = self.at(done)
         self.draw(ax, self.view(done), now)
-        time = QUANTITIES["t"].with_unit(self.t[now], form=".4g")
+        time = QUANTITIES["t"].with_unit(self.record.t[now], form=".4g")
         words, font = "\n".join((*self.titles, f"t = {time}")), max(9, min(self.size) // 38)
         place: Any = {"xytext": (8, -6), "textcoords": "offset points", "va": "top"}
         ax.annotate(words, (0, 1), xycoords="axes fraction", color=INK, fontsize=font, **place)
@@ -284,7 +284,7 @@ class Shot(NamedTuple):
 
     def draw(self, ax: Axes, view: View, now: int) -> None:
         """Draw the top as it is at one of the times."""
-        unit, axis = min(self.size) / 600, self.axis[now]
+        unit, path, motion = min(self.size) / 600, self.record.axis, self.clip.motion
 
         def line(points: Array, colour: str, width: float, order: float) -> None:
             flat = view.project(points)[0]
@@ -292,15 +292,14 @@ class Shot(NamedTuple):
 
         ax.add_patch(Circle((0.0, 0.0), 1.0, fc="none", ec=FILM_FAINT, lw=unit, zorder=1))
         line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FILM_FAINT, 1, 1)
-        around = np.linspace(0, 2 * np.pi, 91)
-        for colour, tilt in self.limits.items():
-            x, y = math.sin(tilt) * np.cos(around), math.sin(tilt) * np.sin(around)
-            circle = np.stack((x, y, 0 * x + math.cos(tilt)), axis=-1)
-            view.draw_line(ax, circle, color=colour, lw=unit)
-        view.draw_line(ax, self.axis[now:], color=AHEAD_COLOUR, lw=1.2 * unit)
-        view.draw_line(ax, self.axis[: now + 1], color=PATH, lw=2.4 * unit)
+        for name in ("theta_max", "theta_min"):
+            colour = EVENT_STYLES[name].colour
+            view.draw_line(ax, circle(getattr(motion, name)), color=colour, lw=unit)
+        view.draw_line(ax, path[now:], color=AHEAD_COLOUR, lw=1.2 * unit)
+        view.draw_line(ax, path[: now + 1], color=PATH, lw=2.4 * unit)
         # the tip of the stem is before the body, or behind it
-        line(np.outer((STEM_REACH, 1.0), axis), INK, 2.5, 2.3 if axis @ view.towards < 0 else 2.7)
+        order = 2.3 if path[now] @ view.towards < 0 else 2.7
+        line(np.outer((STEM_REACH, 1.0), path[now]), INK, 2.5, order)
         ax.add_collection(_body(self.rims @ self.rotation[now].T, view), autolim=False)
         line(np.stack((np.zeros(3), self.momentum[now])), MOMENTUM, 2, 4)
         tip = view.project(self.momentum[now])[0]

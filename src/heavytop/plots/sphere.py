@@ -83,11 +83,9 @@ class View(NamedTuple):
         """Draw the sphere on its ground, circles of equal tilt with their degrees, the vertical."""
         radius, whole = min(self.reach, 1.0), self.reach >= 1.0
         ax.add_patch(Circle((0.0, 0.0), radius, fc=ground, ec=FAINT, lw=1.0 * whole, zorder=0))
-        around = np.linspace(0.0, 2 * np.pi, 91)
         for degrees in range(self.spacing, 180, self.spacing):
             z, far = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-            ring = np.column_stack((far * np.cos(around), far * np.sin(around), 0 * around + z))
-            flat, depth = self.project(ring)
+            flat, depth = self.project(circle(np.radians(degrees)))
             if not (depth > 0).any() or not (whole or far < radius):
                 continue
             ax.plot(*np.where(depth > 0, flat.T, np.nan), color=FAINT, lw=0.6, zorder=1)
@@ -127,6 +125,13 @@ class View(NamedTuple):
         edge = 1.02 * self.reach
         ax.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal")
         ax.axis("off")
+
+
+def circle(tilt: float) -> Array:
+    """Points of equal tilt [rad] on the unit sphere, shape (k, 3)."""
+    around = np.linspace(0.0, 2 * np.pi, 91)
+    x, y = np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around)
+    return np.stack((x, y, 0 * x + np.cos(tilt)), axis=-1)
 
 
 def touched(motion: Motion) -> Motion | None:
