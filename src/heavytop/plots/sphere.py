@@ -177,18 +177,12 @@ def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = F
     view.frame(ax)
 
 
-def draw_motion(ax: Axes, motion: Motion) -> bool:
-    """Draw some nutations on the ground of their kind; whether it is what the top does touched."""
-    pushed = touched(motion)
-    moving = pushed or motion
-    path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_TURN_S)
-    kind_panel(ax, path, View.of(path), str(motion.kind), pushed=pushed is not None)
-    return pushed is not None
-
-
 @mpl.rc_context(STYLE)
 def motion_figure(motion: Motion) -> Figure:
-    """A small picture of a motion: the path of the axis on the ground of its kind."""
-    figure = Figure(figsize=(2.4, 2.4), layout="constrained")
-    draw_motion(figure.subplots(), motion)
+    """A small picture of a motion: some nutations of the axis on the ground of its kind."""
+    figure, pushed = Figure(figsize=(2.4, 2.4), layout="constrained"), touched(motion)
+    moving = pushed or motion
+    path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_TURN_S)
+    view, still = View.of(path), pushed is not None
+    kind_panel(figure.subplots(), path, view, str(motion.kind), pushed=still)
     return figure
