@@ -36,8 +36,7 @@ MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper
 CURVE_POINTS: Final = 4001
 CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
-# how high the potential is drawn, over the energy that has to be seen
-POTENTIAL_HEIGHT: Final = 1.6**2
+POTENTIAL_HEIGHT: Final = 1.6**2  # how high it is drawn, over the energy that has to be seen
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
 MARK: Final = "event"  # what the marks of events are known by
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
@@ -401,14 +400,7 @@ def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, Callable[[
 
 
 def run_figure(name: str, run: Any) -> Figure:
-    """The figure of a run of this name; of a top that stands still tilt against time, not phi.
-
-    Parameters
-    ----------
-    name : str
-        One of `heavytop.results.run.PICTURES`.
-    run : Trajectory, Motion or DrawnRun
-    """
+    """One of `PICTURES` of a run; of a top that stands still tilt against time, not phi."""
     run = DrawnRun.of(run)
     panels = [
         "theta" if panel == "loop" and run.stands else panel
