@@ -107,8 +107,9 @@ def test_every_result_has_its_figures_and_its_document(page, seen):
 def test_claims_that_fail_are_named_in_the_head_and_their_table_is_read_first(page):
     section = next(each for each in page.sections if each.ident == "validate-1")
     assert section.problems == ["that-fails does not hold"]
-    first, _, others = section.html().partition("<details>")
-    assert (first.count("FAIL"), others.count("FAIL")) == (1, 0)
+    [(table, texts)] = section.first_tables
+    assert table.fails
+    assert len(texts) == 1
     head = Page((section,)).html().partition("</header>")[0]
     assert "that-fails does not hold" in head
 
@@ -126,7 +127,7 @@ def test_a_result_has_its_scene_and_the_command_that_made_it(tmp_path, page, und
     command = json.loads((folder / "run.json").read_text())["command"]
     assert shlex.split(command) == ["heavytop", *words]
     typed = page_of([folder])
-    assert typed.sections[0].result.command == command
+    assert (typed.sections[0].result.command, typed.command) == (command, None)
     assert command in Seen(typed.html()).texts
     assert {section.result.command for section in page.sections} == {
         None
@@ -171,11 +172,11 @@ def test_what_is_not_what_was_written_is_refused_by_its_file(place, tmp_path, un
         ("run", {"files": {}}),
     ],
 )
-def test_a_result_with_nothing_in_it_has_a_section_without_pictures(place, name, nothing, tmp_path):
+def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, nothing, tmp_path):
     folder = put(place, name, tmp_path / "a", nothing)
-    [section] = page_of([folder]).sections
-    assert not section.pictures
-    assert section.html()
+    page = page_of([folder])
+    assert not page.sections[0].pictures
+    assert ("No figures" in page.html()) == (name != "run")
 
 
 # --- folders and files -------------------------------------------------------------------------

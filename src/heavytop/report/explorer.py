@@ -22,7 +22,7 @@ from heavytop.files import write_text
 from heavytop.plots.clip import PERIODS, SHOWN_SPIN
 from heavytop.plots.sphere import PUSH, STILL_KINDS
 from heavytop.plots.style import KIND_STYLES
-from heavytop.report.page import PAGE_STYLES, fill_page, json_html, player_part, symbols_html
+from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import expect, path_of
 from heavytop.scene.quantities import QUANTITIES, UNIT_OF
@@ -30,7 +30,6 @@ from heavytop.scene.scene import Scene, load_scene, shipped_names
 
 FIRST_SCENE: Final = "sicm-kicked"
 EXPLORER_SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
-EXPLORER_STYLES: Final = (*PAGE_STYLES, "explorer.css")
 START_INPUTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
 NUMBER_NAMES: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Criterion)}
 
@@ -121,9 +120,7 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
         faults.append(Fault("explore", None, "path", str(place), rule))
     if faults:
         raise BadScene(tuple(faults))
-    parts = {"player": player_part(tops([])), "symbols": symbols_html()}
-    parts |= {"data": json_html(_data(begin))}
-    write_text(place, fill_page("explorer.html", EXPLORER_SCRIPTS, parts, EXPLORER_STYLES))
+    write_text(place, rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([])))
     return place
 
 

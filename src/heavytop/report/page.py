@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import os
 import warnings
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from html import escape
 from pathlib import Path
-from string import Template
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning
 from heavytop.files import write_text
 from heavytop.report.files import kind_of, load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
-from heavytop.results.base import Fact, Result, Table, load_result, not_as_written
+from heavytop.results.base import Fact, Result, Table, load_result, not_as_written, typed
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import PICTURES, RunResult
 from heavytop.scene.quantities import QUANTITIES
@@ -34,7 +34,7 @@ SYMBOLS: Final = (
     "precession", "spin",
 )  # fmt: skip
 LEADING: Final = 4  # facts of a result that are read first
-MOST_ROWS: Final = 500  # of a table
+TABLE_DIGITS: Final = 6  # of its first table
 
 # --- a result as a section -----------------------------------------------------------------------
 
@@ -73,6 +73,13 @@ class Section(NamedTuple):
     top: Mapping[str, Any] | None = None
 
     @property
+    def first_tables(self) -> list[tuple[Table, list[list[str]]]]:
+        """The tables that are read first, with their cells: one, or those that say FAIL."""
+        some = [table for table in self.tables if table.rows]
+        shown = [table for table in some if table.fails] or some[:1]
+        return [(table, table.texts(TABLE_DIGITS)) for table in shown]
+
+    @property
     def problems(self) -> list[str]:
         """What is wrong with it."""
         return [why for code, why in self.result.problems() if code != Exit.OK and why]
@@ -82,21 +89,6 @@ class Section(NamedTuple):
         """Its scene as TOML; empty where it has but a top and a start, as in a study."""
         scene = getattr(self.result, "scene", None) or {}
         return scene_text(scene) if "format" in scene else ""
-
-    def html(self) -> str:
-        """The section in HTML: what is read first, and below it all else."""
-        tables = [table_html(x) for x in sorted(self.tables, key=lambda x: not x.fails) if x.rows]
-        about = {"ident": self.ident, "heading": self.heading}
-        figures = [fill("figure.html", {}, **about, **x._asdict()) for x in self.pictures]
-        facts = [facts_html(some) for some in (self.facts[:LEADING], self.facts[LEADING:])]
-        scene = f"<h3>The scene, as a file</h3>{_code(self.scene_file)}" if self.scene_file else ""
-        first = _code(self.result.command), facts[0], *tables[:1], *figures[:1]
-        parts = {
-            "first": "".join(first),
-            "others": "".join((facts[1], *tables[1:], *figures[1:], scene)),
-            "document": json_html(self.result.document()),
-        }
-        return fill("section.html", parts, **about, name=self.name)
 
 
 def _section(path: Path, name: str, number: int) -> Section:
@@ -147,9 +139,12 @@ class Page:
     ----------
     sections : tuple of Section
         What it says of each result.
+    command : str or None
+        What makes the page.
     """
 
     sections: tuple[Section, ...]
+    command: str | None = None
 
     @property
     def title(self) -> str:
@@ -167,21 +162,9 @@ class Page:
     def html(self) -> str:
         """The page: one file, which asks no network for anything."""
         played = [{**each.top, "title": each.heading} for each in self.sections if each.top]
-        parts = {
-            "contents": "".join(map(_entry, self.sections)),
-            "player": f"<h2>The top that moves</h2>{player_part(tops(played))}" if played else "",
-            "sections": "".join(section.html() for section in self.sections),
-            "symbols": symbols_html(),
-        }
-        machine = ", ".join(self.machine)
-        return fill_page("page.html", PAGE_SCRIPTS, parts, title=self.title, machine=machine)
-
-
-def _entry(section: Section) -> str:
-    """A section in the contents, with what is wrong with it."""
-    wrong = (f'<br><span class="bad">{escape(why)}</span>' for why in section.problems)
-    link = f'<a href="#{section.ident}">{escape(section.heading)}</a>'
-    return f"<li>{link}{''.join(wrong)}</li>"
+        about = any(getattr(each.result, "scene", None) for each in self.sections)
+        top = tops(played) if played else None
+        return rendered("page.html", page=self, tops=top, leading=LEADING, about_a_top=about)
 
 
 def page_of(folders: Sequence[Path]) -> Page:
@@ -214,7 +197,7 @@ def page_of(folders: Sequence[Path]) -> Page:
         else each._replace(heading=f"{each.heading} ({each.name})")
         for each in sections
     )  # fmt: skip
-    return Page(tuple(apart))
+    return Page(tuple(apart), typed())
 
 
 def _documents(folders: Sequence[Path]) -> dict[Path, None]:
@@ -277,81 +260,34 @@ def player_html(trajectory: Trajectory, **asked: float | None) -> str:
     >>> page.startswith("<!doctype html>"), len(page) < 400_000
     (True, True)
     """
-    played = tops([frames(trajectory, **asked)])
-    title, parts = played["runs"][0]["title"], {"player": player_part(played)}
-    return fill_page("player_page.html", PAGE_SCRIPTS[:1], parts, title=title)
+    return rendered("player_page.html", tops=tops([frames(trajectory, **asked)]))
 
 
-# --- parts in HTML: no text, number or picture is taken for markup or a script --------------------
+# --- templates: nothing in a text, in data or in a picture is taken for markup or a script --------
 
 TEMPLATES: Final = Path(__file__).parent / "templates"
 PAGE_SCRIPTS: Final = ("player.js", "page.js")
-PAGE_STYLES: Final = ("page.css",)
+STYLES: Final = ("page.css", "explorer.css")
 POLICY: Final = (
     "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {}; "
     "base-uri 'none'; form-action 'none'"
 )
 
 
-def fill(template: str, parts: Mapping[str, str], **texts: str) -> str:
-    """A template with its parts, which are HTML, and its texts, which are not."""
-    escaped = {name: escape(text) for name, text in texts.items()}
-    return Template((TEMPLATES / template).read_text("utf-8")).substitute(parts, **escaped)
-
-
-def fill_page(
-    template: str,
-    scripts: Sequence[str],
-    parts: Mapping[str, str],
-    styles: Sequence[str] = PAGE_STYLES,
-    **texts: str,
-) -> str:
-    """A page with its style and scripts: one file, which asks no network for anything.
-
-    No other script may run on it: they are told by their fingerprints.
-    """
-    found = [(TEMPLATES / name).read_text("utf-8") for name in scripts]
-    prints = (b64encode(sha256(text.encode()).digest()).decode() for text in found)
-    own = {
-        "policy": POLICY.format(" ".join(f"'sha256-{each}'" for each in prints)),
-        "style": "".join((TEMPLATES / name).read_text("utf-8") for name in styles),
-        "scripts": "".join(f"<script>{text}</script>" for text in found),
-    }
-    return fill(template, own | {**parts}, **texts)
-
-
-def player_part(played: Mapping[str, Any]) -> str:
-    """The player of some tops."""
-    return fill("player.html", {"data": json_html(played)})
-
-
-def table_html(table: Table) -> str:
-    """A table in a region that scrolls, with so many rows that a page stays small."""
-    more = table.more + max(0, len(table.rows) - MOST_ROWS)
-    left = f"{more} more rows are not shown." if more else ""
-    parts = {"table": table._replace(rows=table.rows[:MOST_ROWS]).html}
-    return fill("table.html", parts, title=table.title or "numbers", left=left)
-
-
-def facts_html(facts: Iterable[Fact]) -> str:
-    """Labels, and what they say, as a list."""
-    lines = (f"<dt>{escape(label)}</dt><dd>{escape(text)}</dd>" for label, text in facts)
-    return f"<dl>{''.join(lines)}</dl>"
-
-
-def symbols_html() -> str:
-    """The symbols of quantities, their names and their units, as a list."""
-    found = [QUANTITIES[name] for name in SYMBOLS]
-    units = [f" [{each.unit}]" if each.unit != "1" else "" for each in found]
-    lines = ((each.symbol, each.name + unit) for each, unit in zip(found, units, strict=True))
-    return facts_html(lines)
-
-
-def json_html(value: Any) -> str:
-    """A value as JSON that no browser takes for markup."""
-    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    return text.replace("&", r"\u0026").replace("<", r"\u003c").replace(">", r"\u003e")
-
-
-def _code(text: str | None) -> str:
-    return f"<pre><code>{escape(text)}</code></pre>" if text else ""
+def rendered(template: str, scripts: Sequence[str] = PAGE_SCRIPTS, **values: Any) -> str:
+    """A template with its style and scripts: one file, which asks no network for anything."""
+    jinja = Environment(
+        loader=PackageLoader("heavytop.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    jinja.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
+    texts = {name: (TEMPLATES / name).read_text("utf-8") for name in (*scripts, *STYLES)}
+    values |= {name.replace(".", "_"): Markup(text) for name, text in texts.items()}
+    # No script may run on a page but its own, told by their fingerprints, whoever wrote another.
+    prints = (b64encode(sha256(texts[name].encode()).digest()).decode() for name in scripts)
+    allowed = " ".join(f"'sha256-{each}'" for each in prints)
+    values |= {"symbols": map(QUANTITIES.get, SYMBOLS), "policy": POLICY.format(allowed)}
+    return jinja.get_template(template).render(values)

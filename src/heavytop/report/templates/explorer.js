@@ -18,18 +18,6 @@
   const OPERATORS = { "+": [1, (a, b) => a + b], "-": [1, (a, b) => a - b],
     "*": [2, (a, b) => a * b], "/": [2, (a, b) => a / b],
     "^": [4, (a, b) => a ** b], "**": [4, (a, b) => a ** b] }; // and how tightly they bind
-  // The page has of each control its label and what it means: a box, a slider and faults join them.
-  for (const control of document.querySelectorAll(".control")) {
-    const { id, dataset: { unit, slider } } = control, [label, tip] = control.children;
-    const slides = slider !== undefined, words = label.firstChild.textContent.trim();
-    control.innerHTML = `<label${slides ? ` for="${id}-slider"` : ""}>${label.innerHTML}</label>
-<span class="boxes"><input type="text" inputmode="text" autocomplete="off" autocapitalize="off"
-spellcheck="false" data-of="${id}" data-unit="${unit}" aria-label="${words}${unit && `, ${unit}`}"
-aria-describedby="${id}-fault"> <span>${unit === "deg" ? "°" : unit}</span></span>
-${slides ? `<input type="range" id="${id}-slider" aria-describedby="${id}-tip">` : ""}
-<p class="tip"><span class="bad" id="${id}-fault" role="alert"></span> <span id="${id}-tip"
->${tip.innerHTML} <output></output></span></p>`;
-  }
   const $ = (id) => document.getElementById(id);
   const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
   const short = (x, digits = 6) => String(Number(x.toPrecision(digits))).replace("-", "−");
