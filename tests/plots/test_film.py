@@ -13,39 +13,46 @@ from heavytop.plots.film import BODY_COLOUR, MOMENTUM, PATCH, Shot
 SIZE = (800, 600)
 
 
-def shot(name="sicm-kicked", changes=(), *, follow=False, **asked):
+def shot(name="sicm-kicked", changes=(), *, size=SIZE, follow=False, **asked):
     scene = ht.load_scene(name, changes)
     motion = ht.Motion(scene.top, scene.start)
     end = float(scene.time or scene.periods * motion.period)
-    return Shot.of(scene, Clip.of(motion, end, 10.0, **asked), follow=follow)
+    return Shot(scene, Clip.of(motion, end, 10.0, **asked), size, follow)
+
+
+def pixel(stage, view, point):
+    """Where a point is in the picture: from the left and from the top."""
+    x, y = stage.axes[0].transData.transform(view.project(point)[0])
+    return x, SIZE[1] - y
 
 
 def colour(picture, place):
     """The colour about a pixel, as a mean of nine."""
-    x, y = np.rint(place[:2]).astype(int)
+    x, y = np.floor(place).astype(int)
     return np.asarray(picture)[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3).mean(axis=0)
 
 
-def on_the_body(shot, rotation, camera):
+def on_the_body(shot, rotation, view):
     """Points amid the faces of the wheel's rounded top that face the eye; whether it is orange."""
     rims = shot.rims[5:7]  # the outer half of the wheel's upper side
     middles = (rims + np.roll(rims, -1, axis=1)).mean(axis=0) / 2
     for k, place in enumerate(middles):
-        if (rotation @ [0, 0, 1]) @ camera.rows[2] > 0.2:
-            yield camera.project(rotation @ place), k < 9
+        if (rotation @ [0, 0, 1]) @ view.towards > 0.2:
+            yield rotation @ place, k < 9
 
 
 @pytest.mark.parametrize("follow", [False, True])
 def test_three_frames_show_the_exact_motion(follow):
     seen, scene, patches = shot(follow=follow), ht.load_scene("sicm-kicked"), []
     for done in (0.1, 0.45, 0.93):
-        at = ht.Motion(scene.top, scene.start).at(seen.t[seen.at(done)], digits=30)
-        picture, camera = seen.frame(done, SIZE), seen.camera(done, SIZE)
+        at = ht.Motion(scene.top, scene.start).at(seen.record.t[seen.at(done)], digits=30)
+        stage, view = seen.stage(), seen.view(done)
+        picture = seen.frame(stage, done)
         w, *v = (float(x) for x in at.quaternion)
         cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
         rotation = np.eye(3) + 2 * w * cross + 2 * cross @ cross
-        for place, orange in on_the_body(seen, rotation, camera):
-            found = colour(picture, place)
+        for place, orange in on_the_body(seen, rotation, view):
+            found = colour(picture, pixel(stage, view, place))
             shown = found / found.max() - (PATCH if orange else BODY_COLOUR) / (
                 237.0 if orange else 181.0
             )
@@ -54,7 +61,7 @@ def test_three_frames_show_the_exact_motion(follow):
         A, C = float(scene.top.A), float(scene.top.C)
         momentum = A * omega + (C - A) * (omega @ axis) * axis
         size = np.linalg.norm(seen.momentum[seen.at(done)]) / np.linalg.norm(momentum)
-        tip = camera.project(size * momentum)
+        tip = pixel(stage, view, size * momentum)
         assert abs(colour(picture, tip) - [*bytes.fromhex(MOMENTUM[1:])]).max() < 60
     assert sum(orange for orange, _ in patches) > 5
     assert np.mean([right for _, right in patches]) > 0.9  # lines are drawn over some
@@ -86,12 +93,13 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
     """Also those of the orange quarter, which has few pixels, and is not always in sight."""
     scene, size = ht.load_scene(name), (400, 300)
     path = ht.film(scene, tmp_path / "x.gif", seconds=4, fps=12, size=size)
-    drawn = shot(name, seconds=4.0)
+    drawn = shot(name, size=size, seconds=4.0)
+    stage = drawn.stage()
     with Image.open(path) as picture:
         last = picture.n_frames - 1
         for k in range(0, last, 4):
             picture.seek(k)
-            found, frame = picture.convert("RGB"), drawn.frame(k / last, size)
+            found, frame = picture.convert("RGB"), drawn.frame(stage, k / last)
             off = np.abs(np.subtract(found, frame, dtype=int)).max(axis=-1)
             assert off.max() < 25  # of 255
 
@@ -99,8 +107,8 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
 def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
     assert any("pushed" in title for title in shot("sleeping").titles)
     backward = shot(changes=["span.time=-2"])
-    assert backward.t[-1] < 0
-    assert backward.frame(1.0, SIZE).getextrema() != ((255, 255),) * 3
+    assert backward.record.t[-1] < 0
+    assert backward.frame(backward.stage(), 1.0).getextrema() != ((255, 255),) * 3
 
 
 def test_what_cannot_be_a_film_is_refused_all_at_once(tmp_path):
@@ -119,13 +127,13 @@ def test_what_cannot_be_a_film_is_refused_all_at_once(tmp_path):
 def test_a_film_shows_one_round_at_the_speed_that_is_asked():
     scene = ht.load_scene("sicm-kicked")
     once = ht.Motion(scene.top, scene.start).round
-    phi = ht.Motion(scene.top, scene.start).at(shot(rounds=1).t[-1]).phi
+    phi = ht.Motion(scene.top, scene.start).at(shot(rounds=1).record.t[-1]).phi
     assert abs(phi) == pytest.approx(2 * np.pi, rel=0.2)  # 2π of the mean precession
     assert Clip.of(ht.Motion(scene.top, scene.start), 9.0, 10.0, rounds=1, speed=0.5).seconds == (
         pytest.approx(2 * once)
     )
-    assert shot(speed=0.1).t[-1] == pytest.approx(1.0)
-    assert shot(time=30.0).t[-1] == pytest.approx(30.0)
+    assert shot(speed=0.1).record.t[-1] == pytest.approx(1.0)
+    assert shot(time=30.0).record.t[-1] == pytest.approx(30.0)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])

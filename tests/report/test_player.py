@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from heavytop.plots.figures import as_drawn
+from heavytop.plots.figures import DrawnRun
 from heavytop.report.files import write_results
 from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import frames, tops
@@ -86,7 +86,7 @@ def test_a_top_that_rests_is_shown_as_it_moves_when_it_is_touched(name):
 def test_a_run_in_many_digits_is_drawn_in_doubles():
     run = run_of("sicm-kicked", "want.digits=25", "span.time=0.1")
     assert not run.in_doubles
-    assert as_drawn(run).samples.t.dtype == float
+    assert DrawnRun.of(run).path.t.dtype == float
 
 
 # --- in a browser ------------------------------------------------------------------------------

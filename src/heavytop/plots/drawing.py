@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from heavytop.errors import Impossible
-from heavytop.plots import figures
+from heavytop.plots.figures import DRAW, MARK, DrawnRun
 from heavytop.plots.style import legend
 from heavytop.scene.arguments import Refused, expect, one_of
 from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
@@ -21,28 +21,26 @@ def plotted(
     thing: Any, what: str | None, ax: Axes | None, unit: str | None, looks: Mapping[str, Any]
 ) -> Axes:
     """Draw a picture of a thing, as `heavytop.text.Plotted.plot` says."""
-    try:
-        units = UNITS_SHOWN.get() if unit is None else read_units(expect("unit", unit, str))
-    except Refused as wrong:
-        raise Impossible([("unit", str(wrong))]) from None
-    with showing(units):
-        return _drawn(thing, what, ax, looks)
-
-
-def _drawn(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, Any]) -> Axes:
-    """Draw a picture on axes, or on those of a new figure that pyplot shows."""
     charts = _charts(thing)
     if not charts:
         raise Impossible([("what", "there is nothing to draw")])
+    given = "unit"
     try:
+        units = UNITS_SHOWN.get() if unit is None else read_units(expect("unit", unit, str))
+        given = "what"
         draw = one_of(charts)(next(iter(charts)) if what is None else expect("what", what, str))
     except Refused as wrong:
-        raise Impossible([("what", str(wrong))]) from None
-    if ax is not None:
-        return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
-    from matplotlib import pyplot  # which shows it: nothing else here has a global state
+        raise Impossible([(given, str(wrong))]) from None
+    with showing(units):
+        if ax is not None:
+            return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
+        return _shown_by_pyplot(draw, getattr(thing, "figure_size", None), looks)
 
-    size = getattr(thing, "figure_size", None)
+
+def _shown_by_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
+    """Draw on the axes of a new figure that pyplot shows, with a legend."""
+    from matplotlib import pyplot  # nothing else here has a global state
+
     figure = pyplot.figure(figsize=size, layout="constrained")
     try:
         ax = draw(figure.subplots(), **looks)
@@ -60,18 +58,18 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
     if hasattr(thing, "charts"):
         charts: Mapping[str, Draw] = thing.charts()
         return charts
-    first = ["theta"] if figures.stands(thing) else []
-    names = dict.fromkeys([*first, *figures.DRAW])
-    if not hasattr(thing, "plan"):
+    run = DrawnRun.of(thing)
+    names = dict.fromkeys([*["theta"] * run.stands, *DRAW])
+    if run.trajectory is None:
         del names["errors"]
-    return {name: partial(_drawn_run, thing, figures.DRAW[name]) for name in names}
+    return {name: partial(_draw_run, run, name) for name in names}
 
 
-def _drawn_run(thing: Any, draw: Draw, ax: Axes, events: bool = True, **looks: Any) -> Axes:
+def _draw_run(run: DrawnRun, name: str, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
     """Draw a picture of a run; without the marks of its events where these are not wanted."""
     before = {*ax.lines}
-    draw(ax, thing, **looks)
+    DRAW[name](ax, run, **looks)
     for mark in () if events else {*ax.lines} - before:
-        if mark.get_gid() == figures.MARK:
+        if mark.get_gid() == MARK:
             mark.remove()
     return ax

@@ -1,7 +1,6 @@
-"""A top as a film: frames of the exact motion, drawn with Pillow, as GIF, WebP or MP4.
+"""A top as a film: frames of the exact motion, as GIF, WebP or MP4.
 
-Time is slowed so that the spin is seen. Frames are drawn twice as large as they are shown, for
-smooth edges; the same scene gives the same frames.
+Time is slowed so that the spin is seen. The same scene gives the same frames.
 """
 
 from __future__ import annotations
@@ -9,31 +8,38 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from io import BytesIO
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
-from PIL import Image, ImageColor, ImageDraw, ImageFont
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from PIL import Image
+from scipy.spatial.transform import Rotation
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage
 from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
-from heavytop.plots.sphere import PUSH, momentum_path
-from heavytop.plots.style import EVENT_STYLES, PATH, Array
+from heavytop.plots.sphere import PUSH, View, circle, momentum_path
+from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Reader, Refused, expect
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene
-from heavytop.text import cut
 
 SECONDS: Final = 10.0
 PATH_POINTS: Final = 2001  # of the path
-FINE: Final = 2  # pixels drawn for one that is shown, in each direction
 GIF_COLOURS: Final = 256  # of a GIF
 MOST_PIXELS: Final = 5e8  # of all frames: 2 GB
+DPI: Final = 72  # a point, as of a line's width, is a pixel
 
 SECTORS: Final = 36
 MARKED_SECTORS: Final = SECTORS // 4  # a quarter of the body is orange, so that its spin is seen
@@ -41,19 +47,11 @@ STEM, STEM_REACH, SIZE, THICK = 0.03, 0.88, 0.62, 0.04  # of the body; the spher
 BODY_COLOUR: Final = np.array([150, 166, 181])
 PATCH: Final = np.array([236, 164, 30])
 LIGHT: Final = np.array([-0.45, 0.62, 0.64])  # from where it comes: right, up, towards the eye
-INK, FILM_FAINT, AHEAD_COLOUR, MOMENTUM, PAPER = (
-    "#222222",
-    "#9AA4AE",
-    "#9CC3DB",
-    "#882255",
-    "#FFFFFF",
-)
-FONT: Final = str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
+INK, FILM_FAINT, AHEAD_COLOUR, MOMENTUM = "#222222", "#9AA4AE", "#9CC3DB", "#882255"
 LETTERS: Final = 70  # of a title
 WIDEST_RIM: Final = 4  # of the rims of the body
 LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
 ASIDE: Final = 0.35  # rad, by which it looks from farther round
-PALER: Final = 0.35  # opacity of what runs behind the sphere
 
 
 def _size(value: object) -> tuple[int, int]:
@@ -159,8 +157,7 @@ def film(
     """
     expect("scene", scene, Scene, "load_scene gives one")
     arguments.check_callable("progress", progress)
-    timing = {"seconds": seconds, "rounds": rounds, "time": time, "speed": speed}
-    given = {name: each for name, each in timing.items() if each is not None}
+    given = arguments.there(seconds=seconds, rounds=rounds, time=time, speed=speed)
     known, wrong = arguments.parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
     )
@@ -178,11 +175,12 @@ def film(
     if form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
         rule = f"{count} frames are too many of this size: as an MP4, or smaller or shorter"
         raise BadScene((Fault("film", None, "size", f"{width}x{height}", rule),))
-    shot = Shot.of(scene, clip, follow=follow)
+    shot = Shot(scene, clip, (width, height), follow)
 
     def frames() -> Iterator[Image.Image]:
+        stage = shot.stage()
         for k in range(count):
-            yield shot.frame(k / (count - 1), (width, height))
+            yield shot.frame(stage, k / (count - 1))
             if progress is not None:
                 progress((k + 1) / count)
 
@@ -193,103 +191,119 @@ def film(
 # --- what is shown, and from where ---------------------------------------------------------------
 
 
-class Camera(NamedTuple):
-    """An orthographic view: right, up and towards the eye as rows; pixels of a unit; the pivot."""
-
-    rows: Array
-    scale: float
-    pivot: Array
-
-    def project(self, points: Array) -> Array:
-        """Points in space as pixels from the left and from the top, and how near they are."""
-        right, up, near = np.moveaxis(points @ self.rows.T, -1, 0)
-        x, y = self.pivot
-        return np.stack((x + self.scale * right, y - self.scale * up, near), axis=-1)
-
-
-class Shot(NamedTuple):
-    """What a film shows, at even times.
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """What a film shows of a scene, at even times.
 
     Attributes
     ----------
-    titles : tuple of str
-    t : ndarray, shape (k,)
-    axis, momentum : ndarray, shape (k, 3)
-        The momentum is the angular one over its largest size.
-    rotation : ndarray, shape (k, 3, 3)
-        Body to space.
-    rims : ndarray, shape (rims, sectors, 3)
-        The body, in its own frame.
-    limits : mapping of str to float
-        By colour the greatest and the least tilt [rad].
-    turned : float
-        By how much the eye goes round [rad].
+    scene : Scene
+    clip : Clip
+    size : tuple of int
+        Width and height of the picture [pixels].
+    follow : bool
+        Whether the eye goes round.
     """
 
-    titles: tuple[str, ...]
-    t: Array
-    axis: Array
-    momentum: Array
-    rotation: Array
-    rims: Array
-    limits: Mapping[str, float]
-    turned: float
+    scene: Scene
+    clip: Clip
+    size: tuple[int, int]
+    follow: bool = False
 
-    @classmethod
-    def of(cls, scene: Scene, clip: Clip, *, follow: bool = False) -> Shot:
-        """What a film shows of a scene."""
-        motion, end = clip.motion, clip.end
-        record = motion.at(np.linspace(0.0, end, PATH_POINTS))
-        pushed = f"pushed at {PUSH:g} rad/s; untouched it stays as it is" if clip.pushed else ""
-        titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / clip.seconds), pushed
-        tilts = {"theta_max": motion.theta_max, "theta_min": motion.theta_min}
-        return cls(
-            titles=tuple(filter(None, titles)),
-            t=record.t,
-            axis=record.axis,
-            momentum=momentum_path(scene.top, record),
-            rotation=_rotations(record.quaternion),
-            rims=_rims(float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))),
-            limits={EVENT_STYLES[name].colour: float(tilt) for name, tilt in tilts.items()},
-            turned=motion.mean_angle_rates[0] * end if follow else 0.0,
-        )
+    @cached_property
+    def record(self) -> Any:
+        """The motion at the times of the path."""
+        return self.clip.motion.at(np.linspace(0.0, self.clip.end, PATH_POINTS))
+
+    @cached_property
+    def momentum(self) -> Array:
+        """The angular momentum over its largest size, shape (k, 3)."""
+        return momentum_path(self.scene.top, self.record)
+
+    @cached_property
+    def rotation(self) -> Array:
+        """From body to space, shape (k, 3, 3)."""
+        found = Rotation.from_quat(self.record.quaternion, scalar_first=True)
+        return np.asarray(found.as_matrix())
+
+    @cached_property
+    def rims(self) -> Array:
+        """The body, in its own frame, shape (rims, sectors, 3)."""
+        top = self.scene.top
+        return _rims(float(top.C / top.A), float(np.sign(float(top.gMR))))
+
+    @property
+    def titles(self) -> list[str]:
+        """What a picture says: the scene, how fast time passes, and whether the top was pushed."""
+        title = literal(self.scene.title or self.scene.name, LETTERS)
+        pushed = [f"pushed at {PUSH:g} rad/s; untouched it stays as it is"] * self.clip.pushed
+        return [title, _pace(abs(self.clip.end) / self.clip.seconds), *pushed]
 
     def at(self, done: float) -> int:
         """The number of the time at a fraction of the film."""
-        return round(done * (self.t.size - 1))
+        return round(done * (PATH_POINTS - 1))
 
-    def view(self, done: float) -> Array:
-        """Right, up and towards the eye: across the first lean, a little from above or below."""
-        far = np.hypot(self.axis[:, 0], self.axis[:, 1])
-        x, y, _ = self.axis[np.argmax(far > LEAN) if (far > LEAN).any() else np.argmax(far)]
-        turn = math.atan2(-x, y) + ASIDE if far.max() > 1e-3 else -math.pi / 2
-        turn += done * self.turned
-        lift = -0.12 if self.axis[:, 2].mean() < -0.3 else 0.3
-        s, c, up, level = math.sin(turn), math.cos(turn), math.sin(lift), math.cos(lift)
-        return np.array([[-s, c, 0], [-up * c, -up * s, level], [level * c, level * s, up]])
+    def view(self, done: float) -> View:
+        """From where the eye looks: across the first lean, a little from above or below."""
+        axis, motion = self.record.axis, self.clip.motion
+        far = np.hypot(axis[:, 0], axis[:, 1])
+        x, y, _ = axis[np.argmax(far > LEAN) if (far > LEAN).any() else np.argmax(far)]
+        azimuth = math.atan2(-x, y) + ASIDE if far.max() > 1e-3 else -math.pi / 2
+        turned = motion.mean_angle_rates[0] * self.clip.end if self.follow else 0.0
+        return View.from_side(azimuth + done * turned, -0.12 if axis[:, 2].mean() < -0.3 else 0.3)
 
-    def camera(self, done: float, size: tuple[int, int]) -> Camera:
-        """Where the eye is at a fraction of the film: path, wheel and pivot fill the picture."""
+    def stage(self) -> Figure:
+        """A figure that path, wheel and pivot fill, in one scale for all of a film."""
         wheel = self.rims[WIDEST_RIM, ::9] @ self.rotation[::200].swapaxes(1, 2)
-        points = np.vstack((np.zeros(3), self.axis[::10], wheel.reshape(-1, 3)))
-        others = np.linspace(0, 1, 9) if self.turned else [done]  # one scale for all of the film
-        flat = np.concatenate([points @ self.view(x)[:2].T for x in others])
+        points = np.vstack((np.zeros(3), self.record.axis[::10], wheel.reshape(-1, 3)))
+        flat = np.concatenate([self.view(x).project(points)[0] for x in np.linspace(0, 1, 9)])
         low, high = flat.min(axis=0), flat.max(axis=0)
-        scale = float(min(np.array(size) / (1.25 * np.maximum(high - low, 0.7))))
-        pivot = np.array(size) / 2 - scale * np.array([1, -1]) * (low + high) / 2
-        return Camera(self.view(done), scale, pivot)
+        size = np.array(self.size)
+        half = size / 2 / min(size / (1.25 * np.maximum(high - low, 0.7)))
+        (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half
+        figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
+        ax = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(left, right), ylim=(bottom, top))
+        ax.axis("off")
+        return figure
 
-    def frame(self, done: float, size: tuple[int, int]) -> Image.Image:
-        """The picture at a fraction of the film."""
-        large, now = (size[0] * FINE, size[1] * FINE), self.at(done)
-        picture = Image.new("RGB", large, PAPER)
-        Brush(ImageDraw.Draw(picture), self.camera(done, large), min(large) / 600).draw(self, now)
-        small = picture.reduce(FINE)
-        time = QUANTITIES["t"].with_unit(self.t[now], form=".4g")
-        font = ImageFont.truetype(FONT, max(9, min(size) // 38))
-        words = "\n".join((*self.titles, f"t = {time}"))
-        ImageDraw.Draw(small).multiline_text((8, 6), words, fill=INK, font=font)
-        return small
+    @mpl.rc_context(STYLE)
+    def frame(self, figure: Figure, done: float) -> Image.Image:
+        """The picture at a fraction of the film, in place of what is on the stage."""
+        [ax] = figure.axes
+        for shown in (*ax.lines, *ax.patches, *ax.collections, *ax.texts):
+            shown.remove()
+        now = self.at(done)
+        self.draw(ax, self.view(done), now)
+        time = QUANTITIES["t"].with_unit(self.record.t[now], form=".4g")
+        words, font = "\n".join((*self.titles, f"t = {time}")), max(9, min(self.size) // 38)
+        place: Any = {"xytext": (8, -6), "textcoords": "offset points", "va": "top"}
+        ax.annotate(words, (0, 1), xycoords="axes fraction", color=INK, fontsize=font, **place)
+        pixels = BytesIO()
+        figure.savefig(pixels, format="rgba")
+        return Image.frombytes("RGBA", self.size, pixels.getvalue()).convert("RGB")
+
+    def draw(self, ax: Axes, view: View, now: int) -> None:
+        """Draw the top as it is at one of the times."""
+        unit, path, motion = min(self.size) / 600, self.record.axis, self.clip.motion
+
+        def line(points: Array, colour: str, width: float, order: float) -> None:
+            flat = view.project(points)[0]
+            ax.plot(*flat.T, color=colour, lw=width * unit, zorder=order)
+
+        ax.add_patch(Circle((0.0, 0.0), 1.0, fc="none", ec=FILM_FAINT, lw=unit, zorder=1))
+        line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FILM_FAINT, 1, 1)
+        for name in ("theta_max", "theta_min"):
+            colour = EVENT_STYLES[name].colour
+            view.draw_line(ax, circle(getattr(motion, name)), color=colour, lw=unit)
+        view.draw_line(ax, path[now:], color=AHEAD_COLOUR, lw=1.2 * unit)
+        view.draw_line(ax, path[: now + 1], color=PATH, lw=2.4 * unit)
+        # the tip of the stem is before the body, or behind it
+        order = 2.3 if path[now] @ view.towards < 0 else 2.7
+        line(np.outer((STEM_REACH, 1.0), path[now]), INK, 2.5, order)
+        ax.add_collection(_body(self.rims @ self.rotation[now].T, view), autolim=False)
+        line(np.stack((np.zeros(3), self.momentum[now])), MOMENTUM, 2, 4)
+        tip = view.project(self.momentum[now])[0]
+        ax.plot(*tip, "o", color=MOMENTUM, ms=6 * unit, mew=0, zorder=4)
 
 
 def _pace(pace: float) -> str:
@@ -301,13 +315,6 @@ def _pace(pace: float) -> str:
     if 0.95 < pace < 1.05:
         return "as fast as it is"
     return f"slowed {1 / pace:.2g} times" if pace < 1 else f"{pace:.2g} times as fast as it is"
-
-
-def _rotations(quaternion: Array) -> Array:
-    """The matrices, shape (k, 3, 3), of quaternions, shape (k, 4)."""
-    w, v = quaternion[:, 0, None, None], quaternion[:, None, 1:]
-    cross = np.cross(np.eye(3)[None], v)  # of v with each unit vector, by rows
-    return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)
 
 
 def _rims(ratio: float, side: float) -> Array:
@@ -328,69 +335,19 @@ def _rims(ratio: float, side: float) -> Array:
     return np.stack((radius * np.cos(angle), radius * np.sin(angle), height + 0 * angle), axis=-1)
 
 
-class Brush(NamedTuple):
-    """What draws on a picture; widths are in units of its size."""
-
-    pen: ImageDraw.ImageDraw
-    camera: Camera
-    unit: float
-
-    def draw(self, shot: Shot, now: int) -> None:
-        """Draw the top as it is at one of the times."""
-        axis, arrow = shot.axis[now], np.stack((np.zeros(3), shot.momentum[now]))
-        stem, away = np.outer((0.0, STEM_REACH, 1.0), axis), axis @ self.camera.rows[2] < 0
-        self.disc(
-            self.camera.pivot, self.camera.scale, outline=FILM_FAINT, width=round(self.unit) or 1
-        )
-        self.line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FILM_FAINT, 1)
-        self.paths(shot, now, behind=True)
-        if away:
-            self.line(stem, INK, 2.5)
-        self.body(shot.rims @ shot.rotation[now].T)
-        if not away:
-            self.line(stem[1:], INK, 2.5)
-        self.paths(shot, now, behind=False)
-        self.line(arrow, MOMENTUM, 2)
-        self.disc(self.camera.project(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
-
-    def paths(self, shot: Shot, now: int, *, behind: bool) -> None:
-        """The circles between which the axis stays, the path ahead, and that so far."""
-        around = np.linspace(0, 2 * np.pi, 91)
-        for colour, tilt in shot.limits.items():
-            x, y = math.sin(tilt) * np.cos(around), math.sin(tilt) * np.sin(around)
-            self.line(np.stack((x, y, 0 * x + math.cos(tilt)), axis=-1), colour, 1, behind)
-        self.line(shot.axis[now:], AHEAD_COLOUR, 1.2, behind)
-        self.line(shot.axis[: now + 1], PATH, 2.4, behind)
-
-    def disc(self, centre: Array, radius: float, **looks: Any) -> None:
-        """Draw a circle."""
-        self.pen.ellipse([*(centre - radius).tolist(), *(centre + radius).tolist()], **looks)
-
-    def line(self, points: Array, colour: str, width: float, behind: bool | None = None) -> None:
-        """Draw a line; or its parts in front of the sphere, or, paler, those behind it."""
-        pixels = self.camera.project(points)
-        drawn = np.ones(len(pixels), bool) if behind is None else (pixels[:, 2] < 0) == behind
-        rgb = (PALER if behind else 1.0) * (np.array(ImageColor.getrgb(colour)) - 255) + 255
-        looks: Any = {"fill": _colour(rgb), "width": max(1, round(width * self.unit))}
-        for part in np.split(np.arange(len(pixels)), np.flatnonzero(np.diff(drawn)) + 1):
-            if drawn[part[0]] and part.size > 1:
-                self.pen.line(pixels[part, :2].ravel().tolist(), joint="curve", **looks)
-
-    def body(self, rims: Array) -> None:
-        """Draw the faces of the body that face the eye, the farthest first."""
-        beside = np.roll(rims, -1, axis=1)
-        faces = np.stack((rims[:-1], beside[:-1], beside[1:], rims[1:]), axis=2).reshape(-1, 4, 3)
-        normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
-        normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)) @ self.camera.rows.T
-        corners, shade = self.camera.project(faces), 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
-        front = np.flatnonzero(normal[:, 2] > 0)
-        for k in front[np.argsort(corners[front, :, 2].sum(axis=1), kind="stable")].tolist():
-            colour = _colour(shade[k] * (PATCH if k % SECTORS < MARKED_SECTORS else BODY_COLOUR))
-            self.pen.polygon(corners[k, :, :2].ravel().tolist(), fill=colour, outline=colour)
-
-
-def _colour(rgb: Array) -> tuple[int, ...]:
-    return tuple(map(round, rgb.tolist()))
+def _body(rims: Array, view: View) -> PolyCollection:
+    """The faces of the body that face the eye, the farthest first."""
+    beside = np.roll(rims, -1, axis=1)
+    faces = np.stack((rims[:-1], beside[:-1], beside[1:], rims[1:]), axis=2).reshape(-1, 4, 3)
+    normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
+    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True) @ np.array(view[:3]).T
+    flat, depth = view.project(faces)
+    front = np.flatnonzero(normal[:, 2] > 0)
+    order = front[np.argsort(depth[front].sum(axis=1), kind="stable")]
+    shade = 0.6 + 0.4 * np.clip(normal[order] @ LIGHT, 0, 1)
+    marked = (order % SECTORS < MARKED_SECTORS)[:, None]
+    rgb = shade[:, None] * np.where(marked, PATCH, BODY_COLOUR) / 255
+    return PolyCollection([*flat[order]], facecolors=rgb, edgecolors=rgb, lw=0.7, zorder=2.5)
 
 
 # --- a film in a file ----------------------------------------------------------------------------

@@ -56,13 +56,17 @@ class View(NamedTuple):
     @classmethod
     def from_horizon(cls, mean: Array) -> View:
         """From 25° above or below the horizon, on the side of the mean of a path, shape (3,)."""
+        x, y = mean[:2] if np.hypot(mean[0], mean[1]) > MUCH else (0.0, -1.0)
         lift = np.radians(-25.0 if mean[2] < -MUCH else 25.0)
-        side = mean[:2] if np.hypot(mean[0], mean[1]) > MUCH else np.array([0.0, -1.0])
-        x, y = side / np.hypot(side[0], side[1])
-        towards = np.array([np.cos(lift) * x, np.cos(lift) * y, np.sin(lift)])
-        up = np.array([-np.sin(lift) * x, -np.sin(lift) * y, np.cos(lift)])
         words = f"from 25° {'above' if lift > 0 else 'below'} the horizon"
-        return cls(np.array([-y, x, 0.0]), up, towards, 1.06, 30, words)
+        return cls.from_side(float(np.arctan2(y, x)), float(lift), words)
+
+    @classmethod
+    def from_side(cls, azimuth: float, lift: float, words: str = "") -> View:
+        """From an azimuth and an angle above the horizon [rad]."""
+        s, c, up, level = np.sin(azimuth), np.cos(azimuth), np.sin(lift), np.cos(lift)
+        right, over = np.array([-s, c, 0]), np.array([-up * c, -up * s, level])
+        return cls(right, over, np.array([level * c, level * s, up]), 1.06, 30, words)
 
     def reaching(self, axis: Array) -> View:
         """The same view, wide enough for another path, shape (k, 3)."""
@@ -71,18 +75,17 @@ class View(NamedTuple):
         return wide if abs(self.towards[2]) == 1 and wide.reach > self.reach else self
 
     def project(self, points: Array) -> tuple[Array, Array]:
-        """Points on the paper, shape (k, 2), and their depth, positive towards the eye, (k,)."""
-        return np.column_stack((points @ self.right, points @ self.up)), points @ self.towards
+        """Points on the paper, shape (…, 2), and their depth, positive towards the eye, (…,)."""
+        flat = np.stack((points @ self.right, points @ self.up), axis=-1)
+        return flat, points @ self.towards
 
     def draw_graticule(self, ax: Axes, ground: Any = "none", size: float = 6.5) -> None:
         """Draw the sphere on its ground, circles of equal tilt with their degrees, the vertical."""
         radius, whole = min(self.reach, 1.0), self.reach >= 1.0
         ax.add_patch(Circle((0.0, 0.0), radius, fc=ground, ec=FAINT, lw=1.0 * whole, zorder=0))
-        around = np.linspace(0.0, 2 * np.pi, 91)
         for degrees in range(self.spacing, 180, self.spacing):
             z, far = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-            ring = np.column_stack((far * np.cos(around), far * np.sin(around), 0 * around + z))
-            flat, depth = self.project(ring)
+            flat, depth = self.project(circle(np.radians(degrees)))
             if not (depth > 0).any() or not (whole or far < radius):
                 continue
             ax.plot(*np.where(depth > 0, flat.T, np.nan), color=FAINT, lw=0.6, zorder=1)
@@ -97,26 +100,38 @@ class View(NamedTuple):
         self, ax: Axes, axis: Array, colour: str, opacity: float = 1.0, **looks: Any
     ) -> None:
         """Draw a path of the axis from its dot to its arrow head, paler behind the sphere."""
-        flat, depth = self.project(axis)
         looks = over({"color": colour, "alpha": opacity, "lw": 1.0}, looks)
         colour, opacity = looks["color"], looks["alpha"]
-        for behind, strength in ((False, opacity), (True, BEHIND * opacity)):
-            part = np.where(((depth < 0) == behind)[:, None], flat, np.nan)
-            if np.isfinite(part).any():
-                ours = {"solid_joinstyle": "round", "zorder": 2 if behind else 3}
-                ax.plot(*part.T, **ours | looks | {"alpha": strength})
-                looks.pop("label", None)  # which one of both parts has
+        self.draw_line(ax, axis, **looks)
+        flat = self.project(axis)[0]
         ax.plot(*flat[0], "o", color=colour, ms=3, zorder=4)
         away = np.flatnonzero(np.hypot(*(flat - flat[-1]).T) > 0.02 * self.reach)
         if away.size:
             head = {"arrowstyle": "-|>", "color": colour, "alpha": opacity, "shrinkB": 0}
             ax.annotate("", flat[-1], flat[away[-1]], arrowprops=head, zorder=4)
 
+    def draw_line(self, ax: Axes, points: Array, alpha: float = 1.0, **looks: Any) -> None:
+        """Draw a line on the sphere, paler behind it."""
+        flat, depth = self.project(points)
+        for behind, strength in ((False, alpha), (True, BEHIND * alpha)):
+            part = np.where(((depth < 0) == behind)[:, None], flat, np.nan)
+            if np.isfinite(part).any():
+                ours = {"solid_joinstyle": "round", "zorder": 2 if behind else 3}
+                ax.plot(*part.T, **ours | looks, alpha=strength)
+                looks.pop("label", None)  # which one of both parts has
+
     def frame(self, ax: Axes) -> None:
         """Show the view on axes that are not drawn."""
         edge = 1.02 * self.reach
         ax.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal")
         ax.axis("off")
+
+
+def circle(tilt: float) -> Array:
+    """Points of equal tilt [rad] on the unit sphere, shape (k, 3)."""
+    around = np.linspace(0.0, 2 * np.pi, 91)
+    x, y = np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around)
+    return np.stack((x, y, 0 * x + np.cos(tilt)), axis=-1)
 
 
 def touched(motion: Motion) -> Motion | None:
@@ -162,18 +177,12 @@ def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = F
     view.frame(ax)
 
 
-def draw_motion(ax: Axes, motion: Motion) -> bool:
-    """Draw some nutations on the ground of their kind; whether it is what the top does touched."""
-    pushed = touched(motion)
+@mpl.rc_context(STYLE)
+def motion_figure(motion: Motion) -> Figure:
+    """A small picture of a motion: some nutations of the axis on the ground of its kind."""
+    figure, pushed = Figure(figsize=(2.4, 2.4), layout="constrained"), touched(motion)
     moving = pushed or motion
     path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_TURN_S)
-    kind_panel(ax, path, View.of(path), str(motion.kind), pushed=pushed is not None)
-    return pushed is not None
-
-
-@mpl.rc_context(STYLE | {"path.simplify_threshold": 0.5})
-def motion_figure(motion: Motion) -> Figure:
-    """A small picture of a motion: the path of the axis on the ground of its kind."""
-    figure = Figure(figsize=(2.4, 2.4), layout="constrained")
-    draw_motion(figure.subplots(), motion)
+    view, still = View.of(path), pushed is not None
+    kind_panel(figure.subplots(), path, view, str(motion.kind), pushed=still)
     return figure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import cycle, zip_longest
 from typing import Any, Final
 
@@ -12,7 +12,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.equations.registry import FORMULATIONS
 from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.base import error_of
@@ -23,7 +22,6 @@ from heavytop.scene.quantities import SI, quantity_of, showing
 from heavytop.studies.find import fact_quantity
 
 Found = Any  # a result, whose fields are read by their names
-Looks = dict[str, dict[str, Any]]
 
 # --- sweep: what is of one unit in one panel -----------------------------------------------------
 
@@ -59,11 +57,8 @@ def sweep_figure(found: Found) -> Figure:
 
 # --- drift: one panel for each quantity, both logarithmic ----------------------------------------
 
-DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
 DIVERGED: Final = 1e9  # error: beyond it a method has diverged, and the others could not be read
-Series = dict[str, list[tuple[float, float]]]
-"""By method: nutation periods and errors."""
 
 
 def drift_figure(found: Found) -> Figure:
@@ -80,7 +75,7 @@ def drift_figure(found: Found) -> Figure:
         method that diverges those up to 1e9.
     """
     methods, count = found.methods, found.ensemble
-    panels = [name for name in error_names(methods) if _series(methods, name)]
+    panels = [name for name in error_names(methods) if any(_growing(x, name) for x in methods)]
     columns = min(2, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
@@ -102,53 +97,39 @@ def error_growth(ax: Axes, found: Found, name: str = "energy", /, **looks: Any) 
     name : str
         ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
     """
-    series, colours, marks = _series(found.methods, name), style.COLOURS, style.MARKERS
     about = error_of(name)
     ax.set(xscale="log", yscale="log")
-    for k, method in enumerate(each["name"] for each in found.methods):  # no two are alike
-        if method in series:
-            n, error = zip(*series[method], strict=True)
-            shown = about.shown[1] * np.array(error)
-            line(ax, n, shown, looks, color=colours[k % len(colours)], marker=marks[k % len(marks)],
-                 ls=DASHES[k // len(colours) % len(DASHES)], lw=1.0, ms=3.5,
-                 label=literal(method))  # fmt: skip
-    _guides(ax, [n for points in series.values() for n, _ in points])
+    for k, method in enumerate(found.methods):
+        if points := _growing(method, name):
+            periods, errors = np.array(points).T
+            line(ax, periods, about.shown[1] * errors, looks, lw=1.0, ms=3.5,
+                 label=literal(method["name"]), **style.look_of(k))  # fmt: skip
+    _draw_guides(ax)
     return gridded(ax, "nutation periods", literal(f"error of {about.heading}"))
 
 
-def _series(methods: Sequence[Known], name: str) -> Series:
-    found = {}
-    for each in methods:
-        errors = zip(each["periods"], columns_of(each).get(name, ()), strict=False)
-        if points := [(n, error) for n, error in errors if error and abs(error) <= DIVERGED]:
-            found[each["name"]] = points
-    return found
+def _growing(method: Known, name: str) -> list[tuple[float, float]]:
+    """Nutation periods and errors of a method, as far as a logarithm shows them."""
+    errors = zip(method["periods"], columns_of(method).get(name, ()), strict=False)
+    return [(n, error) for n, error in errors if error and abs(error) <= DIVERGED]
 
 
-def _guides(ax: Axes, periods: Sequence[float]) -> None:
+def _draw_guides(ax: Axes) -> None:
     """Draw powers of time from the lower left corner; only their slopes mean something."""
-    (low, high), first, last = ax.get_ylim(), min(periods), max(periods)
-    if not last > first:
-        return
-    for power, label in GUIDES:
+    (low, high), (first, last) = ax.get_ylim(), ax.dataLim.intervalx
+    for power, label in GUIDES if last > first else ():
         end = min(last, first * (high / low) ** (1 / power))
-        heights = [low, low * (end / first) ** power]
-        ax.plot([first, end], heights, color=style.FAINT, lw=0.8, zorder=0)
-        at = first * (end / first) ** 0.93
-        place = (at, low * (at / first) ** power)
-        ax.annotate(label, place, color="#777777", fontsize=7, ha="right", va="bottom", zorder=0)
+        x = np.array([first, first * (end / first) ** 0.93, end])
+        y = low * (x / first) ** power
+        ax.plot(x, y, color=style.FAINT, lw=0.8, zorder=0)
+        ax.annotate(label, (x[1], y[1]), color="#777777", fontsize=7, ha="right", va="bottom")
     ax.set_ylim(low, high, auto=None)
 
 
 # --- work and precision: what a period costs against the error, with the front -------------------
 
 DOUBLE: Final = 53  # bits
-TAYLOR_COLOURS = style.BLUE, style.PURPLE, style.YELLOW, style.GREEN, style.SKY, style.BLACK
-FORM_COLOURS: Final = dict(zip(FORMULATIONS, TAYLOR_COLOURS, strict=False))
-TAYLOR_MARKS: Final = {"": "o", "-projected": "s", "-mpfr": "D"}
-FAMILIES: Final = {"collocation": "#8C510A", "splitting": style.ORANGE, "adaptive": "#808080"}
 AWAY: Final = 10.0  # error: a method has left the top, and the others could not be read
-OWN_COLOURS: Final = ("#E7298A", "#00A3A3", "#7A3DF0", "#A6761D", "#5A8F00")  # of one's own methods
 PER: Final = {
     "us_per_period": "µs per nutation period",
     "rhs_evaluations": "evaluations per period",
@@ -166,9 +147,8 @@ def workprec_figure(found: Found) -> Figure:
     -------
     matplotlib.figure.Figure
         Time, and below it evaluations of the right-hand side, against the errors of axis, phase and
-        energy; last the time of methods of more bits. A formulation has one colour; rivals are
-        dashed and hollow, in a colour for each family; one's own are thick, each in its colour;
-        auto is a star; the front is a grey staircase.
+        energy; last the time of methods of more bits. Projected formulations are dotted, rivals
+        dashed and hollow, one's own methods thick; auto is a star; the front is a grey staircase.
     """
     points = found.points
     axis = any(point["measures"] == "axis" for point in points)
@@ -190,29 +170,16 @@ def workprec_figure(found: Found) -> Figure:
     return figure
 
 
-def _looks(points: Sequence[Known]) -> Looks:
-    """How each method is drawn: ours by formulation and precision, theirs hollow, by family."""
-    markers = {colour: cycle(style.MARKERS[:7]) for colour in FAMILIES.values()}
-    colours = cycle(OWN_COLOURS)
-    found: Looks = {}
-    for point in points:
-        name = point["method"]
-        if name in found:
-            continue
-        if name.startswith("auto"):
-            found[name] = {"color": "#CC0000", "marker": "*", "linestyle": "none", "ms": 13}
-        elif ":" in name:
-            found[name] = {"color": next(colours), "marker": "o", "lw": 2.0, "ms": 5, "zorder": 5}
-        elif point["rival"]:
-            colour = FAMILIES[point.get("family", "adaptive")]
-            found[name] = {"color": colour, "marker": next(markers[colour]), "linestyle": "--",
-                           "markerfacecolor": "white"}  # fmt: skip
-        else:
-            precision = name.removeprefix(f"taylor-{point['formulation']}")
-            found[name] = {"color": FORM_COLOURS.get(point["formulation"], style.FAINT),
-                           "marker": TAYLOR_MARKS.get(precision, TAYLOR_MARKS["-mpfr"]),
-                           "linestyle": ":" if precision == "-projected" else "-"}  # fmt: skip
-    return found
+def _look_of(number: int, name: str, rival: bool) -> dict[str, Any]:
+    """How a method is drawn: ours, theirs, one's own, and auto."""
+    look = style.look_of(number)
+    if name.startswith("auto"):
+        return look | {"color": "#CC0000", "marker": "*", "ls": "none", "ms": 13}
+    if ":" in name:
+        return look | {"lw": 2.0, "zorder": 5}
+    if rival:
+        return look | {"ls": "--", "mfc": "white"}
+    return look | {"ls": ":" if name.endswith("-projected") else "-"}
 
 
 def work_precision(
@@ -237,28 +204,29 @@ def work_precision(
     some : sequence, optional
         Those of its points that are drawn.
     """
-    about = quantity_of("phase_s" if name == "phase" else name)
-    rows = [
-        {"method": p["method"], "error": off * about.shown[1], "us_per_period": p["us_per_period"],
-         "rhs_evaluations": (p["rhs_evaluations"] or 0) / p["periods"]}
-        for p in (found.points if some is None else some)
-        if (off := error_of_point(p, ERROR_KEYS[name])) and off < AWAY
-    ]  # fmt: skip
-    if work == "us_per_period":
-        leading = [rows[i] for i in front(rows, "error")]
-        ax.step(*_xy(leading, work), where="pre", color="#999999", lw=5, alpha=0.5, label="front",
-                zorder=1)  # fmt: skip
-    for method, look in _looks(found.points).items():
-        if same := [row for row in rows if row["method"] == method and row[work]]:
-            line(ax, *_xy(same, work), looks, label=literal(method), **{"lw": 0.9, "ms": 4} | look)
+    key, about = ERROR_KEYS[name], quantity_of("phase_s" if name == "phase" else name)
+    timed = work == "us_per_period"
+
+    def draw(points: Sequence[Known], how: Callable[..., Any], *given: Any, **style: Any) -> None:
+        errors = [about.shown[1] * error_of_point(point, key) for point in points]
+        spent = [point[work] if timed else point[work] / point["periods"] for point in points]
+        how(ax, errors, spent, *given, **style)
+
+    shown = found.points if some is None else some
+    points = [p for p in shown if 0 < error_of_point(p, key) < AWAY and p[work]]
+    if timed:
+        leading = [points[i] for i in front(points, key)]
+        draw(leading, Axes.step, where="pre", color="#999999", lw=5, alpha=0.5, label="front",
+             zorder=1)  # fmt: skip
+    rivals = {point["method"]: point["rival"] for point in found.points}
+    for k, (method, rival) in enumerate(rivals.items()):
+        if same := [point for point in points if point["method"] == method]:
+            ours = {"lw": 0.9, "ms": 4} | _look_of(k, method, rival)
+            draw(same, line, looks, label=literal(method), **ours)
     ax.set(xscale="log", yscale="log")
     if not ax.xaxis_inverted():  # by what was drawn there before
         ax.invert_xaxis()
     return gridded(ax, f"error of {about.heading}", PER[work])
-
-
-def _xy(rows: Sequence[Known], work: str) -> tuple[list[float], list[float]]:
-    return [row["error"] for row in rows], [row[work] for row in rows]
 
 
 # --- where methods fail: the digits that every method lost at every case -------------------------
@@ -294,18 +262,16 @@ def stress_figure(found: Found) -> Figure:
 
 def stress_size(found: Found) -> tuple[float, float]:
     """Width and height of a figure that has room for every case and every method [inches]."""
-    names, rows, heads = _table(found)
-    high = 1.6 + 0.07 * max(map(len, heads)) + 0.19 * len(rows)
-    return max(6.4, 3.2 + 0.42 * len(names)), high
+    heads, cases = _heads_and_cases(found)
+    high = 1.6 + 0.07 * max(map(len, heads.values()), default=0) + 0.19 * len(cases)
+    return max(6.4, 3.2 + 0.42 * len(heads)), high
 
 
-def _table(found: Found) -> tuple[list[str], list[str], list[str]]:
-    """The methods and the cases of which there are runs, and what stands above the columns."""
-    heads = found.methods
-    rows = [*dict.fromkeys(run["case"] for run in found.cases)]
-    known = dict.fromkeys(run["method"] for run in found.cases)
-    names = [*(name for name in heads if name in known), *(n for n in known if n not in heads)]
-    return names, rows, [literal(heads.get(name, name), 40) for name in names]
+def _heads_and_cases(found: Found) -> tuple[dict[str, str], list[str]]:
+    """What stands above the column of each method, and the cases, of which there are runs."""
+    used = {run["method"] for run in found.cases}
+    heads = {name: literal(head, 40) for name, head in found.methods.items() if name in used}
+    return heads, [*dict.fromkeys(run["case"] for run in found.cases)]
 
 
 def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
@@ -316,20 +282,19 @@ def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
     ax : matplotlib.axes.Axes
     found : Stress
     """
-    runs, (names, rows, heads) = found.cases, _table(found)
-    lost = np.full((max(1, len(rows)), max(1, len(names))), np.nan)
-    for run in runs:
-        i, j, digits = rows.index(run["case"]), names.index(run["method"]), run["digits_lost"]
+    heads, cases = _heads_and_cases(found)
+    lost = np.full((max(1, len(cases)), max(1, len(heads))), np.nan)
+    for run in found.cases:
+        i, j, digits = cases.index(run["case"]), [*heads].index(run["method"]), run["digits_lost"]
         lost[i, j] = np.nan if digits is None else digits
         if mark := UNTOLD if run["untold"] else StressOutcome(run["outcome"]).mark:
             colour = "white" if lost[i, j] > MOST_LOST_DIGITS / 2 else "black"
             ax.text(j, i, mark, ha="center", va="center", fontsize=6, color=colour)
     ax.set_facecolor("#DDDDDD")
     ours: dict[str, Any] = {"cmap": "YlGnBu", "vmin": 0.0, "vmax": MOST_LOST_DIGITS}
-    ours |= {"aspect": "auto", "interpolation": "none"}
-    ax.imshow(lost, **ours | looks)
-    ax.set_xticks(range(len(names)), heads, rotation=90)
-    ax.set_yticks(range(len(rows)), [literal(case, 40) for case in rows])
+    ax.imshow(lost, **ours | {"aspect": "auto", "interpolation": "none"} | looks)
+    ax.set_xticks(range(len(heads)), heads.values(), rotation=90)
+    ax.set_yticks(range(len(cases)), [literal(case, 40) for case in cases])
     ax.tick_params(length=0, labeltop=True, labelbottom=False)
     marks = [f"{each.mark} {each}" for each in StressOutcome if each.mark]
     marks += [f"{UNTOLD} undetermined", "grey: no number, or not run"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import warnings
 from base64 import b64encode
 from collections.abc import Iterator, Mapping
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from heavytop.files import write_whole
 from heavytop.scene.arguments import path_of
+from heavytop.text import cut, harmless
 
 Array = NDArray[np.float64]
 Known = Mapping[str, Any]  # a document, or a part of one
@@ -37,6 +37,11 @@ FAINT: Final = "#BBBBBB"
 COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY, BLACK)
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 PATH, OTHER = BLUE, ORANGE
+
+
+def look_of(number: int) -> dict[str, Any]:
+    """The colour and the marker of one of many methods; no two of 77 are alike."""
+    return {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
 
 
 class Look(NamedTuple):
@@ -88,15 +93,14 @@ STYLE: Final[Any] = {
     "legend.frameon": False,
     "text.usetex": False,
 }
-# No date and no program version.
-_METADATA: Final[dict[str, dict[str, Any]]] = {
-    "svg": {"Date": None, "Creator": None},
-    "png": {"Software": None},
-    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+# Of each format what would say when and by which version it was drawn.
+_UNDATED: Final[dict[str, dict[str, Any]]] = {
+    "svg": dict.fromkeys(("Date", "Creator")),
+    "png": dict.fromkeys(("Software",)),
+    "pdf": dict.fromkeys(("CreationDate", "Creator", "Producer")),
 }
 
 MOST_LETTERS: Final = 90  # of a text that somebody else wrote
-_NO_LETTER: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 
 
 def literal(text: str, most: int = MOST_LETTERS) -> str:
@@ -107,9 +111,7 @@ def literal(text: str, most: int = MOST_LETTERS) -> str:
     >>> print(literal("$x$ \n of _gone"), literal("_gone") + ".", literal(""))
     \$x\$ of _gone  _gone. –
     """
-    words = _NO_LETTER.sub("\ufffd", " ".join(text.split())) or "–"
-    words = words if len(words) <= most else f"{words[: most - 1]}…"
-    words = words.replace("$", r"\$")
+    words = cut(harmless(" ".join(text.split())) or "–", most).replace("$", r"\$")
     return f" {words}" if words.startswith("_") else words  # which a legend would leave out
 
 
@@ -178,16 +180,6 @@ def titled(ax: Axes, words: str, **where: Any) -> Axes:
     return ax
 
 
-def in_degrees(ax: Axes) -> None:
-    """Show degrees on the other side of axes whose x or y is in radians."""
-    if ax.get_xlabel().endswith("[rad]"):
-        other = ax.secondary_xaxis("top", functions=(np.degrees, np.radians))
-        other.set_xlabel("[°]")
-    if ax.get_ylabel().endswith("[rad]"):
-        other = ax.secondary_yaxis("right", functions=(np.degrees, np.radians))
-        other.set_ylabel("[°]")
-
-
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure whole; the name ends in ``.svg``, ``.png`` or ``.pdf``.
 
@@ -200,15 +192,15 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """
     place = path_of("path", path)
     form = place.suffix.lower().removeprefix(".")
-    if form not in _METADATA:
+    if form not in _UNDATED:
         raise ValueError(f"{place.name}: a figure is .svg, .png or .pdf")
-    data = _drawn(figure, form)
+    data = _render(figure, form)
     write_whole(place, lambda part: part.write_bytes(data))
 
 
 def svg(figure: Figure) -> str:
     """The SVG of a figure, its texts in the font of the reader."""
-    return _drawn(figure, "svg", **{"svg.fonttype": "none"}).decode()
+    return _render(figure, "svg", **{"svg.fonttype": "none"}).decode()
 
 
 def svg_address(figure: Figure) -> str:
@@ -216,10 +208,11 @@ def svg_address(figure: Figure) -> str:
     return f"data:image/svg+xml;base64,{b64encode(svg(figure).encode()).decode()}"
 
 
-def _drawn(figure: Figure, form: str, **style: str) -> bytes:
+def _render(figure: Figure, form: str, **style: str) -> bytes:
+    """A figure in a format, the same bytes at any time."""
     data = BytesIO()
     with mpl.rc_context(STYLE | style), warnings.catch_warnings():
         # A title in a script the font lacks is drawn with boxes; the run is none the worse.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        figure.savefig(data, format=form, dpi=160, metadata=_METADATA[form])
+        figure.savefig(data, format=form, dpi=160, metadata=_UNDATED[form])
     return data.getvalue()

@@ -136,12 +136,8 @@ def _data(scene: Scene) -> dict[str, Any]:
         for kind, detail in kinds.KIND_DETAILS.items()
     }
     looks = {
-        kind: {
-            "label": KIND_STYLES[kind].label,
-            "colour": KIND_STYLES[kind].colour,
-            "plain": PLAIN_LIMITS[kind],
-        }
-        for kind in PLAIN_LIMITS
+        kind: {**KIND_STYLES[kind]._asdict(), "plain": words}
+        for kind, words in PLAIN_LIMITS.items()
     }
     shipped = [load_scene(name) for name in shipped_names()]
     others = [_start(each) for each in shipped if each.name != scene.name]

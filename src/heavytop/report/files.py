@@ -223,18 +223,20 @@ def load_run(result: RunResult, path: Path) -> Any:
     place = path.with_name(TRAJECTORY)
     if "trajectory" not in result.files or not place.exists():
         return None
-    try:
-        from heavytop.run.trajectory_file import load_exact, load_trajectory
-    except MissingPackage:
-        if result.outcome != Outcome.FINISHED:
-            raise
-        from heavytop.run.exact import SceneMotion
-        from heavytop.run.planning import plan
-        from heavytop.run.span import closed_form_of
+    if result.source == "integrated":
+        try:
+            from heavytop.run.trajectory_file import load_trajectory
 
-        known = read_scene(scene_text(result.scene), where=f"{result.scene.name}.toml")
-        return SceneMotion(known, closed_form_of(known), plan(known))
-    return (load_trajectory if result.source == "integrated" else load_exact)(place)
+            return load_trajectory(place)
+        except MissingPackage:
+            if result.outcome != Outcome.FINISHED:
+                raise
+    from heavytop.run.exact import SceneMotion
+    from heavytop.run.planning import plan
+    from heavytop.run.span import closed_form_of
+
+    scene = read_scene(scene_text(result.scene), where=f"{result.scene.name}.toml")
+    return SceneMotion(scene, closed_form_of(scene), plan(scene))
 
 
 def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:
@@ -351,24 +353,23 @@ def _save_figure(
     """Draw a figure and save it in every form; the names of its files, none where it fails."""
     from heavytop.plots.style import save
 
-    files = {f"{key}_{form}": f"{name}.{form}" for form in PICTURE_FORMATS}
-    try:
-        if (figure := draw()) is None:
-            return {}
-        for file in files.values():
-            save(figure, place / file)
-            figure.set_layout_engine("none")  # it is laid out, for all its files
-    except HeavyTopError:  # of what is drawn: a damaged record
-        raise
-    except UNDRAWABLE as fault:
-        for file in files.values():
-            (place / file).unlink(missing_ok=True)
-        warn_not_drawn(name, fault)
-        return {}
+    files = dict[str, str]()
+    with warn_not_drawn(name):
+        if (figure := draw()) is not None:
+            for form in PICTURE_FORMATS:
+                save(figure, place / f"{name}.{form}")
+                figure.set_layout_engine("none")  # it is laid out, for all its files
+                files[f"{key}_{form}"] = f"{name}.{form}"
     return files
 
 
-def warn_not_drawn(name: str, fault: Exception) -> None:
-    """Warn of a picture that cannot be drawn, and say why."""
-    why = f"{name}: not drawn ({type(fault).__name__}: {fault})"
-    warnings.warn(why, NotDrawnWarning, stacklevel=3)
+@contextmanager
+def warn_not_drawn(name: str) -> Iterator[None]:
+    """Warn of a picture that cannot be drawn, say why, and go on without it."""
+    try:
+        yield
+    except HeavyTopError:  # of what is drawn: a damaged record
+        raise
+    except UNDRAWABLE as fault:
+        why = f"{name}: not drawn ({type(fault).__name__}: {fault})"
+        warnings.warn(why, NotDrawnWarning, stacklevel=3)

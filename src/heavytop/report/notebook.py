@@ -8,8 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.clip import PERIODS
-from heavytop.plots.figures import ExactRun, run_figure
+from heavytop.plots.figures import run_figure
 from heavytop.plots.sphere import motion_figure
 from heavytop.results.base import Fact, Result, Table, given
 from heavytop.results.classification import (
@@ -130,8 +129,8 @@ class Player(Shown):
         """The player of a trajectory, or of a motion, as `heavytop.text.Played.play` says."""
         from heavytop.report.page import player_html
 
-        run: Any = ExactRun.of(thing, PERIODS) if isinstance(thing, Motion) else thing
-        return cls(run.scene.name, player_html(run, **asked))
+        name = str(thing.kind) if isinstance(thing, Motion) else thing.scene.name
+        return cls(name, player_html(thing, **asked))
 
     def __repr__(self) -> str:
         return f"<Player of {self.name!r}>"

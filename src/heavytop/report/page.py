@@ -17,13 +17,12 @@ from markupsafe import Markup
 
 from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning
 from heavytop.files import write_text
-from heavytop.report.files import UNDRAWABLE, kind_of, load_run, warn_not_drawn
+from heavytop.report.files import kind_of, load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
 from heavytop.results.base import Fact, Result, Table, load_result, not_as_written, typed
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import PICTURES, RunResult
 from heavytop.scene.quantities import QUANTITIES
-from heavytop.scene.scene_file import written
 from heavytop.text import harmless
 
 if TYPE_CHECKING:
@@ -89,8 +88,7 @@ class Section(NamedTuple):
     def scene_file(self) -> str:
         """Its scene as TOML; empty where it has but a top and a start, as in a study."""
         scene = getattr(self.result, "scene", None) or {}
-        tables = {name: x for name, x in scene.items() if name != "name" and x != ""}
-        return written(tables) if "format" in tables else ""
+        return scene_text(scene) if "format" in scene else ""
 
 
 def _section(path: Path, name: str, number: int) -> Section:
@@ -117,19 +115,15 @@ def _pictures(result: Result, run: Any) -> Iterator[Picture]:
     if run is not None:
         figures = {name: (PICTURES[name], draw) for name, draw in run_figures(run)}
     for name, (title, draw) in figures.items():
-        try:
+        with warn_not_drawn(name):
             if (figure := draw()) is not None:
                 yield Picture(name, title, svg_address(figure))
-        except UNDRAWABLE as fault:
-            warn_not_drawn(name, fault)
 
 
 def _top(run: Any) -> Mapping[str, Any] | None:
     """The frames of the top of a run, where its motion has them."""
-    from heavytop.plots.figures import as_drawn
-
     try:
-        return None if run is None else frames(as_drawn(run))
+        return None if run is None else frames(run)
     except NoClosedForm:
         return None
 

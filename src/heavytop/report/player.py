@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from heavytop.plots.clip import Clip
+from heavytop.plots.clip import PERIODS, Clip
+from heavytop.plots.figures import DrawnRun
 from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH
 
 if TYPE_CHECKING:
     from heavytop.analytic.record import Record
     from heavytop.integration.outputs import Sample
-    from heavytop.run.trajectory import Trajectory
 
 FRAMES: Final = 1001
 LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
@@ -29,12 +29,12 @@ def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def frames(
-    trajectory: Trajectory,
+    thing: Any,
     rounds: float | None = None,
     time: float | None = None,
     speed: float | None = None,
 ) -> dict[str, Any]:
-    """The frames of a run at even steps from its start to ``end`` [s].
+    """The frames of a run, or of a motion, at even steps from its start to ``end`` [s].
 
     ``quaternion``, body to space and scalar first, and ``momentum``, the angular momentum over its
     largest size, are float32 in base64; ``spin`` is by how much ψ changes [rad], ``precession`` by
@@ -42,13 +42,13 @@ def frames(
     on which side of the pivot the centre of mass is (1, −1 or 0), ``seconds`` how long it is
     played, if that was asked, and ``notes`` says what is played where it is not the run.
     """
-    scene, end = trajectory.scene, float(trajectory.orbit.end)
-    asked = {"rounds": rounds, "time": time, "speed": speed}
-    clip = Clip.of(trajectory.motion, end, LONGEST_S, **asked)
+    run = DrawnRun.of(thing, PERIODS)
+    top, end = run.motion.top, run.end
+    clip = Clip.of(run.motion, end, LONGEST_S, rounds=rounds, time=time, speed=speed)
     motion, last = clip.motion, clip.end
     times, notes = np.linspace(0.0, last, FRAMES), []
     whole = clip.pushed or abs(last) > abs(end)
-    record: Sample | Record = motion.at(times) if whole else trajectory(times)
+    record: Sample | Record = motion.at(times) if whole else run.at(times)
     if clip.pushed:
         notes.append(f"Without a push it stays as it is; here it was pushed at {PUSH:g} rad/s.")
     elif not (np.isfinite(record.quaternion).all() and np.isfinite(record.omega).all()):
@@ -59,19 +59,19 @@ def frames(
     spin = float(record.psi[-1] - record.psi[0])
     if abs(spin) > BLURRED * FRAMES:
         notes.append("The spin is too fast to be shown as it is.")
-    found = trajectory.events
+    found = run.events
     events = [
         {"kind": str(kind), "t": float(t), "axis": axis.round(5).tolist()}
         for kind, t, axis in zip(found.kind, found.t, found.axis, strict=True)
         if not clip.pushed and abs(t) <= abs(last) and np.isfinite(axis).all()
     ]
     return {
-        "title": scene.title or scene.name, "end": last, "spin": spin, "notes": notes,
+        "title": run.title, "end": last, "spin": spin, "notes": notes,
         "seconds": clip.seconds if speed else None, "precession": motion.mean_angle_rates[0] * last,
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_MARKS],
-        "shape": [float(scene.top.C / scene.top.A), float(np.sign(float(scene.top.gMR)))],
+        "shape": [float(top.C / top.A), float(np.sign(float(top.gMR)))],
         "quaternion": _packed(record.quaternion),
-        "momentum": _packed(momentum_path(scene.top, record)),
+        "momentum": _packed(momentum_path(top, record)),
     }  # fmt: skip
 
 
