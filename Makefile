@@ -48,7 +48,7 @@ check: $(READY)
 # What a kill left in out/proofs is taken up; what is whole is measured anew.
 proofs: $(READY)
 	@test ! -e out/proofs/validate.json || rm -r out/proofs
-	@$(BIN)/heavytop validate --proofs -o out/proofs
+	@$(BIN)/heavytop validate --proofs -v -o out/proofs
 
 # Every warning fails: a page that does not run, a command that ends badly, a name left out.
 docs: $(READY)

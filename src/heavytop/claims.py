@@ -246,7 +246,7 @@ def validate(
     progress: Callable[[Progress], object] | None = None,
     note: Callable[[str], object] | None = None,
 ) -> Validation:
-    """What is claimed of the package, measured and held to its bounds.
+    """Measure the package's claims against outside authorities.
 
     Claims are measured in processes that end with this one. A claim does not hold where that takes
     more than two minutes (two hours for those of `proofs`), fails, or gives no finite number.
@@ -254,7 +254,7 @@ def validate(
     Parameters
     ----------
     names : sequence of str
-        Claims, or scripts without their ending; all registered claims when empty.
+        Claims or scripts, such as betsch-cone 39_flint; default: all claims.
     proofs : bool
         Whether all that scripts claim on their own authority is measured as well. Some of it is
         timed, and so all is done by one process.

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 from heavytop.text import harmless
 
@@ -32,7 +32,7 @@ class Exit(IntEnum):
 class HeavyTopError(Exception):
     """The base of every error this package raises on purpose."""
 
-    exit: ClassVar[Exit] = Exit.BAD_SCENE
+    exit: Exit = Exit.BAD_SCENE
     """What a command exits with."""
 
 
@@ -300,10 +300,9 @@ class EndedEarly(HeavyTopError):
         What made it so, and what to do instead, where that is known.
     """
 
-    exit = Exit.ENDED_EARLY
-
     def __init__(self, outcome: Outcome | str, trajectory: Any, why: str = "") -> None:
         self.outcome = Outcome(outcome)
+        self.exit = Exit.INTERRUPTED if self.outcome is Outcome.INTERRUPTED else Exit.ENDED_EARLY
         self.trajectory = trajectory
         self.why = why
         super().__init__(self.outcome.sentence + (f": {why}" if why else ""))
@@ -333,11 +332,10 @@ class StoppedEarly(HeavyTopError):
         Where the part that was done is kept, ready to be taken up again.
     """
 
-    exit = Exit.ENDED_EARLY
-
     def __init__(self, outcome: Stop | str, why: str, folder: Path | None) -> None:
         super().__init__(outcome, why, folder)
         self.outcome, self.why, self.folder = Stop(outcome), why, folder
+        self.exit = Exit.INTERRUPTED if self.outcome is Stop.INTERRUPTED else Exit.ENDED_EARLY
 
     @classmethod
     def unwritable(cls, fault: OSError, path: Path, folder: Path | None) -> StoppedEarly:

@@ -128,7 +128,7 @@ def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
 def test_a_folder_without_a_run_cannot_be_resumed(tmp_path):
     result = heavytop_("resume", tmp_path)
     assert result.exit_code == Exit.BAD_SCENE
-    assert f"{tmp_path}: no folder with anything to go on with: neither" in result.stderr
+    assert f"{tmp_path}: there is neither a study nor a run" in result.stderr
 
 
 def test_digits_that_are_missed_are_told():

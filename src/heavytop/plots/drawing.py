@@ -23,10 +23,7 @@ def plotted(
     thing: Any, what: str | None, ax: Axes | None, unit: str | None, looks: Mapping[str, Any]
 ) -> Axes:
     """Draw a picture of a thing, as `heavytop.text.Plotted.plot` says."""
-    try:
-        units = UNITS_SHOWN.get() if unit is None else read_units(text_of("unit", unit))
-    except Refused as wrong:
-        raise Impossible([("unit", str(wrong))]) from None
+    units = UNITS_SHOWN.get() if unit is None else read_units(text_of("unit", unit))
     with showing(units):
         return _drawn(thing, what, ax, looks)
 

@@ -19,7 +19,7 @@ class ResultEntry(NamedTuple):
     study : str
         The module whose tasks give it; its kind in a journal is the last part of that.
     command : str
-        The functions of its verb, which is called as the file is, as in `heavytop.cli.entry`.
+        The functions of its verb, which is called as the file is, as in `heavytop.cli`.
     """
 
     result: str
@@ -38,17 +38,13 @@ RESULTS: Final[Mapping[str, ResultEntry]] = {
     "stress.json": ResultEntry(
         "stress.Stress", "studies.stress", "cli.verbs:stress studies.stress:stress"
     ),
-    "atlas.json": ResultEntry(
-        "atlas.Atlas", "studies.atlas", "cli.verbs:atlas studies.atlas:atlas"
-    ),
+    "atlas.json": ResultEntry("atlas.Atlas", "studies.atlas", "studies.atlas:atlas"),
     "check.json": ResultEntry("check.CheckResult"),
     "certify.json": ResultEntry(
         "certificate.Certificate",
         "studies.certificate",
         "cli.verbs:certify studies.certificate:certify",
     ),
-    "validate.json": ResultEntry(
-        "validation.Validation", "claims", "cli.verbs:validate claims:validate"
-    ),
+    "validate.json": ResultEntry("validation.Validation", "claims", "claims:validate"),
 }
 """In the order of a report."""
