@@ -24,7 +24,7 @@ help:
 	@echo 'make test    run the tests, but those that are slow'
 	@echo 'make slow    run the slow tests: studies killed and resumed, every scene drawn, random motions'
 	@echo 'make check   ruff, mypy --strict, the layers (import-linter), and the examples in docstrings'
-	@echo 'make proofs  measure all that is claimed, on a quiet machine; says how long, goes on after a kill'
+	@echo 'make proofs  measure all that is claimed, on a quiet machine; goes on after a kill'
 	@echo 'make docs    execute the pages and the commands on them; HTML goes to build/docs'
 	@echo 'make lock    resolve requirements/lock-py311.txt anew'
 	@echo 'make clean   remove .venv, out and all caches'
@@ -48,7 +48,7 @@ check: $(READY)
 # What a kill left in out/proofs is taken up; what is whole is measured anew.
 proofs: $(READY)
 	@test ! -e out/proofs/validate.json || rm -r out/proofs
-	@$(BIN)/heavytop validate --proofs -v -o out/proofs
+	@$(BIN)/heavytop validate --proofs -o out/proofs
 
 # Every warning fails: a page that does not run, a command that ends badly, a name left out.
 docs: $(READY)

@@ -100,7 +100,7 @@ def test_exit_codes(error, code):
         ("find sicm-kicked --vary psidot=1:2 --so-that round=1", "--vary"),
         ("sweep sicm-kicked --over start.psidot=1:2:2 --facts x", "--facts"),
         ("check x.csv --columns Zeit", "--columns"),
-        ("check x.csv -o errors.txt", "-o"),
+        ("sweep sicm-kicked --over start.psidot=1:2:2 --facts round -o x.txt", "-o"),
         ("check x.csv --digits nan", "--digits"),
         ("check x.csv --set start.phidot=-14", "--set"),
         ("film sicm-kicked -o x.gif --size=80x", "--size"),

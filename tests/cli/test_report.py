@@ -108,7 +108,7 @@ def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
     assert heavytop_(*mine[:2], *mine[4:]).exit_code == 3
     assert heavytop_(*mine, "--columns", "t=Uhr").exit_code == 3
     assert heavytop_("check", tmp_path / "none.csv").exit_code == 3
-    assert heavytop_(*mine, "-o", "/proc/nowhere/x.svg").exit_code == 2
+    assert heavytop_(*mine, "-o", "/proc/nowhere/x").exit_code == 2
     assert heavytop_(*mine[:4]).exit_code == 0  # what Zeit is, is understood
 
 

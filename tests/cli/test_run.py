@@ -103,7 +103,7 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(
     assert f"the partial result is in {folder}" in result.stderr
     assert (f"heavytop resume {folder}" in result.stderr) == (outcome == "interrupted")
     assert (folder / "request.json").exists() == (outcome == "interrupted")
-    assert errors.Outcome(outcome).sentence in result.stderr
+    assert outcome in result.stderr
     nowhere = heavytop_(*KICKED)
     assert nowhere.exit_code == code
     assert "the partial result is above (-o DIR keeps it)" in nowhere.stderr

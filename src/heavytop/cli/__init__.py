@@ -47,7 +47,6 @@ app = Verbs(
     name="heavytop",
     help="The axisymmetric heavy top, integrated to the last digits and checked.",
     epilog=EXIT_CODES,
-    no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 click.version_option(__version__, message="%(prog)s %(version)s")(app)
@@ -56,8 +55,8 @@ click.version_option(__version__, message="%(prog)s %(version)s")(app)
 def main() -> None:
     """Run the command line."""
     gc.set_threshold(100_000)  # imports make many objects, and no garbage
-    for number in (signal.SIGTERM, signal.SIGHUP):  # as Ctrl-C does: no process is left behind
-        if signal.getsignal(number) is signal.SIG_DFL:  # nohup ignores SIGHUP
+    for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
+        if signal.getsignal(number) is signal.SIG_DFL:  # as Ctrl-C does: no process is left behind
             signal.signal(number, signal.default_int_handler)
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     for stream in (sys.stdout, sys.stderr):

@@ -30,7 +30,6 @@ EXIT_CODES: Final = (
     "5 a check is out of its bound; 130 interrupted."
 )
 DEFAULT_SCENE: Final = "sicm-kicked"
-CHARTS: Final = (".svg", ".png", ".pdf")
 TABLES: Final = (".csv", ".json")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 
@@ -168,14 +167,12 @@ def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
     from heavytop.scene import scene as scenes
 
     scene = scene or DEFAULT_SCENE
-    run = Path(scene) / "trajectory.nc"
-    if scene in scenes.shipped_names() or not run.exists():
+    if scene in scenes.shipped_names() or not Path(scene).is_dir():
         return scenes.load_scene(scene, overrides=list(changes))
-    from heavytop.files import attribute, open_sealed
+    from heavytop.report.files import Request
 
-    with open_sealed(run) as file:
-        text, name = attribute(file, "scene"), attribute(file, "name")
-    return scenes.read_scene(text, where=f"{name}.toml", overrides=list(changes))
+    known = Request.read(Path(scene)).scene
+    return scenes.read_scene(known.to_toml(), f"{known.name}.toml", list(changes))
 
 
 # --- what is printed and written -------------------------------------------------------------
@@ -223,7 +220,7 @@ def deliver(answer: Answer, folder: Path | None, path: Path | None, *, figures: 
         if isinstance(found, Result) and folder is not None and not found.files:
             found = replace(found, files=write_study(found, folder, figures=figures))
         if path is not None and not isinstance(found, str):
-            write_file(found, path)
+            found.save(path)
     except (errors.StoppedEarly, OSError) as fault:
         problems.append(problem_of(fault))
     if isinstance(found, Result):
@@ -233,17 +230,6 @@ def deliver(answer: Answer, folder: Path | None, path: Path | None, *, figures: 
     if path is None or path.suffix.lower() not in TABLES or option("json"):
         print_found(found, answer.document)
     exit_with(problems)
-
-
-def write_file(found: Any, path: Path) -> None:
-    """Write numbers, or a chart, to the file of -o."""
-    if path.suffix.lower() in CHARTS:
-        from heavytop.plots.style import save
-
-        save(found.figure(), path)
-    else:
-        found.save(path)
-    note(f"wrote {path}")
 
 
 def print_found(found: Any, document: Mapping[str, Any] | None) -> None:

@@ -80,6 +80,7 @@ def resume(
     from heavytop.report.files import DOCUMENT, REQUEST, TRAJECTORY, Request
     from heavytop.results.base import command_of, typed, typing
     from heavytop.results.registry import RESULTS
+    from heavytop.results.run import RunResult
     from heavytop.studies import study
 
     there = [x for x in (study.STUDY, REQUEST, DOCUMENT, TRAJECTORY) if (folder / x).exists()]
@@ -90,25 +91,13 @@ def resume(
             finished = any((folder / name).exists() for name in RESULTS)
             found = study.resume(folder, methods=methods, progress=progress, **workers)
             return Answer(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)
-        if methods or "executor" in workers:
-            rule = "is only for studies, and this folder holds a run"
-            raise errors.Impossible([("methods" if methods else "executor", rule)])
         if there[0] == DOCUMENT:
-            return finished_run(folder / DOCUMENT)
+            known = RunResult.load(folder / DOCUMENT)
+            code = Exit.OK if known.outcome == Outcome.FINISHED else Exit.ENDED_EARLY
+            return Answer(known, [(code, f"{folder}: this run is {known.outcome}")])
         request = Request.read(folder)
         request.write(folder)
         return run_request(replace(request, figures=request.figures and figures), folder, progress)
-
-
-def finished_run(document: Path) -> Answer:
-    """The result of a run that has ended."""
-    from heavytop.results.run import RunResult
-
-    found = RunResult.load(document)
-    if found.outcome == Outcome.FINISHED:
-        return Answer(found, [(Exit.OK, f"{document.parent}: this run is finished")])
-    why = f"{document.parent}: this run ended early: {Outcome(found.outcome).sentence}"
-    return Answer(found, [(Exit.ENDED_EARLY, why)])
 
 
 def run_request(

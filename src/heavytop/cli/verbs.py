@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
-from heavytop.cli.command import CHARTS, TABLES, Answer, find_function, note, option, read_scene
+from heavytop.cli.command import TABLES, Answer, note, option, read_scene
 from heavytop.errors import Exit, Impossible
 from heavytop.text import harmless
 
@@ -111,11 +111,11 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
     Parameters
     ----------
     path : path, optional
-        Write x.csv, x.json or a picture: x.png, x.svg, x.pdf.
+        Write x.csv or x.json, or document and chart to a folder.
     """
     from heavytop.studies import sweep
 
-    expect_ending(path, TABLES + CHARTS)
+    expect_ending(path, ("", *TABLES))
     return sweep.sweep(scene, over, facts)
 
 
@@ -131,7 +131,7 @@ def check(
     *,
     changes: Sequence[str] = (),
     digits: float | None = None,
-    path: Path | None = None,
+    folder: Path | None = None,
     **given: Any,
 ) -> Answer:
     """Compare your trajectory with the exact motion; name mistakes.
@@ -148,8 +148,8 @@ def check(
         Conventions under which the data are judged, such as y-up,degrees.
     digits : float, optional
         Exit with code 5 if the data have fewer digits than this, such as 6.
-    path : path, optional
-        Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder.
+    folder : path, optional
+        Write document and chart to this folder.
     """
     from heavytop.checking import judge
     from heavytop.doctor import versions
@@ -160,8 +160,6 @@ def check(
         raise Impossible([("digits", f"{digits:g} is not a number of digits")])
     if changes and scene is None:
         raise Impossible([("changes", "needs a --scene to change")])
-    if path is not None and path.suffix:
-        expect_ending(path, CHARTS)
     subject = None if scene is None else judge.subject(scene, changes)
     document = judge.check(data, subject, **given).document()
     found = CheckResult.from_document(document | {"command": typed(), "versions": versions()})
@@ -218,26 +216,16 @@ def report(
     return Answer(said, notes, document)
 
 
-STUDIES_OF_REPORT: Final = {
-    "run": "run.propagation:propagate",
-    "drift": "studies.drift:drift",
-    "workprec": "studies.work_precision:work_precision",
-    "stress": "studies.stress:stress",
-    "atlas": "studies.atlas:atlas",
-    "validate": "claims:validate",
-}
-"""What a report of a scene has, by the folder."""
-
-
 def run_all(scene: Scene, place: Path) -> dict[str, str]:
     """Run a scene and its studies, each with its defaults; return what cannot be done, and why."""
+    import heavytop as ht
     from heavytop.report.files import write_results, write_study
 
     missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
-    for name, module in STUDIES_OF_REPORT.items():
+    for name in ("run", "drift", "workprec", "stress", "atlas", "validate"):
         note(f"running {name}")
-        study, folder = find_function(module), place / name
-        folder.mkdir()
+        study = getattr(ht, {"run": "propagate", "workprec": "work_precision"}.get(name, name))
+        (folder := place / name).mkdir()
         try:
             found = study(*given.get(name, (scene,)))
             (write_results if name == "run" else write_study)(found, folder, figures=False)
