@@ -24,7 +24,7 @@ help:
 	@echo 'make test    run the tests, but those that are slow'
 	@echo 'make slow    run the slow tests: studies killed and resumed, every scene drawn, random motions'
 	@echo 'make check   ruff, mypy --strict, the layers (import-linter), and the examples in docstrings'
-	@echo 'make proofs  measure all that is claimed, on a quiet machine; says how long, goes on after a kill'
+	@echo 'make proofs  measure all that is claimed, on a quiet machine; goes on after a kill'
 	@echo 'make docs    execute the pages and the commands on them; HTML goes to build/docs'
 	@echo 'make lock    resolve requirements/lock-py311.txt anew'
 	@echo 'make clean   remove .venv, out and all caches'

@@ -28,11 +28,10 @@ def test_the_nearest_name_is_hinted_at(value, hint):
     assert nearest(value, ()) == ""
 
 
-def test_of_many_names_those_that_are_like_it_are_told():
+def test_few_names_are_told_and_of_many_where_they_are():
     many = [f"n{i}" for i in range(21)]
-    assert listed("c", many[:20]) == ", ".join(many[:20])
-    told = listed("n7", many, "elsewhere")
-    assert re.fullmatch(r"n7, (n\d+, ){5}… \(21 in all: elsewhere\)", told)
+    assert listed(many[:20]) == ", ".join(many[:20])
+    assert listed(many, "elsewhere") == "21 names: elsewhere"
 
 
 def test_a_wrong_method_is_answered_with_all_of_them():

@@ -59,7 +59,7 @@ def wanting(periods, samples, events):
     return ht.load_scene("sicm-kicked", [f"span.periods={periods}", *wants])
 
 
-@proof(minutes=1)
+@proof
 def overhead():
     first = ht.propagate(wanting(MODEST, 2, "[]"), **PLAIN)
     p, loop = first.orbit.parameters, bare_loop()
@@ -89,7 +89,7 @@ COSTS = ("formulation", "wants", "operations", "steps a period", "µs a period",
          "of ψ")  # fmt: skip
 
 
-@proof(minutes=0.5)
+@proof
 def formulations():
     """Every formulation on the book's kicked top: operations, steps, time, error."""
     import sympy as sp
@@ -145,7 +145,7 @@ def plane(n, **axes):
     return {x: np.linspace(*ends, side)[:, None], y: np.linspace(*others, side)}
 
 
-@proof(minutes=0.3)
+@proof
 def kinds(tops=1_000_000, alone=500):
     """Certified kinds per second of one core: whole arrays, and one at a time."""
     tilts = plane(tops, theta=(0, 3.14), phidot=(-20, 20))
@@ -175,7 +175,7 @@ def kinds(tops=1_000_000, alone=500):
     yield "seconds for 2000 verdicts, one at a time", 2000 * best / alone, 1.0
 
 
-@proof(minutes=0.3)
+@proof
 def rows(count=1_000_000):
     """Turning points, periods and turns: how many a second."""
     kicks = plane(count, phidot=(-20, 20), psidot=(-150, 150))
@@ -192,7 +192,7 @@ def rows(count=1_000_000):
 COURSES = ("sicm-kicked", "lie-group-benchmark", "near-separatrix", "separatrix", "steady-betsch")
 
 
-@proof(minutes=0.3)
+@proof
 def closed_form():
     """Tilts a second, and a thousand digits."""
     t, motions = np.linspace(-3.0, 40.0, 10**6), {name: motion_of(name) for name in COURSES}
@@ -209,7 +209,7 @@ def closed_form():
 # --- many tops, and maps ---------------------------------------------------------------------
 
 
-@proof(minutes=1)
+@proof
 def many_tops(tops=200_000):
     """One nutation period each, on one thread and on two."""
     random = np.random.default_rng(5)
@@ -244,7 +244,7 @@ MAPS = {  # pixels along an axis, and at least so many a second
 MAPPED = ("map", "pixels", "pixels a second, in the workers", "whole time [s]")
 
 
-@proof(minutes=1)
+@proof
 def maps(write=False, side=10_000):
     """Pixels a second of an atlas, its memory, and a map of a hundred million pixels."""
 
@@ -375,7 +375,7 @@ def shares(call, make):
     return ", ".join(f"{what} {t / whole:.0%}" for what, t in spent.most_common(3))
 
 
-@proof(minutes=1.5)
+@proof
 def calls(write=False):
     """What calls with new numbers cost in a process that has run once; and fresh processes."""
     known = timed_calls()

@@ -32,7 +32,7 @@ def off(run, digits):
     return ctx, worst
 
 
-@proof(minutes=1)
+@proof
 def runs():
     """The book's kicked top: the rounding of the scene's numbers is part of the error."""
     rows = []
@@ -54,7 +54,7 @@ def runs():
     print(markdown(COSTS, rows))
 
 
-@proof(minutes=2)
+@proof
 def a_thousand():
     run, spent = propagated(1000, "span.periods=1", "want.samples=3")
     ctx, worst = off(run, 1000)

@@ -62,7 +62,7 @@ def kind_seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3):
     return "loops" if at_turning[0] * at_turning[1] < 0 else "waves"
 
 
-@proof(minutes=2)
+@proof
 def verdicts(tops=100_000):
     """The certified verdict against the events of the integrated axis over a period.
 
@@ -158,7 +158,7 @@ def off(run, times):
     return max(min(distance(m, x) for m in motions) / (allowed * size(x)) for x in columns)
 
 
-@proof(minutes=10)
+@proof
 def auto(scenes=200):
     """Varied scenes at 3, 6, 9 and 12 digits and on spans of 1 to 1e5 periods, run by auto.
 

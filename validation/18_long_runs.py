@@ -51,7 +51,7 @@ SHOWN = (
 )  # fmt: skip
 
 
-@proof(minutes=6)
+@proof
 def methods(periods=1e6, write=False):
     from heavytop.plots.style import save
 
@@ -80,7 +80,7 @@ def methods(periods=1e6, write=False):
 # --- growth of rounding ----------------------------------------------------------------------
 
 
-@proof(minutes=3)
+@proof
 def brouwer(periods=1e6):
     """Sixteen neighbours: rounding is a random walk of the energy, and phase its integral."""
     asked = {"periods": periods, "ensemble": 16, "samples": 31}
@@ -98,7 +98,7 @@ def brouwer(periods=1e6):
 LOST = ("", "phase [s]", "energy", "phase grows as t^", "µs a period")
 
 
-@proof(minutes=1)
+@proof
 def cyclic_angles(periods=1e5, write=False):
     """Phase lost by angles that grow in the state, by the largest of which steps are chosen."""
     forms = ("taylor-lagrange", "taylor-subsystem", "taylor-axis")
@@ -144,7 +144,7 @@ def off_energy(trajectory):
     return (energy / energy[0] - 1).astype(float)  # E' of the kicked top is about gMR
 
 
-@proof(minutes=3)
+@proof
 def projection(periods=MARKS[-1]):
     """Projected and plain runs: phase at two thirds of a period past the marks, energy, time."""
     from heavytop.run.own_motion import own_motion
@@ -189,7 +189,7 @@ LONGEST = {"periods": 1e8, "samples": 33}
 HEAD = ("", "periods", "steps", "phase [s]", "axis", "energy", "phase grows as t^")
 
 
-@proof(minutes=0.1)
+@proof
 def hundred_million(again=False, write=False):
     from heavytop.studies.drift import advance, drift_parameters
 

@@ -97,7 +97,7 @@ def shown(point):
     return f"`{point['method']}` ({setting(point)}), {time(point)} µs"
 
 
-@proof(minutes=4.2)
+@proof
 def work_precision(budget=240.0, write=False):
     cache = tempfile.TemporaryDirectory()
     os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once

@@ -53,7 +53,7 @@ def measured(found):
     )
 
 
-@proof(minutes=4.2)
+@proof
 def stress(budget=240.0, write=False):
     from heavytop.report.files import write_study
 

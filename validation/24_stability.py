@@ -71,7 +71,7 @@ def growth_of(omega3):
 BESIDE = {1: 1e-9, 2: 1e-9, 4: 1e-9, 6: 1e-7, 8: 1e-7, 10: 1e-5, 12: 1e-3}
 
 
-@proof(minutes=0.1)
+@proof
 def sleeping():
     """Growth of a tilt by theory, by multipliers and by runs; beside the threshold too."""
     floquet_off, runs_off = [], []
@@ -97,7 +97,7 @@ def sleeping():
     yield "marginal: tilt after a push, off theory", abs(tip / turn - 1), 1e-5
 
 
-@proof(minutes=0.1)
+@proof
 def steady():
     """Multipliers in the frame that turns with the precession, and perturbed runs."""
     circle_off, frequency_off, strayed = [], [], []
@@ -132,7 +132,7 @@ def nodding_multiplier(tilt, rate, omega3, nod):
     return found[np.argmax(found.imag)], time
 
 
-@proof(minutes=0.1)
+@proof
 def separatrix():
     """Beside it a start off by eps comes back after ln(1/eps)/lambda."""
     leaving = growth_of("2*sqrt(3)")
@@ -174,7 +174,7 @@ def body_frame(top, start, end):
     return told.t.size - 1
 
 
-@proof(minutes=0.3)
+@proof
 def spins():
     """Steps in a period against the spin rate, at the same p_psi."""
     steps = {form: [] for form in (*FORMS, "body frame, DOP853")}

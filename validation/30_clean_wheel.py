@@ -151,7 +151,7 @@ def hold_opened(place):
     yield "files of the repository opened", len(used), 0
 
 
-@proof(minutes=0.5)
+@proof
 def clean_wheel():
     """Build, install, run, and look at what was opened."""
     if not (ROOT / "pyproject.toml").exists():

@@ -566,23 +566,23 @@ def held(what, wrong, count):
     return f"{what}: {count} random cases, silently wrong", len(wrong), 0
 
 
-@proof(minutes=6)
+@proof
 def runs(seed=0, count=504):
     wrong = run_misses(seed, count)
     yield held("runs by name, in more digits and continued", wrong, count)
 
 
-@proof(minutes=3)
+@proof
 def turns(seed=0, count=504):
     yield held("turns near the poles", run_misses(seed, count, ("turning",), TURNING), count)
 
 
-@proof(minutes=1)
+@proof
 def many(seed=0, count=4032):
     yield held("many tops at once", many_misses(seed, count), count)
 
 
-@proof(minutes=0.5)
+@proof
 def damaged(seed=0, count=2000):
     yield held("damaged files, read or given to HDF5", damage_misses(seed, count), count)
 

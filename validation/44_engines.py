@@ -241,7 +241,7 @@ def exudyn_trapezoidal_check():
     return order("exudyn", "TrapezoidalIndex2", 2e-4, 2)
 
 
-@proof(minutes=0.5)
+@proof
 def errors_and_times(write=False):
     scene = ht.load_scene(SHOWN, END_ALONE)
     t = rows(scene)

@@ -114,7 +114,7 @@ def worst_share(found, **look):
     return most(x for shares in known.values() for x in shares)
 
 
-@proof(minutes=4)
+@proof
 def random_runs(runs=40, times=100_000, taken=200):
     """Certify runs drawn at random."""
     refused = []
@@ -124,7 +124,7 @@ def random_runs(runs=40, times=100_000, taken=200):
     yield "an error at random times, relative to its proved bound", worst, 1.0
 
 
-@proof(minutes=5)
+@proof
 def scenes(times=100_000, taken=200):
     """Certify every shipped scene in both forms."""
     refused = []
@@ -138,7 +138,7 @@ def scenes(times=100_000, taken=200):
     yield "an error of a shipped scene, relative to its proved bound", worst, 1.0
 
 
-@proof(minutes=0.3)
+@proof
 def long_runs(periods=1e4):
     """Certify a long run of the kicked top with its events, and a projected one without."""
     warnings.simplefilter("ignore")
@@ -201,7 +201,7 @@ def at_most(bound):
 HEAD = ("", "proved bound", "part from adding turns", "largest error without it")
 
 
-@proof(minutes=0.3)
+@proof
 def hundred_million(again=False, write=False):
     if again:
         certify_again()

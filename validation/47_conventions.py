@@ -388,7 +388,7 @@ def counted(found):
 # --- what is claimed -------------------------------------------------------------------------
 
 
-@proof(minutes=5)
+@proof
 def conventions(seed=0, part=1):
     """No wrong name is sure, of one in `part` of all cases."""
     # Another start, such as one whose φ̇ has the other sign, may be the same as several conventions.

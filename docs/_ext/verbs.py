@@ -89,7 +89,8 @@ def spelled(each: Any) -> str:
 
 def word(each: Any) -> str:
     """The word that stands for a value, or for any number of them."""
-    named = (each.name if each.param_type_name == "argument" else each.type.name).upper()
+    argument = each.param_type_name == "argument"
+    named = (each.name if argument else each.metavar or each.type.name).upper()
     return f"{named}…" if each.nargs == -1 else named
 
 

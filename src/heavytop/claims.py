@@ -11,7 +11,7 @@ import os
 import re
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
@@ -22,13 +22,12 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
 
 from heavytop.doctor import versions
-from heavytop.errors import Exit, HeavyTopError
+from heavytop.errors import BadScene, HeavyTopError
 from heavytop.results.base import Row
 from heavytop.results.validation import THIS_PROJECT, Validation
-from heavytop.scene.arguments import check_callable, path_of, whole, wrong_type
+from heavytop.scene.arguments import check_callable, one_of, parse_names, path_of, whole
 from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
-from heavytop.text import LONGEST_NAME, duration, nearest
 
 KIND: Final = "claims"
 PACKAGE: Final = Path(__file__).parent
@@ -38,12 +37,6 @@ SCRIPTS_FOLDER: Final = next(
 """Where the scripts are: a wheel has them inside the package, a checkout beside ``src``."""
 
 Measure = TypeVar("Measure", bound=Callable[..., Any])
-
-
-class UnknownClaim(HeavyTopError, ValueError):
-    """A name that is neither a claim nor a script; the message gives the nearest."""
-
-    exit = Exit.USAGE
 
 
 class Authority(NamedTuple):
@@ -65,18 +58,18 @@ class Authority(NamedTuple):
 OURSELVES: Final = Authority(THIS_PROJECT, "ours")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Claim:
     """One thing that is claimed: that what `measure` returns is at most `bound`.
 
     Attributes
     ----------
-    id, script : str
-        Its name, and that of its script without the ending.
+    id : str
+    measure : callable
+        It is called with `of`, and returns a distance or a count; that of a proof yields claims of
+        its own: what each measures, the number, its bound.
     statement : str
         What is measured, with its unit.
-    measure : callable
-        It is called with `of`, and returns a distance or a count.
     authority : Authority
     bound : float
     reason : str
@@ -86,33 +79,40 @@ class Claim:
     needs : str or None
         A package that not everybody has.
     of : tuple
-    seconds, limit_s : float
-        About how long it takes, and how long it may take [s].
+    is_proof : bool
+    limit_s : float
+        How long it may take [s].
     """
 
     id: str
-    script: str
-    statement: str
     measure: Callable[..., Any]
+    statement: str
     authority: Authority = OURSELVES
     bound: float = 0.0
     reason: str = "as the script says"
     holds: tuple[str, ...] = ()
     needs: str | None = None
     of: tuple[Any, ...] = ()
-    seconds: float = 0.5
+    is_proof: bool = False
     limit_s: float = 120.0
+
+    @property
+    def script(self) -> str:
+        """The name of its script, without the ending."""
+        return Path(self.measure.__code__.co_filename).stem
 
     def rows(self, **given: Any) -> Iterator[Row]:
         """Measure it."""
-        yield self.judge(float(self.measure(*self.of, **given)))
+        found = self.measure(*self.of, **given)
+        if not self.is_proof:
+            yield self.judge(float(found))
+            return
+        for number, (statement, measured, bound) in enumerate(found, 1):
+            about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
+            yield replace(self, **about).judge(float(measured))
 
     def judge(
-        self,
-        measured: float | None = None,
-        *,
-        failure: str | None = None,
-        skipped: str | None = None,
+        self, measured: float | None = None, failure: str | None = None, skipped: str | None = None
     ) -> Row:
         """Hold what was measured to the bound; no script judges itself."""
         if measured is not None and not math.isfinite(measured):
@@ -127,18 +127,6 @@ class Claim:
 
 
 CLAIM_FIELDS: Final = ("id", "statement", "bound", "reason", "holds", "needs")
-
-
-class ClaimGroup(Claim):
-    """A generator that states claims of its own: what each measures, the number, its bound."""
-
-    def rows(self, **given: Any) -> Iterator[Row]:
-        """Measure them, one after the other."""
-        for number, (statement, measured, bound) in enumerate(self.measure(**given), 1):
-            about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
-            yield replace(self, **about).judge(float(measured))
-
-
 CLAIMS: Final[dict[str, Claim]] = {}
 """All that were loaded, by script and name."""
 
@@ -167,37 +155,27 @@ def claim(
 
     def add(measure: Measure) -> Measure:
         paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
-        about = {"statement": paragraph.removesuffix(".").format(*of), "bound": float(bound)}
-        about |= {"authority": authority, "reason": reason, "holds": holds}
-        named = name or re.sub(r"(?<=\d)_(?=\d)", ".", measure.__name__).replace("_", "-")
-        return _add(Claim, named, measure, needs=needs, of=of, **about)
+        statement = paragraph.removesuffix(".").format(*of)
+        key = name or re.sub(r"(?<=\d)_(?=\d)", ".", measure.__name__).replace("_", "-")
+        register(Claim(key, measure, statement, authority, float(bound), reason, holds, needs, of))
+        return measure
 
     return add
 
 
-def proof(*, minutes: float) -> Callable[[Measure], Measure]:
-    """Let a generator state claims of its own: it yields a statement, a number and its bound.
-
-    Parameters
-    ----------
-    minutes : float
-        About how long it takes.
-    """
-
-    def add(measure: Measure) -> Measure:
-        times = {"seconds": 60 * minutes, "limit_s": max(7200.0, 600 * minutes)}
-        return _add(ClaimGroup, measure.__name__, measure, statement=measure.__name__, **times)
-
-    return add
+def proof(measure: Measure) -> Measure:
+    """Let a generator state claims of its own: it yields a statement, a number and its bound."""
+    name = measure.__name__
+    register(Claim(name, measure, name, is_proof=True, limit_s=7200.0))
+    return measure
 
 
-def _add(kind: type[Claim], name: str, measure: Measure, **about: Any) -> Measure:
-    script = Path(measure.__code__.co_filename).stem
-    task = f"{script}/{name}"
+def register(new: Claim) -> None:
+    """Add a claim to those that were loaded."""
+    task = f"{new.script}/{new.id}"
     if task in CLAIMS:
         raise ValueError(f"{task}: the name of two claims")
-    CLAIMS[task] = kind(id=name if kind is Claim else task, script=script, measure=measure, **about)
-    return measure
+    CLAIMS[task] = replace(new, id=task) if new.is_proof else new
 
 
 def load_claims(folder: str | None = None, script: str = "[0-9]*") -> dict[str, Claim]:
@@ -244,9 +222,8 @@ def validate(
     folder: str | os.PathLike[str] | None = None,
     scripts: str | os.PathLike[str] | None = None,
     progress: Callable[[Progress], object] | None = None,
-    note: Callable[[str], object] | None = None,
 ) -> Validation:
-    """What is claimed of the package, measured and held to its bounds.
+    """Measure the package's claims against outside authorities.
 
     Claims are measured in processes that end with this one. A claim does not hold where that takes
     more than two minutes (two hours for those of `proofs`), fails, or gives no finite number.
@@ -254,7 +231,7 @@ def validate(
     Parameters
     ----------
     names : sequence of str
-        Claims, or scripts without their ending; all registered claims when empty.
+        Claims or scripts, such as betsch-cone 39_flint; default: all claims.
     proofs : bool
         Whether all that scripts claim on their own authority is measured as well. Some of it is
         timed, and so all is done by one process.
@@ -267,8 +244,6 @@ def validate(
         A folder with other scripts than those of the package.
     progress : callable, optional
         It is given a `heavytop.studies.study.Progress` again and again.
-    note : callable, optional
-        It is told at the start, in a line, how long it will take.
 
     Returns
     -------
@@ -277,10 +252,8 @@ def validate(
 
     Raises
     ------
-    UnknownClaim
-        A name that is neither a claim nor a script.
-    WrongType
-        `names` is a single text, or no sequence.
+    BadScene
+        A name that is neither a claim nor a script; every such name is listed.
     ForeignFile
         The folder holds something else, another study, or what was measured of other code.
     InUse
@@ -298,40 +271,25 @@ def validate(
     ({'passed': 1, 'failed': 0, 'skipped': 0}, ())
     """
     check_callable("progress", progress)
-    check_callable("note", note)
     jobs = whole("jobs", jobs, 1)
     place = None if scripts is None else str(path_of("scripts", scripts).resolve())
     every = load_claims(place)
-    asked = _checked_names(names, every.values())
+    known = {name: name for each in every.values() for name in (each.id, each.script)}
+    asked, faults = parse_names(KIND, "names", names, one_of(known))
+    if faults and names not in ((), []):
+        raise BadScene(tuple(faults))
 
     def wanted(each: Claim) -> bool:
         by_name = each.id in asked or each.script in asked
-        return by_name or (proofs if isinstance(each, ClaimGroup) else not asked)
+        return by_name or (proofs if each.is_proof else not asked)
 
-    chosen = [name for name, each in every.items() if wanted(each)]
     parameters = {
-        "kind": KIND, "asked": asked, "proofs": proofs, "claims": chosen, "scripts": place,
+        "kind": KIND, "asked": [*dict.fromkeys(asked)], "proofs": proofs,
+        "claims": [name for name, each in every.items() if wanted(each)], "scripts": place,
         "code": _code(place), "versions": versions(),
     }  # fmt: skip
     with Journal.open(folder, parameters) as journal:
-        left = [every[name] for name in tasks(parameters) if not journal.record(name).ended]
-        if note is not None:
-            workers = 1 if proofs else jobs
-            note(f"about {duration(sum(each.seconds for each in left) / workers)} to go")
         return complete(journal, jobs=jobs, on_progress=progress)
-
-
-def _checked_names(names: Sequence[str], claims: Iterable[Claim]) -> list[str]:
-    """The names, if all are those of claims or scripts; none of them twice."""
-    if isinstance(names, str) or not isinstance(names, Sequence):
-        raise wrong_type("names", "a list of names", names)
-    there = dict.fromkeys(name for each in claims for name in (each.id, each.script))
-    for name in names:
-        if name not in there:
-            hint = nearest(name, there)
-            shown = f"{name!r:.{LONGEST_NAME + 2}}"
-            raise UnknownClaim(f"{shown} is neither a claim nor a script{hint and f'; {hint}'}")
-    return list(dict.fromkeys(names))
 
 
 def _code(scripts: str | None) -> str:
@@ -355,7 +313,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     """Measure one claim, in a process that can be killed; a proof has one of its own."""
     scripts = parameters["scripts"]
     chosen = load_claims(scripts, task.partition("/")[0])[task]
-    if isinstance(chosen, ClaimGroup):
+    if chosen.is_proof:
         TIMED_WORKER.close()
     began = time.monotonic()
     try:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 from heavytop.text import harmless
 
@@ -32,7 +32,7 @@ class Exit(IntEnum):
 class HeavyTopError(Exception):
     """The base of every error this package raises on purpose."""
 
-    exit: ClassVar[Exit] = Exit.BAD_SCENE
+    exit: Exit = Exit.BAD_SCENE
     """What a command exits with."""
 
 
@@ -46,18 +46,17 @@ class WrongType(HeavyTopError, TypeError):
     exit = Exit.BUG
 
 
+@dataclass(eq=False)
 class Impossible(HeavyTopError, ValueError):
     """Values that break a rule; `broken` lists (name, rule) for each one that does.
 
     Attributes
     ----------
-    broken : tuple of (str, str)
+    broken : sequence of (str, str)
         The names of the values, and the rules.
     """
 
-    def __init__(self, broken: Sequence[tuple[str, ...]]) -> None:
-        self.broken = tuple((name, rule) for name, rule, *_ in broken)
-        super().__init__(self.broken)
+    broken: Sequence[tuple[str, str]]
 
     def __str__(self) -> str:
         return "; ".join(f"{name}: {rule}" for name, rule in self.broken)
@@ -103,6 +102,7 @@ class Fault:
         return harmless(f"{place}: {what}: {self.rule}{hint}")
 
 
+@dataclass(eq=False)
 class BadScene(HeavyTopError, ValueError):
     """A scene that cannot be run; `faults` lists everything wrong with it at once.
 
@@ -112,9 +112,7 @@ class BadScene(HeavyTopError, ValueError):
         What is wrong: file, line, key, value, rule and hint of each.
     """
 
-    def __init__(self, faults: tuple[Fault, ...]) -> None:
-        super().__init__(faults)
-        self.faults = tuple(faults)
+    faults: tuple[Fault, ...]
 
     def __str__(self) -> str:
         return "\n".join(str(fault) for fault in self.faults)
@@ -128,21 +126,22 @@ class NotCertified(HeavyTopError):
     """A run of which nothing can be proved; the message says why."""
 
 
+@dataclass(eq=False)
 class Unseparated(NoClosedForm):
     """A number that so many bits do not tell from another, or do not give the digits asked.
 
     Attributes
     ----------
+    what : str
     bound : float
         What is proved all the same: an upper bound of the difference, or of the error.
     """
 
-    def __init__(self, what: str, bound: float) -> None:
-        super().__init__(what, bound)
-        self.bound = bound
+    what: str
+    bound: float
 
     def __str__(self) -> str:
-        return str(self.args[0])
+        return self.what
 
 
 class ForeignFile(HeavyTopError, ValueError):
@@ -158,6 +157,7 @@ class NoScheduler(HeavyTopError):
     exit = Exit.USAGE
 
 
+@dataclass(eq=False)
 class InUse(HeavyTopError):
     """A folder that another process is writing.
 
@@ -169,11 +169,10 @@ class InUse(HeavyTopError):
         The number of that process and its computer; empty where they are not known.
     """
 
+    folder: Path
+    pid: str = ""
+    host: str = ""
     exit = Exit.USAGE
-
-    def __init__(self, folder: Path, pid: str = "", host: str = "") -> None:
-        super().__init__(folder, pid, host)
-        self.folder, self.pid, self.host = folder, pid, host
 
     def __str__(self) -> str:
         process = f"process {self.pid}" if self.pid else "another process"
@@ -186,6 +185,7 @@ INSTALL_HEYOKA: Final = (
 IN_CLONE: Final = "pip install '.[{}]'"  # of an extra, where the package is not in an index
 
 
+@dataclass(eq=False)
 class MissingPackage(HeavyTopError, ImportError):
     """A method that needs packages which are not installed, or fail when they are imported.
 
@@ -193,50 +193,30 @@ class MissingPackage(HeavyTopError, ImportError):
     ----------
     method : str
         What needs them.
-    packages : tuple of str
+    packages : sequence of str
         What is missing.
     extra : str
-        The extra of this package that brings them; empty for heyoka.
+        The extra of this package that brings them, all but heyoka.
     broken : str
         What an installed one says when it is imported.
     """
 
+    method: str
+    packages: Sequence[str]
+    extra: str = "rivals"
+    broken: str = ""
     exit = Exit.USAGE
-
-    def __init__(
-        self, method: str, packages: Sequence[str], extra: str = "", broken: str = ""
-    ) -> None:
-        super().__init__(method, tuple(packages), extra, broken)
-        self.method, self.packages, self.broken = method, tuple(packages), broken
-        self.extra = extra or ("" if "heyoka" in packages else "rivals")
 
     @property
     def command(self) -> str:
         """The command that installs them; one of pip's is for the clone of the repository."""
-        return IN_CLONE.format(self.extra) if self.extra else INSTALL_HEYOKA
-
-    def instead_of(self, name: str) -> type:
-        """Return what stands for a function or a class that needs them: called, it raises this.
-
-        Parameters
-        ----------
-        name : str
-
-        Examples
-        --------
-        >>> MissingPackage("a film", ["pillow"], "film").instead_of("film").__doc__
-        "a film needs pillow: pip install '.[film]' in the clone"
-        """
-
-        def refuse(*_: object, **__: object) -> None:
-            raise MissingPackage(*self.args)
-
-        return type(name, (), {"__new__": refuse, "__doc__": str(self)})
+        return INSTALL_HEYOKA if "heyoka" in self.packages else IN_CLONE.format(self.extra)
 
     def __str__(self) -> str:
-        where = " in the clone" if self.extra else ""
+        where = "" if "heyoka" in self.packages else " in the clone"
         fails = f" (the installed one fails: {self.broken})" if self.broken else ""
-        return f"{self.method} needs {' and '.join(self.packages)}: {self.command}{where}{fails}"
+        needs = " and ".join(self.packages)
+        return f"{self.method} needs {needs}: {self.command}{where}{fails}"
 
 
 class NotDrawnWarning(UserWarning):
@@ -260,33 +240,15 @@ class MissedDigitsWarning(DoubtfulWarning):
 
 
 class Outcome(StrEnum):
-    """How an integration ended; `sentence` says it in words."""
+    """How an integration ended: whole, in a singularity, by the limit on steps, by Ctrl-C."""
 
     FINISHED = "finished"
     SINGULAR = "singular"
     STEP_LIMIT = "step-limit"
     INTERRUPTED = "interrupted"
 
-    @property
-    def sentence(self) -> str:
-        """The outcome as a person would say it.
 
-        Examples
-        --------
-        >>> Outcome("step-limit").sentence
-        'the limit on the number of steps was reached'
-        """
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    Outcome.FINISHED: "the whole span was integrated",
-    Outcome.SINGULAR: "the equations became singular or overflowed",
-    Outcome.STEP_LIMIT: "the limit on the number of steps was reached",
-    Outcome.INTERRUPTED: "the run was interrupted",
-}
-
-
+@dataclass(eq=False)
 class EndedEarly(HeavyTopError):
     """An integration that did not reach its end.
 
@@ -300,16 +262,16 @@ class EndedEarly(HeavyTopError):
         What made it so, and what to do instead, where that is known.
     """
 
-    exit = Exit.ENDED_EARLY
+    outcome: Outcome
+    trajectory: Any
+    why: str = ""
 
-    def __init__(self, outcome: Outcome | str, trajectory: Any, why: str = "") -> None:
-        self.outcome = Outcome(outcome)
-        self.trajectory = trajectory
-        self.why = why
-        super().__init__(self.outcome.sentence + (f": {why}" if why else ""))
+    def __post_init__(self) -> None:
+        self.outcome = Outcome(self.outcome)
+        self.exit = Exit.INTERRUPTED if self.outcome is Outcome.INTERRUPTED else Exit.ENDED_EARLY
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.outcome, self.trajectory, self.why)
+    def __str__(self) -> str:
+        return f"{self.outcome}: {self.why}" if self.why else f"{self.outcome}"
 
 
 class Stop(StrEnum):
@@ -320,6 +282,7 @@ class Stop(StrEnum):
     WORKER_LOST = "worker-lost"
 
 
+@dataclass(eq=False)
 class StoppedEarly(HeavyTopError):
     """A study that did not reach its end.
 
@@ -333,11 +296,13 @@ class StoppedEarly(HeavyTopError):
         Where the part that was done is kept, ready to be taken up again.
     """
 
-    exit = Exit.ENDED_EARLY
+    outcome: Stop
+    why: str
+    folder: Path | None
 
-    def __init__(self, outcome: Stop | str, why: str, folder: Path | None) -> None:
-        super().__init__(outcome, why, folder)
-        self.outcome, self.why, self.folder = Stop(outcome), why, folder
+    def __post_init__(self) -> None:
+        self.outcome = Stop(self.outcome)
+        self.exit = Exit.INTERRUPTED if self.outcome is Stop.INTERRUPTED else Exit.ENDED_EARLY
 
     @classmethod
     def unwritable(cls, fault: OSError, path: Path, folder: Path | None) -> StoppedEarly:
@@ -363,18 +328,10 @@ class StoppedEarly(HeavyTopError):
             why, folder = f"{folder}: the folder has gone", None
         return cls(Stop.UNWRITABLE, f"ended early: {why}", folder)
 
-    @property
-    def command(self) -> str:
-        """The command that takes the study up again; empty where nothing was kept."""
-        return "" if self.folder is None else resuming(self.folder)
-
     def __str__(self) -> str:
-        if self.folder is not None:
-            kept = f"the partial result is in {self.folder}; resume with:\n{self.command}"
-        elif self.outcome is Stop.UNWRITABLE:
-            return self.why
-        else:
-            kept = "nothing was kept, as there is no folder"
+        if self.folder is None:
+            return f"{self.why}; nothing was kept"
+        kept = f"the partial result is in {self.folder}; resume with:\n{resuming(self.folder)}"
         return f"{self.why}; {kept}"
 
 

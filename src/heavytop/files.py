@@ -12,7 +12,7 @@ from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.errors import ForeignFile, HeavyTopError, InUse
+from heavytop.errors import ForeignFile, InUse
 
 SEAL: Final = b"\nheavytop sha256 "
 SEAL_BYTES: Final = len(SEAL) + 2 * sha256().digest_size + 1
@@ -40,8 +40,7 @@ def as_json(document: Mapping[str, Any]) -> str:
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary neighbour of `path`, then rename it into place.
 
-    A reader, or a crash at any moment, finds the old file or the new one, never a part. What is
-    written stays written when the power goes.
+    A reader, or a crash at any moment, finds the old file or the new one, never a part.
     """
     part = path.with_name(f".{os.getpid()}.{path.name[-200:]}")
     try:
@@ -49,29 +48,11 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         with part.open("r+b") as written:
             os.fsync(written.fileno())
         part.replace(path)
-        _sync(path.parent)
     except BaseException as error:
         part.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno:
             error.filename = str(path)  # as it is named at last; a full disk does not say where
         raise
-
-
-def _sync(folder: Path) -> None:
-    """Wait until the names in a folder are on the disk."""
-    file = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(file)
-    finally:
-        os.close(file)
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder and those above it, and wait until they are on the disk."""
-    missing = [place for place in (folder, *folder.parents) if not place.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    for place in missing:
-        _sync(place.parent)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -94,16 +75,11 @@ def locked(path: Path) -> Iterator[None]:
         Another process holds it.
     ForeignFile
         There is something else, such as a link to a file elsewhere.
-    HeavyTopError
-        This system is not POSIX.
     OSError
         The file cannot be made.
     """
-    try:
-        import fcntl
-    except ModuleNotFoundError:
-        why = "runs and studies are kept in folders on POSIX systems only (Linux, macOS)"
-        raise HeavyTopError(f"{path.parent}: {why}") from None
+    import fcntl  # which POSIX alone has
+
     if os.path.lexists(path) and (path.is_symlink() or path.stat().st_nlink > 1):
         raise ForeignFile(f"{path}: not the lock of a folder but a link")
     with path.open("ab+", buffering=0) as file:

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
 LONGEST_NAME: Final = 60  # of what is compared, or told: no name is longer
 MANY_NAMES: Final = 20  # names, of which no more are told at once
-FEW_NAMES: Final = 6  # of many
 SECONDS_BELOW: Final = 60.0  # below which a time is told in seconds
 LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
 NOTEBOOK, DRAWING = "heavytop.report.notebook", "heavytop.plots.drawing"
@@ -65,42 +64,26 @@ def closest(value: object, known: Iterable[str]) -> str:
     >>> closest("Cups", ["cusp", "kick"])
     'cusp'
     """
-    return next(iter(_alike(value, known, 1)), "")
+    if not isinstance(value, str):
+        return ""
+    folded = {name.casefold(): name for name in known}
+    near = get_close_matches(value[:LONGEST_NAME].casefold(), folded, 1)
+    return folded[near[0]] if near else ""
 
 
-def listed(value: object, known: Collection[str], everything: str = "") -> str:
-    """Return the known names, in words; of many, those that look most like a value.
-
-    Parameters
-    ----------
-    value : object
-        What was given in place of one.
-    known : collection of str
-    everything : str
-        Where all of them are to be had.
+def listed(known: Collection[str], everything: str = "") -> str:
+    """Return the known names, in words; of many, how many there are, and where to have them.
 
     Examples
     --------
-    >>> listed("c", ["a", "b"])
+    >>> listed(["a", "b"])
     'a, b'
-    >>> listed("n77", [f"n{i}" for i in range(100)], "heavytop stress --list")
-    'n77, n7, n97, n87, n79, n78, … (100 in all: heavytop stress --list)'
+    >>> listed([f"n{i}" for i in range(100)], "heavytop stress --list")
+    '100 names: heavytop stress --list'
     """
     if len(known) <= MANY_NAMES:
         return ", ".join(known)
-    few = _alike(value, known, FEW_NAMES, 0.0) or list(known)[:FEW_NAMES]
-    where = f": {everything}" if everything else ""
-    return f"{', '.join(few)}, … ({len(known)} in all{where})"
-
-
-def _alike(
-    value: object, known: Iterable[str], most: int, least_likeness: float = 0.6
-) -> list[str]:
-    if not isinstance(value, str):
-        return []
-    folded = {name.casefold(): name for name in known}
-    given = value[:LONGEST_NAME].casefold()
-    return [folded[each] for each in get_close_matches(given, folded, most, least_likeness)]
+    return f"{len(known)} names" + (f": {everything}" if everything else "")
 
 
 # --- spelling --------------------------------------------------------------------------------
@@ -112,9 +95,9 @@ def harmless(text: object) -> str:
     Examples
     --------
     >>> print(harmless("a\nb"), harmless("caf\udce9"))
-    a\nb caf\xe9
+    a\nb caf\udce9
     """
-    return "".join(c if c.isprintable() else _letter(c) for c in str(text))
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
 
 
 def cut(text: str, most: int) -> str:
@@ -126,25 +109,6 @@ def cut(text: str, most: int) -> str:
     'a long…'
     """
     return text if len(text) <= most else text[: most - 1] + "…"
-
-
-def readable(name: str) -> str:
-    r"""The name of a file as UTF-8, where Python read it as ASCII for the locale's sake.
-
-    Examples
-    --------
-    >>> readable("caf\udcc3\udca9"), readable("café"), readable("caf\udce9")
-    ('café', 'café', 'caf\\xe9')
-    """
-    if not any("\udc80" <= letter <= "\udcff" for letter in name):
-        return name
-    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
-
-
-def _letter(letter: str) -> str:
-    if "\udc80" <= letter <= "\udcff":  # a byte that is no UTF-8, as os.fsdecode gives it
-        return f"\\x{ord(letter) - 0xDC00:02x}"
-    return ascii(letter)[1:-1]
 
 
 def duration(seconds: float) -> str:

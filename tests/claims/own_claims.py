@@ -53,14 +53,14 @@ def _(name, number):
     """
     return number - 1
 
-@proof(minutes=2)
+@proof
 def own():
     yield "one", 1, 2
     yield "two", -3, 2
     yield "three", 3, 2
     raise OSError("no disk")
 
-@proof(minutes=1)
+@proof
 def empty():
     yield from ()
 '''

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import heavytop as ht
-from heavytop.claims import CLAIMS, ClaimGroup, UnknownClaim, advance, load_claims, tasks, validate
+from heavytop.claims import CLAIMS, advance, load_claims, tasks, validate
 from heavytop.errors import HeavyTopError
 
 from ..processes import gone, soon
@@ -27,14 +27,13 @@ VALIDATION = Path(__file__).parents[2] / "validation"
 
 def test_every_claim_has_a_statement_an_authority_a_bound_and_its_reason():
     found = load_claims().values()
-    claims = [each for each in found if not isinstance(each, ClaimGroup)]
+    claims = [each for each in found if not each.is_proof]
     assert claims
     assert len({each.id for each in found}) == len(found)
     for each in claims:
         assert 0 <= each.bound < math.inf
         assert all((each.statement, each.authority.name, each.reason, each.holds))
         assert each.authority.numbers in ("printed", "program", "formula", "ours")
-    assert all(each.seconds > 0 for each in found)
 
 
 def test_the_independent_rigid_body_sees_nothing_of_the_package():
@@ -59,9 +58,7 @@ def test_without_scripts_and_with_two_claims_of_a_name_there_is_nothing_to_measu
 @pytest.mark.processes
 def test_each_claim_is_judged_by_its_bound_in_the_order_of_its_script(tmp_path):
     folder, name = script(tmp_path, FAKE)
-    said = []
-    found = validate(proofs=True, scripts=folder, note=said.append)
-    assert ["3.07 min" in line for line in said] == [True]  # of proofs, and half a second a claim
+    found = validate(proofs=True, scripts=folder)
     rows = by_id(found)
     assert {each.id: (each.passed, each.measured) for each in found.claims} == {
         "holds": (True, 0.5), "fails": (False, 2.0), "raises": (False, None), "nan": (False, None),
@@ -85,21 +82,20 @@ def test_each_claim_is_judged_by_its_bound_in_the_order_of_its_script(tmp_path):
 
 
 @pytest.mark.processes
-def test_only_what_is_asked_is_measured_and_how_long_it_takes_is_said_before(tmp_path):
+def test_only_what_is_asked_is_measured(tmp_path):
     folder, name = script(tmp_path, FAKE)
-    said, seen = [], []
-    asked = {"scripts": folder, "note": said.append, "progress": seen.append}
+    seen = []
+    asked = {"scripts": folder, "progress": seen.append}
     assert list(by_id(validate(["last", "holds", "last"], **asked))) == ["holds", "last"]
     assert (seen[0].tasks, seen[-1].ended) == (2, 2)
     parameters = {"scripts": str(folder), "claims": [f"{name}/absent", f"{name}/own"]}
     assert tasks(parameters) == [f"{name}/own"]
-    assert ["0.5 s" in line for line in said] == [True]  # by two processes
     for wrong in ("hold", name[:-1], "", "a\n" * 100, "\udcff", 3):
-        with pytest.raises(UnknownClaim) as error:
+        with pytest.raises(ht.BadScene) as error:
             validate([wrong], scripts=folder)
-        assert len(str(error.value)) < 200
-        assert ('"holds"' in str(error.value)) == (wrong == "hold")
-    with pytest.raises(ht.WrongType):
+        assert len(str(error.value)) < 400
+        assert ('did you mean "holds"' in str(error.value)) == (wrong == "hold")
+    with pytest.raises(ht.BadScene):
         validate("holds", scripts=folder)
     with pytest.raises(ValueError, match="jobs"):
         validate(jobs=0, scripts=folder)

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from heavytop.claims import ClaimGroup, load_claims
+from heavytop.claims import load_claims
 
 VALIDATION = Path(__file__).parents[2] / "validation"
-NAMES = {each.script for each in load_claims().values() if not isinstance(each, ClaimGroup)}
+NAMES = {each.script for each in load_claims().values() if not each.is_proof}
 SCRIPTS = sorted(VALIDATION / f"{name}.py" for name in NAMES)
 PROVENANCE = (VALIDATION / "PROVENANCE.md").read_text("utf-8").replace("−", "-")
 DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")

@@ -33,8 +33,8 @@ def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
     assert len(json.loads(run(*swept, "--json", "--unit", "rpm").stdout)["rows"]) == 3
     assert run(*swept, "--unit", "rpm", "-o", str(tmp_path / "x.csv")).stdout == ""
     assert (tmp_path / "x.csv").read_text("utf-8").startswith("start.psidot [rpm],kind,round [s]")
-    run(*swept, "-o", str(tmp_path / "x.svg"))
-    assert (tmp_path / "x.svg").stat().st_size > 1000
+    run(*swept, "-o", str(tmp_path / "out"))
+    assert (tmp_path / "out" / "sweep.svg").stat().st_size > 1000
 
 
 def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():

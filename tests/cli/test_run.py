@@ -103,7 +103,7 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(
     assert f"the partial result is in {folder}" in result.stderr
     assert (f"heavytop resume {folder}" in result.stderr) == (outcome == "interrupted")
     assert (folder / "request.json").exists() == (outcome == "interrupted")
-    assert errors.Outcome(outcome).sentence in result.stderr
+    assert outcome in result.stderr
     nowhere = heavytop_(*KICKED)
     assert nowhere.exit_code == code
     assert "the partial result is above (-o DIR keeps it)" in nowhere.stderr
@@ -128,7 +128,7 @@ def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
 def test_a_folder_without_a_run_cannot_be_resumed(tmp_path):
     result = heavytop_("resume", tmp_path)
     assert result.exit_code == Exit.BAD_SCENE
-    assert f"{tmp_path}: no folder with anything to go on with: neither" in result.stderr
+    assert f"{tmp_path}: there is neither a study nor a run" in result.stderr
 
 
 def test_digits_that_are_missed_are_told():

@@ -10,11 +10,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from heavytop.cli import Exit, exit_code
 from heavytop.comparison import METHODS, IntegrationFailed, make_stepper, named
 from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import Impossible, MissingPackage
+from heavytop.errors import Exit, Impossible, MissingPackage
 
 from .kicked import SPAN, at, axis_error, motion, problem, set_up, started
 
@@ -46,7 +45,7 @@ def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     said = rf"{METHODS[name].needs[0]}.*pip install '\.\[rivals\]'"
     with pytest.raises(MissingPackage, match=said) as refusal:
         make_stepper(METHODS[name], problem(*started(), 1.0))
-    assert exit_code(refusal.value) is Exit.USAGE
+    assert refusal.value.exit is Exit.USAGE
 
 
 # --- order, invariants, accuracy -----------------------------------------------------------------

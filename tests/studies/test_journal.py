@@ -5,7 +5,6 @@ import re
 
 import pytest
 
-from heavytop.cli import exit_code
 from heavytop.errors import ForeignFile
 from heavytop.studies.study import Chunk, Journal
 
@@ -55,7 +54,7 @@ def test_every_difference_is_named(tmp_path):
         'scene.start.theta: "0.1" there, "0.2" here',
         'scene.title: "top" there, nothing here',
     ]
-    assert exit_code(error.value) == 3
+    assert error.value.exit == 3
     with Journal.open(tmp_path, PARAMETERS):  # and it is free again
         pass
 

@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor as Threads
 
 import pytest
 
-from heavytop.cli import exit_code
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, Stop, StoppedEarly
 from heavytop.studies.study import Journal, run
@@ -121,7 +120,7 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
     assert str(refusal.value).startswith(f"process {os.getpid()} on ")
     found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'
     assert str(refusal.value).endswith(f"this worker does not match the study: {found}")
-    assert exit_code(refusal.value) == 3
+    assert refusal.value.exit == 3
     assert results(tmp_path / "study") == {}
 
 

@@ -79,6 +79,9 @@ class Reference:
     columns: Mapping[str, tuple[str, ...]] = field(repr=False)
     events: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
+    def __str__(self) -> str:
+        return self.to_csv()
+
     def to_csv(self) -> str:
         """The columns as comma-separated values, with a header."""
         text = io.StringIO()

@@ -4,11 +4,68 @@ Results go to stdout; progress, notes, warnings and errors to stderr. What is sl
 imported by the verb that needs it, so that ``heavytop --help`` answers at once.
 """
 
+import gc
+import os
+import signal
+import sys
+from io import TextIOWrapper
+from typing import Final
+
 try:
-    from heavytop.cli.command import EXIT_CODES, exit_code
-    from heavytop.cli.entry import app, main
+    import click
+
+    from heavytop import __version__
+    from heavytop.cli.command import EXIT_CODES, Verbs, print_error
     from heavytop.errors import Exit
+    from heavytop.results.registry import RESULTS
 except KeyboardInterrupt:  # before there is a command that could say so
     raise SystemExit(130) from None
 
-__all__ = ["EXIT_CODES", "Exit", "app", "exit_code", "main"]
+__all__ = ["EXIT_CODES", "Exit", "app", "main"]
+
+VERBS: Final = {
+    "run": "cli.run:run",
+    "classify": "results.classification:classified",
+    "plan": "results.classification:planned",
+    **{file.removesuffix(".json"): each.command for file, each in RESULTS.items() if each.study},
+    "resume": "cli.run:resume studies.study:resume",
+    "reference": "cli.verbs:reference analytic.reference:reference",
+    "find": "studies.find:find",
+    "sweep": "cli.verbs:sweep studies.sweep:sweep",
+    "check": "cli.verbs:check checking.judge:check",
+    "report": "cli.verbs:report",
+    "film": "plots.film:film",
+    "explore": "report.explorer:explore",
+    "scenes": "cli.verbs:scenes",
+    "derive": "cli.verbs:derive",
+    "doctor": "cli.verbs:doctor",
+}
+"""The function of each verb, and after it the one that it calls, whose parameters it has too."""
+
+app = Verbs(
+    VERBS,
+    name="heavytop",
+    help="The axisymmetric heavy top, integrated to the last digits and checked.",
+    epilog=EXIT_CODES,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+click.version_option(__version__, message="%(prog)s %(version)s")(app)
+
+
+def main() -> None:
+    """Run the command line."""
+    gc.set_threshold(100_000)  # imports make many objects, and no garbage
+    for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
+        if signal.getsignal(number) is signal.SIG_DFL:  # as Ctrl-C does: no process is left behind
+            signal.signal(number, signal.default_int_handler)
+    os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a terminal without θ shows ?, and does not fail
+            stream.reconfigure(errors="replace")
+    try:
+        app()
+    except OSError as fault:  # of the help
+        print_error(f"cannot write: {fault.strerror}")
+        raise SystemExit(Exit.ENDED_EARLY) from None
+    finally:
+        gc.freeze()  # else all modules are looked through once more before the process ends

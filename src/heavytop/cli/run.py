@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from click import BadParameter
-
 from heavytop import errors
-from heavytop.cli.command import Ended, exit_code, note, option, results_folder
+from heavytop.cli.command import Answer, option
 from heavytop.errors import EndedEarly, Exit, Outcome
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def run(
     figures: bool = True,
     tolerance: float | None = None,
     progress: Progress | None = None,
-) -> Ended:
+) -> Answer:
     """Integrate a scene and compare it with the closed form.
 
     Parameters
@@ -64,11 +63,11 @@ def run(
 def resume(
     folder: Path,
     *,
-    methods: Sequence[str] | None = None,
+    methods: Sequence[str] = (),
     figures: bool = True,
     progress: Any = None,
     **workers: Any,
-) -> Ended:
+) -> Answer:
     """Continue a study or a run that was interrupted or killed.
 
     Parameters
@@ -78,63 +77,32 @@ def resume(
     methods : sequence of str
         Your own methods that the study uses, named again: mine.py:rk4.
     """
-    from heavytop.results.base import command_of, typed, typing
-
-    files = [folder / name for name in ("study.jsonl", "request.json", "run.json")]
-    made = next(filter(None, map(command_of, files)), typed())
-    figures = figures and "--no-figures" not in (made or "").split()  # as it was begun
-    with typing(made):  # the result is that of the command that began it
-        if files[0].exists():
-            return resume_study(folder, figures, progress, methods=methods or (), **workers)
-        if not any(file.exists() for file in (*files, folder / "trajectory.nc")):
-            rule = "neither study.jsonl, of a study, nor trajectory.nc or request.json, of a run"
-            raise errors.ForeignFile(f"{folder}: no folder with anything to go on with: {rule}")
-        if methods is not None or "executor" in workers:
-            hint = "--scheduler" if methods is None else "--methods"
-            raise BadParameter("is only for studies, and this folder holds a run", param_hint=hint)
-        with results_folder(folder):
-            return resume_run(folder, progress, figures=figures)
-
-
-def resume_study(folder: Path, figures: bool, progress: Any, **options: Any) -> Ended:
-    """Go on with a study; of one that has ended, say so."""
-    from heavytop.studies.study import resume
-
-    began = []
-
-    def update(now: Any) -> None:
-        began.append(now.ended == now.tasks > 0)
-        if progress is not None:
-            progress(now)
-
-    found = resume(folder, progress=update, **options)
-    notes = [(Exit.OK, f"{folder}: this study is finished")] if began[0] else []
-    return Ended(found, notes, folder, figures)
-
-
-def resume_run(folder: Path, progress: Progress | None, *, figures: bool) -> Ended:
-    """Go on with a run; of one that has ended, say so."""
     from heavytop.report.files import DOCUMENT, REQUEST, TRAJECTORY, Request
+    from heavytop.results.base import command_of, typed, typing
+    from heavytop.results.registry import RESULTS
     from heavytop.results.run import RunResult
-    from heavytop.run.trajectory_file import load_exact, load_interrupted
+    from heavytop.studies import study
 
-    if not (folder / REQUEST).exists() and (folder / DOCUMENT).exists():
-        found = RunResult.load(folder / DOCUMENT)
-        if (outcome := Outcome(found.outcome)) is not Outcome.INTERRUPTED:
-            if (folder / TRAJECTORY).exists():  # what is damaged is refused
-                (load_interrupted if found.plan.states else load_exact)(folder / TRAJECTORY)
-            if outcome is Outcome.FINISHED:
-                return Ended(found, [(Exit.OK, f"{folder}: this run is finished")])
-            why = f"{folder}: this run ended early: {outcome.sentence}"
-            return Ended(found, [(Exit.ENDED_EARLY, why)])
-    request = Request.read(folder)
-    request.write(folder)
-    return run_request(replace(request, figures=request.figures and figures), folder, progress)
+    there = [x for x in (study.STUDY, REQUEST, DOCUMENT, TRAJECTORY) if (folder / x).exists()]
+    if not there:
+        raise errors.ForeignFile(f"{folder}: there is neither a study nor a run to go on with")
+    with typing(command_of(folder / there[0]) or typed()):  # that of the command that began it
+        if there[0] == study.STUDY:
+            finished = any((folder / name).exists() for name in RESULTS)
+            found = study.resume(folder, methods=methods, progress=progress, **workers)
+            return Answer(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)
+        if there[0] == DOCUMENT:
+            known = RunResult.load(folder / DOCUMENT)
+            code = Exit.OK if known.outcome == Outcome.FINISHED else Exit.ENDED_EARLY
+            return Answer(known, [(code, f"{folder}: this run is {known.outcome}")])
+        request = Request.read(folder)
+        request.write(folder)
+        return run_request(replace(request, figures=request.figures and figures), folder, progress)
 
 
 def run_request(
     request: Request, folder: Path | None, progress: Progress | None, *, force: bool = False
-) -> Ended:
+) -> Answer:
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
     from heavytop.report.files import REQUEST, open_run, write_results
     from heavytop.results.run import run_result
@@ -143,23 +111,18 @@ def run_request(
 
     motion = closed_form_of(request.scene)
     plan = planned(request.scene, motion, request.formulation, tolerance=request.tolerance)
-    if folder is None:
-        done, early = integrate(request, motion, plan, None, progress)
-        result = run_result(done)
-        return Ended(result, [*problems_of(result, early, None)])
-    with open_run(folder, request, force=force):
-        done, early = integrate(request, motion, plan, folder, progress)
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    with nullcontext() if folder is None else open_run(folder, request, force=force):
+        run, early = integrate(request, motion, plan, folder, progress)
         resumable = early is not None and early.outcome is Outcome.INTERRUPTED
-        try:
-            result = write_results(done, folder, figures=request.figures and not resumable)
-        except OSError as fault:
-            unwritten = errors.StoppedEarly.unwritable(fault, folder, folder)
-            return Ended(run_result(done), [(Exit.ENDED_EARLY, str(unwritten))])
-        for name in result.files.values():
-            note(f"wrote {folder / name}")
-        if not resumable:
-            (folder / REQUEST).unlink(missing_ok=True)
-    return Ended(result, [*problems_of(result, early, folder)])
+        if folder is None:
+            result = run_result(run)
+        else:
+            result = write_results(run, folder, figures=request.figures and not resumable)
+            if not resumable:
+                (folder / REQUEST).unlink(missing_ok=True)
+    return Answer(result, problems_of(result, early, folder))
 
 
 def integrate(
@@ -200,7 +163,7 @@ def problems_of(
         why = f"ended early {at}: {early}; the partial result is {where}"
         if folder is not None and early.outcome is Outcome.INTERRUPTED:
             why += f"; resume with:\n{errors.resuming(folder)}"
-        yield exit_code(early), why
+        yield early.exit, why
         return
     if result.missed_digits:
         digits = result.scene["want"]["digits"]

@@ -3,58 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from click import BadParameter
-
 from heavytop import errors
-from heavytop.cli.command import (
-    Ended,
-    exit_with,
-    find_function,
-    note,
-    option,
-    print_error,
-    print_result,
-    read_scene,
-    results_folder,
-)
-from heavytop.errors import Exit
+from heavytop.cli.command import TABLES, Answer, note, option, read_scene
+from heavytop.errors import Exit, Impossible
 from heavytop.text import harmless
 
 if TYPE_CHECKING:
     from heavytop.results.base import Result
-    from heavytop.results.validation import Validation
     from heavytop.scene.scene import Scene
 
-CHARTS: Final = (".svg", ".png", ".pdf")
-CHECK_FILES: Final = {"check.json", "check.svg", "check.png"}
 PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
 # --- studies ---------------------------------------------------------------------------------
 
 
-def atlas(scene: Scene, x: str, y: str, *, changes: Sequence[str] = (), **study: Any) -> Result:
-    """Classify every pixel of a plane of tops, and draw the map."""
-    from heavytop.studies import atlas, atlas_plane
-
-    roles = atlas_plane.ROLES
-    axes = [axis.partition("=")[0].strip() for axis in (x, y)]
-    varied = {roles[name]: name for name in axes if name in roles}
-    for change in changes:
-        table, _, key = change.partition("=")[0].strip().partition(".")
-        if table in ("top", "start") and (what := roles.get(key)) in varied:
-            rule = f"{change!r}: the axis {varied[what]} sets the {what} of every pixel"
-            raise BadParameter(rule, param_hint="--set")
-    return atlas.atlas(scene, x, y, **study)
-
-
-def stress(*, listing: bool = False, **study: Any) -> Result | Ended:
+def stress(*, listing: bool = False, **study: Any) -> Result:
     """Run all methods on known hard cases.
 
     Parameters
@@ -64,7 +34,7 @@ def stress(*, listing: bool = False, **study: Any) -> Result | Ended:
     """
     from heavytop.studies import stress
 
-    return Ended(stress.listing()) if listing else stress.stress(**study)
+    return stress.listing() if listing else stress.stress(**study)
 
 
 def certify(
@@ -90,42 +60,15 @@ def certify(
     """
     from heavytop.run.propagation import propagate
     from heavytop.run.trajectory_file import load_trajectory
-    from heavytop.scene.scene import shipped_names
     from heavytop.studies import certificate
 
-    beside = {"--formulation": formulation != "auto", "--projected": projected, "--set": changes}
-    known: Any
-    if (Path(run) / "trajectory.nc").exists():
-        if given := [flag for flag, value in beside.items() if value]:
-            rule = f"cannot be combined with the folder {run}"
-            raise BadParameter(rule, param_hint=", ".join(given))
-        known = load_trajectory(Path(run) / "trajectory.nc")
-    elif Path(run).is_dir() and run not in shipped_names():
-        raise BadParameter(
-            f"{run}: this folder holds no finished run (heavytop resume continues it)"
-        )
-    else:
-        known = read_scene(run, changes)
-        if formulation != "auto" or projected:
-            known = propagate(known, formulation=formulation, projected=projected)
-    return certificate.certify(known, **study)
-
-
-def validate(names: Sequence[str] = (), *, folder: str | None = None, **study: Any) -> Validation:
-    """Measure the package's claims against outside authorities.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Claims or scripts, such as betsch-cone 39_flint; default: all claims.
-    folder : path, optional
-        Write results to this folder.
-    """
-    from heavytop import claims
-
-    if study.get("proofs") and not option("quiet"):
-        study["note"] = print_error
-    return claims.validate(names, folder=folder, **study)
+    stored, as_stored = Path(run) / "trajectory.nc", (formulation, projected, *changes)
+    if stored.exists() and as_stored == ("auto", False):
+        return certificate.certify(load_trajectory(stored), **study)
+    scene = read_scene(run, changes)
+    if formulation != "auto" or projected:
+        scene = propagate(scene, formulation=formulation, projected=projected)
+    return certificate.certify(scene, **study)
 
 
 # --- what a motion has -----------------------------------------------------------------------
@@ -133,7 +76,7 @@ def validate(names: Sequence[str] = (), *, folder: str | None = None, **study: A
 
 def reference(
     scene: Scene, times: str, *, events: Sequence[str] = (), path: Path | None = None, **given: Any
-) -> None:
+) -> Answer:
     """Print exact values of a motion, every digit proved.
 
     Parameters
@@ -147,51 +90,32 @@ def reference(
     """
     from heavytop.analytic import reference
 
-    expect_ending(path, ".csv", ".json")
+    expect_ending(path, TABLES)
     if events and not (option("json") or (path is not None and path.suffix.lower() == ".json")):
-        raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
+        raise Impossible([("events", "needs --json or -o x.json: no table has them")])
     if option("unit"):
-        raise BadParameter(
-            "reference has SI alone, in which every digit is proved", param_hint="--unit"
-        )
-    found = reference.reference(scene, reference.read_times(times), events=events, **given)
-    save_or_print(found, path, found.to_csv())
+        raise Impossible([("unit", "reference has SI alone, in which every digit is proved")])
+    return Answer(reference.reference(scene, reference.read_times(times), events=events, **given))
 
 
-def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> None:
+def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Result:
     """Tabulate facts of the motion over a range.
 
     Parameters
     ----------
     path : path, optional
-        Write x.csv, x.json or a picture: x.png, x.svg, x.pdf.
+        Write x.csv or x.json, or document and chart to a folder.
     """
     from heavytop.studies import sweep
 
-    expect_ending(path, ".csv", ".json", *CHARTS)
-    found = sweep.sweep(scene, over, facts)
-    save_or_print(found, path, found)
+    expect_ending(path, ("", *TABLES))
+    return sweep.sweep(scene, over, facts)
 
 
-def save_or_print(found: Any, path: Path | None, shown: Any) -> None:
-    """Write what was found to the file of -o; print it without one, or for a program."""
-    if path is not None and path.suffix.lower() in CHARTS:
-        from heavytop.plots.style import save
-
-        save(found.figure(), path)
-    elif path is not None:
-        found.save(path)
-    if path is not None:
-        note(f"wrote {path}")
-    if path is None or option("json"):
-        print_result(found.document(), shown)
-
-
-def expect_ending(path: Path | None, *endings: str) -> None:
+def expect_ending(path: Path | None, endings: Sequence[str]) -> None:
     """Refuse a file whose name ends otherwise."""
     if path is not None and path.suffix.lower() not in endings:
-        rule = f"{path}: the name of a file in {', '.join(endings)}"
-        raise BadParameter(rule, param_hint="-o")
+        raise Impossible([("path", f"{path}: the name of a file in {', '.join(endings)}")])
 
 
 def check(
@@ -200,9 +124,9 @@ def check(
     *,
     changes: Sequence[str] = (),
     digits: float | None = None,
-    path: Path | None = None,
+    folder: Path | None = None,
     **given: Any,
-) -> Ended:
+) -> Answer:
     """Compare your trajectory with the exact motion; name mistakes.
 
     Parameters
@@ -217,23 +141,17 @@ def check(
         Conventions under which the data are judged, such as y-up,degrees.
     digits : float, optional
         Exit with code 5 if the data have fewer digits than this, such as 6.
-    path : path, optional
-        Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder.
+    folder : path, optional
+        Write document and chart to this folder.
     """
     from heavytop.checking import judge
 
     if digits is not None and not 0 <= digits < math.inf:
-        raise BadParameter(f"{digits:g} is not a number of digits", param_hint="--digits")
+        raise Impossible([("digits", f"{digits:g} is not a number of digits")])
     if changes and scene is None:
-        raise BadParameter("needs a --scene to change", param_hint="--set")
-    if path is not None and path.is_dir() and {x.name for x in path.iterdir()} - CHECK_FILES:
-        raise BadParameter(f"{path} contains files that are not of a check", param_hint="-o")
-    chart = path is not None and path.suffix and not path.is_dir()
-    if chart:
-        expect_ending(path, *CHARTS)
+        raise Impossible([("changes", "needs a --scene to change")])
     subject = None if scene is None else judge.subject(scene, changes)
-    found = replace(judge.check(data, subject, **given), digits_required=digits)
-    return Ended(found, chart=path) if chart else Ended(found, folder=path)
+    return Answer(replace(judge.check(data, subject, **given), digits_required=digits))
 
 
 # --- pages and texts -------------------------------------------------------------------------
@@ -241,7 +159,7 @@ def check(
 
 def report(
     places: Sequence[str] = (), *, path: Path | None = None, changes: Sequence[str] = ()
-) -> None:
+) -> Answer:
     """Put results on one HTML page that needs no network.
 
     The page includes the numbers of each result.
@@ -256,20 +174,19 @@ def report(
     from heavytop.report.page import page_of, write_page
 
     folders = [Path(place) for place in places if Path(place).is_dir()]
-    others = [place for place in places if not Path(place).is_dir()]
     if folders and changes:
-        raise BadParameter("needs a SCENE to change", param_hint="--set")
-    if others and len(places) > 1:
-        rule = f"give several folders or one scene; these are not folders: {', '.join(others)}"
-        raise BadParameter(rule, param_hint="PLACES")
+        raise Impossible([("changes", "needs a SCENE to change")])
+    if len(folders) < len(places) != 1:
+        raise Impossible([("places", "several folders, or one scene")])
     html = path or Path()
-    if html.suffix.lower() != ".html" or html.is_dir():
+    if html.suffix.lower() != ".html":
+        html.mkdir(parents=True, exist_ok=True)
         html /= "report.html"
-    missing: dict[str, str] = {}
-    with results_folder(html.parent), TemporaryDirectory(prefix="heavytop-") as place:
+    missing: Mapping[str, str] = {}
+    with TemporaryDirectory(prefix="heavytop-") as place:
         if not folders:
             folders = [Path(place)]
-            missing = run_all(read_scene(next(iter(others), None), changes), Path(place))
+            missing = run_all(read_scene(next(iter(places), None), changes), Path(place))
         page = page_of(folders)
         write_page(page, html)
     figures = sum(len(section.pictures) for section in page.sections)
@@ -279,30 +196,21 @@ def report(
         "results": [section.name for section in page.sections],
         "missing": [{"study": name, "reason": why} for name, why in missing.items()],
     }
-    print_result(document, f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}")
-    exit_with((Exit.OK, f"not on the page: {name}: {why}") for name, why in missing.items())
-
-
-STUDIES_OF_REPORT: Final = {
-    "run": "run.propagation:propagate",
-    "drift": "studies.drift:drift",
-    "workprec": "studies.work_precision:work_precision",
-    "stress": "studies.stress:stress",
-    "atlas": "studies.atlas:atlas",
-    "validate": "claims:validate",
-}
-"""What a report of a scene has, by the folder."""
+    said = f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}"
+    notes = [(Exit.OK, f"not on the page: {name}: {why}") for name, why in missing.items()]
+    return Answer(said, notes, document)
 
 
 def run_all(scene: Scene, place: Path) -> dict[str, str]:
     """Run a scene and its studies, each with its defaults; return what cannot be done, and why."""
+    import heavytop as ht
     from heavytop.report.files import write_results, write_study
 
     missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
-    for name, module in STUDIES_OF_REPORT.items():
+    for name in ("run", "drift", "workprec", "stress", "atlas", "validate"):
         note(f"running {name}")
-        study, folder = find_function(module), place / name
-        folder.mkdir()
+        study = getattr(ht, {"run": "propagate", "workprec": "work_precision"}.get(name, name))
+        (folder := place / name).mkdir()
         try:
             found = study(*given.get(name, (scene,)))
             (write_results if name == "run" else write_study)(found, folder, figures=False)
@@ -313,7 +221,7 @@ def run_all(scene: Scene, place: Path) -> dict[str, str]:
     return missing
 
 
-def scenes(name: str | None = None) -> None:
+def scenes(name: str | None = None) -> Answer:
     """List the shipped scenes, or print the text of one.
 
     Parameters
@@ -327,16 +235,12 @@ def scenes(name: str | None = None) -> None:
     document: dict[str, Any] = {"schema": "heavytop/scenes/1"}
     if name is None:
         titles = shipped_scenes()
-        print_result(document | {"scenes": titles}, Table.of_facts(titles.items()))
-        return
-    try:
-        text = shipped_text(name)
-    except errors.BadScene as unknown:
-        raise BadParameter(str(unknown), param_hint="NAME") from None
-    print_result(document | {"name": name, "text": text}, text)
+        return Answer(Table.of_facts(titles.items()), document=document | {"scenes": titles})
+    text = shipped_text(name)
+    return Answer(text, document=document | {"name": name, "text": text})
 
 
-def derive(*, latex: bool = False) -> None:
+def derive(*, latex: bool = False) -> Answer:
     """Derive the integrated equations from the rotation matrix.
 
     Parameters
@@ -346,19 +250,15 @@ def derive(*, latex: bool = False) -> None:
     """
     from heavytop.equations import derivation
 
-    if latex and option("json"):
-        rule = "cannot be combined with --json, which contains the LaTeX"
-        raise BadParameter(rule, param_hint="--latex")
     steps = derivation.derivation()
     text = derivation.as_latex(steps) if latex else derivation.as_text(steps)
-    print_result(derivation.derive_document(steps), text)
+    return Answer(text, document=derivation.derive_document(steps))
 
 
-def doctor() -> None:
+def doctor() -> Answer:
     """Print the versions, the processor, and heyoka's cache."""
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
-    print_result(found, in_words(found))
-    if found["missing"]:
-        exit_with([(Exit.OUT_OF_BOUND, "missing: " + ", ".join(found["missing"]))])
+    missing = [(Exit.OUT_OF_BOUND, f"missing: {name}") for name in found["missing"]]
+    return Answer(in_words(found), missing, found)

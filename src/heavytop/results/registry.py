@@ -17,8 +17,8 @@ class ResultEntry(NamedTuple):
     result : str
         Its class, as ``module.name`` of `heavytop.results`.
     command : str
-        The functions of its verb, which is called as the file is, as in `heavytop.cli.entry`; the
-        last is that of a study.
+        The functions of its verb, which is called as the file is, as in `heavytop.cli`; the last is
+        that of a study.
     """
 
     result: str
@@ -37,7 +37,7 @@ RESULTS: Final[Mapping[str, ResultEntry]] = {
         "work_precision.WorkPrecision", "studies.work_precision:work_precision"
     ),
     "stress.json": ResultEntry("stress.Stress", "cli.verbs:stress studies.stress:stress"),
-    "atlas.json": ResultEntry("atlas.Atlas", "cli.verbs:atlas studies.atlas:atlas"),
+    "atlas.json": ResultEntry("atlas.Atlas", "studies.atlas:atlas"),
     "check.json": ResultEntry("check.Check"),
     "certify.json": ResultEntry(
         "certificate.Certificate", "cli.verbs:certify studies.certificate:certify"

@@ -37,7 +37,6 @@ from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
 from heavytop.scene.scene import Scene, read_scene
-from heavytop.text import readable
 
 if TYPE_CHECKING:
     import pandas
@@ -319,7 +318,7 @@ def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
     """The scene of a file, its motion and its plan."""
     scene = read_scene(attribute(file, "scene"), where="scene in file")
     if "name" in file.attrs:
-        scene = replace(scene, name=readable(attribute(file, "name")))
+        scene = replace(scene, name=attribute(file, "name"))
     written = {name: _tuples(x) for name, x in json.loads(attribute(file, "plan")).items()}
     return scene, closed_form_of(scene), Plan(**written)
 

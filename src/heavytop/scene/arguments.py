@@ -229,7 +229,7 @@ def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T
 
     def read(value: object) -> T:
         if not isinstance(value, str) or value not in known:
-            raise Refused(f"one of {listed(value, known, everything)}", nearest(value, known))
+            raise Refused(f"one of {listed(known, everything)}", nearest(value, known))
         return known[value]
 
     return read

@@ -16,6 +16,7 @@ from enum import IntEnum
 from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
+from heavytop.errors import Impossible
 from heavytop.exact import Exact, parse
 from heavytop.scene.arguments import Reader, Refused
 from heavytop.text import nearest
@@ -45,7 +46,7 @@ UNITS_SHOWN: Final[ContextVar[Units]] = ContextVar("units", default=SI)
 
 
 def read_units(names: str) -> Units:
-    """Read a list such as deg,rpm,ms; `Refused` where one of them is no unit.
+    """Read a list such as deg,rpm,ms; `Impossible` where one of them is no unit.
 
     >>> read_units("deg,ms")["s"]
     ('ms', 1000.0)
@@ -54,7 +55,8 @@ def read_units(names: str) -> Units:
     for name in (each.strip() for each in names.split(",")):
         si = next((si for si, units in parse.UNITS_OF.items() if name in units), "")
         if not si:
-            raise Refused(f"units out of {', '.join(parse.UNITS)}", nearest(name, parse.UNITS))
+            rule = Refused(f"units out of {', '.join(parse.UNITS)}", nearest(name, parse.UNITS))
+            raise Impossible([("unit", str(rule))])
         found[si] = name, float(1 / parse.UNITS[name])
     return found
 

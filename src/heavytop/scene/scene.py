@@ -15,7 +15,7 @@ from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.text import Shown, closest, cut, harmless, nearest, readable
+from heavytop.text import Shown, closest, cut, harmless, nearest
 
 FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
@@ -262,7 +262,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
         wrong += [_place_fault(fault, lines, changed) for fault in in_tables]
         raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
-    return Scene(**values, name=readable(Path(where).stem))
+    return Scene(**values, name=Path(where).stem)
 
 
 def scene_of(document: Mapping[str, Any]) -> Scene:

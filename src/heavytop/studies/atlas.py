@@ -187,7 +187,7 @@ def atlas(
     folder: str | os.PathLike[str] | None = None,
     progress: Callable[[study.Progress], object] | None = None,
 ) -> Atlas:
-    """The kind of motion of every pixel of a plane of tops, each proved, and how each moves.
+    """Classify every pixel of a plane of tops, each with proof, and say how it moves.
 
     Parameters
     ----------

@@ -339,7 +339,7 @@ def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
         plan, more_bits = ", ".join(filter(None, parts)), chosen.precision != "double"
         result = replace(result, plan=plan, more_bits=more_bits)
     if found.outcome is not errors.Outcome.FINISHED:
-        why = message or f"{found.outcome.sentence}, at t = {end:.6g} s"
+        why = message or f"{found.outcome} at t = {end:.6g} s"
         return replace(result, stopped=StressOutcome(found.outcome), message=why)
     with np.errstate(all="ignore"):
         counted = {name: found.events.count(name) or 0 for name in scene.events}

@@ -30,7 +30,7 @@ from heavytop import errors
 from heavytop.comparison import own
 from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import ForeignFile
-from heavytop.files import locked, make_folder
+from heavytop.files import locked
 from heavytop.results.base import Result, typed
 from heavytop.results.registry import RESULTS
 from heavytop.scene.arguments import check_callable, path_of, whole
@@ -175,7 +175,7 @@ class Journal:
         if others and STUDY not in others:
             names = ", ".join(others[:3])
             raise ForeignFile(f"{path}: not empty and not the folder of a study ({names})")
-        make_folder(path)
+        path.mkdir(parents=True, exist_ok=True)
         with locked(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
             end = (path / STUDY).read_bytes().rfind(b"\n") + 1
             file.truncate(end)

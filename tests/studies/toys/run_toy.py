@@ -6,7 +6,6 @@ import resource
 import signal
 import sys
 
-from heavytop.cli import exit_code
 from heavytop.errors import HeavyTopError
 from heavytop.studies import study
 
@@ -21,7 +20,7 @@ def main(path, jobs, text):
             study.run(journal, jobs=int(jobs), slice_s=0.1)
     except (HeavyTopError, KeyboardInterrupt) as error:
         print(error, file=sys.stderr)
-        sys.exit(exit_code(error))
+        sys.exit(getattr(error, "exit", 130))
 
 
 main(*sys.argv[1:])  # without a guard: workers do not run this again
