@@ -9,18 +9,17 @@ this package sharp.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import sympy as sp
 from flint import arb, arb_mat, arb_poly
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import upper
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.gradients import quadratic_terms
 from heavytop.exact.pairs import UNIT
 
 Array = NDArray[np.float64]
@@ -100,11 +99,8 @@ class QuadraticSystem:
         ValueError
             A right-hand side is not quadratic, or a coefficient is no double.
         """
-        exact = {name: Fraction(x) for name, x in constants.items()}
-        terms = tuple(
-            tuple(Term(_double(c), j, k) for c, j, k in quadratic_terms(x, form.states, exact))
-            for x in form.derivatives
-        )
+        exact = {sp.Symbol(name, real=True): sp.Rational(x) for name, x in constants.items()}
+        terms = tuple(tuple(_terms(x.subs(exact), form.states)) for x in form.derivatives)
         return cls(terms, tuple(1 / rate if each else 1.0 for each in form.is_rate))
 
     def polynomials(self, y: Sequence[arb_poly]) -> list[arb_poly]:
@@ -155,7 +151,9 @@ class QuadraticSystem:
         return upper(arb(upper(sum(squares, arb(0)))).sqrt())
 
 
-def _double(x: Fraction) -> float:
-    if Fraction(float(x)) != x:
-        raise ValueError(f"{x}: a coefficient that is no double")
-    return float(x)
+def _terms(expression: Any, states: Sequence[Any]) -> Iterator[Term]:
+    for powers, coefficient in sp.Poly(expression, *states).terms():
+        factors = [i for i, power in enumerate(powers) for _ in range(power)]
+        if len(factors) > 2 or sp.Rational(float(coefficient)) != coefficient:
+            raise ValueError(f"{expression}: not quadratic, or a coefficient is no double")
+        yield Term(float(coefficient), *[UNIT_FACTOR] * (2 - len(factors)), *factors)

@@ -89,21 +89,15 @@ def routh_form(variant: str | None = None) -> Formulation:
         states=(theta, thetadot),
         derivatives=(thetadot, _without_cancellation(lag.nutation_acceleration())),
         start=(theta, thetadot),
-        parameters={
-            **_TOP,
-            p_psi: for_psi,
-            p_minus: for_phi - for_psi,
-            omega3: for_psi / C,
-            **_STARTS,
-        },
+        parameters=_TOP
+        | {p_psi: for_psi, p_minus: for_phi - for_psi, omega3: for_psi / C}
+        | _STARTS,
         outputs={"theta": theta, "thetadot": thetadot, "phidot": phidot, "psidot": psidot},
         events={"turning": thetadot, "reversal": _precise},
         invariants={"energy": _without_cancellation(energy)},
         spin=p_psi / A,
-        reading={
-            **{"phi": phi_0, "psi": psi_0, "phidot": phidot, "omega3": p_psi / C},
-            **{x.name: x for x in (theta, thetadot, *_TOP)},
-        },
+        reading={"phi": phi_0, "psi": psi_0, "phidot": phidot, "omega3": p_psi / C}
+        | {x.name: x for x in (theta, thetadot, *_TOP)},
     )
 
 
@@ -114,12 +108,10 @@ def _without_cancellation(expression: Any) -> Any:
 
 def _with_angles(form: Formulation) -> Formulation:
     """Carry phi and psi, and with them the vectors in space."""
+    phi = phi_0 + phi_rate * time + phi_deviation
+    psi = psi_0 + psi_rate * time + psi_deviation
     rates = (form.outputs["phidot"] - phi_rate, form.outputs["psidot"] - psi_rate)
-    outputs = {
-        **form.outputs,
-        "phi": phi_0 + phi_rate * time + phi_deviation,
-        "psi": psi_0 + psi_rate * time + psi_deviation,
-    }
+    outputs = {**form.outputs, "phi": phi, "psi": psi}
     return replace(
         form,
         states=(*form.states, *DEVIATIONS),
