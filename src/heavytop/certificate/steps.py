@@ -118,11 +118,8 @@ class Steps:
 
 def defects(system: QuadraticSystem, steps: Steps) -> Array:
     """Return bounds of |p' - f(p)| over each step, shape (k,), in the norm of the system."""
-    count = steps.length.size
-    if not count:
-        return np.empty(0)
-    parts = (slice(i, min(i + STEPS_AT_ONCE, count)) for i in range(0, count, STEPS_AT_ONCE))
-    return np.concatenate([_defects(system, steps.where(part)) for part in parts])
+    parts = (slice(i, i + STEPS_AT_ONCE) for i in range(0, steps.length.size, STEPS_AT_ONCE))
+    return np.concatenate([np.empty(0), *(_defects(system, steps.where(part)) for part in parts)])
 
 
 def _defects(system: QuadraticSystem, steps: Steps) -> Array:
@@ -133,9 +130,7 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
     scaled = np.abs(c) * powers[: order + 1, None]
     S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)  # sums of |c|, of k |c|
     most = order + MORE  # degrees from here on are bounded by the sizes of what is added up
-    sums = scaled.copy()  # of each and all that follow
-    for k in range(order - 1, MORE - 1, -1):
-        sums[k] += sums[k + 1]
+    sums = np.cumsum(scaled[::-1], axis=0)[::-1]  # of each and all that follow
     room = np.empty((order + 1, reach.size))
     sizes = []
     for i, row in enumerate(system.terms):
@@ -154,8 +149,8 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
             higher += abs(a) * (scaled[MORE:, j] * sums[: MORE - 1 : -1, k]).sum(axis=0)
             rounding += abs(a) * S[j] * ((2 + count + later) * S[k] + count * weighted[k])
         for a, _, k in others:
-            d[: order + 1 if k != UNIT_FACTOR else 1] -= a * c[:, k] if k != UNIT_FACTOR else a
-            rounding += (2 + later) * abs(a) * (S[k] if k != UNIT_FACTOR else 1.0)
+            d[: order + 1] -= a * c[:, k]
+            rounding += (2 + later) * abs(a) * S[k]
         d[:order] += index[1:, 0] * c[1:, i]
         rounding += 3 * (index[1:, 0] * np.abs(c[1:, i]) * powers[:order]).sum(axis=0)
         sizes.append((np.abs(d) * powers[:most]).sum(axis=0) + higher + UNIT * rounding)

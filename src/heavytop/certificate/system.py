@@ -111,11 +111,11 @@ class QuadraticSystem:
 
     def taylor(self, start: Sequence[arb], order: int) -> list[list[arb]]:
         """Return the Taylor coefficients of the solution through a state, as balls."""
-        rows, one = [[x] for x in start], [arb(1)] + [arb(0)] * order
-        first, second = [*rows, one[:1]], [*rows, one]
+        rows = [[x] for x in start]
+        y = [*rows, [arb(1)]]
         for n in range(order):
             found = [
-                sum((c * _coefficient(first[j], second[k], n) for c, j, k in row), arb(0))
+                sum((c * _coefficient(y[j], y[k], n) for c, j, k in row), arb(0))
                 for row in self.terms
             ]
             for known, x in zip(rows, found, strict=True):
@@ -150,8 +150,10 @@ def _coefficient(a: Sequence[arb], b: Sequence[arb], n: int) -> arb:
 
 
 def _terms(expression: Any, states: Sequence[Any]) -> Iterator[Term]:
-    for powers, coefficient in sp.Poly(expression, *states).terms():
+    """Yield the terms of a quadratic function of states, which has no constant one."""
+    found = sp.Poly(expression, *states)
+    for powers, coefficient in () if found.is_zero else found.terms():
         factors = [i for i, power in enumerate(powers) for _ in range(power)]
-        if len(factors) > 2 or sp.Rational(float(coefficient)) != coefficient:
+        if len(factors) not in (1, 2) or sp.Rational(float(coefficient)) != coefficient:
             raise ValueError(f"{expression}: not quadratic, or a coefficient is no double")
         yield Term(float(coefficient), *[UNIT_FACTOR] * (2 - len(factors)), *factors)

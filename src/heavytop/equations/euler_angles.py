@@ -81,6 +81,7 @@ def routh_form(variant: str | None = None) -> Formulation:
     if variant == "angles":
         return _with_angles(routh_form())
     _, for_phi, for_psi = lag.momenta()
+    momenta = {p_psi: for_psi, p_minus: for_phi - for_psi, omega3: for_psi / C}
     phidot = _precise / (A * sp.sin(theta) ** 2)
     psidot = omega3 - phidot * sp.cos(theta)
     energy = (lag.reduced_energy() - p_psi**2 / (2 * C)) / A
@@ -89,9 +90,7 @@ def routh_form(variant: str | None = None) -> Formulation:
         states=(theta, thetadot),
         derivatives=(thetadot, _without_cancellation(lag.nutation_acceleration())),
         start=(theta, thetadot),
-        parameters=_TOP
-        | {p_psi: for_psi, p_minus: for_phi - for_psi, omega3: for_psi / C}
-        | _STARTS,
+        parameters=_TOP | momenta | _STARTS,
         outputs={"theta": theta, "thetadot": thetadot, "phidot": phidot, "psidot": psidot},
         events={"turning": thetadot, "reversal": _precise},
         invariants={"energy": _without_cancellation(energy)},

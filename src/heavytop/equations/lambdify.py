@@ -237,15 +237,13 @@ class Rounded:
         with working(_BITS):
             balls = self._function(*(named[name].ball(_BITS) for name in self.names))
             values = [_double(x) for x in balls]
-        open_ones = [e for e, x in zip(self.expressions, values, strict=True) if x is None]
-        exactly = map(float, exact_values(open_ones, named) if open_ones else ())
-        return [next(exactly) if x is None else x for x in values]
+        pairs = zip(self.expressions, values, strict=True)
+        return [float(exact_values([e], named)[0]) if x is None else x for e, x in pairs]
 
 
 _BITS: Final = 128
-_BALLS: Functions = {
-    name: methodcaller(name) for name in ("sin", "cos", "sqrt")
-}  # those of python-flint
+# methods of python-flint
+_BALLS: Functions = {name: methodcaller(name) for name in ("sin", "cos", "sqrt")}
 
 
 def _ball(integer: int) -> Any:
