@@ -27,11 +27,6 @@ def operator_norm(matrix: arb_mat) -> arb:
     return upper(upper(power.trace()).root(2 ** (_POWER + 1)))
 
 
-def symmetric(matrix: arb_mat) -> arb_mat:
-    """Return the symmetric part of a matrix: its norm bounds the logarithmic norm."""
-    return (matrix + matrix.transpose()) / 2
-
-
 def hull(q: arb_poly, reach: arb) -> arb:
     """Return a ball that holds the values of a polynomial from 0 to `reach`."""
     return q[0] + arb(0, sup(q, reach, 1))

@@ -205,8 +205,8 @@ def bound(
     right = Points.at(flow, steps, k, steps.length, ended)
     found, proved = dict(floor), dict[str, float]()
     for depth in range(deepest + 1):
-        last, cut = depth == deepest, np.zeros(left.step.size, dtype=bool)
-        last = last or 2 * cut.size > MOST_PARTS
+        cut = np.zeros(left.step.size, dtype=bool)
+        last = depth == deepest or 2 * cut.size > MOST_PARTS
         here = _bounded(flow, steps, D, left, right, rounding)
         for name, (error, all_of_it, least) in here.items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))

@@ -79,8 +79,7 @@ class Steps:
 
     def times(self, step: NDArray[np.intp], since: Array) -> Words:
         """Return times since the beginning of steps as double-doubles."""
-        begun = self.begun[step], self.begun_low[step]
-        return add(begun, (since, np.zeros_like(since)))
+        return add((self.begun[step], self.begun_low[step]), (since, np.zeros_like(since)))
 
     def where(self, index: slice) -> Steps:
         """Return some of them."""

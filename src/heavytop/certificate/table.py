@@ -17,16 +17,7 @@ import numpy as np
 from flint import arb, arb_poly
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import (
-    TooCoarse,
-    hull,
-    operator_norm,
-    pair,
-    sup,
-    symmetric,
-    up,
-    upper,
-)
+from heavytop.certificate.balls import TooCoarse, hull, operator_norm, pair, sup, up, upper
 from heavytop.certificate.system import QuadraticSystem
 from heavytop.exact.pairs import UNIT, add, multiply
 
@@ -138,7 +129,7 @@ class Table:
         here = [hull(q, reach) + margin for q, margin in zip(p, margins, strict=True)]
         jacobian, field = system.jacobian(here), system.rates(here, arb(1))
         f = system.rates(p, arb_poly([1]))
-        growth = operator_norm(symmetric(jacobian))
+        growth = operator_norm((jacobian + jacobian.transpose()) / 2)  # a logarithmic norm is less
         defect = system.norm([sup(q.derivative() - g, reach) for q, g in zip(p, f, strict=True)])
         grow = (growth * reach).exp()
         error = upper(error * grow + defect * ((grow - 1) / growth if growth > 0 else reach))
