@@ -88,7 +88,7 @@ def zero(expression):
 
 @pytest.mark.parametrize("name", BOOK)
 def test_is_what_the_book_has(name):
-    shown = {str(e.lhs): e.expression for e in step(name).equations}
+    shown = {str(e.lhs): e.rhs for e in step(name).equations}
     assert list(shown) == list(BOOK[name])
     for lhs, written in BOOK[name].items():
         assert zero(shown[lhs] - read(written)), lhs
@@ -105,7 +105,7 @@ def test_the_lagrange_equations_are_those_of_the_lagrangian():
         momentum = L.diff(S[f"{name}dot"]).subs(moving)
         residual = momentum.diff(t) - L.diff(S[name]).subs(moving)
         assert shown.lhs == 0
-        assert zero(shown.expression - residual.subs(back)), f
+        assert zero(shown.rhs - residual.subs(back)), f
 
 
 def test_every_step_has_one_place_and_fits_eighty_columns():
@@ -136,5 +136,5 @@ def test_json_reads_back_to_the_same_expressions():
         assert (plain["name"], plain["words"]) == (each.name, each.words)
         for line, equation in zip(plain["equations"], each.equations, strict=True):
             assert line["lhs"] == str(equation.lhs)
-            assert zero(sp.sympify(line["expression"], locals=S) - equation.expression)
+            assert zero(sp.sympify(line["expression"], locals=S) - equation.rhs)
             assert line["latex"] in as_latex(derivation())

@@ -24,24 +24,18 @@ def operator_norm(matrix: arb_mat) -> arb:
     power = matrix.transpose() * matrix
     for _ in range(_POWER):
         power = power * power
-    return arb(arb(upper(power.trace())).root(2 ** (_POWER + 1)).upper())
-
-
-def symmetric(matrix: arb_mat) -> arb_mat:
-    """Return the symmetric part of a matrix: its norm bounds the logarithmic norm."""
-    return (matrix + matrix.transpose()) / 2
+    return upper(upper(power.trace()).root(2 ** (_POWER + 1)))
 
 
 def hull(q: arb_poly, reach: arb) -> arb:
     """Return a ball that holds the values of a polynomial from 0 to `reach`."""
-    coefficients = q.coeffs() or [arb(0)]
-    rest = sum((abs(c) * reach**k for k, c in enumerate(coefficients[1:], 1)), arb(0))
-    return arb(coefficients[0]) + arb(0, upper(rest))
+    return q[0] + arb(0, sup(q, reach, 1))
 
 
-def sup(q: arb_poly, reach: arb) -> arb:
-    """Return an upper bound of a polynomial from 0 to `reach`."""
-    return upper(sum((abs(c) * reach**k for k, c in enumerate(q.coeffs())), arb(0)))
+def sup(q: arb_poly, reach: arb, first: int = 0, last: int | None = None) -> arb:
+    """Return an upper bound of a polynomial from 0 to `reach`, of some of its terms."""
+    terms = [abs(c) * reach**k for k, c in enumerate(q.coeffs())]
+    return upper(sum(terms[first:last], arb(0)))
 
 
 def up(x: arb) -> float:
@@ -62,9 +56,3 @@ def pair(x: arb) -> tuple[float, float]:
         raise TooCoarse("a number that is not known well enough")
     high = float(x.mid())
     return high, float((x - high).mid())
-
-
-def larger(a: arb, b: arb) -> arb:
-    """Return the larger one of an upper bound and of the upper end of a ball; nan stays nan."""
-    b = upper(b)
-    return a if b <= a or a.is_nan() else b

@@ -24,15 +24,15 @@ are cut until it is near it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.certificate.flow import MARGIN, Flow
-from heavytop.certificate.steps import UP, Steps, defects
-from heavytop.certificate.system import CERTIFIED
+from heavytop.certificate.flow import Flow
+from heavytop.certificate.steps import Steps, defects
+from heavytop.certificate.system import CERTIFIED, UP
+from heavytop.certificate.table import MARGIN
 from heavytop.exact.pairs import UNIT, add
 
 Array = NDArray[np.float64]
@@ -55,8 +55,7 @@ PRODUCTS: Final = 5 * UNIT  # of a squared length: the axis from a quaternion, b
 ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
 
 
-@dataclass
-class Points:
+class Points(NamedTuple):
     """Polynomials and the exact solution at some times.
 
     Attributes
@@ -86,23 +85,16 @@ class Points:
     @classmethod
     def at(cls, flow: Flow, steps: Steps, step: Places, since: Array, known: Known) -> Points:
         """Return those at times since the beginning of steps; `known` is the solution there."""
-        weights = np.array(flow.system.weights)[:, None]
         p, arithmetic, plain = steps.at(step, since)
         x, lost = known
         high, low = add(p, (-x[0], -x[1]))
-        apart = high + low
-
-        def norm(y: Array) -> Array:
-            found: Array = UP * np.sqrt(((weights * y) ** 2).sum(axis=0))
-            return found
-
+        apart, norm = high + low, flow.system.norms
         # errors to first order are made of it by fewer than thirty roundings
         off = UP * (lost + norm(arithmetic) + 32 * UNIT * norm(apart))
         return cls(step, since, apart, off, norm(plain), norm(apart) + off, p[0])
 
 
-@dataclass(frozen=True, slots=True)
-class ErrorModel:
+class ErrorModel(NamedTuple):
     """A quantity at some points: its change to first order, and what bounds it beside them.
 
     Attributes
@@ -129,50 +121,41 @@ def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
 
 
 def _exp(x: Array) -> Array:
-    """Return an upper bound of exp(x), x >= 0, from sums and products alone."""
-    halvings = max(0, int(np.ceil(np.log2(max(float(x.max()), 1e-300)))) + 1)
-    y = x / 2**halvings  # at most a half
-    found = 1 + y / 6 * (1 + y / 3)  # the rest of the series is below a geometric one
-    for n in (5, 4, 3, 2, 1):
-        found = 1 + y / n * found
-    for _ in range(halvings):
-        found = found * found
-    bound: Array = UP * found
-    return bound
+    """Return an upper bound of exp(x) from sums and products alone, or inf where x > 1."""
+    found = 1 + x / 12 * (1 + x)  # the rest of the series is below a geometric one
+    for n in range(11, 0, -1):
+        found = 1 + x / n * found
+    return np.where(x <= 1, UP * found, np.inf)
 
 
-def quantities(flow: Flow, states: Array, change: Array, room: Array) -> Mapping[str, ErrorModel]:
+def _of_axis(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]:
     """Return the quantities that states give, to first order in a change of them.
 
     `room` is how far, in the norm, states may be from those given. At a pole some are not finite.
     """
-    of = {"axis": _of_axis, "attitude": _of_attitude}[flow.form.name]
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return of(states, change, room)
-
-
-def _of_axis(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]:
     (x, y, z), (dx, dy, dz) = states[:3], change[:3]
     r, length = np.sqrt(x * x + y * y), np.sqrt(x * x + y * y + z * z)
     near, least = np.maximum(r - room, 0.0) * (1 - 1e-14), (length - room) * (1 - 1e-14)
     own = np.sqrt(dx * dx + dy * dy + dz * dz)
     along = (x * dx + y * dy) / r  # of the horizontal part
-    theta = np.abs(z * along - r * dz) / (length * length)
+    theta, rounding = (
+        np.abs(z * along - r * dz) / (length * length),
+        THETA_ROUNDING * np.arctan2(r, z),
+    )
     phi = (x * dy - y * dx) / (r * r)
     return {
         "axis": ErrorModel(own, np.ones_like(r), np.zeros_like(r)),
-        "theta": ErrorModel(
-            theta, ARC / least, 1 / (least * near), THETA_ROUNDING * np.arctan2(r, z)
-        ),
+        "theta": ErrorModel(theta, ARC / least, 1 / (least * near), rounding),
         "phi": ErrorModel(phi, 1 / near, 1 / (near * near)),
     }
 
 
 def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
+    """Return the quantities of the attitude form, as `_of_axis` does."""
     a, b = np.sqrt(q[0] ** 2 + q[3] ** 2), np.sqrt(q[1] ** 2 + q[2] ** 2)
     length = np.sqrt(a * a + b * b)
     near_a, near_b = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (a, b))
-    least = (length - room) * (1 - 1e-14)
+    least, most = (length - room) * (1 - 1e-14), length + room
     da, db = (q[0] * d[0] + q[3] * d[3]) / a, (q[1] * d[1] + q[2] * d[2]) / b
     theta = 2 * np.abs(a * db - b * da) / (length * length)
     plus = (q[0] * d[3] - q[3] * d[0]) / (a * a)
@@ -182,17 +165,16 @@ def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, ErrorModel]:
     z = q[0] * d[0] - q[1] * d[1] - q[2] * d[2] + q[3] * d[3]
     nearest = np.minimum(near_a, near_b)
     slope, bend = np.sqrt(1 / near_a**2 + 1 / near_b**2), 1 / nearest**2
-    axis = 2 * np.sqrt(x * x + y * y + z * z)
+    axis, rounding = 2 * np.sqrt(x * x + y * y + z * z), 2 * THETA_ROUNDING * np.arctan2(b, a)
     return {
-        "axis": ErrorModel(
-            axis, 2 * (length + room), np.full_like(a, 2.0), PRODUCTS * (length + room) ** 2
-        ),
-        "theta": ErrorModel(
-            theta, 2 * ARC / least, 2 / (least * nearest), 2 * THETA_ROUNDING * np.arctan2(b, a)
-        ),
+        "axis": ErrorModel(axis, 2 * most, np.full_like(a, 2.0), PRODUCTS * most**2),
+        "theta": ErrorModel(theta, 2 * ARC / least, 2 / (least * nearest), rounding),
         "phi": ErrorModel(plus + minus, slope, bend),
         "psi": ErrorModel(plus - minus, slope, bend),
     }
+
+
+OUTPUTS = {"axis": _of_axis, "attitude": _of_attitude}
 
 
 def bound(
@@ -223,8 +205,8 @@ def bound(
     right = Points.at(flow, steps, k, steps.length, ended)
     found, proved = dict(floor), dict[str, float]()
     for depth in range(deepest + 1):
-        last, cut = depth == deepest, np.zeros(left.step.size, dtype=bool)
-        last = last or 2 * cut.size > MOST_PARTS
+        cut = np.zeros(left.step.size, dtype=bool)
+        last = depth == deepest or 2 * cut.size > MOST_PARTS
         here = _bounded(flow, steps, D, left, right, rounding)
         for name, (error, all_of_it, least) in here.items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
@@ -242,11 +224,15 @@ def bound(
                 proved[name] = np.inf
         if last or not cut.any():
             break
-        left, right = _taken(left, cut), _taken(right, cut)
+        left, right = (Points._make(x[..., cut] for x in ends) for ends in (left, right))
         since = (left.since + right.since) / 2
         middle = Points.at(flow, steps, left.step, since, flow.at(steps.times(left.step, since)))
         left, right = _joined(left, middle), _joined(middle, right)
     return found, proved
+
+
+def _joined(a: Points, b: Points) -> Points:
+    return Points._make(np.concatenate(pair, axis=-1) for pair in zip(a, b, strict=True))
 
 
 def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Known, Known]:
@@ -262,12 +248,7 @@ def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Known, Known]:
 
 
 def _bounded(
-    flow: Flow,
-    steps: Steps,
-    defect: Array,
-    left: Points,
-    right: Points,
-    names: Iterable[str],
+    flow: Flow, steps: Steps, defect: Array, left: Points, right: Points, names: Iterable[str]
 ) -> dict[str, tuple[Array, Array, Array]]:
     """Return what quantities are off at some points, its bound between, and a part of that.
 
@@ -281,14 +262,13 @@ def _bounded(
     if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
         nothing = np.zeros_like(N)  # is bounded: the run is too far from the exact motion
         return dict.fromkeys(names, (nothing, np.full_like(N, np.inf), nothing))
-    spare = 2 * N + plain + V * clock
-    room, rates = _room(flow, left, width, (V, A), spare)
-    first = quantities(flow, left.states, left.apart, room)
-    moving = quantities(flow, left.states, rates, room)
-    room, _ = _room(flow, right, width, (V, A), spare)
-    second = quantities(flow, right.states, right.apart, room)
-    found = {}
-    with np.errstate(invalid="ignore", over="ignore"):
+    spare, outputs, found = 2 * N + plain + V * clock, OUTPUTS[flow.form.name], {}
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        room, rates = _room(flow, left, width, V, A, spare)
+        first = outputs(left.states, left.apart, room)
+        moving = outputs(left.states, rates, room)
+        room, _ = _room(flow, right, width, V, A, spare)
+        second = outputs(right.states, right.apart, room)
         for name in names:
             q, other = first[name], second[name]
             G, H = np.maximum(q.gradient, other.gradient), np.maximum(q.hessian, other.hessian)
@@ -312,7 +292,7 @@ def _bounded(
 
 
 def _room(
-    flow: Flow, points: Points, width: Array, derivatives: tuple[Array, Array], spare: Array
+    flow: Flow, points: Points, width: Array, fastest: Array, bend: Array, spare: Array
 ) -> tuple[Array, Array]:
     """Return how far states come from those at points over half of an interval, and their rates.
 
@@ -320,18 +300,8 @@ def _room(
     change can, and all errors that much farther. (The speed is that of the field: the polynomial's
     differs by D at most, and D width/2 < N.)
     """
-    fastest, bend = derivatives
-    rates = flow.system.field(points.states)
+    rates = np.array(flow.system.rates([*points.states], np.ones_like(points.since)))
     own = rates[: CERTIFIED[flow.form.name].read]
     half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
     gone = np.minimum(fastest * half, speed * half + bend * half**2 / 2)
     return UP * (gone + spare), rates
-
-
-def _taken(points: Points, keep: NDArray[np.bool_]) -> Points:
-    return Points(*(each[..., keep] for each in vars(points).values()))
-
-
-def _joined(a: Points, b: Points) -> Points:
-    pairs = zip(vars(a).values(), vars(b).values(), strict=True)
-    return Points(*(np.concatenate(pair, axis=-1) for pair in pairs))

@@ -6,22 +6,28 @@ is needed.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
-from flint import arb
+import sympy as sp
+from flint import arb, arb_poly
 from numpy.typing import NDArray
 
-from heavytop.certificate.balls import TooCoarse, pair, up
-from heavytop.certificate.flow import Flow
-from heavytop.certificate.steps import UP
+from heavytop.certificate.balls import TooCoarse, hull, pair, up, upper
+from heavytop.certificate.system import UP
+from heavytop.equations.lambdify import lambdified
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT, add, two_product
+
+if TYPE_CHECKING:
+    from heavytop.certificate.flow import Flow
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
-EVENT_DISTANCE = 1e-6  # of the distance between two events: an event is told from its neighbours
+BEFORE_START: Final = 1e-7  # of a piece before time 0, in which an event may be
+NEWTON_STEPS: Final = 20
+EVENT_DISTANCE: Final = 1e-6  # of that between two events: one is told from its neighbours
 
 
 class Proof(NamedTuple):
@@ -55,27 +61,25 @@ def match_events(flow: Flow, event: str, t: Words, end: float) -> Proof:
         Where the run ends.
     """
     try:
-        exact, width = _exact_times(flow, event, end)
+        (high, low), width = _exact_times(flow, event, end)
     except TooCoarse:
         return Proof(None, 0.0, f"{event}: its zeros cannot be told apart")
-    if not exact[0].size:
+    if not high.size:
         none = t[0].size == 0
         return Proof(none, 0.0, "" if none else f"{event}: the exact motion has none")
-    middles = (exact[0][1:] + exact[0][:-1]) / 2
     forward = 1.0 if end >= 0 else -1.0
-    number = np.searchsorted(middles, forward * t[0])
-    apart = add((forward * t[0], forward * t[1]), (-exact[0][number], -exact[1][number]))
+    number = np.searchsorted((high[1:] + high[:-1]) / 2, forward * t[0])
+    apart = add((forward * t[0], forward * t[1]), (-high[number], -low[number]))
     largest = float(np.max(np.abs(apart[0] + apart[1]), initial=0.0))
     bound = UP * largest * (1 + 4 * UNIT) + width + 32 * UNIT**2 * abs(end)
-    close = EVENT_DISTANCE * float(np.diff(exact[0]).min() if middles.size else abs(end))
+    close = EVENT_DISTANCE * float(np.diff(high).min() if high.size > 1 else abs(end))
+    inside = np.nonzero((high > close) & (high < abs(end) - close))[0]
+    why = ""
     if not largest < close:
-        return Proof(False, bound, f"{event}: an event is {largest:.1e} off")
-    inside = np.nonzero((exact[0] > close) & (exact[0] < abs(end) - close))[0]
-    if not np.all(np.diff(number) == 1):
-        return Proof(False, bound, f"{event}: one is missed, or found twice")
-    if not set(inside[[0, -1]] if inside.size else ()) <= set(number):
-        return Proof(False, bound, f"{event}: one at an end is missed")
-    return Proof(True, bound)
+        why = f"{event}: an event is {largest:.1e} off"
+    elif not (np.all(np.diff(number) == 1) and np.isin(inside, number).all()):
+        why = f"{event}: one is missed, or found twice"
+    return Proof(not why, bound, why)
 
 
 def _exact_times(flow: Flow, event: str, end: float) -> tuple[Words, float]:
@@ -83,10 +87,10 @@ def _exact_times(flow: Flow, event: str, end: float) -> tuple[Words, float]:
 
     A few more are among them, before the start and after the end.
     """
-    zeros = flow.zeros(event)
+    found = zeros(flow, event)
     with working(flow.bits):
-        high, low = np.array([pair(zero) for zero in zeros]).reshape(-1, 2).T
-    width = max((up(arb(zero.rad())) for zero in zeros), default=0.0)
+        high, low = np.array([pair(zero) for zero in found]).reshape(-1, 2).T
+    width = max((up(arb(zero.rad())) for zero in found), default=0.0)
     if flow.period:
         last = np.floor(end / flow.period[0])
         n = np.arange(min(last, 0.0) - 1, max(last, 0.0) + 2)[:, None]
@@ -94,3 +98,61 @@ def _exact_times(flow: Flow, event: str, end: float) -> tuple[Words, float]:
         high, low = map(np.ravel, add((high, low), (whole[0], whole[1] + n * flow.period[1])))
         width += float(np.abs(n).max()) * flow.off_a_period
     return ((high, low) if end >= 0 else (-high[::-1], -low[::-1])), width
+
+
+def zeros(flow: Flow, event: str) -> list[arb]:
+    """Return the zeros of an event function within a period, from time 0 or just before it.
+
+    Without a period all of them are returned.
+
+    Raises
+    ------
+    TooCoarse
+        Two of them are too near to each other.
+    """
+    form, table, weights = flow.form, flow.table, flow.system.weights
+    names, function = (*form.states, *flow.constants), form.events[event]
+    slopes = [sp.diff(function, state) for state in form.states]
+    found: list[arb] = []
+    with working(flow.bits):
+        value, gradient = (lambdified(x, names, arb, {}) for x in ([function], slopes))
+        constants = [arb(x) for x in flow.constants.values()]
+        box = gradient(*(arb(0, table.bounds.size / w) for w in weights), *constants)
+        squares = ((upper(abs(x)) / w) ** 2 for x, w in zip(box, weights, strict=True))
+        steepest = upper(sum(squares, arb(0)).sqrt())
+        again = table.reach / 4  # nearer it is the same one
+        for place, piece in enumerate(table.pieces):
+            [q] = value(*piece.p, *constants)
+            least = arb(0) if place else -BEFORE_START * table.reach
+            since = _zero(event, q, upper(steepest * piece.error), least, table.reach)
+            if since is None:
+                continue
+            zero = place * arb(table.piece) + since
+            if found and flow.exact_period and not zero < found[0] + flow.exact_period - again:
+                break
+            if not found or zero > found[-1] + again:
+                found.append(zero)
+    return found
+
+
+def _zero(event: str, q: arb_poly, off: arb, least: arb, reach: arb) -> arb | None:
+    """Return the zero, from `least` to `reach`, of a function that is `off` a polynomial.
+
+    Raises
+    ------
+    TooCoarse
+        Neither the function nor its slope has one sign in the piece.
+    """
+    if not q.coeffs() or not (hull(q, reach) + arb(0, off)).contains(0):
+        return None
+    slope = hull(q.derivative(), 2 * reach)
+    if slope.contains(0):
+        raise TooCoarse(f"a zero of {event}")
+    at = reach / 2
+    for _ in range(NEWTON_STEPS):
+        at = arb((at - q(at) / q.derivative()(at)).mid())
+    radius = upper((abs(q(at)) + off) / abs(slope))
+    if not abs(at) + radius < 2 * reach:  # beyond, no slope is known
+        raise TooCoarse(f"a zero of {event}")
+    inside = at + radius > least and at - radius < reach
+    return at + arb(0, radius) if inside else None

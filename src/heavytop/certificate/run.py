@@ -63,6 +63,10 @@ class BinaryRun:
         """The formulation whose right-hand sides are quadratic: without angles and quadratures."""
         return FORMULATIONS[self.formulation].build(None)
 
+    @property
+    def _read(self) -> int:
+        return CERTIFIED[self.formulation].read
+
     @cached_property
     def integrator(self) -> Integrator:
         """What takes its steps."""
@@ -74,10 +78,9 @@ class BinaryRun:
         """Return the exact motion of the same numbers."""
         own, core = self.integrator, self.core
         start = np.array(self.start[: len(core.states)]) / np.where(core.is_rate, own.pace, 1.0)
-        period = None if self.period is None else self.period * own.pace
-        end = self.end * own.pace
-        if period is not None and 0 <= end <= period:  # less than one is tabulated
-            period = None
+        end, period = self.end * own.pace, None
+        if self.period is not None and not 0 <= self.end <= self.period:  # less is tabulated
+            period = self.period * own.pace
         return Flow(core, own.own_constants, start.tolist(), end, period)
 
     def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
@@ -93,13 +96,9 @@ class BinaryRun:
         # a little more, for this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
         length = forward * np.minimum(np.abs(kept.length), left)
-        steps = Steps.of(
-            np.ascontiguousarray(kept.coefficients[:, : len(self.core.states)].transpose(2, 1, 0)),
-            label,
-            length,
-            _clock(start, kept, own.pace, self.block * own.pace),
-            CERTIFIED[self.formulation].read,
-        )
+        clock = _clock(start, kept, own.pace, self.block * own.pace)
+        states = kept.coefficients[:, : len(self.core.states)].transpose(2, 1, 0)
+        steps = Steps.of(np.ascontiguousarray(states), label, length, clock, self._read)
         return steps.where(slice(np.count_nonzero(length))), end
 
     def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
@@ -108,11 +107,9 @@ class BinaryRun:
         if i < 0 or not abs(steps.begun[i] + steps.length[i]) >= last:
             return True
         (high, low), more, plain = steps.at(np.array([i]), steps.length[[i]])
-        read = CERTIFIED[
-            self.formulation
-        ].read  # of these the speed is bounded, and they have no unit
-        off = (more + plain)[:read, 0] + (2 * steps.clock[i] + 16 * UNIT * last) * steps.speed[i]
-        return not bool(np.all(np.abs((high + low)[:read, 0] - state[:read]) <= 2 * off))
+        off = (more + plain)[:, 0] + (2 * steps.clock[i] + 16 * UNIT * last) * steps.speed[i]
+        near = np.abs((high + low)[:, 0] - state) <= 2 * off
+        return not bool(near[: self._read].all())  # of these speed is bounded; they have no unit
 
 
 def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:
@@ -141,6 +138,7 @@ def binary_run(trajectory: Any, period: float | None) -> BinaryRun:
     """Return the numbers of a trajectory in doubles, and what the period of its motion is about."""
     chosen, orbit = trajectory.plan, trajectory.orbit
     width = len(orbit.integrator.formulation.states)
+    begun = [*(checkpoint.time[0] for checkpoint in orbit.checkpoints), orbit.end]
     return BinaryRun(
         formulation=chosen.formulation,
         variant=chosen.variant,
@@ -150,6 +148,6 @@ def binary_run(trajectory: Any, period: float | None) -> BinaryRun:
         constants=dict(orbit.parameters),
         start=tuple(orbit.checkpoints[0].state[:width].tolist()),
         end=float(orbit.end),
-        block=float(np.max(np.abs(np.diff([*(c.time[0] for c in orbit.checkpoints), orbit.end])))),
+        block=float(np.max(np.abs(np.diff(begun)))),
         period=period,
     )

@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.certificate.system import UNIT_FACTOR, QuadraticSystem
+from heavytop.certificate.system import UNIT_FACTOR, UP, QuadraticSystem
 from heavytop.exact.pairs import UNIT, add, two_product
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
-UP = 1 + 1e-12
 MORE = 3  # degrees of a defect beyond the order of a step that are computed
 # Coefficients of a step that are added up with twice the digits; the others are small. The order of
 # a step is 8 at least (`heavytop.run.planning`).
@@ -64,23 +63,23 @@ class Steps:
     @classmethod
     def of(cls, coefficients: Array, label: Words, length: Array, clock: Array, read: int) -> Steps:
         """Return steps and what bounds them; outputs read the first `read` states."""
-        reach = np.abs(length) * STEP_MARGIN
-        tail = np.zeros(coefficients.shape[1:])
-        for k in range(len(coefficients) - 1, LEADING_TERMS - 1, -1):
-            tail = tail * reach + (2 * k + 2) * np.abs(coefficients[k])
-        sizes = np.abs(coefficients[:, :read])
-        speed, bend = np.zeros_like(sizes[0]), np.zeros_like(sizes[0])
-        for k in range(len(sizes) - 1, 0, -1):
-            speed = speed * reach + k * sizes[k]
-        for k in range(len(sizes) - 1, 1, -1):
-            bend = bend * reach + k * (k - 1) * sizes[k]
-        speed, bend = (UP * np.sqrt((each**2).sum(axis=0)) for each in (speed, bend))
+        k, sizes = np.arange(len(coefficients)), np.abs(coefficients)
+        powers = _powers(np.abs(length) * STEP_MARGIN, k.size)
+
+        def summed(factors: NDArray[np.int_], order: int, states: int | None) -> Array:
+            """Return the sum of factor |coefficient| reach^(k - order) over k >= order."""
+            kept = sizes[order:, :states], powers[: k.size - order]
+            found: Array = np.einsum("k,knm,km->nm", factors[order:].astype(float), *kept)
+            return found
+
+        derivatives = (summed(k, 1, read), summed(k * (k - 1), 2, read))
+        speed, bend = (UP * np.sqrt((each**2).sum(axis=0)) for each in derivatives)
+        tail = summed(2 * k + 2, LEADING_TERMS, None)
         return cls(coefficients, *label, length, clock, tail, speed, bend)
 
     def times(self, step: NDArray[np.intp], since: Array) -> Words:
         """Return times since the beginning of steps as double-doubles."""
-        begun = self.begun[step], self.begun_low[step]
-        return add(begun, (since, np.zeros_like(since)))
+        return add((self.begun[step], self.begun_low[step]), (since, np.zeros_like(since)))
 
     def where(self, index: slice) -> Steps:
         """Return some of them."""
@@ -118,11 +117,8 @@ class Steps:
 
 def defects(system: QuadraticSystem, steps: Steps) -> Array:
     """Return bounds of |p' - f(p)| over each step, shape (k,), in the norm of the system."""
-    count = steps.length.size
-    if not count:
-        return np.empty(0)
-    parts = (slice(i, min(i + STEPS_AT_ONCE, count)) for i in range(0, count, STEPS_AT_ONCE))
-    return np.concatenate([_defects(system, steps.where(part)) for part in parts])
+    parts = (slice(i, i + STEPS_AT_ONCE) for i in range(0, steps.length.size, STEPS_AT_ONCE))
+    return np.concatenate([np.empty(0), *(_defects(system, steps.where(part)) for part in parts)])
 
 
 def _defects(system: QuadraticSystem, steps: Steps) -> Array:
@@ -133,11 +129,9 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
     scaled = np.abs(c) * powers[: order + 1, None]
     S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)  # sums of |c|, of k |c|
     most = order + MORE  # degrees from here on are bounded by the sizes of what is added up
-    sums = scaled.copy()  # of each and all that follow
-    for k in range(order - 1, MORE - 1, -1):
-        sums[k] += sums[k + 1]
+    sums = np.cumsum(scaled[::-1], axis=0)[::-1]  # of each and all that follow
     room = np.empty((order + 1, reach.size))
-    total = np.zeros_like(reach)
+    sizes = []
     for i, row in enumerate(system.terms):
         d = np.zeros((most, reach.size))
         rounding = np.zeros_like(reach)
@@ -154,18 +148,15 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
             higher += abs(a) * (scaled[MORE:, j] * sums[: MORE - 1 : -1, k]).sum(axis=0)
             rounding += abs(a) * S[j] * ((2 + count + later) * S[k] + count * weighted[k])
         for a, _, k in others:
-            d[: order + 1 if k != UNIT_FACTOR else 1] -= a * c[:, k] if k != UNIT_FACTOR else a
-            rounding += (2 + later) * abs(a) * (S[k] if k != UNIT_FACTOR else 1.0)
+            d[: order + 1] -= a * c[:, k]
+            rounding += (2 + later) * abs(a) * S[k]
         d[:order] += index[1:, 0] * c[1:, i]
         rounding += 3 * (index[1:, 0] * np.abs(c[1:, i]) * powers[:order]).sum(axis=0)
-        size = (np.abs(d) * powers[:most]).sum(axis=0) + higher + UNIT * rounding
-        total += (system.weights[i] * size) ** 2
-    return UP * np.sqrt(total)
+        sizes.append((np.abs(d) * powers[:most]).sum(axis=0) + higher + UNIT * rounding)
+    return system.norms(np.array(sizes))
 
 
 def _powers(x: Array, count: int) -> Array:
     """Return the powers of numbers, shape (count, k), by multiplication alone."""
-    found = np.ones((count, x.size))
-    for k in range(1, count):
-        np.multiply(found[k - 1], x, out=found[k])
+    found: Array = np.multiply.accumulate([np.ones_like(x), *[x] * (count - 1)])
     return found

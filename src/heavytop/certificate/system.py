@@ -9,22 +9,22 @@ this package sharp.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-from flint import arb, arb_mat, arb_poly
+import sympy as sp
+from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import upper
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.gradients import quadratic_terms
 from heavytop.exact.pairs import UNIT
 
 Array = NDArray[np.float64]
 
+UP: Final = 1 + 1e-12  # more than what a sum of positive terms is rounded by
 UNIT_FACTOR: Final = -1  # the place of a factor that is 1, behind all states
 
 
@@ -100,41 +100,26 @@ class QuadraticSystem:
         ValueError
             A right-hand side is not quadratic, or a coefficient is no double.
         """
-        exact = {name: Fraction(x) for name, x in constants.items()}
-        terms = tuple(
-            tuple(Term(_double(c), j, k) for c, j, k in quadratic_terms(x, form.states, exact))
-            for x in form.derivatives
-        )
+        exact = {sp.Symbol(name, real=True): sp.Rational(x) for name, x in constants.items()}
+        terms = tuple(tuple(_terms(x.subs(exact), form.states)) for x in form.derivatives)
         return cls(terms, tuple(1 / rate if each else 1.0 for each in form.is_rate))
 
-    def polynomials(self, y: Sequence[arb_poly]) -> list[arb_poly]:
-        """Return the right-hand sides at polynomials of time."""
-        y = [*y, arb_poly([1])]  # the last is `UNIT_FACTOR`
-        return [sum((c * y[j] * y[k] for c, j, k in row), arb_poly([0])) for row in self.terms]
-
-    def field(self, y: Array) -> Array:
-        """Return the right-hand sides at states of shape (n, k), in doubles."""
-        y = np.vstack((y, np.ones_like(y[0])))
-        nothing = np.zeros_like(y[0])
-        return np.array([sum((c * y[j] * y[k] for c, j, k in row), nothing) for row in self.terms])
+    def rates(self, y: Sequence[Any], one: Any) -> list[Any]:
+        """Return the right-hand sides at a state: balls, polynomials of time, or arrays."""
+        y = [*y, one]  # the last is `UNIT_FACTOR`
+        return [sum((c * y[j] * y[k] for c, j, k in row), 0 * one) for row in self.terms]
 
     def taylor(self, start: Sequence[arb], order: int) -> list[list[arb]]:
         """Return the Taylor coefficients of the solution through a state, as balls."""
         rows = [[x] for x in start]
-        known = [*rows, [arb(1)] + [arb(0)] * order]
+        y = [*rows, [arb(1)]]
         for n in range(order):
-            found = []
-            for row in self.terms:
-                total = arb(0)
-                for c, j, k in row:
-                    if j == UNIT_FACTOR:
-                        part = known[k][n]
-                    else:
-                        part = sum(map(arb.__mul__, rows[j], reversed(rows[k])), arb(0))
-                    total += c * part
-                found.append(total / (n + 1))
-            for each, x in zip(rows, found, strict=True):
-                each.append(x)
+            found = [
+                sum((c * _coefficient(y[j], y[k], n) for c, j, k in row), arb(0))
+                for row in self.terms
+            ]
+            for known, x in zip(rows, found, strict=True):
+                known.append(x / (n + 1))
         return rows
 
     def jacobian(self, y: Sequence[arb]) -> arb_mat:
@@ -149,13 +134,26 @@ class QuadraticSystem:
 
     def norm(self, y: Sequence[arb]) -> arb:
         """Return an upper bound of the norm of a vector of balls."""
-        squares = (
-            (arb(w) * arb(abs(x).upper())) ** 2 for w, x in zip(self.weights, y, strict=True)
-        )
-        return upper(arb(upper(sum(squares, arb(0)))).sqrt())
+        squares = ((w * upper(abs(x))) ** 2 for w, x in zip(self.weights, y, strict=True))
+        return upper(upper(sum(squares, arb(0))).sqrt())
+
+    def norms(self, y: Array) -> Array:
+        """Return the norms of vectors of shape (n, k), in doubles and not too small."""
+        squares = (np.array(self.weights)[:, None] * y) ** 2
+        found: Array = UP * np.sqrt(squares.sum(axis=0))
+        return found
 
 
-def _double(x: Fraction) -> float:
-    if Fraction(float(x)) != x:
-        raise ValueError(f"{x}: a coefficient that is no double")
-    return float(x)
+def _coefficient(a: Sequence[arb], b: Sequence[arb], n: int) -> arb:
+    """Return the coefficient of order n of a product; of a 1, `a` has that coefficient alone."""
+    return sum(map(arb.__mul__, a, b[n::-1]), arb(0))
+
+
+def _terms(expression: Any, states: Sequence[Any]) -> Iterator[Term]:
+    """Yield the terms of a quadratic function of states, which has no constant one."""
+    found = sp.Poly(expression, *states)
+    for powers, coefficient in () if found.is_zero else found.terms():
+        factors = [i for i, power in enumerate(powers) for _ in range(power)]
+        if len(factors) not in (1, 2) or sp.Rational(float(coefficient)) != coefficient:
+            raise ValueError(f"{expression}: not quadratic, or a coefficient is no double")
+        yield Term(float(coefficient), *[UNIT_FACTOR] * (2 - len(factors)), *factors)

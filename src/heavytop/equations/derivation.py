@@ -7,7 +7,6 @@ put in order, each with its name and a line of words, and sympy prints them.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final, NamedTuple
 
@@ -53,15 +52,7 @@ axis equations: the axis e turns about l, the angular momentum over A, and gravi
 _WORDS = dict(line.split(": ", 1) for line in _TEXT.strip().splitlines())  # of each step, in order
 
 
-class Equation(NamedTuple):
-    """One line of a derivation: lhs = expression, both of them sympy's."""
-
-    lhs: Any
-    expression: Any
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(NamedTuple):
     """One step of the derivation.
 
     Attributes
@@ -70,13 +61,13 @@ class Step:
         What is derived.
     words : str
         One line of words, in plain ASCII.
-    equations : tuple of Equation
+    equations : tuple of sympy.Eq
         One, or one for each coordinate or component.
     """
 
     name: str
     words: str
-    equations: tuple[Equation, ...]
+    equations: tuple[Any, ...]
 
 
 @cache
@@ -87,7 +78,7 @@ def derivation() -> tuple[Step, ...]:
     --------
     >>> [step.name for step in derivation()][:3]
     ['angular velocity', 'kinetic energy', 'potential energy']
-    >>> print(derivation()[2].equations[0].expression)
+    >>> print(derivation()[2].equations[0].rhs)
     gMR*cos(theta)
     """
     form = axis_form()
@@ -113,9 +104,9 @@ def derivation() -> tuple[Step, ...]:
     return tuple(Step(name, words, equations[name]) for name, words in _WORDS.items())
 
 
-def _equations(left: str | Sequence[Any], *right: Any) -> tuple[Equation, ...]:
+def _equations(left: str | Sequence[Any], *right: Any) -> tuple[Any, ...]:
     names = sp.symbols(left, seq=True) if isinstance(left, str) else left
-    return tuple(map(Equation._make, zip(names, right, strict=True)))
+    return tuple(sp.Eq(*sides, evaluate=False) for sides in zip(names, right, strict=True))
 
 
 def by_moments(expression: Any) -> Any:
@@ -148,13 +139,10 @@ def _text(step: Step, width: int) -> str:
     return f"{step.name.capitalize()}\n{step.words}\n\n{indented}"
 
 
-def _in_terminal(equation: Equation, width: int) -> str:
-    shown = (
-        side.xreplace({x: sp.Symbol(GREEK.get(x.name, x.name)) for x in side.free_symbols})
-        for side in map(sp.sympify, equation)
-    )
-    both = sp.Eq(*shown, evaluate=False)
-    return str(sp.pretty(both, use_unicode=True, num_columns=width))
+def _in_terminal(equation: Any, width: int) -> str:
+    greek = {x: sp.Symbol(GREEK.get(x.name, x.name)) for x in equation.free_symbols}
+    text: str = sp.pretty(equation.xreplace(greek), use_unicode=True, num_columns=width)
+    return text
 
 
 def as_latex(steps: Iterable[Step]) -> str:
@@ -168,9 +156,9 @@ def _latex(step: Step) -> str:
     return f"{title}\n\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
-def _row(equation: Equation) -> str:
-    looks = {"fold_func_brackets": True, "symbol_names": {lag.E_prime: "E'"}}
-    return " &= ".join(sp.latex(side, **looks) for side in equation)
+def _row(equation: Any) -> str:
+    latex: str = sp.latex(equation, fold_func_brackets=True, symbol_names={lag.E_prime: "E'"})
+    return latex.replace(" = ", " &= ")
 
 
 def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
@@ -178,12 +166,9 @@ def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
 
     ``lhs`` and ``expression`` are in sympy's own spelling, ``latex`` is the same line in LaTeX.
     """
-    plain = [
-        {"name": step.name, "words": step.words, "equations": list(map(_plain, step.equations))}
-        for step in steps
-    ]
+    plain = [{**step._asdict(), "equations": [_plain(e) for e in step.equations]} for step in steps]
     return {"schema": DERIVE_SCHEMA, "steps": plain}
 
 
-def _plain(e: Equation) -> dict[str, str]:
-    return {"lhs": str(e.lhs), "expression": str(e.expression), "latex": _row(e)}
+def _plain(equation: Any) -> dict[str, str]:
+    return {"lhs": str(equation.lhs), "expression": str(equation.rhs), "latex": _row(equation)}

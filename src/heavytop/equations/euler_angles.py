@@ -81,6 +81,7 @@ def routh_form(variant: str | None = None) -> Formulation:
     if variant == "angles":
         return _with_angles(routh_form())
     _, for_phi, for_psi = lag.momenta()
+    momenta = {p_psi: for_psi, p_minus: for_phi - for_psi, omega3: for_psi / C}
     phidot = _precise / (A * sp.sin(theta) ** 2)
     psidot = omega3 - phidot * sp.cos(theta)
     energy = (lag.reduced_energy() - p_psi**2 / (2 * C)) / A
@@ -89,21 +90,13 @@ def routh_form(variant: str | None = None) -> Formulation:
         states=(theta, thetadot),
         derivatives=(thetadot, _without_cancellation(lag.nutation_acceleration())),
         start=(theta, thetadot),
-        parameters={
-            **_TOP,
-            p_psi: for_psi,
-            p_minus: for_phi - for_psi,
-            omega3: for_psi / C,
-            **_STARTS,
-        },
+        parameters=_TOP | momenta | _STARTS,
         outputs={"theta": theta, "thetadot": thetadot, "phidot": phidot, "psidot": psidot},
         events={"turning": thetadot, "reversal": _precise},
         invariants={"energy": _without_cancellation(energy)},
         spin=p_psi / A,
-        reading={
-            **{"phi": phi_0, "psi": psi_0, "phidot": phidot, "omega3": p_psi / C},
-            **{x.name: x for x in (theta, thetadot, *_TOP)},
-        },
+        reading={"phi": phi_0, "psi": psi_0, "phidot": phidot, "omega3": p_psi / C}
+        | {x.name: x for x in (theta, thetadot, *_TOP)},
     )
 
 
@@ -114,12 +107,10 @@ def _without_cancellation(expression: Any) -> Any:
 
 def _with_angles(form: Formulation) -> Formulation:
     """Carry phi and psi, and with them the vectors in space."""
+    phi = phi_0 + phi_rate * time + phi_deviation
+    psi = psi_0 + psi_rate * time + psi_deviation
     rates = (form.outputs["phidot"] - phi_rate, form.outputs["psidot"] - psi_rate)
-    outputs = {
-        **form.outputs,
-        "phi": phi_0 + phi_rate * time + phi_deviation,
-        "psi": psi_0 + psi_rate * time + psi_deviation,
-    }
+    outputs = {**form.outputs, "phi": phi, "psi": psi}
     return replace(
         form,
         states=(*form.states, *DEVIATIONS),

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import sympy as sp
 
@@ -57,20 +56,34 @@ def axis_form(variant: str | None = None) -> Formulation:
         return axis_form()
     sine, cosine = sp.sin(lag.phi), sp.cos(lag.phi)
     across = _p_psi * _sin / lag.A - lag.phidot * _sin * _cos  # of l, from the axis to the vertical
+    l_start = (lag.thetadot * cosine + across * sine, lag.thetadot * sine - across * cosine)
     torque = -g * e.cross(sp.Matrix([0, 0, 1]))  # of V = gMR e_z, divided by A
+    phidot = l_z - e_z * _along / _horizontal
     return Formulation(
         name="axis",
         states=(e_x, e_y, e_z, l_x, l_y),
         derivatives=(*ell.cross(e), *torque[:2]),
-        start=(
-            _sin * sine,
-            -_sin * cosine,
-            _cos,
-            lag.thetadot * cosine + across * sine,
-            lag.thetadot * sine - across * cosine,
-        ),
-        parameters=_parameters(),
-        outputs=_outputs(),
+        start=(_sin * sine, -_sin * cosine, _cos, *l_start),
+        parameters={
+            g: lag.gMR / lag.A,
+            l_z: _p_phi / lag.A,
+            n: _p_psi / lag.A,
+            kappa: _along_axis - _p_psi / lag.A,
+            P_plus: (_p_phi + _p_psi) / lag.A,
+            P_minus: (_p_phi - _p_psi) / lag.A,
+            omega3: _along_axis,
+            phi_0: lag.phi,
+            psi_0: lag.psi,
+        },
+        outputs={
+            "theta": sp.atan2(sp.sqrt(_horizontal), e_z),
+            "phi": sp.atan2(e_x, -e_y),
+            "thetadot": _turning / sp.sqrt(_horizontal),
+            "phidot": phidot,
+            "psidot": omega3 - phidot * e_z,
+            **components("axis", e),
+            **components("omega", ell + kappa * e),
+        },
         events={"turning": _turning, "reversal": _precession},
         invariants={
             "energy": ell.dot(ell) / 2 - n**2 / 2 + g * e_z,  # e.e and l.e are its Casimirs
@@ -98,30 +111,3 @@ def _with_psi(form: Formulation, side: int) -> Formulation:
         outputs={**form.outputs, "psi": psi},
         psi_side=side,
     )
-
-
-def _parameters() -> dict[Any, Any]:
-    return {
-        g: lag.gMR / lag.A,
-        l_z: _p_phi / lag.A,
-        n: _p_psi / lag.A,
-        kappa: _along_axis - _p_psi / lag.A,
-        P_plus: (_p_phi + _p_psi) / lag.A,
-        P_minus: (_p_phi - _p_psi) / lag.A,
-        omega3: _along_axis,
-        phi_0: lag.phi,
-        psi_0: lag.psi,
-    }
-
-
-def _outputs() -> dict[str, Any]:
-    phidot = l_z - e_z * _along / _horizontal
-    return {
-        "theta": sp.atan2(sp.sqrt(_horizontal), e_z),
-        "phi": sp.atan2(e_x, -e_y),
-        "thetadot": _turning / sp.sqrt(_horizontal),
-        "phidot": phidot,
-        "psidot": omega3 - phidot * e_z,
-        **components("axis", e),
-        **components("omega", ell + kappa * e),
-    }

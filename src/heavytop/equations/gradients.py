@@ -1,17 +1,16 @@
-"""What is made of a formulation: its invariants, what is seen of the motion, and gradients."""
+"""What is made of a formulation: invariants and their gradients, and what is seen of a motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache
 from typing import Any
 
 import sympy as sp
 
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import Functions, evaluated, lambdified
+from heavytop.equations.formulation import Formulation, time
+from heavytop.equations.lambdify import Functions, lambdified
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,41 +90,7 @@ def observed(
     (0, -1, Fraction(1, 2))
     """
     u, known = formulation.height, {*formulation.states, *formulation.parameters}
-    components = (formulation.outputs.get(f"axis_{x}") for x in "xyz")
-    axis = [x for x in components if x is not None and x.free_symbols <= known]
+    axis = [formulation.outputs.get(f"axis_{x}", time) for x in "xyz"]
     seen = [u, formulation.flow_derivative(u), *formulation.invariants.values()]
-    seen += axis if len(axis) == 3 else []
+    seen += axis if all(x.free_symbols <= known for x in axis) else []
     return lambdified(seen, (*formulation.states, *constants), number, functions)
-
-
-def quadratic_terms(
-    expression: Any, states: Sequence[Any], constants: Mapping[str, Fraction]
-) -> list[tuple[Fraction, int, int]]:
-    """Return the terms of a quadratic function of the states: coefficients, and two factors.
-
-    A factor is the place of a state, or -1 for a factor 1.
-
-    Raises
-    ------
-    ValueError
-        It is no polynomial, or one of a higher degree.
-
-    Examples
-    --------
-    >>> x, y, k = sp.symbols("x y k")
-    >>> quadratic_terms(x * y / 2 - k * y, (x, y), {"k": Fraction(3)})
-    [(Fraction(1, 2), 0, 1), (Fraction(-3, 1), -1, 1)]
-    """
-    try:
-        found = sp.Poly(sp.expand(expression), *states).terms()
-    except sp.PolynomialError as error:
-        raise ValueError(f"{expression}: no polynomial of the states") from error
-    terms = []
-    for powers, coefficient in found:
-        factors = [i for i, power in enumerate(powers) for _ in range(power)]
-        if len(factors) > 2:
-            raise ValueError(f"{expression}: of a higher degree than two")
-        first, second = [-1] * (2 - len(factors)) + factors
-        (value,) = evaluated([coefficient], constants, Fraction, {})
-        terms.append((value, first, second))
-    return terms

@@ -64,7 +64,6 @@ def angular_velocity() -> Any:
     return sp.ImmutableMatrix([normal_form(entry) for entry in entries])
 
 
-@cache
 def axis() -> Any:
     """Return the symmetry axis in space, e = R z."""
     return rotation()[:, 2]
@@ -94,7 +93,6 @@ def potential_energy() -> Any:
     return sp.cancel(common / m * M).subs(g, gMR / (M * R_cm))
 
 
-@cache
 def lagrangian() -> Any:
     """Return L = T - V; phi, psi and the time are absent from it."""
     return kinetic_energy() - potential_energy()
@@ -168,7 +166,6 @@ def nutation_acceleration() -> Any:
     return -sp.diff(effective_potential(), theta) / A
 
 
-@cache
 def cubic() -> Any:
     """Return f(u) with udot^2 = f(u), u = cos(theta): a polynomial of degree three.
 

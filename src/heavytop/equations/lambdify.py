@@ -1,16 +1,16 @@
 """From symbols to anything that computes: heyoka, numpy, MPFR, Python's floats, exact numbers.
 
-An arithmetic is given by how it makes a number of an integer, p/q being the quotient of two of
-them, and by its functions. So 1/3 has all the digits of whatever computes with it. `evaluated`
-walks through expressions once; `lambdified` writes them as Python code, for what is called often.
+Expressions are written as Python code. An arithmetic is given by how it makes a number of an
+integer, p/q being the quotient of two of them, and by its functions. So 1/3 has all the digits of
+whatever computes with it.
 """
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache, reduce
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
+from operator import methodcaller
 from typing import Any, Final
 
 import numpy as np
@@ -24,7 +24,7 @@ from heavytop.exact.decimals import Context
 
 Functions = Mapping[str, Callable[..., Any]]
 
-NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2}
+NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2, "Abs": abs}
 
 
 def lambdified(
@@ -32,6 +32,8 @@ def lambdified(
     arguments: Sequence[Any],
     number: Callable[[int], Any] = float,
     functions: Functions = NUMPY,
+    *,
+    ordered: bool = True,
 ) -> Callable[..., Any]:
     """Return a function of numbers of one type, which computes in that type alone.
 
@@ -45,13 +47,17 @@ def lambdified(
     number : callable
         From an integer to a number of the type.
     functions : mapping from str to callable
-        What ``sin``, ``cos``, ``sqrt``, ``atan2`` mean there, of those that occur. Together with
-        `number`, those of arrays of doubles unless others are given.
+        What ``sin``, ``cos``, ``sqrt``, ``atan2``, ``Abs`` mean there, of those that occur.
+        Together with `number`, those of arrays of doubles unless others are given.
+    ordered : bool
+        Whether sums and products are taken as sympy prints them, which the bounds of rounded
+        outputs rely on; if not, what is subtracted is so last.
 
     Raises
     ------
     WrongType
-        As `evaluated` does.
+        An expression has a symbol that is no argument, or a function or number that the arithmetic
+        has not.
 
     Examples
     --------
@@ -63,82 +69,14 @@ def lambdified(
     (Fraction(1, 6), Fraction(-1, 2))
     """
     names = [str(x) for x in arguments]
-    of_terms = {name: _of_terms(name, f) for name, f in {"Abs": abs, **functions}.items()}
-    terms = dict(zip(names, map(_Term, names), strict=True))
-    values = evaluated(sp.flatten(expressions), terms, number, of_terms, ordered=True)
-    for value in values:
-        if isinstance(value, _Term):
-            value.uses += 1
-    lines, known = list[str](), {"Abs": abs, **functions}
-    text = _written(expressions, iter([_code(value, lines, known) for value in values]))
-    source = "\n ".join([f"def function({', '.join(names)}):", *lines, f"return {text}"])
-    exec(compile(source, "<expressions>", "exec"), known)  # of our own expressions, no texts
-    function: Callable[..., Any] = known["function"]
-    function.__doc__ = source
+    writer = _Writer(names, number, functions, ordered)
+    for expression in sp.flatten(expressions):
+        writer.count(sp.sympify(expression))
+    returned = writer.written(expressions)
+    lines = [f"def function({', '.join(names)}):", *writer.lines, f"return {returned}"]
+    exec(compile("\n ".join(lines), "<expressions>", "exec"), writer.known)  # no texts of others
+    function: Callable[..., Any] = writer.known["function"]
     return function
-
-
-def _operators(sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """An operator of terms and the same reflected."""
-    form = f"({{}} {sign} {{}})"
-    return lambda x, y: _Term(form, x, y), lambda x, y: _Term(form, y, x)
-
-
-class _Term:
-    """A term of the code that is written: a name, or an operation on other terms and numbers."""
-
-    __array_ufunc__ = None  # numpy's numbers leave the arithmetic to it
-
-    def __init__(self, form: str, *args: Any) -> None:
-        self.form, self.args, self.uses = form, args, 0
-        for each in args:
-            if isinstance(each, _Term):
-                each.uses += 1
-
-    __add__, __radd__ = _operators("+")
-    __sub__, __rsub__ = _operators("-")
-    __mul__, __rmul__ = _operators("*")
-    __truediv__, __rtruediv__ = _operators("/")
-
-    def __pow__(self, exponent: int) -> _Term:
-        return _Term(f"({{}} ** {exponent})", self)
-
-    def __neg__(self) -> _Term:
-        return _Term("(-{})", self)
-
-
-def _of_terms(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function that also takes terms, of which it makes another one."""
-
-    def applied(*args: Any) -> Any:
-        if any(isinstance(x, _Term) for x in args):
-            return _Term(f"{name}({', '.join(['{}'] * len(args))})", *args)
-        return function(*args)
-
-    return applied
-
-
-def _code(value: Any, lines: list[str], known: dict[str, Any]) -> str:
-    """The text of a term or a number; what occurs twice is a line of its own, before it."""
-    if not isinstance(value, _Term):
-        name = f"number_{len(known)}"
-        known[name] = value
-        return name
-    if value.args:
-        text = value.form.format(*[_code(x, lines, known) for x in value.args])
-        if value.uses < 2:
-            return text
-        value.form, value.args = f"part_{len(lines)}", ()
-        lines.append(f"{value.form} = {text}")
-    return value.form
-
-
-def _written(expressions: Any, values: Iterator[str]) -> str:
-    """The text of values in lists and tuples as those of expressions."""
-    if not isinstance(expressions, (list, tuple)):
-        return next(values)
-    parts = "".join(f"{_written(each, values)}, " for each in expressions)
-    return f"[{parts}]" if isinstance(expressions, list) else f"({parts})"
 
 
 def evaluated(
@@ -146,19 +84,15 @@ def evaluated(
     named: Mapping[str, Any],
     number: Callable[[int], Any],
     functions: Functions,
-    *,
-    ordered: bool = False,
 ) -> list[Any]:
     """Return what expressions become when numbers, or expressions of others, stand for symbols.
 
     `named` has those by the names of the symbols; `number` and `functions` are as in `lambdified`.
-    Equal subexpressions are evaluated once. Sums are taken with what is subtracted last; `ordered`
-    takes sums and products as sympy prints them, which the bounds of rounded outputs rely on.
 
     Raises
     ------
     WrongType
-        It has a symbol without a value, or a function or number that the arithmetic has not.
+        As `lambdified` does.
 
     Examples
     --------
@@ -166,52 +100,99 @@ def evaluated(
     >>> evaluated([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
     [np.float64(-0.6666666666666667)]
     """
+    function = lambdified([*expressions], [*named], number, functions, ordered=False)
+    values: list[Any] = function(*named.values())
+    return values
 
-    @cache
-    def value(node: Any) -> Any:
-        if node.is_Symbol and node.name in named:
-            return named[node.name]
-        if node.is_Integer:
-            return number(int(node))
+
+class _Writer:
+    """Python code of expressions, in which what is used twice is a line of its own."""
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        number: Callable[[int], Any],
+        functions: Functions,
+        ordered: bool,
+    ) -> None:
+        self.names, self.number, self.ordered = {*names}, number, ordered
+        self.known: dict[str, Any] = {**functions}
+        self.uses: Counter[Any] = Counter()
+        self.operations: dict[Any, tuple[str, Sequence[Any]]] = {}
+        self.lines: list[str] = []
+
+    def count(self, node: Any) -> None:
+        """Count one more use of an expression, and those of its parts the first time."""
+        self.uses[node] += 1
+        if self.uses[node] == 1:
+            self.operations[node] = self._operation(node)
+            for part in self.operations[node][1]:
+                self.count(part)
+
+    def written(self, node: Any) -> str:
+        """Return the code of an expression, or of a list or tuple of them."""
+        if isinstance(node, (list, tuple)):
+            parts = "".join(f"{self.written(each)}, " for each in node)
+            return f"[{parts}]" if isinstance(node, list) else f"({parts})"
+        node = sp.sympify(node)
+        form, operands = self.operations[node]
+        code = form.format(*map(self.written, operands))
+        if operands and self.uses[node] > 1:
+            name = f"part_{len(self.lines)}"
+            self.lines.append(f"{name} = {code}")
+            self.operations[node] = (code := name), ()
+        return code
+
+    def _operation(self, node: Any) -> tuple[str, Sequence[Any]]:
+        """Return the code of an operation, with places for its operands."""
+        if node.is_Symbol and node.name in self.names:
+            return node.name, ()
         if node.is_Rational:
-            return number(int(node.p)) / number(int(node.q))
+            value = self.number(int(node.p))
+            name = f"number_{len(self.known)}"
+            self.known[name] = value if node.is_Integer else value / self.number(int(node.q))
+            return name, ()
         if node.is_Add:
-            # Differences, not sums of negated terms: each negation is one more series to propagate
-            negative = {term: term.could_extract_minus_sign() for term in node.args}
-            last = sorted(node.args, key=negative.__getitem__)
-            first, *others = node.as_ordered_terms() if ordered else last
-            total = value(first)
-            for term in others:
-                total = total - value(-term) if negative[term] else total + value(term)
-            return total
+            return self._sum(node)
         if node.is_Mul:
-            return product(node)
+            return self._product(node)
         if _is_power(node):
-            return power(node.base, node.exp)
-        if node.func.__name__ in functions:
-            return functions[node.func.__name__](*map(value, node.args))
+            return _power(node)
+        if node.func.__name__ in self.known:
+            return f"{node.func.__name__}({', '.join(['{}'] * len(node.args))})", node.args
         raise WrongType(f"{node} is not what can be computed here")
 
-    def product(node: Any) -> Any:
+    def _sum(self, node: Any) -> tuple[str, Sequence[Any]]:
+        # Differences, not sums of negated terms: each negation is one more series to propagate
+        negative = {term: term.could_extract_minus_sign() for term in node.args}
+        last = sorted(node.args, key=negative.__getitem__)
+        first, *others = node.as_ordered_terms() if self.ordered else last
+        signs = "".join(" - {}" if negative[term] else " + {}" for term in others)
+        return f"({{}}{signs})", [first, *(-x if negative[x] else x for x in others)]
+
+    def _product(self, node: Any) -> tuple[str, Sequence[Any]]:
         if node.could_extract_minus_sign():
-            return -value(-node)
+            return "(-{})", [-node]
         # Reciprocals are gathered into one true division: x * (1/y) would round twice.
-        above, below = [], []
-        for factor in node.as_ordered_factors() if ordered else node.args:
-            if _is_power(factor) and factor.exp.p < 0:
-                below.append(power(factor.base, -factor.exp))
-            else:
-                above.append(value(factor))
-        whole = reduce(operator.mul, above) if above else number(1)
-        return whole / reduce(operator.mul, below) if below else whole
+        factors = node.as_ordered_factors() if self.ordered else node.args
+        below = [x for x in factors if _is_power(x) and x.exp.p < 0]
+        above = [x for x in factors if x not in below] or [sp.Integer(1)]
+        whole = " * ".join(["{}"] * len(above))
+        divided = f" / ({' * '.join(['{}'] * len(below))})" if below else ""
+        return f"({whole}{divided})", [*above, *(1 / x for x in below)]
 
-    def power(base: Any, exponent: Any) -> Any:
-        if exponent.p < 0:
-            return number(1) / power(base, -exponent)
-        root = value(base) if exponent.q == 1 else functions["sqrt"](value(base))
-        return root if exponent.p == 1 else root ** int(exponent.p)
 
-    return [value(sp.sympify(expression)) for expression in expressions]
+def _power(node: Any) -> tuple[str, Sequence[Any]]:
+    p, q = node.exp.p, node.exp.q
+    if p < 0:
+        return "({} / {})", [sp.Integer(1), 1 / node]
+    root = "{}" if q == 1 else "sqrt({})"
+    return (root if p == 1 else f"({root} ** {p})"), [node.base]
+
+
+def _is_power(node: Any) -> bool:
+    """Tell whether it is a power by a whole or half number."""
+    return bool(node.is_Pow and node.exp.is_Rational and node.exp.q <= 2)
 
 
 def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list[Exact]:
@@ -254,27 +235,22 @@ class Rounded:
     def __call__(self, named: Mapping[str, Exact]) -> list[float]:
         """Return the values at exact numbers, given by the names of the symbols."""
         with working(_BITS):
-            values = self._function(*[ball_of(named[name]) for name in self.names])
-            zero = _ball(0)
-            balls = [x + zero for x in values]  # a plain 0 may be among them
-            ends = [(float(x.lower()), float(x.upper())) for x in balls]
-        told = [low == high and isfinite(low) for low, high in ends]
-        rest = [e for e, known in zip(self.expressions, told, strict=True) if not known]
-        exactly = map(float, exact_values(rest, named))
-        pairs = zip(ends, told, strict=True)
-        return [high + 0.0 if known else next(exactly) for (_, high), known in pairs]
+            balls = self._function(*[ball_of(named[name]) for name in self.names])
+            values = [_double(x) for x in balls]
+        pairs = zip(self.expressions, values, strict=True)
+        return [float(exact_values([e], named)[0]) if x is None else x for e, x in pairs]
 
 
 _BITS: Final = 128
-_BALLS: Functions = {
-    name: operator.methodcaller(name) for name in ("sin", "cos", "sqrt")
-}  # those of python-flint
+# methods of python-flint
+_BALLS: Functions = {name: methodcaller(name) for name in ("sin", "cos", "sqrt")}
 
 
 def _ball(integer: int) -> Any:
     return Exact.of(integer).ball(_BITS)
 
 
-def _is_power(node: Any) -> bool:
-    """Tell whether it is a power by a whole or half number."""
-    return bool(node.is_Pow and node.exp.is_Rational and node.exp.q <= 2)
+def _double(ball: Any) -> float | None:
+    """Return the one double to which all of a ball is rounded, or None."""
+    low, high = float(ball.lower()), float(ball.upper())
+    return high + 0.0 if low == high and isfinite(low) else None

@@ -37,21 +37,32 @@ def attitude_form(variant: str | None = None) -> Formulation:
     if variant is not None:
         return attitude_form()
     seen = axis_form()
-    half = (0, l_x / 2, l_y / 2, l_z / 2)
+    _, *e = product(product(q, (0, 0, 0, 1)), (q_0, -q_1, -q_2, -q_3))
+    axis = dict(zip((e_x, e_y, e_z), map(sp.expand, e), strict=True))
+    outputs, events, invariants, reading = (
+        {name: expression.xreplace(axis) for name, expression in each.items()}
+        for each in (seen.outputs, seen.events, seen.invariants, seen.reading)
+    )
+    alpha, beta = sp.atan2(q_3, q_0), sp.atan2(q_2, q_1)  # their arguments
+    attitude = product(q, (spin[0], 0, 0, spin[1]))
+    outputs |= {
+        "phi": alpha + beta,
+        "psi": alpha - beta + kappa * time,
+        "theta": 2 * sp.atan2(sp.sqrt(q_1**2 + q_2**2), sp.sqrt(q_0**2 + q_3**2)),
+        **{f"quaternion_{i}": x for i, x in enumerate(attitude)},
+    }
+    torque = (rate.xreplace(axis) for rate in seen.derivatives[3:])
     return replace(
         seen,
         name="attitude",
         states=(*q, l_x, l_y),
-        derivatives=(*product(half, q), *map(_of_quaternion, seen.derivatives[3:])),
-        start=(*start_attitude(), *seen.start[3:]),
-        outputs=_outputs(seen),
-        events={name: _of_quaternion(zero) for name, zero in seen.events.items()},
-        invariants={
-            **{name: _of_quaternion(constant) for name, constant in seen.invariants.items()},
-            "length": q_0**2 + q_1**2 + q_2**2 + q_3**2,
-        },
-        spin=_of_quaternion(seen.spin),
-        reading={name: _of_quaternion(x) for name, x in seen.reading.items()},
+        derivatives=(*product((0, l_x / 2, l_y / 2, l_z / 2), q), *torque),
+        start=(*_start(), *seen.start[3:]),
+        outputs=outputs,
+        events=events,
+        invariants=invariants | {"length": q_0**2 + q_1**2 + q_2**2 + q_3**2},
+        spin=seen.spin.xreplace(axis),
+        reading=reading,
     )
 
 
@@ -62,30 +73,8 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
     return (a[0] * b[0] - u.dot(v), vector[0], vector[1], vector[2])
 
 
-def start_attitude() -> Quaternion:
+def _start() -> Quaternion:
     """Return the quaternion of Rz(phi) Rx(theta) Rz(psi)."""
     about_z = [(sp.cos(angle / 2), 0, 0, sp.sin(angle / 2)) for angle in (lag.phi, lag.psi)]
     about_x = (sp.cos(lag.theta / 2), sp.sin(lag.theta / 2), 0, 0)
     return product(product(about_z[0], about_x), about_z[1])
-
-
-@cache
-def _axis() -> dict[Any, Any]:
-    """Return e = q z q*, quadratic in q; its length is that of q, squared."""
-    _, *e = product(product(q, (0, 0, 0, 1)), (q_0, -q_1, -q_2, -q_3))
-    return dict(zip((e_x, e_y, e_z), map(sp.expand, e), strict=True))
-
-
-def _of_quaternion(expression: Any) -> Any:
-    """Write what the axis form says of e as a function of q."""
-    return expression.xreplace(_axis())
-
-
-def _outputs(seen: Formulation) -> dict[str, Any]:
-    """Return those of the axis form, theta to its own digits at either pole, and the attitude."""
-    outputs = {n: _of_quaternion(x) for n, x in seen.outputs.items()}
-    alpha, beta = sp.atan2(q_3, q_0), sp.atan2(q_2, q_1)  # their arguments
-    outputs |= {"phi": alpha + beta, "psi": alpha - beta + kappa * time}
-    outputs["theta"] = 2 * sp.atan2(sp.sqrt(q_1**2 + q_2**2), sp.sqrt(q_0**2 + q_3**2))
-    attitude = product(q, (spin[0], 0, 0, spin[1]))
-    return outputs | {f"quaternion_{i}": x for i, x in enumerate(attitude)}

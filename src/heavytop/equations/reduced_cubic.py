@@ -31,6 +31,7 @@ def cubic_form(variant: str | None = None) -> Formulation:
     u = side * (1 - w)
     sine = sp.sqrt(sp.Abs(w * (2 - w)))  # rounding may carry w past a pole by an ulp
     phidot = (P + side * n * w) / (w * (2 - w))
+    read = (w, wdot, k_0, k_1, k_2, P, n, omega3)
     wdot_squared = 2 * sp.integrate(k_0 + k_1 * w + k_2 * w**2, w) - P**2
     return Formulation(
         name="cubic",
@@ -48,8 +49,7 @@ def cubic_form(variant: str | None = None) -> Formulation:
         events={"turning": side * wdot, "reversal": P + side * n * w},
         invariants={"energy": h + (wdot**2 - wdot_squared) / 2},
         spin=n,
-        reading={x.name: x for x in (w, wdot, k_0, k_1, k_2, P, n, omega3)}
-        | {"side": sp.Integer(side)},
+        reading={x.name: x for x in read} | {"side": sp.Integer(side)},
         limits=(sp.sqrt((k_0 + sp.Abs(k_0)) / 2), n / 2, -n / 2),
     )
 
