@@ -45,7 +45,9 @@ def compared(told):
 def test_every_way_to_say_it_is_understood(spelled):
     data = compared(SPELLED[spelled])
     assert np.array_equal(data.data.t, TIMES)
-    u, speed, omega3, _ = data.spin
+    omega, e, upward = data.spin
+    u, omega3 = (e * upward).sum(axis=1), (omega * e).sum(axis=1)
+    speed = (np.cross(omega, e) ** 2).sum(axis=1)
     across = RECORD.thetadot**2 + (RECORD.phidot * np.sin(RECORD.theta)) ** 2
     for mine, true, bound in (
         (data.axis, RECORD.axis, 1e-14),
@@ -60,8 +62,10 @@ def test_every_way_to_say_it_is_understood(spelled):
 def test_without_an_azimuth_energy_and_momenta_are_known_all_the_same():
     told = {name: x for name, x in angles(RECORD).items() if name != "phi"}
     assert compared(told).axis is None
-    for mine, other in zip(compared(told).spin, compared(angles(RECORD)).spin, strict=True):
-        assert abs(mine - other).max() < 1e-11
+    mine, e, upward = compared(told).spin
+    energy = (np.cross(mine, e) ** 2).sum(axis=1) / 2 + float(TOP.gMR / TOP.A) * e[:, 2]
+    assert np.ptp(energy) < 1e-11
+    assert np.ptp(mine @ upward[0] + float(TOP.C / TOP.A - 1) * RECORD.omega3 * e[:, 2]) < 1e-11
 
 
 def columns():
@@ -129,9 +133,9 @@ def test_a_run_of_ours_has_its_scene_and_may_lack_an_angle(tmp_path):
 def test_a_component_that_is_named_goes_with_usual_ones():
     x, y, z = RECORD.axis.T
     data = read({"t": TIMES, "a": x, "ey": y, "ez": z}, {"axis_x": "a"})
-    assert np.array_equal(data.values["axis"], RECORD.axis)
+    assert abs(data.values["axis"] - RECORD.axis).max() < 1e-15
     bare = read({"t": TIMES, "x": x, "y": y, "z": z})
-    assert np.array_equal(bare.values["axis"], RECORD.axis)
+    assert abs(bare.values["axis"] - RECORD.axis).max() < 1e-15
 
 
 FIVE = {"t": range(5)}

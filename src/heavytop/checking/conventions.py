@@ -6,7 +6,7 @@ without the convention, each with the words that go into its sentence.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import permutations
@@ -14,11 +14,10 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import Comparison, axes, decades, norm, octaves, wrapped
-from heavytop.checking.reading import Array
+from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrapped
+from heavytop.checking.reading import Array, matrices, norm
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES, RATES
-from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 LEAST_OFFSET: Final = 0.02  # rad, from which on an angle is counted from another origin
@@ -30,11 +29,8 @@ TILTED: Final = 0.2  # of cos θ: a world whose first row is off by more is anot
 QUARTER: Final = np.pi / 2
 RPM: Final = 2 * np.pi / 60
 IDENTITY: Final = np.eye(3)
-TILTS: Final = (*ANGLES, "elevation")
-TURNS: Final = (*RATES, "elevationdot")
-SPINS: Final = ("omega", "omega_body")
-
-MOMENT_NAMES: Final = ("A", "C", "gMR")
+OMEGAS: Final = ("omega", "omega_body")
+IN_BODY: Final = {"matrix", "omega_body", "vertical"}
 
 
 class Variant(NamedTuple):
@@ -79,16 +75,20 @@ class Convention(NamedTuple):
 Change = dict[str, Callable[[Array], Any]]
 
 
+def _changed(c: Comparison, change: Change) -> Comparison:
+    """Other values of some quantities."""
+    return c.updated(**{x: f(c.data.values[x]) for x, f in change.items() if x in c.data.values})
+
+
 def _map(*variants: tuple[str, Change]) -> Undo:
     """Other values of some quantities; no two variants change the same ones."""
 
     def undo(c: Comparison) -> Variants:
-        before: set[tuple[str, ...]] = {()}
+        before = [set[str]()]
         for words, change in variants:
-            changed = {x: change[x](c.data.values[x]) for x in change if x in c.data.values}
-            if (names := tuple(changed)) not in before:
-                before.add(names)
-                yield Variant(words, c.updated(**changed))
+            if (names := change.keys() & c.data.values.keys()) not in before:
+                before.append(names)
+                yield Variant(words, _changed(c, change))
 
     return undo
 
@@ -124,6 +124,12 @@ def _exchange_frames(c: Comparison) -> Variants:
             yield Variant(words, c.updated(**{other: c.data.values[name], name: None}))
 
 
+def _put_scalar_last(c: Comparison) -> Variants:
+    if "quaternion" in c.data.values:
+        q = np.roll(c.data.values["quaternion"], 1, axis=1)
+        yield Variant("", c.updated(quaternion=q, matrix=matrices(q)))
+
+
 def _exchange_angles(c: Comparison) -> Variants:
     values = c.data.values
     for order in permutations(ANGLES):
@@ -137,23 +143,11 @@ def _exchange_angles(c: Comparison) -> Variants:
 # --- another motion ------------------------------------------------------------------------------
 
 
-def _with(c: Comparison, **numbers: float) -> Comparison:
-    """The same data, of a top or of a start with other numbers."""
-    top, given = c.top, c.given
-    if numbers.keys() & {*MOMENT_NAMES}:
-        top = Top.of_numbers(**{name: float(getattr(top, name)) for name in MOMENT_NAMES} | numbers)
-    elif given is not None:
-        spin = () if numbers.keys() & {"psidot", "omega3"} else (given.held,)
-        names = (*ANGLES, "thetadot", "phidot", *spin)
-        given = State(**{name: float(getattr(given, name)) for name in names} | numbers)
-    return replace(c, top=top, given=given)
-
-
 def _moments(change: Callable[[Top], dict[str, float]]) -> Undo:
     """Other moments of the top, where they are others and there is such a top."""
 
     def undo(c: Comparison) -> Variants:
-        other = _with(c, **change(c.top))
+        other = c.with_numbers(**change(c.top))
         if other.top != c.top and float(other.top.C) >= 0:
             yield Variant("", other)
 
@@ -164,13 +158,13 @@ def _hold_other_spin(c: Comparison) -> Variants:
     if c.given is not None:
         held, other = sorted(("omega3", "psidot"), key=lambda name: name != c.start.held)
         words = f"{held} of the scene was taken for {other}"
-        yield Variant(words, _with(c, **{other: float(c.given.spin)}))
+        yield Variant(words, c.with_numbers(**{other: float(c.given.spin)}))
 
 
 def _reverse_spin(c: Comparison) -> Variants:
     if c.given is not None and c.given.spin != 0:
         words = "the body spins the other way round"
-        yield Variant(words, _with(c, **{c.given.held: -float(c.given.spin)}))
+        yield Variant(words, c.with_numbers(**{c.given.held: -float(c.given.spin)}))
     yield from _map(("ψ is counted the other way round", _all(np.negative, "psi", "psidot")))(c)
 
 
@@ -180,7 +174,6 @@ Y_UP: Final = "x z -y"  # the data's x, y, z in those of the package
 Z_DOWN: Final = "x -y -z"
 PERMUTED: Final = ("x -z y", "z x y", "-z y x")
 MIRROR: Final = np.diag([1.0, -1.0, 1.0])
-IN_BODY: Final = {"matrix", "quaternion", "omega_body", "vertical"}
 QUARTER_TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
 UPSIDE_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
 
@@ -204,20 +197,14 @@ def _about(angle: float) -> Array:
 
 def _turn(c: Comparison, space: Array, body: Array = IDENTITY) -> Comparison:
     """The data in another space, `space` e, and of a body with other axes, R `body`."""
-    values, turned = c.data.values, dict[str, Any]()
-    if c.matrix is not None:
-        turned = {"matrix": space @ c.matrix @ body, "quaternion": None}
-    outer, inner = (np.sign(np.linalg.det(each)) for each in (space, body))
-    for name, by, sign in (
-        ("axis", space.T, 1.0),
-        ("omega", space.T, outer),
-        ("omega_body", body, inner),
-        ("momentum_body", body, inner),
-        ("vertical", body, 1.0),
-    ):
-        if name in values:
-            turned[name] = sign * values[name] @ by
-    return c.updated(**turned)
+    turned = {
+        "matrix": lambda R: space @ R @ body,
+        "axis": lambda e: e @ space.T,
+        "omega": lambda omega: np.linalg.det(space) * omega @ space.T,
+        "omega_body": lambda omega: np.linalg.det(body) * omega @ body,
+        "vertical": lambda g: g @ body,
+    }
+    return _changed(c, turned)
 
 
 def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
@@ -228,7 +215,8 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
         for up in map(_world, spelled if given else ()):
             space = MIRROR @ up.T if mirrored else up.T
             bodies = [space.T, IDENTITY] if given & IN_BODY else [IDENTITY]
-            if c.matrix is not None and mirrored and np.linalg.det(c.matrix[0]) > 0:
+            R = c.data.values.get("matrix")
+            if R is not None and mirrored and np.linalg.det(R[0]) > 0:
                 bodies = [space.T]
             for body in bodies:
                 carried = body is not IDENTITY
@@ -243,7 +231,7 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
                     other = _turn(turned, about, about.T if carried else IDENTITY)
                     words = f"{_letters((about @ space).T)}{down}"
                     yield Variant(words, other, extra + QUARTER_TURN_COST)
-            if not mirrored and c.matrix is not None and _may_begin(_turn(c, IDENTITY, up)):
+            if not mirrored and R is not None and _may_begin(_turn(c, IDENTITY, up)):
                 yield Variant(f"{_letters(up)} in the body", _turn(c, IDENTITY, up))
 
     return undo
@@ -288,18 +276,18 @@ def _offset(c: Comparison, name: str) -> float:
         return 0.0
     sine = c.exact.sine
     row = int(np.argmax(sine > min(AZIMUTH_SINE, float(sine.max()) / 2)))
-    return float(wrapped(c.exact.angle(name)[row] - c.data.values[name][row]))
+    return float(wrapped(c.exact.value(name)[row] - c.data.values[name][row]))
 
 
 def _turn_azimuth(c: Comparison) -> Variants:
     if c.given is None:
         return
-    vectors = c.data.values.keys() & {"axis", "matrix", "quaternion", "omega"}
+    vectors = c.data.values.keys() & {"axis", "matrix", "omega"}
     turn, offset = _azimuth(c) if vectors else 0.0, _offset(c, "phi")
     turned, words = _turn(c, _about(turn)), f"{np.degrees(turn):.4g}"
     if abs(turn) > LEAST_OFFSET:
         yield Variant(words, turned)
-        if c.matrix is not None:  # the axes of the body are turned with those of space
+        if "matrix" in c.data.values:  # the axes of the body are turned with those of space
             both = _turn(c, _about(turn), _about(-turn))
             yield Variant(f"{words}° in space and in the body: {words}", both)
     if abs(offset) > LEAST_OFFSET:
@@ -313,8 +301,8 @@ def _turn_spin(c: Comparison) -> Variants:
     if c.given is None:
         return
     turn, offset = 0.0, _offset(c, "psi")
-    if c.matrix is not None:
-        between = c.matrix[0].T @ c.exact.rotation[0]
+    if "matrix" in c.data.values:
+        between = c.data.values["matrix"][0].T @ c.exact.matrix[0]
         turn = float(np.arctan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1]))
     elif "vertical" in c.data.values:
         turn = float(wrapped(c.exact.psi_mod[0] - c.angle("psi")[0]))
@@ -328,7 +316,7 @@ def _take_spin_off(c: Comparison) -> Variants:
     axis = c.data.values.get("axis")
     if axis is None or c.given is None:
         return
-    psi, phi = (c.data.values.get(name, c.exact.angle(name)) for name in ("psi", "phi"))
+    psi, phi = (c.data.values.get(name, c.exact.value(name)) for name in ("psi", "phi"))
     azimuth, theta = np.arctan2(axis[:, 0], -axis[:, 1]), np.arctan2(norm(axis[:, :2]), axis[:, 2])
     for sign, words in ((1, "with ψ"), (-1, "against ψ")):
         turned = azimuth - sign * psi
@@ -337,37 +325,32 @@ def _take_spin_off(c: Comparison) -> Variants:
 
 # --- numbers of the problem ----------------------------------------------------------------------
 
-SMALLER: Final = {"A": (5.0, 0.0)}  # between C/2, where all mass is far out, and A
-OTHERS: Final = {"A": (0.0, 1.0)} | dict.fromkeys(
-    ("C", "gMR", "the clock", "the time of the first row", "theta", "thetadot", "phidot", "spin"),
-    (1.0, 1.0),
-)
-"""How far each number is changed at most, down and up: see `_changed`."""
+OTHERS: Final = (*MOMENT_NAMES, "the clock", "the time of the first row",
+                 "theta", "thetadot", "phidot", "spin")  # fmt: skip
 
 
-def _changed(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
-    """One number changed by x, most by a factor 2^x, rates by x of twice what is usual."""
-    factor = 2.0**x
+def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
+    """A number of the problem changed by the part x of what it is changed at most."""
     if name == "the clock":
-        return factor, _at_times(c, c.data.t * factor)
+        return 1 + x, _at_times(c, c.data.t * (1 + x))
     if name == "the time of the first row":
         shift = x * (c.motion.period or float(c.data.t[-1]))
         return shift, _at_times(c, c.data.t + shift)
-    if name in MOMENT_NAMES:
-        least = float(c.top.C) / 2 if name == "A" else 0.0
-        value = least + (float(getattr(c.top, name)) - least) * factor
-        return value, _with(c, **{name: value})
     key = c.start.held if name == "spin" else name
-    value = float(getattr(c.start, key))
-    if name == "theta":
+    value = float(getattr(c.top if name in MOMENT_NAMES else c.start, key))
+    if name == "A":  # from C/2, where all mass is far out
+        value += x * (value - float(c.top.C) / 2)
+    elif name == "theta":
         value = float(np.clip(value + x / 2, 0, np.pi))
+    elif name in MOMENT_NAMES:
+        value += x * value
     else:
         value += 2 * x * max(abs(value), SLOW_RATE * c.exact.fastest)
-    return value, _with(c, **{key: value})
+    return value, c.with_numbers(**{key: value})
 
 
-def _fit(bounds: Mapping[str, tuple[float, float]]) -> Undo:
-    """Each number as it fits best, where it explains anything."""
+def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
+    """Each number as it fits best, where it explains anything; A grows, or it shrinks."""
 
     def undo(c: Comparison) -> Variants:
         if c.given is None:
@@ -377,16 +360,17 @@ def _fit(bounds: Mapping[str, tuple[float, float]]) -> Undo:
 
         def misfit(x: float, name: str) -> float:
             try:
-                return sum(decades(_changed(some, name, x)[1], begins).values())
+                return sum(decades(_with_number(some, name, x)[1], begins).values())
             except HeavyTopError:
                 return np.inf
 
         wanted = misfit(0.0, "C") - BETTER_BY
-        for name, (down, up) in bounds.items():
+        for name in names:
+            up, down = (a_grows, not a_grows) if name == "A" else (True, True)
             grid = [*-EIGHT * down, 0.0, *EIGHT[::-1] * up]
             x, least = _smallest(partial(misfit, name=name), grid, wanted)
             if least < wanted:
-                value, other = _changed(c, name, x)
+                value, other = _with_number(c, name, x)
                 yield Variant(f"{name} = {value:.6g}", other)
 
     return undo
@@ -429,28 +413,25 @@ TABLE: Final = (
     Convention("no-gyroscopic-term", "the gyroscopic term of Euler's equations is missing{}",
                _moments(lambda top: {"C": float(top.A)}), "physics"),
     Convention("degrees", "{} are in degrees", _map(
-        ("angles", _all(np.radians, *TILTS)),
-        ("angles and rates", _all(np.radians, *TILTS, *TURNS)),
-        ("rates", _all(np.radians, *TURNS)),
-        ("ω", _all(np.radians, *SPINS)),
-        ("angles, rates and ω", _all(np.radians, *TILTS, *TURNS, *SPINS)))),
+        ("angles", _all(np.radians, *ANGLES)),
+        ("angles and rates", _all(np.radians, *ANGLES, *RATES)),
+        ("rates", _all(np.radians, *RATES)),
+        ("ω", _all(np.radians, *OMEGAS)),
+        ("angles, rates and ω", _all(np.radians, *ANGLES, *RATES, *OMEGAS)))),
     Convention("rpm", "{} in turns a minute", _map(
         *((", ".join(names), _all(lambda x: x * RPM, *names))
           for names in (RATES, ("psidot",), ("omega",), ("omega_body",))))),
-    Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}",
-               _map(("", {"quaternion": lambda q: np.roll(q, 1, axis=1)}))),
+    Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}", _put_scalar_last),
     Convention("omega-body", "the angular velocity is {}", _exchange_frames),
     Convention("omega-sign", "ω has the other sign than the attitude's own derivative{}",
-               _map(("", _all(np.negative, *SPINS)))),
-    Convention("inverse-rotation", "the rotation leads from space to body{}", _map(
-        ("", {"matrix": lambda R: np.swapaxes(R, 1, 2),
-              "quaternion": lambda q: q * [1, -1, -1, -1]}))),
+               _map(("", _all(np.negative, *OMEGAS)))),
+    Convention("inverse-rotation", "the rotation leads from space to body{}",
+               _map(("", {"matrix": lambda R: np.swapaxes(R, 1, 2)}))),
     Convention("exchanged-angles", "angles are exchanged: {}", _exchange_angles),
     Convention("elevation", "the tilt is an elevation above the horizontal{}", _map(
         ("", {"theta": lambda x: QUARTER - x, "thetadot": np.negative}))),
     Convention("from-below", "the tilt is counted from below{}", _map(
-        ("", {"theta": lambda x: np.pi - x}
-         | _all(np.negative, "thetadot", "elevation", "elevationdot")))),
+        ("", {"theta": lambda x: np.pi - x, "thetadot": np.negative}))),
     Convention("y-up", "y is up: {}", _worlds(Y_UP)),
     Convention("z-down", "z is down: {}", _worlds(Z_DOWN), cost=1.5),
     Convention("axes-permuted", "{}", _worlds(*PERMUTED)),
@@ -464,7 +445,7 @@ TABLE: Final = (
     Convention("spin-origin", "ψ is counted from another mark, turned by {}°", _turn_spin,
                "origin"),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
-               _fit(SMALLER), "physics", rare=True),
+               _fit(("A",), a_grows=False), "physics", rare=True),
     Convention("another-number", "another number does the same: {}", _fit(OTHERS), "number",
                cost=2.0, rare=True),
 )  # fmt: skip

@@ -9,10 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from heavytop.checking import method
-from heavytop.checking.comparison import Comparison, norm, wrapped
-from heavytop.checking.consistency import remark_angles, scale_lengths
+from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison, wrapped
 from heavytop.checking.conventions import TABLE
-from heavytop.checking.reading import Array, Data, read
+from heavytop.checking.reading import Array, Data, norm, read
 from heavytop.checking.result import Check, Finding, Size, Slip
 from heavytop.checking.search import Judgement, explain, undo, undo_names
 from heavytop.errors import BadScene, Fault, HeavyTopError
@@ -88,11 +87,15 @@ def check(
     the energy to 2 %, and data of the closed form to 14 digits; ``validation/47_conventions.py``
     counts what is said of planted conventions.
     """
-    given = scale_lengths(read(data, columns))
+    given = read(data, columns)
     if unknown := sorted({*undone} - {row.name for row in TABLE}):
         rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
         raise BadScene(tuple(Fault("check", None, "as", name, rule) for name in unknown))
-    comparison = Comparison(given, *_motion_of(scene, given))
+    top, start = _motion_of(scene, given)
+    if "momentum_body" in given.values and "omega_body" not in given.values and top.C.sign():
+        momentum = given.values["momentum_body"]
+        given = given.updated(omega_body=momentum / [float(x) for x in (top.A, top.A, top.C)])
+    comparison = Comparison(given, top, start)
     if undone:
         comparison = undo_names(comparison, undone)
     verdict = explain(comparison)
@@ -107,7 +110,7 @@ def check(
         tuple(Finding(x, step.sentence, None) for step in each.steps for x in step.names)
         for each in verdict.alike
     )
-    assumed = [*given.remarks, *remark_angles(judged), *(f"undone: {x}" for x in undone)]
+    assumed = [*given.remarks, *_remark_angles(judged), *(f"undone: {x}" for x in undone)]
     if verdict.alike:
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
     slip = None
@@ -184,6 +187,20 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     return scene.top, scene.start
 
 
+def _remark_angles(c: Comparison) -> list[str]:
+    """That θ is folded, with the first row, and that angles are unwrapped."""
+    remarks, data = [], c.data
+    if c.folded is not c:
+        theta = data.values["theta"]
+        row = int(np.argmax((theta < -FOLD_ALLOWED) | (theta > np.pi + FOLD_ALLOWED)))
+        where = f"row {row + 1} (t = {data.t[row]:g} s, {theta[row]:.6g})"
+        remarks.append(f"θ leaves [0, π] in {where}: folded")
+    jumps = {x: abs(np.diff(data.values[x])) for x in ("phi", "psi") if x in data.values}
+    if jumping := [name for name, step in jumps.items() if (step > np.pi).any()]:
+        remarks.append(f"unwrapped: {', '.join(jumping)}")
+    return remarks
+
+
 # --- how large the errors are --------------------------------------------------------------------
 
 
@@ -200,7 +217,7 @@ def _digits(c: Comparison) -> float:
             errors["axis"] = norm(c.axis - c.exact.axis)
     except HeavyTopError:
         return 0.0
-    for name, angle in (("phi", "phi"), ("psi", "psi"), ("attitude", "psi")):
+    for name, angle in (("phi", "phi"), ("psi", "psi"), ("matrix", "psi")):
         if name in errors:  # as angles that grow are written: with so many digits
             errors[name] = errors[name] / np.maximum(1, abs(getattr(c.exact, angle)))
     largest = max(float(np.nanmax(error)) for error in errors.values())
@@ -222,17 +239,20 @@ def error_curves(c: Comparison) -> dict[str, Array]:
         found["axis"] = norm(c.axis - exact.axis)
     for name in ANGLES:
         if (mine := c.folded.angle(name)) is not None:
-            off = wrapped(mine - exact.angle(name))
+            off = wrapped(mine - exact.value(name))
             clear = off == off if name == "theta" else exact.sine > UPRIGHT_SINE
             if clear.any():
                 off[clear], off[~clear] = np.unwrap(off[clear]), np.nan
                 found[name] = off
     if c.spin is not None:
-        A, C, gMR = (float(getattr(c.top, name)) for name in ("A", "C", "gMR"))
+        A, C, gMR = (float(getattr(c.top, name)) for name in MOMENT_NAMES)
         _, E0, p_phi, p_psi = c.motion.constants.floats.values()
-        u, speed, omega3, upright = c.spin
+        omega, e, upward = c.spin
+        omega3, u = (omega * e).sum(axis=1), (e * upward).sum(axis=1)
+        across = omega - omega3[:, None] * e
         momentum = max(abs(p_phi), abs(p_psi)) or 1.0
-        found["energy"] = (A * speed / 2 + gMR * u - E0) / (max(abs(E0), abs(gMR)) or 1.0)
-        found["p_phi"] = (A * (upright - omega3 * u) + C * omega3 * u - p_phi) / momentum
+        energy = A * (across**2).sum(axis=1) / 2 + gMR * u
+        found["energy"] = (energy - E0) / (max(abs(E0), abs(gMR)) or 1.0)
+        found["p_phi"] = (A * (across * upward).sum(axis=1) + C * omega3 * u - p_phi) / momentum
         found["p_psi"] = (C * omega3 - p_psi) / momentum
     return found

@@ -10,8 +10,7 @@ import numpy as np
 
 from heavytop.analytic.events import EventTimes
 from heavytop.analytic.motion import Motion
-from heavytop.checking.comparison import FIRST, Comparison, wrapped
-from heavytop.checking.conventions import MOMENT_NAMES
+from heavytop.checking.comparison import FIRST, MOMENT_NAMES, Comparison, wrapped
 from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES
@@ -187,9 +186,12 @@ def _fit_line(part: Array, y: Array) -> tuple[float, float]:
 def _spins(c: Comparison) -> tuple[Any, Any]:
     """ψ̇ and ω₃ of the data, by their rates, else by differences; None where they have neither."""
     theta, phi, psi = (c.angle(name) for name in ANGLES)
-    psidot, phidot, omega3 = c.rate("psidot"), c.rate("phidot"), c.spin and c.spin[2]
-    if omega3 is None and c.omega_body is not None:
-        omega3 = c.omega_body[:, 2]
+    values = c.data.values
+    psidot, phidot, omega3 = values.get("psidot"), values.get("phidot"), None
+    if c.spin is not None:
+        omega3 = (c.spin[0] * c.spin[1]).sum(axis=1)
+    elif "omega_body" in values:
+        omega3 = values["omega_body"][:, 2]
     if psidot is None and psi is not None and "vertical" not in c.data.values:
         psidot = np.gradient(np.unwrap(psi), c.data.t, edge_order=2)
     if phidot is None and phi is not None:

@@ -27,6 +27,7 @@ LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
+LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 HEAD_LINES: Final = 40  # among which the header is looked for
 QUANTITIES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one value
     "t": (),
@@ -113,7 +114,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         remarks += [f"{int((~kept).sum())} masked rows are not judged"]
     used = {each: found[each].quantity if each in found else "" for each in table}
     all_rows = Data(name, values.pop("t"), values, scene, used, declared)
-    return _in_order(all_rows.rows(kept), remarks)
+    return _scaled(_in_order(all_rows.rows(kept), remarks))
 
 
 # --- columns -------------------------------------------------------------------------------------
@@ -250,6 +251,63 @@ def _listed(rows: Any) -> str:
     found = np.flatnonzero(rows) + 1
     more = f", and {found.size - ROWS_LISTED} more" * (found.size > ROWS_LISTED)
     return f"row {', '.join(map(str, found[:ROWS_LISTED]))}{more}"
+
+
+# --- lengths and descriptions --------------------------------------------------------------------
+
+
+def _scaled(data: Data) -> Data:
+    """The data with lengths of 1, matrices for quaternions, and tilts for elevations.
+
+    Lengths are divided by their first, so that a drift of them stays in the data.
+    """
+    remarks, values = [*data.remarks], dict(data.values)
+    for name in [name for name in ("axis", "quaternion", "vertical") if name in values]:
+        length = norm(values[name])
+        first = float(np.median(length[:5]))
+        values[name] = values[name] / first
+        if abs(first - 1) > LENGTH:
+            remarks.append(f"the {name} is scaled to length 1: it has {first:.6g}")
+        drift = abs(length / first - 1)
+        if drift.max() > LENGTH:
+            row = int(drift.argmax()) + 1
+            remarks.append(f"the length of the {name} changes by {drift.max():.2g} (row {row})")
+    if "quaternion" in values:
+        q = values["quaternion"]
+        values["matrix"] = matrices(q)
+        if flips := int((np.einsum("ni,ni->n", q[1:], q[:-1]) < 0).sum()):
+            remarks.append(f"the quaternion changes its sign {flips} times, which is no motion")
+    elif "matrix" in values:
+        R = values["matrix"]
+        off = norm(np.einsum("nij,nik->njk", R, R) - np.eye(3))
+        if off.max() > LENGTH:
+            remarks.append(f"R is not orthogonal by {off.max():.2g} (row {int(off.argmax()) + 1})")
+        if (np.linalg.det(R) < 0).any():
+            remarks.append("R is improper: its determinant is −1")
+    if "elevation" in values and "theta" not in values:
+        elevation = values.pop("elevation")
+        values["theta"] = (90 if abs(elevation).max() > 2 else np.pi / 2) - elevation
+    if "elevationdot" in values and "thetadot" not in values:
+        values["thetadot"] = -values.pop("elevationdot")
+    return replace(data, values=values, remarks=tuple(remarks))
+
+
+def norm(vectors: Array) -> Array:
+    """The length of each row, of a number, a vector or a matrix."""
+    flat = vectors.reshape(len(vectors), -1)
+    found: Array = np.sqrt(np.einsum("ni,ni->n", flat, flat))
+    return found
+
+
+def matrices(quaternion: Array) -> Array:
+    """The rotation of quaternions, scalar first, of any length."""
+    w, x, y, z = (quaternion / norm(quaternion)[:, None]).T
+    entries = (
+        *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack(entries, axis=-1).reshape(-1, 3, 3)
 
 
 # --- files ---------------------------------------------------------------------------------------

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
-from heavytop.checking.comparison import Origin
-from heavytop.checking.conventions import MOMENT_NAMES
+from heavytop.checking.comparison import MOMENT_NAMES, Origin
 from heavytop.checking.method import Count, Phase
 from heavytop.checking.reading import Array
 from heavytop.scene.quantities import ANGLES, RATES
