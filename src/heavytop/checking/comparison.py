@@ -255,7 +255,7 @@ def octaves(size: int, most: int = OCTAVE_ROWS) -> tuple[Any, Any]:
     return np.concatenate(each), np.cumsum([0, *map(len, each[:-1])])
 
 
-def decades(c: Comparison, begins: Any) -> dict[str, float]:
+def decades(c: Comparison, begins: Any) -> Array:
     """How far off each quantity is, of how far the motion has moved: its decades, mean of octaves.
 
     Each octave begins at one of the rows `begins`. An error that an integrator makes grows from
@@ -269,9 +269,8 @@ def decades(c: Comparison, begins: Any) -> dict[str, float]:
     if moved.max() < MOVES:  # as if time were frozen: everything fits that
         squares[:] = 1.0
     sums, counts = np.add.reduceat(squares, begins, axis=1), np.diff([*begins, errors.shape[1]])
-    means = np.log10(sums / counts).mean(axis=1)
-    names = (name.removesuffix("_body") for name in c.errors)
-    return dict(zip(names, (means / 2).tolist(), strict=True))
+    found: Array = np.log10(sums / counts).mean(axis=1) / 2
+    return found
 
 
 # --- geometry ------------------------------------------------------------------------------------

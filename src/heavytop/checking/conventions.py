@@ -25,7 +25,6 @@ AZIMUTH_SINE: Final = 0.05  # sin θ below which an azimuth is not read off
 BETTER_BY: Final = 0.5  # decades, by which another number has to explain more
 EIGHT: Final = np.geomspace(1, 1 / 128, 8)
 SLOW_RATE: Final = 0.1  # of the largest angular velocity: rates below it are changed by as much
-TILTED: Final = 0.2  # of cos θ: a world whose first row is off by more is another one
 QUARTER: Final = np.pi / 2
 RPM: Final = 2 * np.pi / 60
 IDENTITY: Final = np.eye(3)
@@ -208,30 +207,27 @@ def _turn(c: Comparison, space: Array, body: Array = IDENTITY) -> Comparison:
 
 
 def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
-    """Other axes of space, with those of the body or without."""
+    """Other axes of space, with those of the body or without, and what a quarter turn makes."""
 
     def undo(c: Comparison) -> Variants:
-        given = c.data.values.keys() & (IN_BODY | {"axis"})
+        given, R = c.data.values.keys() & (IN_BODY | {"axis"}), c.data.values.get("matrix")
         for up in map(_world, spelled if given else ()):
             space = MIRROR @ up.T if mirrored else up.T
             bodies = [space.T, IDENTITY] if given & IN_BODY else [IDENTITY]
-            R = c.data.values.get("matrix")
             if R is not None and mirrored and np.linalg.det(R[0]) > 0:
                 bodies = [space.T]
             for body in bodies:
                 carried = body is not IDENTITY
                 upside = carried and bool(up[:2, 2].min() < 0)
-                down, extra = ", the body's axis too" * upside, UPSIDE_COST * upside
+                down, cost = ", the body's axis too" * upside, UPSIDE_COST * upside
                 turned = _turn(c, space, body)
-                if not _may_begin(turned):
-                    continue
-                yield Variant(f"{_letters(space.T)}{down}", turned, extra)
-                if quarter := round(_azimuth(turned) / QUARTER) * QUARTER:
+                yield Variant(f"{_letters(space.T)}{down}", turned, cost)
+                if quarter := round(_offset(turned, "phi") / QUARTER) * QUARTER:
                     about = np.rint(_about(quarter))
                     other = _turn(turned, about, about.T if carried else IDENTITY)
                     words = f"{_letters((about @ space).T)}{down}"
-                    yield Variant(words, other, extra + QUARTER_TURN_COST)
-            if not mirrored and R is not None and _may_begin(_turn(c, IDENTITY, up)):
+                    yield Variant(words, other, cost + QUARTER_TURN_COST)
+            if not mirrored and R is not None:
                 yield Variant(f"{_letters(up)} in the body", _turn(c, IDENTITY, up))
 
     return undo
@@ -239,9 +235,8 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
 
 def _mirror(c: Comparison) -> Variants:
     """The mirrored world; of angles alone φ counts the other way round, ψ too or not."""
-    if c.data.values.keys() & (IN_BODY | {"axis"}):
-        yield from _worlds("x y z", mirrored=True)(c)
-    else:
+    yield from _worlds("x y z", mirrored=True)(c)
+    if not c.data.values.keys() & (IN_BODY | {"axis"}):
         both = _all(np.negative, "phi", "phidot", "psi", "psidot")
         yield from _map(
             ("φ and ψ count the other way round", both),
@@ -249,67 +244,32 @@ def _mirror(c: Comparison) -> Variants:
         )(c)
 
 
-def _may_begin(c: Comparison) -> bool:
-    """Whether the first row may have the tilt of the start, which no azimuth changes."""
-    if c.axis is None or c.given is None or c.since[0]:
-        return True
-    return bool(abs(c.axis[0, 2] - np.cos(float(c.given.theta))) < TILTED)
-
-
 # --- origins -------------------------------------------------------------------------------------
 
 
-def _azimuth(c: Comparison) -> float:
-    """By how much the first rows have to be turned about the vertical [rad]."""
-    if c.axis is None or c.given is None:
-        return 0.0
-    mine, other = c.axis, c.exact.axis
-    across = np.minimum(norm(mine[:, :2]), norm(other[:, :2]))
-    row = int(np.argmax(across > min(AZIMUTH_SINE, float(across.max()))))
-    (x, y), (u, v) = mine[row, :2], other[row, :2]
-    return float(np.arctan2(x * v - y * u, x * u + y * v))
-
-
 def _offset(c: Comparison, name: str) -> float:
-    """By how much an angle differs in the first rows [rad]."""
-    if name not in c.data.values:
+    """By how much an angle differs in the first rows that show it [rad]; 0 without one."""
+    mine, sine = c.angle(name), c.exact.sine
+    if c.given is None or mine is None:
         return 0.0
-    sine = c.exact.sine
     row = int(np.argmax(sine > min(AZIMUTH_SINE, float(sine.max()) / 2)))
-    return float(wrapped(c.exact.value(name)[row] - c.data.values[name][row]))
+    turn = float(wrapped(c.exact.value(name)[row] - mine[row]))
+    return turn if abs(turn) > LEAST_OFFSET else 0.0
 
 
 def _turn_azimuth(c: Comparison) -> Variants:
-    if c.given is None:
-        return
-    vectors = c.data.values.keys() & {"axis", "matrix", "omega"}
-    turn, offset = _azimuth(c) if vectors else 0.0, _offset(c, "phi")
-    turned, words = _turn(c, _about(turn)), f"{np.degrees(turn):.4g}"
-    if abs(turn) > LEAST_OFFSET:
+    if turn := _offset(c, "phi"):
+        words, about = f"{np.degrees(turn):.4g}°", _about(turn)
+        turned = _changed(_turn(c, about), {"phi": lambda phi: phi + turn})
         yield Variant(words, turned)
         if "matrix" in c.data.values:  # the axes of the body are turned with those of space
-            both = _turn(c, _about(turn), _about(-turn))
-            yield Variant(f"{words}° in space and in the body: {words}", both)
-    if abs(offset) > LEAST_OFFSET:
-        phi = c.data.values["phi"] + offset
-        yield Variant(f"{np.degrees(offset):.4g}", c.updated(phi=phi))
-        if abs(turn) > LEAST_OFFSET:
-            yield Variant(words, turned.updated(phi=phi))
+            yield Variant(f"{words} in space and in the body", _turn(turned, IDENTITY, about.T))
 
 
 def _turn_spin(c: Comparison) -> Variants:
-    if c.given is None:
-        return
-    turn, offset = 0.0, _offset(c, "psi")
-    if "matrix" in c.data.values:
-        between = c.data.values["matrix"][0].T @ c.exact.matrix[0]
-        turn = float(np.arctan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1]))
-    elif "vertical" in c.data.values:
-        turn = float(wrapped(c.exact.psi_mod[0] - c.angle("psi")[0]))
-    if abs(turn) > LEAST_OFFSET:
-        yield Variant(f"{np.degrees(turn):.4g}", _turn(c, IDENTITY, _about(turn)))
-    if abs(offset) > LEAST_OFFSET:
-        yield Variant(f"{np.degrees(offset):.4g}", c.updated(psi=c.data.values["psi"] + offset))
+    if turn := _offset(c, "psi"):
+        turned = _changed(_turn(c, IDENTITY, _about(turn)), {"psi": lambda psi: psi + turn})
+        yield Variant(f"{np.degrees(turn):.4g}°", turned)
 
 
 def _take_spin_off(c: Comparison) -> Variants:
@@ -360,7 +320,7 @@ def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
 
         def misfit(x: float, name: str) -> float:
             try:
-                return sum(decades(_with_number(some, name, x)[1], begins).values())
+                return float(sum(decades(_with_number(some, name, x)[1], begins)))
             except HeavyTopError:
                 return np.inf
 
@@ -440,9 +400,9 @@ TABLE: Final = (
                _worlds(Y_UP, mirrored=True), cost=2.0),
     Convention("axis-with-spin", "the axis is drawn with the spin angle: it turns {}",
                _take_spin_off),
-    Convention("azimuth-origin", "φ is counted from another axis, turned by {}°", _turn_azimuth,
+    Convention("azimuth-origin", "φ is counted from another axis, turned by {}", _turn_azimuth,
                "origin"),
-    Convention("spin-origin", "ψ is counted from another mark, turned by {}°", _turn_spin,
+    Convention("spin-origin", "ψ is counted from another mark, turned by {}", _turn_spin,
                "origin"),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
                _fit(("A",), a_grows=False), "physics", rare=True),

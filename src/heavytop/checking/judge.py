@@ -13,7 +13,7 @@ from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison,
 from heavytop.checking.conventions import TABLE
 from heavytop.checking.reading import Array, Data, norm, read
 from heavytop.checking.result import Check, Finding, Size, Slip
-from heavytop.checking.search import Judgement, explain, undo, undo_names
+from heavytop.checking.search import Judgement, Undoing, explain, undo, undo_names
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.pairs import UNIT
 from heavytop.scene.quantities import ANGLES
@@ -143,6 +143,11 @@ def _undo_what_is_sure(
     verdict: Judgement, comparison: Comparison
 ) -> tuple[list[Finding], Comparison, str]:
     """The conventions that are sure, the data without them, and what else acts, in words."""
+
+    def findings(steps: list[Undoing]) -> list[Finding]:
+        found = [Finding(x, s.sentence, verdict.gain(s)) for s in steps for x in s.names]
+        return sorted(found, key=lambda x: -(x.gain or 0))
+
     numbers = [step for step in verdict.best.steps if step.convention.about == "number"]
     steps = [step for step in verdict.best.steps if step not in numbers]
     sure = [step for step in steps if verdict.sure.issuperset(step.names)]
@@ -152,12 +157,9 @@ def _undo_what_is_sure(
     for some in () if verdict.best.fits else (described, turned):
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
-            found = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
-            return [*found, Finding(*agent, None)], judged, agent[1]
-    found = [Finding(x, s.sentence, verdict.gain(s)) for s in sure for x in s.names]
-    found.sort(key=lambda x: -(x.gain or 0))
+            return [*findings(some), Finding(*agent, None)], judged, agent[1]
     other = "" if verdict.alike else "".join(step.sentence for step in numbers)
-    return found, undo(comparison, steps), other
+    return findings(sure), undo(comparison, steps), other
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import csv
 import os
-import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import islice, pairwise
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,6 +26,7 @@ LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
+LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 HEAD_LINES: Final = 40  # among which the header is looked for
 QUANTITIES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one value
@@ -38,12 +38,7 @@ QUANTITIES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one val
     **dict.fromkeys(("thetadot", "phidot", "psidot", "elevationdot"), ()),
 }
 POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
-DECLARED: Final = {  # by the kind and the size of a unit
-    ("angle", 0.017453293): "degrees",
-    ("rate", 0.017453293): "degrees",
-    ("rate", 0.104719755): "rpm",
-    ("time", 0.001): "milliseconds",
-}
+DECLARED: Final = {0.017453293: "degrees", 0.104719755: "rpm", 0.001: "milliseconds"}
 
 
 @dataclass(frozen=True)
@@ -60,7 +55,7 @@ class Data:
     values: Mapping[str, Array]
     scene: str | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
-    declared: tuple[str, ...] = ()
+    declared: Collection[str] = ()
     remarks: tuple[str, ...] = ()
 
     def updated(self, **values: Array | None) -> Data:
@@ -200,16 +195,16 @@ def _values(numbers: Table, found: Mapping[str, Meaning], faults: list[str]) -> 
     return values
 
 
-def _declared(found: Mapping[str, Meaning]) -> tuple[tuple[str, ...], list[str]]:
+def _declared(found: Mapping[str, Meaning]) -> tuple[set[str], list[str]]:
     """The conventions that headers declare, and a remark on their units."""
     units = defaultdict[Unit, list[str]](list)
     for name, meaning in found.items():
         if meaning.unit and meaning.unit.factor != 1:
             units[meaning.unit].append(name)
-    declared = {DECLARED.get((unit.kind, round(unit.factor, 9)), "") for unit in units}
+    declared = {DECLARED.get(round(unit.factor, 9), "") for unit in units}
     declared |= {"elevation" for meaning in found.values() if meaning.quantity == "elevation"}
     said = [f"{', '.join(names)} in {unit.text}" for unit, names in units.items()]
-    return tuple(sorted(declared - {""})), [f"units of the header: {'; '.join(said)}"] * bool(said)
+    return declared - {""}, [f"units of the header: {'; '.join(said)}"] * bool(said)
 
 
 # --- rows ----------------------------------------------------------------------------------------
@@ -222,7 +217,7 @@ def _rows_with_values(values: Mapping[str, Array], masked: bool, faults: list[st
         flat = x.reshape(len(x), -1)
         missing = np.isnan(flat).any(axis=1) & masked
         bad = ~((abs(flat) < LARGEST_VALUE).all(axis=1) | missing)
-        if name in ("axis", "quaternion", "vertical"):
+        if name in LENGTHS:
             bad |= ~flat.any(axis=1)
         if bad.any():
             rule = f"a finite number below {LARGEST_VALUE:g}, no vector of length 0, is needed"
@@ -262,8 +257,8 @@ def _scaled(data: Data) -> Data:
     Lengths are divided by their first, so that a drift of them stays in the data.
     """
     remarks, values = [*data.remarks], dict(data.values)
-    for name in [name for name in ("axis", "quaternion", "vertical") if name in values]:
-        length = norm(values[name])
+    for name in [name for name in LENGTHS if name in values]:
+        length = norm(values[name]) / LENGTHS[name]
         first = float(np.median(length[:5]))
         values[name] = values[name] / first
         if abs(first - 1) > LENGTH:
@@ -277,13 +272,8 @@ def _scaled(data: Data) -> Data:
         values["matrix"] = matrices(q)
         if flips := int((np.einsum("ni,ni->n", q[1:], q[:-1]) < 0).sum()):
             remarks.append(f"the quaternion changes its sign {flips} times, which is no motion")
-    elif "matrix" in values:
-        R = values["matrix"]
-        off = norm(np.einsum("nij,nik->njk", R, R) - np.eye(3))
-        if off.max() > LENGTH:
-            remarks.append(f"R is not orthogonal by {off.max():.2g} (row {int(off.argmax()) + 1})")
-        if (np.linalg.det(R) < 0).any():
-            remarks.append("R is improper: its determinant is −1")
+    elif "matrix" in values and (np.linalg.det(values["matrix"]) < 0).any():
+        remarks.append("R is improper: its determinant is −1")
     if "elevation" in values and "theta" not in values:
         elevation = values.pop("elevation")
         values["theta"] = (90 if abs(elevation).max() > 2 else np.pi / 2) - elevation
@@ -326,8 +316,6 @@ def _load(path: Path, chosen: Mapping[str, str]) -> tuple[Table, str | None]:
                 return _load_netcdf(path)
             case _:
                 return _load_text(path, chosen), None
-    except ForeignFile:
-        raise
     except Exception as fault:  # of several libraries, on bytes that anybody wrote
         why = getattr(fault, "strerror", None) or fault
         raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
@@ -340,48 +328,36 @@ def _load_text(path: Path, chosen: Mapping[str, str]) -> Table:
     with path.open("rb") as binary:
         start = binary.read(400)
     wide = start[:2] in (b"\xff\xfe", b"\xfe\xff") or start.count(0) > len(start) / 4
-    encoding = "utf-16" if wide else "utf-8-sig"
-    with path.open(encoding=encoding, errors="replace") as file:
+    encoding: dict[str, Any] = {"encoding": "utf-16" if wide else "utf-8-sig"}
+    with path.open(errors="replace", **encoding) as file:
         lines = [*islice(file, HEAD_LINES)]
-    first, between, names = _find_header(path, lines, chosen)
+    first, between, names = _find_header(lines, {_bare(column) for column in chosen.values()})
     comma = between != "," and any("," in line for line in lines[first:])
     frame = pandas.read_csv(
         path,
         sep=r"\s+" if between == " " else between,
+        decimal="," if comma else ".",
         names=names,
-        index_col=False,
         skiprows=first,
+        index_col=False,
         skipinitialspace=True,
         comment="#",
-        decimal="," if comma else ".",
-        encoding=encoding,
         encoding_errors="replace",
+        **encoding,
     )
     return {str(name): column for name, column in frame.items()}
 
 
-def _find_header(
-    path: Path, lines: Sequence[str], chosen: Mapping[str, str]
-) -> tuple[int, str, list[str]]:
-    """Where the rows begin, the delimiter, and the names with their units."""
-    wanted = {_bare(column) for column in chosen.values()}
-    for at, (line, below) in enumerate(pairwise([*lines, ""])):
+def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, str, list[str]]:
+    """Where the rows begin, the delimiter, and the names of the columns."""
+    for at, line in enumerate(lines):
         text = line.strip().lstrip("#%").strip()
         for between in (x for x in "\t;, " if x in text):
-            names, units = (
-                [x.strip() for x in next(csv.reader([each], delimiter=between), ()) if x]
-                for each in (text, below.strip())
-            )
-            if sum(_bare(n) in wanted or bool(meanings(n)) for n in names) < 2:
-                continue
-            names = [f"{n} (again {k})" if n in names[:k] else n for k, n in enumerate(names)]
-            if len(units) != len(names) or any(re.match(r"[-+.]?\d", x) for x in units):
-                return at + 1, between, names
-            spelled = (x.strip("[]() ") for x in units)  # a row of units
-            named = zip(names, spelled, strict=True)
-            return at + 2, between, [f"{n} [{x}]" if parse_unit(x, n) else n for n, x in named]
-    rule = "a header with the names of the columns is needed, t among them"
-    raise ForeignFile(f"{harmless(path)}:1: {rule}")
+            names = [x.strip() for x in next(csv.reader([text], delimiter=between)) if x]
+            if sum(_bare(n) in wanted or bool(meanings(n)) for n in names) >= 2:
+                again = (f"{n} (again {k})" if n in names[:k] else n for k, n in enumerate(names))
+                return at + 1, between, [*again]
+    raise ForeignFile("a header with the names of the columns is needed, t among them")
 
 
 def _load_matlab(path: Path) -> Table:
