@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -154,7 +155,7 @@ class Comparison:
     @cached_property
     def folded(self) -> Comparison:
         """The same with θ in [0, π]: beyond, φ and ψ turn by π and θ̇ changes its sign."""
-        theta, values = self.data.values.get("theta"), self.data.values
+        theta, values = self.values.get("theta"), self.values
         if theta is None or ((theta > -FOLD_ALLOWED) & (theta < np.pi + FOLD_ALLOWED)).all():
             return self
         reduced = np.mod(theta, 2 * np.pi)
@@ -166,10 +167,19 @@ class Comparison:
 
     # --- what the data give, or what follows from it; None where nothing does ----------------
 
+    @cached_property
+    def values(self) -> Mapping[str, Array]:
+        """The data's, and the angular velocity in the body where they have the momentum there."""
+        values, top = self.data.values, self.top
+        if "omega_body" in values or "momentum_body" not in values or top.C == 0:
+            return values
+        moments = [float(x) for x in (top.A, top.A, top.C)]
+        return {**values, "omega_body": values["momentum_body"] / moments}
+
     @property
     def axis(self) -> Any:
         """The symmetry axis (n, 3) in space."""
-        values = self.data.values
+        values = self.values
         if "matrix" in values:
             return values["matrix"][:, :, 2]
         if "theta" in values and "phi" in values and "axis" not in values:
@@ -179,7 +189,7 @@ class Comparison:
     @property
     def vertical(self) -> Any:
         """The upward vertical (n, 3) in the body."""
-        values = self.data.values
+        values = self.values
         if "matrix" in values:
             return values["matrix"][:, 2]
         if "theta" in values and "psi" in values and "vertical" not in values:
@@ -188,8 +198,8 @@ class Comparison:
 
     def angle(self, name: str) -> Any:
         """An Euler angle [rad]; continuous only where it is given."""
-        if name in self.data.values:
-            return self.data.values[name]
+        if name in self.values:
+            return self.values[name]
         vector = self.vertical if name == "psi" else self.axis
         if name == "theta" and vector is None:
             vector = self.vertical
@@ -203,7 +213,7 @@ class Comparison:
     @cached_property
     def spin(self) -> tuple[Array, Array, Array] | None:
         """The angular velocity, the symmetry axis and the vertical, all in one frame."""
-        values, theta = self.data.values, self.angle("theta")
+        values, theta = self.values, self.angle("theta")
         upward = np.broadcast_to([0.0, 0.0, 1.0], (self.data.t.size, 3))
         if theta is not None and values.keys() >= {*RATES}:
             thetadot, phidot, psidot = (values[name] for name in RATES)
@@ -221,7 +231,7 @@ class Comparison:
     @cached_property
     def errors(self) -> dict[str, Array]:
         """How far off the data are at each time, by what they give [rad, or of the largest]."""
-        exact, values, found = self.exact, self.folded.data.values, dict[str, Array]()
+        exact, values, found = self.exact, self.folded.values, dict[str, Array]()
         for name in [name for name in COMPARED if name in values]:
             other = exact.value(name)
             off, scale = values[name] - other, 1.0
@@ -293,8 +303,8 @@ def axes(theta: Array, phi: Array) -> Array:
 def first_row(c: Comparison) -> State:
     """The start that the first row gives."""
     angles = {name: float(x[0]) for name in ANGLES if (x := c.angle(name)) is not None}
-    if c.data.values.keys() >= {*RATES}:
-        return State(**angles, **{name: float(c.data.values[name][0]) for name in RATES})
+    if c.values.keys() >= {*RATES}:
+        return State(**angles, **{name: float(c.values[name][0]) for name in RATES})
     assert c.spin is not None
     omega, axis, upward = (x[0] for x in c.spin)
     nodes = np.cross(upward, axis)
@@ -311,7 +321,7 @@ def _fitted(c: Comparison) -> State:
     from scipy.optimize import least_squares
 
     if c.axis is None:
-        lacking = f"none follows from {', '.join(c.data.values)} alone"
+        lacking = f"none follows from {', '.join(c.values)} alone"
         raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
     guess = first_row(c.updated(omega=_omega(c), axis=c.axis))
     some = c.data.rows(np.s_[:: -(-c.data.t.size // FITTED)])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import permutations
 from typing import Any, Final, Literal, NamedTuple
 
@@ -23,7 +22,7 @@ from heavytop.scene.top import Top
 LEAST_OFFSET: Final = 0.02  # rad, from which on an angle is counted from another origin
 AZIMUTH_SINE: Final = 0.05  # sin θ below which an azimuth is not read off
 BETTER_BY: Final = 0.5  # decades, by which another number has to explain more
-EIGHT: Final = np.geomspace(1, 1 / 128, 8)
+PARTS: Final = tuple(0.5**k for k in range(8))  # by which numbers are changed at first
 SLOW_RATE: Final = 0.1  # of the largest angular velocity: rates below it are changed by as much
 QUARTER: Final = np.pi / 2
 RPM: Final = 2 * np.pi / 60
@@ -76,7 +75,7 @@ Change = dict[str, Callable[[Array], Any]]
 
 def _changed(c: Comparison, change: Change) -> Comparison:
     """Other values of some quantities."""
-    return c.updated(**{x: f(c.data.values[x]) for x, f in change.items() if x in c.data.values})
+    return c.updated(**{x: f(c.values[x]) for x, f in change.items() if x in c.values})
 
 
 def _map(*variants: tuple[str, Change]) -> Undo:
@@ -85,7 +84,7 @@ def _map(*variants: tuple[str, Change]) -> Undo:
     def undo(c: Comparison) -> Variants:
         before = [set[str]()]
         for words, change in variants:
-            if (names := change.keys() & c.data.values.keys()) not in before:
+            if (names := change.keys() & c.values.keys()) not in before:
                 before.append(names)
                 yield Variant(words, _changed(c, change))
 
@@ -119,18 +118,18 @@ def _exchange_frames(c: Comparison) -> Variants:
         ("omega", "omega_body", "in the body, not in space"),
         ("omega_body", "omega", "in space, not in the body"),
     ):
-        if name in c.data.values and other not in c.data.values:
-            yield Variant(words, c.updated(**{other: c.data.values[name], name: None}))
+        if name in c.data.values and other not in c.values:
+            yield Variant(words, c.updated(**{other: c.values[name], name: None}))
 
 
 def _put_scalar_last(c: Comparison) -> Variants:
-    if "quaternion" in c.data.values:
-        q = np.roll(c.data.values["quaternion"], 1, axis=1)
+    if "quaternion" in c.values:
+        q = np.roll(c.values["quaternion"], 1, axis=1)
         yield Variant("", c.updated(quaternion=q, matrix=matrices(q)))
 
 
 def _exchange_angles(c: Comparison) -> Variants:
-    values = c.data.values
+    values = c.values
     for order in permutations(ANGLES):
         pairs = [(name, other) for name, other in zip(ANGLES, order, strict=True) if name != other]
         swapped = {n + dot: values.get(o + dot) for n, o in pairs for dot in ("", "dot")}
@@ -155,8 +154,8 @@ def _moments(change: Callable[[Top], dict[str, float]]) -> Undo:
 
 def _hold_other_spin(c: Comparison) -> Variants:
     if c.given is not None:
-        held, other = sorted(("omega3", "psidot"), key=lambda name: name != c.start.held)
-        words = f"{held} of the scene was taken for {other}"
+        other = "psidot" if c.given.held == "omega3" else "omega3"
+        words = f"{c.given.held} of the scene was taken for {other}"
         yield Variant(words, c.with_numbers(**{other: float(c.given.spin)}))
 
 
@@ -210,7 +209,7 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
     """Other axes of space, with those of the body or without, and what a quarter turn makes."""
 
     def undo(c: Comparison) -> Variants:
-        given, R = c.data.values.keys() & (IN_BODY | {"axis"}), c.data.values.get("matrix")
+        given, R = c.values.keys() & (IN_BODY | {"axis"}), c.values.get("matrix")
         for up in map(_world, spelled if given else ()):
             space = MIRROR @ up.T if mirrored else up.T
             bodies = [space.T, IDENTITY] if given & IN_BODY else [IDENTITY]
@@ -233,17 +232,6 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
     return undo
 
 
-def _mirror(c: Comparison) -> Variants:
-    """The mirrored world; of angles alone φ counts the other way round, ψ too or not."""
-    yield from _worlds("x y z", mirrored=True)(c)
-    if not c.data.values.keys() & (IN_BODY | {"axis"}):
-        both = _all(np.negative, "phi", "phidot", "psi", "psidot")
-        yield from _map(
-            ("φ and ψ count the other way round", both),
-            ("φ counts the other way round", _all(np.negative, "phi", "phidot")),
-        )(c)
-
-
 # --- origins -------------------------------------------------------------------------------------
 
 
@@ -262,7 +250,7 @@ def _turn_azimuth(c: Comparison) -> Variants:
         words, about = f"{np.degrees(turn):.4g}°", _about(turn)
         turned = _changed(_turn(c, about), {"phi": lambda phi: phi + turn})
         yield Variant(words, turned)
-        if "matrix" in c.data.values:  # the axes of the body are turned with those of space
+        if "matrix" in c.values:  # the axes of the body are turned with those of space
             yield Variant(f"{words} in space and in the body", _turn(turned, IDENTITY, about.T))
 
 
@@ -273,10 +261,10 @@ def _turn_spin(c: Comparison) -> Variants:
 
 
 def _take_spin_off(c: Comparison) -> Variants:
-    axis = c.data.values.get("axis")
+    axis = c.values.get("axis")
     if axis is None or c.given is None:
         return
-    psi, phi = (c.data.values.get(name, c.exact.value(name)) for name in ("psi", "phi"))
+    psi, phi = (c.values.get(name, c.exact.value(name)) for name in ("psi", "phi"))
     azimuth, theta = np.arctan2(axis[:, 0], -axis[:, 1]), np.arctan2(norm(axis[:, :2]), axis[:, 2])
     for sign, words in ((1, "with ψ"), (-1, "against ψ")):
         turned = azimuth - sign * psi
@@ -313,6 +301,8 @@ def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
     """Each number as it fits best, where it explains anything; A grows, or it shrinks."""
 
     def undo(c: Comparison) -> Variants:
+        from scipy.optimize import minimize_scalar
+
         if c.given is None:
             return
         rows, begins = octaves(c.data.t.size)
@@ -320,15 +310,19 @@ def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
 
         def misfit(x: float, name: str) -> float:
             try:
-                return float(sum(decades(_with_number(some, name, x)[1], begins)))
+                return float(decades(_with_number(some, name, x)[1], begins).sum())
             except HeavyTopError:
-                return np.inf
+                return 0.0  # as where nothing fits
 
         wanted = misfit(0.0, "C") - BETTER_BY
         for name in names:
-            up, down = (a_grows, not a_grows) if name == "A" else (True, True)
-            grid = [*-EIGHT * down, 0.0, *EIGHT[::-1] * up]
-            x, least = _smallest(partial(misfit, name=name), grid, wanted)
+            grid = [s * x for s in (-1, 1) for x in PARTS if name != "A" or (s > 0) == a_grows]
+            least, x = min((misfit(x, name), x) for x in grid)
+            if least < wanted + BETTER_BY:
+                sides = sorted((2 * x, x / 2 if abs(x) > PARTS[-1] else 0.0))
+                found = minimize_scalar(misfit, args=(name,), bounds=sides, method="bounded",
+                                        options={"xatol": 1e-10})  # fmt: skip
+                least, x = min((least, x), (float(found.fun), float(found.x)))
             if least < wanted:
                 value, other = _with_number(c, name, x)
                 yield Variant(f"{name} = {value:.6g}", other)
@@ -336,33 +330,16 @@ def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
     return undo
 
 
-def _smallest(
-    f: Callable[[float], float], grid: Sequence[float], wanted: float
-) -> tuple[float, float]:
-    """Where a function is smallest, from a grid and, if it is small there, by Brent's method."""
-    from scipy.optimize import minimize_scalar
-
-    values = [f(x) for x in grid]
-    k = int(np.argmin(values))
-    if values[k] > wanted + BETTER_BY or not grid[k]:
-        return grid[k], values[k]
-    sides = (grid[max(0, k - 1)], grid[min(len(grid) - 1, k + 1)])
-    found = minimize_scalar(f, bounds=sides, method="bounded", options={"xatol": 1e-10})
-    x, least = float(found.x), float(found.fun)
-    return (x, least) if least < values[k] else (grid[k], values[k])
-
-
 # --- the table -----------------------------------------------------------------------------------
 
-SCALES: Final = (10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
+SCALES: Final = (-1, 10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
 
 TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _shift_times),
     Convention("milliseconds", "the times are in milliseconds{:.0}", _scale_times(1e-3)),
-    Convention("time-scale", "time runs backwards: {}", _scale_times(-1), "origin", 1.5, rare=True),
     Convention("time-scale", "the times have to be multiplied by {}", _scale_times(2, 0.5),
                "origin"),
-    Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin",
+    Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin", 1.5,
                rare=True),
     Convention("gravity-sign", "gravity has the other sign: gMR and −gMR are exchanged{}",
                _moments(lambda top: {"gMR": -float(top.gMR)}), "physics", 1.3),
@@ -395,7 +372,10 @@ TABLE: Final = (
     Convention("y-up", "y is up: {}", _worlds(Y_UP)),
     Convention("z-down", "z is down: {}", _worlds(Z_DOWN), cost=1.5),
     Convention("axes-permuted", "{}", _worlds(*PERMUTED)),
-    Convention("mirrored", "the world is mirrored: {}", _mirror),
+    Convention("mirrored", "the world is mirrored: {}", _worlds("x y z", mirrored=True)),
+    Convention("mirrored", "{} the other way round", _map(
+        ("φ counts", _all(np.negative, "phi", "phidot")),
+        ("φ and ψ count", _all(np.negative, "phi", "phidot", "psi", "psidot")))),
     Convention("y-up+mirrored", "y is up, and the world is mirrored: {}",
                _worlds(Y_UP, mirrored=True), cost=2.0),
     Convention("axis-with-spin", "the axis is drawn with the spin angle: it turns {}",

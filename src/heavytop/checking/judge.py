@@ -91,11 +91,7 @@ def check(
     if unknown := sorted({*undone} - {row.name for row in TABLE}):
         rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
         raise BadScene(tuple(Fault("check", None, "as", name, rule) for name in unknown))
-    top, start = _motion_of(scene, given)
-    if "momentum_body" in given.values and "omega_body" not in given.values and top.C.sign():
-        momentum = given.values["momentum_body"]
-        given = given.updated(omega_body=momentum / [float(x) for x in (top.A, top.A, top.C)])
-    comparison = Comparison(given, top, start)
+    comparison = Comparison(given, *_motion_of(scene, given))
     if undone:
         comparison = undo_names(comparison, undone)
     verdict = explain(comparison)

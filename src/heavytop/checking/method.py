@@ -186,7 +186,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     exact, t = c.exact, c.data.t - c.data.t[0]
     theta, phi, psi = (c.angle(name) for name in ANGLES)
     phidot, psidot = (  # by differences where they are not given
-        c.data.values.get(f"{name}dot", None if x is None else np.gradient(np.unwrap(x), t))
+        c.values.get(f"{name}dot", None if x is None else np.gradient(np.unwrap(x), t))
         for name, x in (("phi", phi), ("psi", psi))
     )
     if psidot is not None and theta is not None:
@@ -195,8 +195,8 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
         if held and varies > 1e-3 * abs(exact.psidot).max() and off > HELD * np.ptp(exact.theta):
             words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
             return "motor", f"{words}: a motor holds the spin"
-    if "omega_body" in c.data.values:
-        omega3 = c.data.values["omega_body"][:, 2]
+    if "omega_body" in c.values:
+        omega3 = c.values["omega_body"][:, 2]
     elif c.spin is not None:
         omega3 = (c.spin[0] * c.spin[1]).sum(axis=1)
     elif phidot is not None and psidot is not None:
