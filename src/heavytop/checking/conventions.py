@@ -319,7 +319,7 @@ def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
             grid = [s * x for s in (-1, 1) for x in PARTS if name != "A" or (s > 0) == a_grows]
             least, x = min((misfit(x, name), x) for x in grid)
             if least < wanted + BETTER_BY:
-                sides = sorted((2 * x, x / 2 if abs(x) > PARTS[-1] else 0.0))
+                sides = sorted((float(np.clip(2 * x, -1, 1)), x / 2 if abs(x) > PARTS[-1] else 0.0))
                 found = minimize_scalar(misfit, args=(name,), bounds=sides, method="bounded",
                                         options={"xatol": 1e-10})  # fmt: skip
                 least, x = min((least, x), (float(found.fun), float(found.x)))
