@@ -21,7 +21,6 @@ MOMENT_NAMES: Final = ("A", "C", "gMR")
 FIRST_FITTED: Final = 12  # rows that a fit begins with
 FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
-CLOSELY: Final = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
 FOLD_ALLOWED: Final = 1e-9  # rad beyond [0, π] that nobody minds
 FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
 STILL_ANGLE: Final = 1e-3  # rad: motions that are smaller say little
@@ -176,54 +175,40 @@ class Comparison:
         moments = [float(x) for x in (top.A, top.A, top.C)]
         return {**values, "omega_body": values["momentum_body"] / moments}
 
-    @property
-    def axis(self) -> Any:
-        """The symmetry axis (n, 3) in space."""
-        values = self.values
-        if "matrix" in values:
-            return values["matrix"][:, :, 2]
-        if "theta" in values and "phi" in values and "axis" not in values:
-            return axes(values["theta"], values["phi"])
-        return values.get("axis")
+    @cached_property
+    def known(self) -> dict[str, Array]:
+        """The values, and the axis, the vertical and angles that follow from them."""
+        found = dict(self.values)
+        if "matrix" in found:
+            found |= {"axis": found["matrix"][:, :, 2], "vertical": found["matrix"][:, 2]}
+        if "theta" in found and "phi" in found:
+            found.setdefault("axis", axes(found["theta"], found["phi"]))
+        if "theta" in found and "psi" in found:
+            found.setdefault("vertical", axes(found["theta"], np.pi - found["psi"]))
+        for name, angle, sign in (("axis", "phi", -1), ("vertical", "psi", 1)):
+            if name in found:
+                x, y, z = found[name].T
+                found.setdefault("theta", np.arctan2(np.hypot(x, y), z))
+                found.setdefault(angle, np.arctan2(x, sign * y))
+        return found
 
-    @property
-    def vertical(self) -> Any:
-        """The upward vertical (n, 3) in the body."""
-        values = self.values
-        if "matrix" in values:
-            return values["matrix"][:, 2]
-        if "theta" in values and "psi" in values and "vertical" not in values:
-            return axes(values["theta"], np.pi - values["psi"])
-        return values.get("vertical")
-
-    def angle(self, name: str) -> Any:
-        """An Euler angle [rad]; continuous only where it is given."""
-        if name in self.values:
-            return self.values[name]
-        vector = self.vertical if name == "psi" else self.axis
-        if name == "theta" and vector is None:
-            vector = self.vertical
-        if vector is None:
-            return None
-        x, y, z = vector.T
-        if name == "theta":
-            return np.arctan2(np.hypot(x, y), z)
-        return np.arctan2(x, y if name == "psi" else -y)
+    def get(self, name: str) -> Any:
+        """A quantity that the data give, or that follows from them; None where it does not."""
+        return self.known.get(name)
 
     @cached_property
     def spin(self) -> tuple[Array, Array, Array] | None:
         """The angular velocity, the symmetry axis and the vertical, all in one frame."""
-        values, theta = self.values, self.angle("theta")
-        upward = np.broadcast_to([0.0, 0.0, 1.0], (self.data.t.size, 3))
-        if theta is not None and values.keys() >= {*RATES}:
-            thetadot, phidot, psidot = (values[name] for name in RATES)
-            e = axes(theta, np.zeros_like(theta))
+        known, upward = self.known, np.broadcast_to([0.0, 0.0, 1.0], (self.data.t.size, 3))
+        if known.keys() >= {"theta", *RATES}:
+            thetadot, phidot, psidot = (known[name] for name in RATES)
+            e = axes(known["theta"], np.zeros_like(phidot))
             nodes = np.stack([thetadot, 0 * phidot, phidot], axis=-1)
             return nodes + psidot[:, None] * e, e, upward
-        if "omega" in values and self.axis is not None:
-            return values["omega"], self.axis, upward
-        if "omega_body" in values and self.vertical is not None:
-            return values["omega_body"], upward, self.vertical
+        if known.keys() >= {"omega", "axis"}:
+            return known["omega"], known["axis"], upward
+        if known.keys() >= {"omega_body", "vertical"}:
+            return known["omega_body"], upward, known["vertical"]
         return None
 
     # --- how far off they are ----------------------------------------------------------------
@@ -302,7 +287,7 @@ def axes(theta: Array, phi: Array) -> Array:
 
 def first_row(c: Comparison) -> State:
     """The start that the first row gives."""
-    angles = {name: float(x[0]) for name in ANGLES if (x := c.angle(name)) is not None}
+    angles = {name: float(c.known[name][0]) for name in ANGLES if name in c.known}
     if c.values.keys() >= {*RATES}:
         return State(**angles, **{name: float(c.values[name][0]) for name in RATES})
     assert c.spin is not None
@@ -320,10 +305,10 @@ def _fitted(c: Comparison) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
     from scipy.optimize import least_squares
 
-    if c.axis is None:
+    if (axis := c.get("axis")) is None:
         lacking = f"none follows from {', '.join(c.values)} alone"
         raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
-    guess = first_row(c.updated(omega=_omega(c), axis=c.axis))
+    guess = first_row(c.updated(omega=_omega(c, axis), axis=axis))
     some = c.data.rows(np.s_[:: -(-c.data.t.size // FITTED)])
     some = replace(some, t=some.t - some.t[0])
 
@@ -332,7 +317,7 @@ def _fitted(c: Comparison) -> State:
 
     def axis_error(p: Array, rows: int) -> Array:
         near = Comparison(some.rows(slice(0, rows)), c.top, state(p))
-        off: Array = near.axis - near.exact.axis
+        off: Array = near.known["axis"] - near.exact.axis
         return off.ravel()
 
     p, size, misfit = np.array([float(getattr(guess, x)) for x in FITTED_START]), some.t.size, 0.0
@@ -340,7 +325,9 @@ def _fitted(c: Comparison) -> State:
     try:
         for rows in (*doubled, size):
             if misfit < FITS:
-                found = least_squares(axis_error, p, x_scale="jac", args=(rows,), **CLOSELY)
+                found = least_squares(
+                    axis_error, p, x_scale="jac", args=(rows,), xtol=1e-15, ftol=1e-15, gtol=1e-15
+                )
                 p, misfit = found.x, np.sqrt(2 * found.cost / rows)
     except HeavyTopError:
         misfit = np.inf
@@ -350,13 +337,13 @@ def _fitted(c: Comparison) -> State:
     return state(p)
 
 
-def _omega(c: Comparison) -> Array:
+def _omega(c: Comparison, axis: Array) -> Array:
     """The angular velocity by differences of the first rows.
 
     A e × ë + C ω₃ ė = −gMR e × ẑ gives ω₃.
     """
     A, C, gMR = (float(getattr(c.top, name)) for name in MOMENT_NAMES)
-    t, axis = c.data.t[:FIRST_FITTED], c.axis[:FIRST_FITTED]
+    t, axis = c.data.t[:FIRST_FITTED], axis[:FIRST_FITTED]
     speed = np.gradient(axis, t, axis=0, edge_order=2)
     faster = np.gradient(speed, t, axis=0, edge_order=2)
     torque = A * np.cross(axis, faster) + gMR * np.cross(axis, [0.0, 0.0, 1.0])

@@ -169,8 +169,6 @@ def _reverse_spin(c: Comparison) -> Variants:
 # --- worlds --------------------------------------------------------------------------------------
 
 Y_UP: Final = "x z -y"  # the data's x, y, z in those of the package
-Z_DOWN: Final = "x -y -z"
-PERMUTED: Final = ("x -z y", "z x y", "-z y x")
 MIRROR: Final = np.diag([1.0, -1.0, 1.0])
 QUARTER_TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
 UPSIDE_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
@@ -237,7 +235,7 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
 
 def _offset(c: Comparison, name: str) -> float:
     """By how much an angle differs in the first rows that show it [rad]; 0 without one."""
-    mine, sine = c.angle(name), c.exact.sine
+    mine, sine = c.get(name), c.exact.sine
     if c.given is None or mine is None:
         return 0.0
     row = int(np.argmax(sine > min(AZIMUTH_SINE, float(sine.max()) / 2)))
@@ -319,9 +317,11 @@ def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
             grid = [s * x for s in (-1, 1) for x in PARTS if name != "A" or (s > 0) == a_grows]
             least, x = min((misfit(x, name), x) for x in grid)
             if least < wanted + BETTER_BY:
-                sides = sorted((float(np.clip(2 * x, -1, 1)), x / 2 if abs(x) > PARTS[-1] else 0.0))
-                found = minimize_scalar(misfit, args=(name,), bounds=sides, method="bounded",
-                                        options={"xatol": 1e-10})  # fmt: skip
+                nearer = x / 2 if abs(x) > PARTS[-1] else 0.0
+                sides = sorted((float(np.clip(2 * x, -1, 1)), nearer))
+                found = minimize_scalar(
+                    misfit, None, sides, (name,), "bounded", options={"xatol": 1e-10}
+                )
                 least, x = min((least, x), (float(found.fun), float(found.x)))
             if least < wanted:
                 value, other = _with_number(c, name, x)
@@ -370,8 +370,8 @@ TABLE: Final = (
     Convention("from-below", "the tilt is counted from below{}", _map(
         ("", {"theta": lambda x: np.pi - x, "thetadot": np.negative}))),
     Convention("y-up", "y is up: {}", _worlds(Y_UP)),
-    Convention("z-down", "z is down: {}", _worlds(Z_DOWN), cost=1.5),
-    Convention("axes-permuted", "{}", _worlds(*PERMUTED)),
+    Convention("z-down", "z is down: {}", _worlds("x -y -z"), cost=1.5),
+    Convention("axes-permuted", "{}", _worlds("x -z y", "z x y", "-z y x")),
     Convention("mirrored", "the world is mirrored: {}", _worlds("x y z", mirrored=True)),
     Convention("mirrored", "{} the other way round", _map(
         ("φ counts", _all(np.negative, "phi", "phidot")),

@@ -211,8 +211,8 @@ def _digits(c: Comparison) -> float:
     """The decimal digits that everything compared has, where they are fewest."""
     try:
         errors = dict(c.errors)
-        if c.axis is not None:
-            errors["axis"] = norm(c.axis - c.exact.axis)
+        if "axis" in c.known:
+            errors["axis"] = norm(c.known["axis"] - c.exact.axis)
     except HeavyTopError:
         return 0.0
     for name, angle in (("phi", "phi"), ("psi", "psi"), ("matrix", "psi")):
@@ -233,11 +233,11 @@ def _rms_error(c: Comparison) -> float | None:
 def error_curves(c: Comparison) -> dict[str, Array]:
     """The error of everything that the data give, at each time."""
     exact, found = c.exact, dict[str, Array]()
-    if c.axis is not None:
-        found["axis"] = norm(c.axis - exact.axis)
+    if "axis" in c.known:
+        found["axis"] = norm(c.known["axis"] - exact.axis)
     for name in ANGLES:
-        if (mine := c.folded.angle(name)) is not None:
-            off = wrapped(mine - exact.value(name))
+        if name in c.folded.known:
+            off = wrapped(c.folded.known[name] - exact.value(name))
             clear = off == off if name == "theta" else exact.sine > UPRIGHT_SINE
             if clear.any():
                 off[clear], off[~clear] = np.unwrap(off[clear]), np.nan

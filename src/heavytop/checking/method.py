@@ -107,7 +107,7 @@ def measure_phase(c: Comparison) -> PhaseCurve:
     In windows of whole periods the shift is that with which the exact tilt fits best, found by
     Newton's steps from that of the window before.
     """
-    theta, period = c.angle("theta"), c.motion.period
+    theta, period = c.get("theta"), c.motion.period
     if theta is None:
         return PhaseCurve("the data have no tilt")
     if not nutates(c) or not period:
@@ -184,7 +184,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     if c.first > FIRST:
         return None
     exact, t = c.exact, c.data.t - c.data.t[0]
-    theta, phi, psi = (c.angle(name) for name in ANGLES)
+    theta, phi, psi = (c.get(name) for name in ANGLES)
     phidot, psidot = (  # by differences where they are not given
         c.values.get(f"{name}dot", None if x is None else np.gradient(np.unwrap(x), t))
         for name, x in (("phi", phi), ("psi", psi))
@@ -270,7 +270,7 @@ def count_events(c: Comparison) -> dict[str, Count]:
 
     Where that count is not the proved one, the rows are too far apart for it.
     """
-    mine, t, period = _counted(c, c.angle("theta"), c.angle("phi")), c.since, c.motion.period
+    mine, t, period = _counted(c, c.get("theta"), c.get("phi")), c.since, c.motion.period
     if not nutates(c):
         return {"turning": Count(mine["turning"], 0, 0)}
     same, found = _counted(c, c.exact.theta, c.exact.phi_mod), {}
