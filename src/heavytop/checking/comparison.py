@@ -22,15 +22,9 @@ FIRST_FITTED: Final = 12  # rows that a fit begins with
 FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
 FOLD_ALLOWED: Final = 1e-9  # rad beyond [0, π] that nobody minds
-FLOOR: Final = 1e-9  # of errors: what is smaller fits as well
-STILL_ANGLE: Final = 1e-3  # rad: motions that are smaller say little
 FIRST: Final = 0.02  # rad by which the first row may be off: no integrator has made an error yet
-MOVES: Final = 0.05  # rad that a motion moves at least, to say anything
-OCTAVE_ROWS: Final = 8  # that are looked at of each octave
-LEAST_RATE: Final = 1e-3  # of |ω|: the scale of a rate that is smaller all the time
 FITTED_START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
 COMPARED: Final = ("matrix", *ANGLES, *RATES, "axis", "vertical", "omega", "omega_body")
-OF_AXIS: Final = ("axis", "theta", "phi")  # what does not tell how the body has turned
 
 Origin = Literal["scene", "first row", "fitted"]
 
@@ -225,7 +219,7 @@ class Comparison:
             elif name == "matrix":
                 scale = np.sqrt(2)
             elif name not in POSITIONS:
-                scale = max(float(norm(other).max()), LEAST_RATE * exact.fastest)
+                scale = max(float(norm(other).max()), 1e-3 * exact.fastest)
             found[name] = norm(off) / scale
         return found
 
@@ -236,7 +230,7 @@ class Comparison:
         return float(max(there, default=0.0)) if self.since[0] == 0 else 0.0
 
 
-def octaves(size: int, most: int = OCTAVE_ROWS) -> tuple[Any, Any]:
+def octaves(size: int, most: int = 8) -> tuple[Any, Any]:
     """At most so many rows of every octave, and where each octave begins among them.
 
     Octaves are the first row, the second, two more, four more, …: early rows weigh most.
@@ -257,11 +251,11 @@ def decades(c: Comparison, begins: Any) -> Array:
     nothing with the motion, one of a convention is there from the first row on, or as large as the
     motion.
     """
-    errors = np.array([*c.errors.values()]) + FLOOR
+    errors = np.array([*c.errors.values()]) + 1e-9  # what is smaller fits as well
     axis, attitude = c.exact.moved
-    moved = np.array([axis if name in OF_AXIS else attitude for name in c.errors])
-    squares = (errors / (errors + moved + STILL_ANGLE)) ** 2
-    if moved.max() < MOVES:  # as if time were frozen: everything fits that
+    moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
+    squares = (errors / (errors + moved + 1e-3)) ** 2  # motions below 1e-3 rad say little
+    if moved.max() < 0.05:  # as if time were frozen: everything fits that
         squares[:] = 1.0
     sums, counts = np.add.reduceat(squares, begins, axis=1), np.diff([*begins, errors.shape[1]])
     found: Array = np.log10(sums / counts).mean(axis=1) / 2

@@ -6,7 +6,7 @@ without the convention, each with the words that go into its sentence.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import Any, Final, Literal, NamedTuple
@@ -19,13 +19,8 @@ from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.top import Top
 
-LEAST_OFFSET: Final = 0.02  # rad, from which on an angle is counted from another origin
-AZIMUTH_SINE: Final = 0.05  # sin θ below which an azimuth is not read off
 BETTER_BY: Final = 0.5  # decades, by which another number has to explain more
-PARTS: Final = tuple(0.5**k for k in range(8))  # by which numbers are changed at first
-SLOW_RATE: Final = 0.1  # of the largest angular velocity: rates below it are changed by as much
 QUARTER: Final = np.pi / 2
-RPM: Final = 2 * np.pi / 60
 IDENTITY: Final = np.eye(3)
 OMEGAS: Final = ("omega", "omega_body")
 IN_BODY: Final = {"matrix", "omega_body", "vertical"}
@@ -170,8 +165,6 @@ def _reverse_spin(c: Comparison) -> Variants:
 
 Y_UP: Final = "x z -y"  # the data's x, y, z in those of the package
 MIRROR: Final = np.diag([1.0, -1.0, 1.0])
-QUARTER_TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
-UPSIDE_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
 
 
 def _world(spelled: str) -> Array:
@@ -216,14 +209,15 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
             for body in bodies:
                 carried = body is not IDENTITY
                 upside = carried and bool(up[:2, 2].min() < 0)
-                down, cost = ", the body's axis too" * upside, UPSIDE_COST * upside
+                # a mirror may do the same as a world turned upside down with the body
+                down, cost = ", the body's axis too" * upside, 0.7 * upside
                 turned = _turn(c, space, body)
                 yield Variant(f"{_letters(space.T)}{down}", turned, cost)
                 if quarter := round(_offset(turned, "phi") / QUARTER) * QUARTER:
                     about = np.rint(_about(quarter))
                     other = _turn(turned, about, about.T if carried else IDENTITY)
                     words = f"{_letters((about @ space).T)}{down}"
-                    yield Variant(words, other, cost + QUARTER_TURN_COST)
+                    yield Variant(words, other, cost + 0.5)
             if not mirrored and R is not None:
                 yield Variant(f"{_letters(up)} in the body", _turn(c, IDENTITY, up))
 
@@ -234,13 +228,13 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
 
 
 def _offset(c: Comparison, name: str) -> float:
-    """By how much an angle differs in the first rows that show it [rad]; 0 without one."""
+    """By how much an angle differs in the first row that shows it [rad]; 0 below a degree."""
     mine, sine = c.get(name), c.exact.sine
     if c.given is None or mine is None:
         return 0.0
-    row = int(np.argmax(sine > min(AZIMUTH_SINE, float(sine.max()) / 2)))
+    row = int(np.argmax(sine > min(0.05, float(sine.max()) / 2)))
     turn = float(wrapped(c.exact.value(name)[row] - mine[row]))
-    return turn if abs(turn) > LEAST_OFFSET else 0.0
+    return turn if abs(turn) > 0.02 else 0.0
 
 
 def _turn_azimuth(c: Comparison) -> Variants:
@@ -271,8 +265,11 @@ def _take_spin_off(c: Comparison) -> Variants:
 
 # --- numbers of the problem ----------------------------------------------------------------------
 
-OTHERS: Final = (*MOMENT_NAMES, "the clock", "the time of the first row",
-                 "theta", "thetadot", "phidot", "spin")  # fmt: skip
+GROWN: Final = tuple(0.5**k for k in range(8))  # the parts by which a number is changed at first
+CHANGED: Final = (*GROWN, *(-x for x in GROWN))
+SHRUNK: Final = tuple(-(0.5**k) for k in range(6))  # by 3 % at least, which no coarse step does
+NUMBERS: Final = ("C", "gMR", "the clock", "the time of the first row",
+                  "theta", "thetadot", "phidot", "spin")  # fmt: skip
 
 
 def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
@@ -291,12 +288,12 @@ def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]
     elif name in MOMENT_NAMES:
         value += x * value
     else:
-        value += 2 * x * max(abs(value), SLOW_RATE * c.exact.fastest)
+        value += 2 * x * max(abs(value), 0.1 * c.exact.fastest)
     return value, c.with_numbers(**{key: value})
 
 
-def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
-    """Each number as it fits best, where it explains anything; A grows, or it shrinks."""
+def _fit(parts: Mapping[str, Sequence[float]]) -> Undo:
+    """Each number as it fits best, where it explains anything."""
 
     def undo(c: Comparison) -> Variants:
         from scipy.optimize import minimize_scalar
@@ -313,11 +310,10 @@ def _fit(names: Sequence[str], a_grows: bool = True) -> Undo:
                 return 0.0  # as where nothing fits
 
         wanted = misfit(0.0, "C") - BETTER_BY
-        for name in names:
-            grid = [s * x for s in (-1, 1) for x in PARTS if name != "A" or (s > 0) == a_grows]
-            least, x = min((misfit(x, name), x) for x in grid)
-            if least < wanted + BETTER_BY:
-                nearer = x / 2 if abs(x) > PARTS[-1] else 0.0
+        for name, grid in parts.items():
+            least, x = min((misfit(x, name), x) for x in (0.0, *grid))
+            if x:
+                nearer = x / 2 if abs(x) > min(map(abs, grid)) else 0.0
                 sides = sorted((float(np.clip(2 * x, -1, 1)), nearer))
                 found = minimize_scalar(
                     misfit, None, sides, (name,), "bounded", options={"xatol": 1e-10}
@@ -356,7 +352,7 @@ TABLE: Final = (
         ("ω", _all(np.radians, *OMEGAS)),
         ("angles, rates and ω", _all(np.radians, *ANGLES, *RATES, *OMEGAS)))),
     Convention("rpm", "{} in turns a minute", _map(
-        *((", ".join(names), _all(lambda x: x * RPM, *names))
+        *((", ".join(names), _all(lambda x: x * np.pi / 30, *names))
           for names in (RATES, ("psidot",), ("omega",), ("omega_body",))))),
     Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}", _put_scalar_last),
     Convention("omega-body", "the angular velocity is {}", _exchange_frames),
@@ -385,8 +381,8 @@ TABLE: Final = (
     Convention("spin-origin", "ψ is counted from another mark, turned by {}", _turn_spin,
                "origin"),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
-               _fit(("A",), a_grows=False), "physics", rare=True),
-    Convention("another-number", "another number does the same: {}", _fit(OTHERS), "number",
-               cost=2.0, rare=True),
+               _fit({"A": SHRUNK}), "physics", rare=True),
+    Convention("another-number", "another number does the same: {}",
+               _fit({"A": GROWN} | dict.fromkeys(NUMBERS, CHANGED)), "number", 2.0, rare=True),
 )  # fmt: skip
 INERTIA_ROW, NUMBER_ROW = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer

@@ -16,32 +16,14 @@ from heavytop.scene.quantities import ANGLES
 from heavytop.scene.scene_file import EVENTS
 
 ULP: Final = Fraction(1, 2**53)
-LOOKS: Final = 8  # times at which the motion's own condition is looked at,
-LOOK_DIGITS: Final = 40  # in so many digits
 WINDOWS: Final = 100  # of time, at most, in each of which there is one phase
-WINDOW_ROWS: Final = 5  # at least
 LEAST_GROWTH: Final = 1e-15  # an error of such size does not tell how it grows
-LEAST_PHASE: Final = 1e-14  # of the time: what rounding leaves
 CERTAIN: Final = 3.0  # standard errors from which on a phase is told from 0
-FEWEST: Final = 5  # phases whose growth is fitted,
-TIMES_RATIO: Final = 4.0  # over times that are in such a ratio,
-SURE_EXPONENT: Final = 0.2  # and whose exponent has at most this standard error
 LEAST_SWING: Final = 1e-9  # rad: a swing of the tilt that is smaller is no nutation
-NEWTON_STEPS: Final = 20
 LOST_PHASE: Final = 0.05  # of a period: beyond it an error of the phase is lost
-ONE_PHASE: Final = 0.98  # how alike the phases of rows are that show one phase only
-FEW_ROWS: Final = 6  # a period, below which events are not counted
 LEAST_TURN: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
 NOISE: Final = 1e-12  # rad, likewise
-AT_REST: Final = 0.01  # of the greatest rate: the axis stands still at a cusp
 HELD: Final = 0.02  # of what it would vary by: ψ̇ is constant
-DECAY: Final = 0.01  # of the spin, from which on friction is named
-STRAIGHT: Final = 0.03  # of a decay, by which it may be no exponential
-FIRST_ORDER: Final = 1.6  # an exponent of the step below it
-LARGEST_STEP: Final = 0.5  # of a radian of nutation, beyond which an error has no order
-SPIN_ALONE: Final = 1e3  # times the error of the axis, beyond which that of ψ is another one
-EXACT: Final = 1e-12  # an error below it is rounding
-COARSE: Final = 1e-3  # an error above it is no precision of numbers
 REMEDY: Final = "halve the step or the tolerance; if the error stays, compare A, C, gMR and start"
 
 
@@ -112,12 +94,12 @@ def measure_phase(c: Comparison) -> PhaseCurve:
         return PhaseCurve("the data have no tilt")
     if not nutates(c) or not period:
         return PhaseCurve("no nutation: no phase")
-    if abs(np.exp(2j * np.pi * c.since / period).mean()) > ONE_PHASE:
+    if abs(np.exp(2j * np.pi * c.since / period).mean()) > 0.98:
         return PhaseCurve("not told by these rows, which show one phase of the period")
     shift, found = 0.0, []
     for rows in _windows(c.since, period):
         before = shift
-        for _ in range(NEWTON_STEPS):
+        for _ in range(20):
             there = c.motion.at(c.since[rows] + shift)
             off, slope = wrapped(theta[rows] - there.theta), there.thetadot
             weight = (slope * slope).sum() or np.inf
@@ -131,7 +113,7 @@ def measure_phase(c: Comparison) -> PhaseCurve:
         found.append((float(c.data.t[rows].mean()), shift, spread))
     t, shifts, spreads = np.array(found).T
     after, largest = abs(t - c.data.t[0]), float(shifts[abs(shifts).argmax()])
-    growth = _fit_power(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
+    growth = _fit_power(after, abs(shifts), np.maximum(spreads, 1e-14 * after))  # rounding
     lost = next(iter(t[abs(shifts) > LOST_PHASE * period].tolist()), None)
     rms = float(np.sqrt((shifts**2).mean()))
     phase = Phase(float(shifts[-1]), rms, largest, float(t[-1]), lost)
@@ -151,19 +133,22 @@ def _windows(t: Array, period: float | None) -> list[slice]:
     """The rows of windows that are whole periods long, or parts alike; the last has the rest."""
     span = float(t[-1] - t[0])
     unit = period or span / WINDOWS
-    count = max(1, min(WINDOWS, int(span / unit), t.size // WINDOW_ROWS))
+    count = max(1, min(WINDOWS, int(span / unit), t.size // 5))  # of five rows at least
     width = unit * max(1, int(span / unit / count))
     edges = np.searchsorted(t, t[0] + width * np.arange(1, count))
     return [slice(a, b) for a, b in pairwise(np.unique([0, *edges, t.size]))]
 
 
 def _fit_power(t: Array, size: Array, spread: Any) -> float | None:
-    """The power of time by which sizes grow, where they are clear and it is."""
+    """The power of time by which sizes grow; None if it is not sure to 0.2.
+
+    Five sizes at least have to be clear, over times in a ratio of four.
+    """
     clear = (size > CERTAIN * spread) & (t > 0)
-    if clear.sum() < FEWEST or t[clear].max() < TIMES_RATIO * t[clear].min():
+    if clear.sum() < 5 or t[clear].max() < 4 * t[clear].min():
         return None
     line, errors = np.polyfit(np.log(t[clear]), np.log(size[clear]), 1, cov=True)
-    return float(line[0]) if np.sqrt(errors[0, 0]) < SURE_EXPONENT else None
+    return float(line[0]) if np.sqrt(errors[0, 0]) < 0.2 else None
 
 
 def _fit_line(part: Array, y: Array) -> tuple[float, float]:
@@ -206,7 +191,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     if (omega3 * omega3[0] > 0).all():
         slope, off = _fit_line(t / t[-1], np.log(omega3 / omega3[0]))
         begins = abs(omega3[0] / float(exact.omega3[0]) - 1) < HELD
-        if begins and slope < -DECAY and off < STRAIGHT * -slope:
+        if begins and slope < -0.01 and off < 0.03 * -slope:  # a part, and exponential
             words = f"p_ψ falls as e^(−{-slope / t[-1]:.4g} t) (fit)"
             lost = f"{-100 * np.expm1(slope):.3g} % in all"
             return "friction", f"{words}, {lost}: friction, which this model has not"
@@ -218,7 +203,7 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
     momenta = [name for name in ("energy", "p_phi", "p_psi") if name in curves]
     kept: dict[str, Any] = {name: _trend(curves[name]) for name in momenta}
     error = curves.get("axis", curves.get("theta", next(iter(curves.values()))))
-    if "psi" in curves and np.nanstd(curves["psi"]) > SPIN_ALONE * np.nanstd(error):
+    if "psi" in curves and np.nanstd(curves["psi"]) > 1e3 * np.nanstd(error):
         error = curves["psi"]
     error = error[np.isfinite(error)]
     size, first, last = (
@@ -226,9 +211,9 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
         _rms(error[: 3 + error.size // 20]),
         abs(error[-1 - error.size // 10 :]).max(),
     )
-    floor = -float(np.log10(size)) if LEAST_GROWTH < size < COARSE and first > size / 2 else None
+    floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
     order, sentence = None, REMEDY
-    if size < EXACT:
+    if size < 1e-12:
         sentence = "the error is that of rounding"
     elif agent:
         sentence = agent
@@ -251,7 +236,7 @@ def _is_first_order(c: Comparison, last: float) -> bool:
     step, span = (
         2 * np.pi / c.motion.period * x for x in (np.median(np.diff(c.since)), np.ptp(c.since))
     )
-    return bool(step < LARGEST_STEP and last / max(1.0, span) > step**FIRST_ORDER)
+    return bool(step < 0.5 and last / max(1.0, span) > step**1.6)
 
 
 def _trend(curve: Array) -> str:
@@ -274,7 +259,7 @@ def count_events(c: Comparison) -> dict[str, Count]:
     if not nutates(c):
         return {"turning": Count(mine["turning"], 0, 0)}
     same, found = _counted(c, c.exact.theta, c.exact.phi_mod), {}
-    dense = not period or (np.diff(t) < period / FEW_ROWS).all()
+    dense = not period or (np.diff(t) < period / 6).all()
     before = 2 * t[0] - t[1] if t[0] < 0 else max(0.0, 2 * t[0] - t[1])
     try:
         c.motion.require_proof()
@@ -301,7 +286,7 @@ def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
         found["reversal"] = len(_turns(phi, LEAST_TURN * swing + NOISE))
         if theta is not None:
             rate = abs(np.gradient(phi, t)[tops])
-            found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
+            found["cusp"] = int((rate < 0.01 * abs(exact.phidot).max()).sum())
     return found
 
 
@@ -317,7 +302,7 @@ def _turns(x: Array, least: float) -> Any:
 
 def measure_condition(c: Comparison) -> float:
     """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
-    times = c.since[np.linspace(0, c.since.size - 1, LOOKS).astype(int)].tolist()
+    times = c.since[np.linspace(0, c.since.size - 1, 8).astype(int)].tolist()
     rounded = replace(c, given=c.start).with_numbers(A=float(c.top.A))
     rounded = rounded.with_numbers(theta=float(c.start.theta))
     numbers = {name: getattr(rounded.top, name) for name in MOMENT_NAMES}
@@ -325,10 +310,10 @@ def measure_condition(c: Comparison) -> float:
     numbers |= {name: getattr(rounded.start, name) for name in held}
 
     def axes(c: Comparison) -> Any:
-        records: Any = c.motion.at(times, LOOK_DIGITS)
+        records: Any = c.motion.at(times, 40)
         return np.array([record.axis for record in records])
 
-    there, moved = axes(rounded), np.zeros(LOOKS)
+    there, moved = axes(rounded), np.zeros(len(times))
     for name, value in numbers.items():
         if value.sign():  # A grows and the others shrink, so that C ≤ 2A and θ ≤ π stay
             by = 1 + (ULP if name == "A" else -ULP)

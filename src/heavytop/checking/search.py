@@ -16,16 +16,7 @@ from heavytop.errors import HeavyTopError
 # decades, mean of all octaves, by which one explanation beats another clearly
 CLEAR_BY: Final = 0.5
 ALIKE: Final = 0.05  # decades: no better and no worse
-LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
-MOST_DOUBTFUL: Final = 2  # names that another start may have as well
-GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
-FITTING: Final = -5.0  # decades: nothing is looked for
-LEAST_RESIDUAL: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
-NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
-MOST_NAMES: Final = 5
-DENSE_ROWS: Final = 200  # the first, where the start is that of the data,
-SPARSE_ROWS: Final = 800  # and about so many of the others
 
 by_total: Final = attrgetter("total")
 
@@ -81,18 +72,18 @@ class Explanation(NamedTuple):
 
     @property
     def fits(self) -> bool:
-        """Whether it fits so well that nothing more is looked for."""
-        return bool((self.misfit < FITTING).all())
+        """Whether it fits so well, to five digits, that nothing more is looked for."""
+        return bool((self.misfit < -5).all())
 
     def beats(self, other: Explanation) -> bool:
         """Whether it is clearly better than another in anything."""
         return bool((other.misfit - self.misfit > CLEAR_BY).any())
 
     def improves(self, base: Explanation) -> bool:
-        """Whether it gains enough, and what it makes better is good then."""
+        """Whether it gains 0.7 decades, and what it makes better is good to a tenth then."""
         gains = base.misfit - self.misfit
-        good = (self.misfit[gains > CLEAR_BY] < GOOD).all()
-        return bool(self.beats(base) and good and gains.sum() > LEAST_GAIN)
+        good = (self.misfit[gains > CLEAR_BY] < -1).all()
+        return bool(self.beats(base) and good and gains.sum() > 0.7)
 
 
 class Judgement(NamedTuple):
@@ -140,7 +131,7 @@ def explain(comparison: Comparison) -> Judgement:
             sets = [tuple(sorted((*used, k))) for k in rows if k not in used]
             found.extend(_try(some, begins, sets, used))
 
-    for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
+    for level in range(1, 2 if comparison.origin == "fitted" else 6):  # names at most
         if best.fits or (level > 2 and len(best.steps) < level - 1):
             break
         if level == 1:
@@ -172,8 +163,8 @@ def _some(comparison: Comparison) -> tuple[Comparison, Any]:
     size = comparison.data.t.size
     rows, begins = octaves(size)
     if comparison.given is None:  # the start follows from the rows
-        rest = np.arange(DENSE_ROWS, size)
-        rows = np.r_[: min(DENSE_ROWS, size), rest[:: rest.size // SPARSE_ROWS + 1]]
+        rest = np.arange(200, size)  # the first 200, and of the others about 800
+        rows = np.r_[: min(200, size), rest[:: rest.size // 800 + 1]]
         _, begins = octaves(rows.size, most=rows.size)
     return comparison.rows(rows), begins
 
@@ -197,7 +188,7 @@ def judge(found: Sequence[Explanation]) -> Judgement:
         if (each is named or not best.beats(each)) and not any(
             other.names == each.names
             or (other.names < each.names and not each.beats(other))
-            or (other.cost < each.cost - NEARLY and (other.misfit < each.misfit + ALIKE).all())
+            or (other.cost < each.cost - 0.4 and (other.misfit < each.misfit + ALIKE).all())
             for other in kept
         ):
             kept.append(each)
@@ -215,8 +206,10 @@ def _try(
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
-        doubtful = sum(TABLE[row].doubtful for row in rows)
-        if doubtful > MOST_DOUBTFUL or sum(TABLE[row].physics for row in rows) > 1:
+        if (
+            sum(TABLE[row].doubtful for row in rows) > 2
+            or sum(TABLE[row].physics for row in rows) > 1
+        ):
             continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
         for row in rows:
@@ -228,7 +221,7 @@ def _try(
             ]
         for steps, after in states:
             try:
-                misfit = np.maximum(decades(after, begins), LEAST_RESIDUAL)
+                misfit = np.maximum(decades(after, begins), -6.5)  # no fit reaches more
                 yield Explanation(steps, misfit, after.first)
             except HeavyTopError:
                 continue
