@@ -68,12 +68,6 @@ class ExactMotion:
         """The largest angular velocity."""
         return float(norm(self.omega).max()) or 1.0
 
-    @cached_property
-    def moved(self) -> tuple[Array, Array]:
-        """How far the axis, and the attitude, are from those of the first time."""
-        turned = norm(self.matrix - self.matrix[0]) / np.sqrt(2)
-        return norm(self.axis - self.axis[0]), turned
-
 
 _motion = lru_cache(maxsize=64)(Motion)
 
@@ -252,7 +246,7 @@ def decades(c: Comparison, begins: Any) -> Array:
     motion.
     """
     errors = np.array([*c.errors.values()]) + 1e-9  # what is smaller fits as well
-    axis, attitude = c.exact.moved
+    axis, attitude = (norm(x - x[0]) for x in (c.exact.axis, c.exact.matrix / np.sqrt(2)))
     moved = np.array([axis if name in ("axis", "theta", "phi") else attitude for name in c.errors])
     squares = (errors / (errors + moved + 1e-3)) ** 2  # motions below 1e-3 rad say little
     if moved.max() < 0.05:  # as if time were frozen: everything fits that
@@ -315,7 +309,7 @@ def _fitted(c: Comparison) -> State:
         return off.ravel()
 
     p, size, misfit = np.array([float(getattr(guess, x)) for x in FITTED_START]), some.t.size, 0.0
-    doubled = (FIRST_FITTED * 2**k for k in range(size) if FIRST_FITTED * 2**k < size)
+    doubled = (FIRST_FITTED * 2**k for k in range(8) if FIRST_FITTED * 2**k < size)
     try:
         for rows in (*doubled, size):
             if misfit < FITS:

@@ -21,19 +21,18 @@ _ANGLES: Final = {
 }
 _TIMES: Final = "t time zeit temps tiempo tempo tid timestamp times clock"
 _RATES: Final = "{0}dot d{0} d{0}dt {0}d {0}rate {0}velocity {0}speed {0}punkt {0}geschwindigkeit"
-_NINE: Final = tuple(f"{i}{j}" for i in "123" for j in "123")
-_ZERO: Final = tuple(f"{i}{j}" for i in "012" for j in "012")
-_XYZ: Final = (tuple("xyz"), tuple("123"))
 # Of vectors: the names, and those of the components, of which one set has to be complete.
-_VECTORS: Final[Mapping[str, tuple[str, tuple[tuple[str, ...], ...]]]] = {
+_VECTORS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "quaternion": ("quaternion quat q attitude orientation rot e ep",
-                   (tuple("wxyz"), tuple("0123"), tuple("1234"), tuple("rijk"))),
-    "matrix": ("matrix rotation rot r m dcm rotationmatrix rmat", (_NINE, _ZERO)),
+                   ("w x y z", "0 1 2 3", "1 2 3 4", "r i j k")),
+    "matrix": ("matrix rotation rot r m dcm rotationmatrix rmat",
+               ("11 12 13 21 22 23 31 32 33", "00 01 02 10 11 12 20 21 22")),
     "axis": ("axis e n d u com cm cog pos position tip apex director symmetryaxis bodyaxis achse "
-             "axe schwerpunkt center centre centreofmass centerofmass", _XYZ),
-    "omega": ("omega w om angvel angularvelocity angularrate winkelgeschwindigkeit gyro", _XYZ),
-    "momentum": ("l angmom angularmomentum momentum drehimpuls h", _XYZ),
-    "vertical": ("gamma vertical poisson gam", _XYZ),
+             "axe schwerpunkt center centre centreofmass centerofmass", ("x y z", "1 2 3")),
+    "omega": ("omega w om angvel angularvelocity angularrate winkelgeschwindigkeit gyro",
+              ("x y z", "1 2 3")),
+    "momentum": ("l angmom angularmomentum momentum drehimpuls h", ("x y z", "1 2 3")),
+    "vertical": ("gamma vertical poisson gam", ("x y z", "1 2 3")),
 }  # fmt: skip
 _BARE: Final = {"quaternion": "wxyz", "axis": "xyz"}  # whose components may stand alone
 _BODY: Final = {"body", "b", "local", "corps", "koerper", "korper", "bf", "rotor", "fixed"}
@@ -148,7 +147,8 @@ def complete_set(quantity: str, components: Collection[str]) -> tuple[str, ...]:
     """The names of the components in their order, where one set of them is complete; else empty."""
     if "" in components:
         return ("",)
-    sets = _VECTORS.get(quantity.removesuffix("_body"), ("", ()))[1]
+    _, spelled = _VECTORS.get(quantity.removesuffix("_body"), ("", ()))
+    sets = [tuple(each.split()) for each in spelled]
     order = sets[::-1] if "00" in components else sets
     return next((each for each in order if {*components} >= {*each}), ())
 
@@ -162,7 +162,7 @@ def _usual() -> Iterator[tuple[str, str, str]]:
             yield name, quantity, ""
             yield from ((rate, f"{quantity}dot", "") for rate in _RATES.format(name).split())
     for quantity, (names, sets) in _VECTORS.items():
-        components = dict.fromkeys(c for each in sets for c in each)
+        components = dict.fromkeys(" ".join(sets).split())
         for name in names.split():
             if len(name) > 1 or name == "q":
                 yield name, quantity, ""

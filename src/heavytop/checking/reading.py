@@ -171,8 +171,8 @@ def _numbers(column: Any) -> Array | None:
         import pandas
 
         values = np.reshape(pandas.to_numeric(values.ravel(), errors="coerce"), values.shape)
-    if values.dtype.kind not in "fiu" or not np.isfinite(values).any():
-        return None
+    if values.dtype.kind not in "fiu" or not np.isfinite(values).any(axis=0).all():
+        return None  # a component has none at all
     return np.atleast_1d(np.squeeze(values.astype(np.float64)))
 
 

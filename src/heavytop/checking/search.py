@@ -134,12 +134,9 @@ def explain(comparison: Comparison) -> Judgement:
     for level in range(1, 2 if comparison.origin == "fitted" else 6):  # names at most
         if best.fits or (level > 2 and len(best.steps) < level - 1):
             break
-        if level == 1:
-            extend([base], every)
-        elif level == 2:
-            found += _try(some, begins, combinations(often, 2))
-        if level > 1:
-            extend(_ranked(found)[:EXTENDED], every)
+        if level <= 2:
+            found += _try(some, begins, combinations(every if level == 1 else often, level))
+        extend(_ranked(found)[: EXTENDED * (level > 1)], every)
         best = min(found, key=by_total)
     if not best.fits:  # an axis with the spin is undone by the ψ of the scene's A
         ranked = _ranked(found)[:EXTENDED]
