@@ -156,6 +156,13 @@ def test_a_fault_is_told(told):
         read(FAULTS[told])
 
 
+def test_elevations_are_tilts_in_their_own_unit():
+    for quarter, elevation in ((90, [20, 10, 0, -10, -20]), (np.pi / 2, [0.2, 0.1, 0, -0.1, -0.2])):
+        data = read(FIVE | {"elevation": elevation})
+        assert data.values["theta"] == pytest.approx(quarter - np.array(elevation))
+        assert "elevation" in data.declared
+
+
 def test_what_is_not_understood_is_listed_and_stops_nothing():
     more = {"phi": np.ones(5, complex), "qx": [1] * 5, "time": [1] * 5, "omega": [2] * 5}
     found = read(FIVE | {"theta": [1] * 5, "note": ["a"] * 5} | more)
