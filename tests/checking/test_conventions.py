@@ -93,7 +93,7 @@ def test_every_octave_of_rows_counts_once():
 
 def explanation(misfit, *names):
     steps = tuple(Undoing(NAMES.index(name), 0, "", 1.0) for name in names)
-    return Explanation(steps, {"attitude": misfit})
+    return Explanation(steps, np.array([misfit]))
 
 
 @pytest.mark.parametrize(

@@ -8,33 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import permutations
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from heavytop.checking.comparison import Comparison, axes, decades, norm, octaves, wrapped
-from heavytop.checking.reading import Array
+from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrapped
+from heavytop.checking.reading import Array, matrices, norm
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES, RATES
-from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-LEAST_OFFSET: Final = 0.02  # rad, from which on an angle is counted from another origin
-AZIMUTH_SINE: Final = 0.05  # sin θ below which an azimuth is not read off
 BETTER_BY: Final = 0.5  # decades, by which another number has to explain more
-EIGHT: Final = np.geomspace(1, 1 / 128, 8)
-SLOW_RATE: Final = 0.1  # of the largest angular velocity: rates below it are changed by as much
-TILTED: Final = 0.2  # of cos θ: a world whose first row is off by more is another one
 QUARTER: Final = np.pi / 2
-RPM: Final = 2 * np.pi / 60
 IDENTITY: Final = np.eye(3)
-TILTS: Final = (*ANGLES, "elevation")
-TURNS: Final = (*RATES, "elevationdot")
-SPINS: Final = ("omega", "omega_body")
-
-MOMENT_NAMES: Final = ("A", "C", "gMR")
+OMEGAS: Final = ("omega", "omega_body")
+IN_BODY: Final = {"matrix", "omega_body", "vertical"}
 
 
 class Variant(NamedTuple):
@@ -79,16 +68,20 @@ class Convention(NamedTuple):
 Change = dict[str, Callable[[Array], Any]]
 
 
+def _changed(c: Comparison, change: Change) -> Comparison:
+    """Other values of some quantities."""
+    return c.updated(**{x: f(c.values[x]) for x, f in change.items() if x in c.values})
+
+
 def _map(*variants: tuple[str, Change]) -> Undo:
     """Other values of some quantities; no two variants change the same ones."""
 
     def undo(c: Comparison) -> Variants:
-        before: set[tuple[str, ...]] = {()}
+        before = [set[str]()]
         for words, change in variants:
-            changed = {x: change[x](c.data.values[x]) for x in change if x in c.data.values}
-            if (names := tuple(changed)) not in before:
-                before.add(names)
-                yield Variant(words, c.updated(**changed))
+            if (names := change.keys() & c.values.keys()) not in before:
+                before.append(names)
+                yield Variant(words, _changed(c, change))
 
     return undo
 
@@ -120,12 +113,18 @@ def _exchange_frames(c: Comparison) -> Variants:
         ("omega", "omega_body", "in the body, not in space"),
         ("omega_body", "omega", "in space, not in the body"),
     ):
-        if name in c.data.values and other not in c.data.values:
-            yield Variant(words, c.updated(**{other: c.data.values[name], name: None}))
+        if name in c.data.values and other not in c.values:
+            yield Variant(words, c.updated(**{other: c.values[name], name: None}))
+
+
+def _put_scalar_last(c: Comparison) -> Variants:
+    if "quaternion" in c.values:
+        q = np.roll(c.values["quaternion"], 1, axis=1)
+        yield Variant("", c.updated(quaternion=q, matrix=matrices(q)))
 
 
 def _exchange_angles(c: Comparison) -> Variants:
-    values = c.data.values
+    values = c.values
     for order in permutations(ANGLES):
         pairs = [(name, other) for name, other in zip(ANGLES, order, strict=True) if name != other]
         swapped = {n + dot: values.get(o + dot) for n, o in pairs for dot in ("", "dot")}
@@ -137,23 +136,11 @@ def _exchange_angles(c: Comparison) -> Variants:
 # --- another motion ------------------------------------------------------------------------------
 
 
-def _with(c: Comparison, **numbers: float) -> Comparison:
-    """The same data, of a top or of a start with other numbers."""
-    top, given = c.top, c.given
-    if numbers.keys() & {*MOMENT_NAMES}:
-        top = Top.of_numbers(**{name: float(getattr(top, name)) for name in MOMENT_NAMES} | numbers)
-    elif given is not None:
-        spin = () if numbers.keys() & {"psidot", "omega3"} else (given.held,)
-        names = (*ANGLES, "thetadot", "phidot", *spin)
-        given = State(**{name: float(getattr(given, name)) for name in names} | numbers)
-    return replace(c, top=top, given=given)
-
-
 def _moments(change: Callable[[Top], dict[str, float]]) -> Undo:
     """Other moments of the top, where they are others and there is such a top."""
 
     def undo(c: Comparison) -> Variants:
-        other = _with(c, **change(c.top))
+        other = c.with_numbers(**change(c.top))
         if other.top != c.top and float(other.top.C) >= 0:
             yield Variant("", other)
 
@@ -162,27 +149,22 @@ def _moments(change: Callable[[Top], dict[str, float]]) -> Undo:
 
 def _hold_other_spin(c: Comparison) -> Variants:
     if c.given is not None:
-        held, other = sorted(("omega3", "psidot"), key=lambda name: name != c.start.held)
-        words = f"{held} of the scene was taken for {other}"
-        yield Variant(words, _with(c, **{other: float(c.given.spin)}))
+        other = "psidot" if c.given.held == "omega3" else "omega3"
+        words = f"{c.given.held} of the scene was taken for {other}"
+        yield Variant(words, c.with_numbers(**{other: float(c.given.spin)}))
 
 
 def _reverse_spin(c: Comparison) -> Variants:
     if c.given is not None and c.given.spin != 0:
         words = "the body spins the other way round"
-        yield Variant(words, _with(c, **{c.given.held: -float(c.given.spin)}))
+        yield Variant(words, c.with_numbers(**{c.given.held: -float(c.given.spin)}))
     yield from _map(("ψ is counted the other way round", _all(np.negative, "psi", "psidot")))(c)
 
 
 # --- worlds --------------------------------------------------------------------------------------
 
 Y_UP: Final = "x z -y"  # the data's x, y, z in those of the package
-Z_DOWN: Final = "x -y -z"
-PERMUTED: Final = ("x -z y", "z x y", "-z y x")
 MIRROR: Final = np.diag([1.0, -1.0, 1.0])
-IN_BODY: Final = {"matrix", "quaternion", "omega_body", "vertical"}
-QUARTER_TURN_COST: Final = 0.5  # of a quarter turn that comes with a world
-UPSIDE_COST: Final = 0.7  # of a world turned upside down with the body: a mirror may do the same
 
 
 def _world(spelled: str) -> Array:
@@ -204,131 +186,77 @@ def _about(angle: float) -> Array:
 
 def _turn(c: Comparison, space: Array, body: Array = IDENTITY) -> Comparison:
     """The data in another space, `space` e, and of a body with other axes, R `body`."""
-    values, turned = c.data.values, dict[str, Any]()
-    if c.matrix is not None:
-        turned = {"matrix": space @ c.matrix @ body, "quaternion": None}
-    outer, inner = (np.sign(np.linalg.det(each)) for each in (space, body))
-    for name, by, sign in (
-        ("axis", space.T, 1.0),
-        ("omega", space.T, outer),
-        ("omega_body", body, inner),
-        ("momentum_body", body, inner),
-        ("vertical", body, 1.0),
-    ):
-        if name in values:
-            turned[name] = sign * values[name] @ by
-    return c.updated(**turned)
+    turned = {
+        "matrix": lambda R: space @ R @ body,
+        "axis": lambda e: e @ space.T,
+        "omega": lambda omega: np.linalg.det(space) * omega @ space.T,
+        "omega_body": lambda omega: np.linalg.det(body) * omega @ body,
+        "vertical": lambda g: g @ body,
+    }
+    return _changed(c, turned)
 
 
 def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
-    """Other axes of space, with those of the body or without."""
+    """Other axes of space, with those of the body or without, and what a quarter turn makes."""
 
     def undo(c: Comparison) -> Variants:
-        given = c.data.values.keys() & (IN_BODY | {"axis"})
+        given, R = c.values.keys() & (IN_BODY | {"axis"}), c.values.get("matrix")
         for up in map(_world, spelled if given else ()):
             space = MIRROR @ up.T if mirrored else up.T
             bodies = [space.T, IDENTITY] if given & IN_BODY else [IDENTITY]
-            if c.matrix is not None and mirrored and np.linalg.det(c.matrix[0]) > 0:
+            if R is not None and mirrored and np.linalg.det(R[0]) > 0:
                 bodies = [space.T]
             for body in bodies:
                 carried = body is not IDENTITY
                 upside = carried and bool(up[:2, 2].min() < 0)
-                down, extra = ", the body's axis too" * upside, UPSIDE_COST * upside
+                # a mirror may do the same as a world turned upside down with the body
+                down, cost = ", the body's axis too" * upside, 0.7 * upside
                 turned = _turn(c, space, body)
-                if not _may_begin(turned):
-                    continue
-                yield Variant(f"{_letters(space.T)}{down}", turned, extra)
-                if quarter := round(_azimuth(turned) / QUARTER) * QUARTER:
+                yield Variant(f"{_letters(space.T)}{down}", turned, cost)
+                if quarter := round(_offset(turned, "phi") / QUARTER) * QUARTER:
                     about = np.rint(_about(quarter))
                     other = _turn(turned, about, about.T if carried else IDENTITY)
                     words = f"{_letters((about @ space).T)}{down}"
-                    yield Variant(words, other, extra + QUARTER_TURN_COST)
-            if not mirrored and c.matrix is not None and _may_begin(_turn(c, IDENTITY, up)):
+                    yield Variant(words, other, cost + 0.5)
+            if not mirrored and R is not None:
                 yield Variant(f"{_letters(up)} in the body", _turn(c, IDENTITY, up))
 
     return undo
 
 
-def _mirror(c: Comparison) -> Variants:
-    """The mirrored world; of angles alone φ counts the other way round, ψ too or not."""
-    if c.data.values.keys() & (IN_BODY | {"axis"}):
-        yield from _worlds("x y z", mirrored=True)(c)
-    else:
-        both = _all(np.negative, "phi", "phidot", "psi", "psidot")
-        yield from _map(
-            ("φ and ψ count the other way round", both),
-            ("φ counts the other way round", _all(np.negative, "phi", "phidot")),
-        )(c)
-
-
-def _may_begin(c: Comparison) -> bool:
-    """Whether the first row may have the tilt of the start, which no azimuth changes."""
-    if c.axis is None or c.given is None or c.since[0]:
-        return True
-    return bool(abs(c.axis[0, 2] - np.cos(float(c.given.theta))) < TILTED)
-
-
 # --- origins -------------------------------------------------------------------------------------
 
 
-def _azimuth(c: Comparison) -> float:
-    """By how much the first rows have to be turned about the vertical [rad]."""
-    if c.axis is None or c.given is None:
-        return 0.0
-    mine, other = c.axis, c.exact.axis
-    across = np.minimum(norm(mine[:, :2]), norm(other[:, :2]))
-    row = int(np.argmax(across > min(AZIMUTH_SINE, float(across.max()))))
-    (x, y), (u, v) = mine[row, :2], other[row, :2]
-    return float(np.arctan2(x * v - y * u, x * u + y * v))
-
-
 def _offset(c: Comparison, name: str) -> float:
-    """By how much an angle differs in the first rows [rad]."""
-    if name not in c.data.values:
+    """By how much an angle differs in the first row that shows it [rad]; 0 below a degree."""
+    mine, sine = c.get(name), c.exact.sine
+    if c.given is None or mine is None:
         return 0.0
-    sine = c.exact.sine
-    row = int(np.argmax(sine > min(AZIMUTH_SINE, float(sine.max()) / 2)))
-    return float(wrapped(c.exact.angle(name)[row] - c.data.values[name][row]))
+    row = int(np.argmax(sine > min(0.05, float(sine.max()) / 2)))
+    turn = float(wrapped(c.exact.value(name)[row] - mine[row]))
+    return turn if abs(turn) > 0.02 else 0.0
 
 
 def _turn_azimuth(c: Comparison) -> Variants:
-    if c.given is None:
-        return
-    vectors = c.data.values.keys() & {"axis", "matrix", "quaternion", "omega"}
-    turn, offset = _azimuth(c) if vectors else 0.0, _offset(c, "phi")
-    turned, words = _turn(c, _about(turn)), f"{np.degrees(turn):.4g}"
-    if abs(turn) > LEAST_OFFSET:
+    if turn := _offset(c, "phi"):
+        words, about = f"{np.degrees(turn):.4g}°", _about(turn)
+        turned = _changed(_turn(c, about), {"phi": lambda phi: phi + turn})
         yield Variant(words, turned)
-        if c.matrix is not None:  # the axes of the body are turned with those of space
-            both = _turn(c, _about(turn), _about(-turn))
-            yield Variant(f"{words}° in space and in the body: {words}", both)
-    if abs(offset) > LEAST_OFFSET:
-        phi = c.data.values["phi"] + offset
-        yield Variant(f"{np.degrees(offset):.4g}", c.updated(phi=phi))
-        if abs(turn) > LEAST_OFFSET:
-            yield Variant(words, turned.updated(phi=phi))
+        if "matrix" in c.values:  # the axes of the body are turned with those of space
+            yield Variant(f"{words} in space and in the body", _turn(turned, IDENTITY, about.T))
 
 
 def _turn_spin(c: Comparison) -> Variants:
-    if c.given is None:
-        return
-    turn, offset = 0.0, _offset(c, "psi")
-    if c.matrix is not None:
-        between = c.matrix[0].T @ c.exact.rotation[0]
-        turn = float(np.arctan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1]))
-    elif "vertical" in c.data.values:
-        turn = float(wrapped(c.exact.psi_mod[0] - c.angle("psi")[0]))
-    if abs(turn) > LEAST_OFFSET:
-        yield Variant(f"{np.degrees(turn):.4g}", _turn(c, IDENTITY, _about(turn)))
-    if abs(offset) > LEAST_OFFSET:
-        yield Variant(f"{np.degrees(offset):.4g}", c.updated(psi=c.data.values["psi"] + offset))
+    if turn := _offset(c, "psi"):
+        turned = _changed(_turn(c, IDENTITY, _about(turn)), {"psi": lambda psi: psi + turn})
+        yield Variant(f"{np.degrees(turn):.4g}°", turned)
 
 
 def _take_spin_off(c: Comparison) -> Variants:
-    axis = c.data.values.get("axis")
+    axis = c.values.get("axis")
     if axis is None or c.given is None:
         return
-    psi, phi = (c.data.values.get(name, c.exact.angle(name)) for name in ("psi", "phi"))
+    psi, phi = (c.values.get(name, c.exact.value(name)) for name in ("psi", "phi"))
     azimuth, theta = np.arctan2(axis[:, 0], -axis[:, 1]), np.arctan2(norm(axis[:, :2]), axis[:, 2])
     for sign, words in ((1, "with ψ"), (-1, "against ψ")):
         turned = azimuth - sign * psi
@@ -337,39 +265,39 @@ def _take_spin_off(c: Comparison) -> Variants:
 
 # --- numbers of the problem ----------------------------------------------------------------------
 
-SMALLER: Final = {"A": (5.0, 0.0)}  # between C/2, where all mass is far out, and A
-OTHERS: Final = {"A": (0.0, 1.0)} | dict.fromkeys(
-    ("C", "gMR", "the clock", "the time of the first row", "theta", "thetadot", "phidot", "spin"),
-    (1.0, 1.0),
-)
-"""How far each number is changed at most, down and up: see `_changed`."""
+GROWN: Final = tuple(0.5**k for k in range(8))  # the parts by which a number is changed at first
+CHANGED: Final = (*GROWN, *(-x for x in GROWN))
+SHRUNK: Final = tuple(-(0.5**k) for k in range(6))  # by 3 % at least, which no coarse step does
+NUMBERS: Final = ("C", "gMR", "the clock", "the time of the first row",
+                  "theta", "thetadot", "phidot", "spin")  # fmt: skip
 
 
-def _changed(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
-    """One number changed by x, most by a factor 2^x, rates by x of twice what is usual."""
-    factor = 2.0**x
+def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
+    """A number of the problem changed by the part x of what it is changed at most."""
     if name == "the clock":
-        return factor, _at_times(c, c.data.t * factor)
+        return 1 + x, _at_times(c, c.data.t * (1 + x))
     if name == "the time of the first row":
         shift = x * (c.motion.period or float(c.data.t[-1]))
         return shift, _at_times(c, c.data.t + shift)
-    if name in MOMENT_NAMES:
-        least = float(c.top.C) / 2 if name == "A" else 0.0
-        value = least + (float(getattr(c.top, name)) - least) * factor
-        return value, _with(c, **{name: value})
     key = c.start.held if name == "spin" else name
-    value = float(getattr(c.start, key))
-    if name == "theta":
+    value = float(getattr(c.top if name in MOMENT_NAMES else c.start, key))
+    if name == "A":  # from C/2, where all mass is far out
+        value += x * (value - float(c.top.C) / 2)
+    elif name == "theta":
         value = float(np.clip(value + x / 2, 0, np.pi))
+    elif name in MOMENT_NAMES:
+        value += x * value
     else:
-        value += 2 * x * max(abs(value), SLOW_RATE * c.exact.fastest)
-    return value, _with(c, **{key: value})
+        value += 2 * x * max(abs(value), 0.1 * c.exact.fastest)
+    return value, c.with_numbers(**{key: value})
 
 
-def _fit(bounds: Mapping[str, tuple[float, float]]) -> Undo:
+def _fit(parts: Mapping[str, Sequence[float]]) -> Undo:
     """Each number as it fits best, where it explains anything."""
 
     def undo(c: Comparison) -> Variants:
+        from scipy.optimize import minimize_scalar
+
         if c.given is None:
             return
         rows, begins = octaves(c.data.t.size)
@@ -377,48 +305,37 @@ def _fit(bounds: Mapping[str, tuple[float, float]]) -> Undo:
 
         def misfit(x: float, name: str) -> float:
             try:
-                return sum(decades(_changed(some, name, x)[1], begins).values())
+                return float(decades(_with_number(some, name, x)[1], begins).sum())
             except HeavyTopError:
-                return np.inf
+                return 0.0  # as where nothing fits
 
         wanted = misfit(0.0, "C") - BETTER_BY
-        for name, (down, up) in bounds.items():
-            grid = [*-EIGHT * down, 0.0, *EIGHT[::-1] * up]
-            x, least = _smallest(partial(misfit, name=name), grid, wanted)
+        for name, grid in parts.items():
+            least, x = min((misfit(x, name), x) for x in (0.0, *grid))
+            if x:
+                nearer = x / 2 if abs(x) > min(map(abs, grid)) else 0.0
+                sides = sorted((float(np.clip(2 * x, -1, 1)), nearer))
+                found = minimize_scalar(
+                    misfit, None, sides, (name,), "bounded", options={"xatol": 1e-10}
+                )
+                least, x = min((least, x), (float(found.fun), float(found.x)))
             if least < wanted:
-                value, other = _changed(c, name, x)
+                value, other = _with_number(c, name, x)
                 yield Variant(f"{name} = {value:.6g}", other)
 
     return undo
 
 
-def _smallest(
-    f: Callable[[float], float], grid: Sequence[float], wanted: float
-) -> tuple[float, float]:
-    """Where a function is smallest, from a grid and, if it is small there, by Brent's method."""
-    from scipy.optimize import minimize_scalar
-
-    values = [f(x) for x in grid]
-    k = int(np.argmin(values))
-    if values[k] > wanted + BETTER_BY or not grid[k]:
-        return grid[k], values[k]
-    sides = (grid[max(0, k - 1)], grid[min(len(grid) - 1, k + 1)])
-    found = minimize_scalar(f, bounds=sides, method="bounded", options={"xatol": 1e-10})
-    x, least = float(found.x), float(found.fun)
-    return (x, least) if least < values[k] else (grid[k], values[k])
-
-
 # --- the table -----------------------------------------------------------------------------------
 
-SCALES: Final = (10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
+SCALES: Final = (-1, 10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
 
 TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _shift_times),
     Convention("milliseconds", "the times are in milliseconds{:.0}", _scale_times(1e-3)),
-    Convention("time-scale", "time runs backwards: {}", _scale_times(-1), "origin", 1.5, rare=True),
     Convention("time-scale", "the times have to be multiplied by {}", _scale_times(2, 0.5),
                "origin"),
-    Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin",
+    Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin", 1.5,
                rare=True),
     Convention("gravity-sign", "gravity has the other sign: gMR and −gMR are exchanged{}",
                _moments(lambda top: {"gMR": -float(top.gMR)}), "physics", 1.3),
@@ -429,43 +346,43 @@ TABLE: Final = (
     Convention("no-gyroscopic-term", "the gyroscopic term of Euler's equations is missing{}",
                _moments(lambda top: {"C": float(top.A)}), "physics"),
     Convention("degrees", "{} are in degrees", _map(
-        ("angles", _all(np.radians, *TILTS)),
-        ("angles and rates", _all(np.radians, *TILTS, *TURNS)),
-        ("rates", _all(np.radians, *TURNS)),
-        ("ω", _all(np.radians, *SPINS)),
-        ("angles, rates and ω", _all(np.radians, *TILTS, *TURNS, *SPINS)))),
+        ("angles", _all(np.radians, *ANGLES)),
+        ("angles and rates", _all(np.radians, *ANGLES, *RATES)),
+        ("rates", _all(np.radians, *RATES)),
+        ("ω", _all(np.radians, *OMEGAS)),
+        ("angles, rates and ω", _all(np.radians, *ANGLES, *RATES, *OMEGAS)))),
     Convention("rpm", "{} in turns a minute", _map(
-        *((", ".join(names), _all(lambda x: x * RPM, *names))
+        *((", ".join(names), _all(lambda x: x * np.pi / 30, *names))
           for names in (RATES, ("psidot",), ("omega",), ("omega_body",))))),
-    Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}",
-               _map(("", {"quaternion": lambda q: np.roll(q, 1, axis=1)}))),
+    Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}", _put_scalar_last),
     Convention("omega-body", "the angular velocity is {}", _exchange_frames),
     Convention("omega-sign", "ω has the other sign than the attitude's own derivative{}",
-               _map(("", _all(np.negative, *SPINS)))),
-    Convention("inverse-rotation", "the rotation leads from space to body{}", _map(
-        ("", {"matrix": lambda R: np.swapaxes(R, 1, 2),
-              "quaternion": lambda q: q * [1, -1, -1, -1]}))),
+               _map(("", _all(np.negative, *OMEGAS)))),
+    Convention("inverse-rotation", "the rotation leads from space to body{}",
+               _map(("", {"matrix": lambda R: np.swapaxes(R, 1, 2)}))),
     Convention("exchanged-angles", "angles are exchanged: {}", _exchange_angles),
     Convention("elevation", "the tilt is an elevation above the horizontal{}", _map(
         ("", {"theta": lambda x: QUARTER - x, "thetadot": np.negative}))),
     Convention("from-below", "the tilt is counted from below{}", _map(
-        ("", {"theta": lambda x: np.pi - x}
-         | _all(np.negative, "thetadot", "elevation", "elevationdot")))),
+        ("", {"theta": lambda x: np.pi - x, "thetadot": np.negative}))),
     Convention("y-up", "y is up: {}", _worlds(Y_UP)),
-    Convention("z-down", "z is down: {}", _worlds(Z_DOWN), cost=1.5),
-    Convention("axes-permuted", "{}", _worlds(*PERMUTED)),
-    Convention("mirrored", "the world is mirrored: {}", _mirror),
+    Convention("z-down", "z is down: {}", _worlds("x -y -z"), cost=1.5),
+    Convention("axes-permuted", "{}", _worlds("x -z y", "z x y", "-z y x")),
+    Convention("mirrored", "the world is mirrored: {}", _worlds("x y z", mirrored=True)),
+    Convention("mirrored", "{} the other way round", _map(
+        ("φ counts", _all(np.negative, "phi", "phidot")),
+        ("φ and ψ count", _all(np.negative, "phi", "phidot", "psi", "psidot")))),
     Convention("y-up+mirrored", "y is up, and the world is mirrored: {}",
                _worlds(Y_UP, mirrored=True), cost=2.0),
     Convention("axis-with-spin", "the axis is drawn with the spin angle: it turns {}",
                _take_spin_off),
-    Convention("azimuth-origin", "φ is counted from another axis, turned by {}°", _turn_azimuth,
+    Convention("azimuth-origin", "φ is counted from another axis, turned by {}", _turn_azimuth,
                "origin"),
-    Convention("spin-origin", "ψ is counted from another mark, turned by {}°", _turn_spin,
+    Convention("spin-origin", "ψ is counted from another mark, turned by {}", _turn_spin,
                "origin"),
     Convention("inertia-about-centre", "A is about the centre of mass and not about the pivot: {}",
-               _fit(SMALLER), "physics", rare=True),
-    Convention("another-number", "another number does the same: {}", _fit(OTHERS), "number",
-               cost=2.0, rare=True),
+               _fit({"A": SHRUNK}), "physics", rare=True),
+    Convention("another-number", "another number does the same: {}",
+               _fit({"A": GROWN} | dict.fromkeys(NUMBERS, CHANGED)), "number", 2.0, rare=True),
 )  # fmt: skip
 INERTIA_ROW, NUMBER_ROW = len(TABLE) - 2, len(TABLE) - 1  # the rows of fits, which take longer

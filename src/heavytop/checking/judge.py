@@ -9,11 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from heavytop.checking import method
-from heavytop.checking.comparison import Comparison, norm, wrapped
-from heavytop.checking.consistency import remark_angles, scale_lengths
-from heavytop.checking.conventions import MOMENT_NAMES, TABLE
-from heavytop.checking.reading import Array, Data, read
-from heavytop.checking.search import Judgement, explain, undo, undo_names
+from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison, wrapped
+from heavytop.checking.conventions import TABLE
+from heavytop.checking.reading import Array, Data, norm, read
+from heavytop.checking.search import Judgement, Undoing, explain, undo, undo_names
 from heavytop.doctor import versions
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.pairs import UNIT
@@ -90,7 +89,7 @@ def check(
     the energy to 2 %, and data of the closed form to 14 digits; ``validation/47_conventions.py``
     counts what is said of planted conventions.
     """
-    given = scale_lengths(read(data, columns))
+    given = read(data, columns)
     if unknown := sorted({*undone} - {row.name for row in TABLE}):
         rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
         raise BadScene(tuple(Fault("check", None, "as", name, rule) for name in unknown))
@@ -103,13 +102,13 @@ def check(
     phase = method.measure_phase(judged)
     growth = {name: method.measure_growth(judged, curves.get(name)) for name in ("axis", "energy")}
     named = {each.name for each in found}
-    declared = [Finding(x, words) for x, words in given.declared.items() if x not in named]
+    declared = [Finding(x, "the header says so") for x in given.declared if x not in named]
     conventions = (*found, *declared)
     alternatives = tuple(
         tuple(Finding(x, step.sentence) for step in each.steps for x in step.names)
         for each in verdict.alike
     )
-    assumed = [*given.remarks, *remark_angles(judged), *(f"undone: {x}" for x in undone)]
+    assumed = [*given.remarks, *_remark_angles(judged), *(f"undone: {x}" for x in undone)]
     if verdict.alike:
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
     slip: dict[str, Any] = {}
@@ -165,6 +164,11 @@ def _undo_what_is_sure(
     verdict: Judgement, comparison: Comparison
 ) -> tuple[list[Finding], Comparison, str]:
     """The conventions that are sure, the data without them, and what else acts, in words."""
+
+    def findings(steps: list[Undoing]) -> list[Finding]:
+        found = [Finding(x, s.sentence, verdict.gain(s)) for s in steps for x in s.names]
+        return sorted(found, key=lambda x: -(x.gain or 0))
+
     numbers = [step for step in verdict.best.steps if step.convention.about == "number"]
     steps = [step for step in verdict.best.steps if step not in numbers]
     sure = [step for step in steps if verdict.sure.issuperset(step.names)]
@@ -174,12 +178,9 @@ def _undo_what_is_sure(
     for some in () if verdict.best.fits else (described, turned):
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
-            found = [Finding(x, s.sentence, verdict.gain(s)) for s in some for x in s.names]
-            return [*found, Finding(*agent)], judged, agent[1]
-    found = [Finding(x, s.sentence, verdict.gain(s)) for s in sure for x in s.names]
-    found.sort(key=lambda x: -(x.gain or 0))
+            return [*findings(some), Finding(*agent)], judged, agent[1]
     other = "" if verdict.alike else "".join(step.sentence for step in numbers)
-    return found, undo(comparison, steps), other
+    return findings(sure), undo(comparison, steps), other
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:
@@ -209,6 +210,20 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     return scene.top, scene.start
 
 
+def _remark_angles(c: Comparison) -> list[str]:
+    """That θ is folded, with the first row, and that angles are unwrapped."""
+    remarks, data = [], c.data
+    if c.folded is not c:
+        theta = data.values["theta"]
+        row = int(np.argmax((theta < -FOLD_ALLOWED) | (theta > np.pi + FOLD_ALLOWED)))
+        where = f"row {row + 1} (t = {data.t[row]:g} s, {theta[row]:.6g})"
+        remarks.append(f"θ leaves [0, π] in {where}: folded")
+    jumps = {x: abs(np.diff(data.values[x])) for x in ("phi", "psi") if x in data.values}
+    if jumping := [name for name, step in jumps.items() if (step > np.pi).any()]:
+        remarks.append(f"unwrapped: {', '.join(jumping)}")
+    return remarks
+
+
 # --- how large the errors are --------------------------------------------------------------------
 
 
@@ -223,11 +238,11 @@ def _digits(c: Comparison) -> float:
     """The decimal digits that everything compared has, where they are fewest."""
     try:
         errors = dict(c.errors)
-        if c.axis is not None:
-            errors["axis"] = norm(c.axis - c.exact.axis)
+        if "axis" in c.known:
+            errors["axis"] = norm(c.known["axis"] - c.exact.axis)
     except HeavyTopError:
         return 0.0
-    for name, angle in (("phi", "phi"), ("psi", "psi"), ("attitude", "psi")):
+    for name, angle in (("phi", "phi"), ("psi", "psi"), ("matrix", "psi")):
         if name in errors:  # as angles that grow are written: with so many digits
             errors[name] = errors[name] / np.maximum(1, abs(getattr(c.exact, angle)))
     largest = max(float(np.nanmax(error)) for error in errors.values())
@@ -245,21 +260,24 @@ def _rms_error(c: Comparison) -> float | None:
 def error_curves(c: Comparison) -> dict[str, Array]:
     """The error of everything that the data give, at each time."""
     exact, found = c.exact, dict[str, Array]()
-    if c.axis is not None:
-        found["axis"] = norm(c.axis - exact.axis)
+    if "axis" in c.known:
+        found["axis"] = norm(c.known["axis"] - exact.axis)
     for name in ANGLES:
-        if (mine := c.folded.angle(name)) is not None:
-            off = wrapped(mine - exact.angle(name))
+        if name in c.folded.known:
+            off = wrapped(c.folded.known[name] - exact.value(name))
             clear = off == off if name == "theta" else exact.sine > UPRIGHT_SINE
             if clear.any():
                 off[clear], off[~clear] = np.unwrap(off[clear]), np.nan
                 found[name] = off
     if c.spin is not None:
-        A, C, gMR = (float(getattr(c.top, name)) for name in ("A", "C", "gMR"))
+        A, C, gMR = (float(getattr(c.top, name)) for name in MOMENT_NAMES)
         _, E0, p_phi, p_psi = c.motion.constants.floats.values()
-        u, speed, omega3, upright = c.spin
+        omega, e, upward = c.spin
+        omega3, u = (omega * e).sum(axis=1), (e * upward).sum(axis=1)
+        across = omega - omega3[:, None] * e
         momentum = max(abs(p_phi), abs(p_psi)) or 1.0
-        found["energy"] = (A * speed / 2 + gMR * u - E0) / (max(abs(E0), abs(gMR)) or 1.0)
-        found["p_phi"] = (A * (upright - omega3 * u) + C * omega3 * u - p_phi) / momentum
+        energy = A * (across**2).sum(axis=1) / 2 + gMR * u
+        found["energy"] = (energy - E0) / (max(abs(E0), abs(gMR)) or 1.0)
+        found["p_phi"] = (A * (across * upward).sum(axis=1) + C * omega3 * u - p_phi) / momentum
         found["p_psi"] = (C * omega3 - p_psi) / momentum
     return found

@@ -2,49 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.analytic.events import EventTimes
-from heavytop.analytic.motion import Motion
-from heavytop.checking.comparison import FIRST, Comparison, wrapped
-from heavytop.checking.conventions import MOMENT_NAMES
+from heavytop.checking.comparison import FIRST, MOMENT_NAMES, Comparison, wrapped
 from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES
 from heavytop.scene.scene_file import EVENTS
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 ULP: Final = Fraction(1, 2**53)
-LOOKS: Final = 8  # times at which the motion's own condition is looked at,
-LOOK_DIGITS: Final = 40  # in so many digits
 WINDOWS: Final = 100  # of time, at most, in each of which there is one phase
-WINDOW_ROWS: Final = 5  # at least
 LEAST_GROWTH: Final = 1e-15  # an error of such size does not tell how it grows
-LEAST_PHASE: Final = 1e-14  # of the time: what rounding leaves
 CERTAIN: Final = 3.0  # standard errors from which on a phase is told from 0
-FEWEST: Final = 5  # phases whose growth is fitted,
-TIMES_RATIO: Final = 4.0  # over times that are in such a ratio,
-SURE_EXPONENT: Final = 0.2  # and whose exponent has at most this standard error
 LEAST_SWING: Final = 1e-9  # rad: a swing of the tilt that is smaller is no nutation
 LOST_PHASE: Final = 0.05  # of a period: beyond it an error of the phase is lost
-ONE_PHASE: Final = 0.98  # how alike the phases of rows are that show one phase only
-FEW_ROWS: Final = 6  # a period, below which events are not counted
 LEAST_TURN: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
 NOISE: Final = 1e-12  # rad, likewise
-AT_REST: Final = 0.01  # of the greatest rate: the axis stands still at a cusp
 HELD: Final = 0.02  # of what it would vary by: ψ̇ is constant
-DECAY: Final = 0.01  # of the spin, from which on friction is named
-STRAIGHT: Final = 0.03  # of a decay, by which it may be no exponential
-FIRST_ORDER: Final = 1.6  # an exponent of the step below it
-LARGEST_STEP: Final = 0.5  # of a radian of nutation, beyond which an error has no order
-SPIN_ALONE: Final = 1e3  # times the error of the axis, beyond which that of ψ is another one
-EXACT: Final = 1e-12  # an error below it is rounding
-COARSE: Final = 1e-3  # an error above it is no precision of numbers
 REMEDY: Final = "halve the step or the tolerance; if the error stays, compare A, C, gMR and start"
 
 
@@ -90,11 +69,11 @@ class Count(NamedTuple):
 class PhaseCurve(NamedTuple):
     """How far the data run ahead [s] at some times, its summary and power; or why there is none."""
 
-    t: Array
-    shifts: Array
-    phase: Phase | None
-    growth: float | None
-    why: str
+    why: str = ""
+    t: Array = np.empty(0)
+    shifts: Array = np.empty(0)
+    phase: Phase | None = None
+    growth: float | None = None
 
 
 def nutates(c: Comparison) -> bool:
@@ -110,18 +89,13 @@ def measure_phase(c: Comparison) -> PhaseCurve:
     In windows of whole periods the shift is that with which the exact tilt fits best, found by
     Newton's steps from that of the window before.
     """
-
-    def none(why: str) -> PhaseCurve:
-        return PhaseCurve(np.empty(0), np.empty(0), None, None, why)
-
-    theta, period = c.angle("theta"), c.motion.period
+    theta, period = c.get("theta"), c.motion.period
     if theta is None:
-        return none("the data have no tilt")
+        return PhaseCurve("the data have no tilt")
     if not nutates(c) or not period:
-        return none("no nutation: no phase")
-    turns = np.exp(2j * np.pi * c.since / period)
-    if abs(turns.mean()) > ONE_PHASE:
-        return none("not told by these rows, which show one phase of the period")
+        return PhaseCurve("no nutation: no phase")
+    if abs(np.exp(2j * np.pi * c.since / period).mean()) > 0.98:
+        return PhaseCurve("not told by these rows, which show one phase of the period")
     shift, found = 0.0, []
     for rows in _windows(c.since, period):
         before = shift
@@ -134,16 +108,16 @@ def measure_phase(c: Comparison) -> PhaseCurve:
             if abs(step) <= 1e-6 * abs(shift) or abs(shift - before) > period / 4:
                 break
         if abs(shift - before) > LOST_PHASE * period or abs(shift) > abs(c.since[-1] - c.since[0]):
-            return none("not told by these rows: they fit no shift in time")
+            return PhaseCurve("not told by these rows: they fit no shift in time")
         spread = np.sqrt(((off - step * slope) ** 2).mean() / weight)
         found.append((float(c.data.t[rows].mean()), shift, spread))
     t, shifts, spreads = np.array(found).T
-    after = abs(t - c.data.t[0])
-    growth = _fit_power(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
-    rms, largest = float(np.sqrt((shifts**2).mean())), float(shifts[abs(shifts).argmax()])
+    after, largest = abs(t - c.data.t[0]), float(shifts[abs(shifts).argmax()])
+    growth = _fit_power(after, abs(shifts), np.maximum(spreads, 1e-14 * after))  # rounding
     lost = next(iter(t[abs(shifts) > LOST_PHASE * period].tolist()), None)
+    rms = float(np.sqrt((shifts**2).mean()))
     phase = Phase(float(shifts[-1]), rms, largest, float(t[-1]), lost)
-    return PhaseCurve(t, shifts, phase, growth, "")
+    return PhaseCurve("", t, shifts, phase, growth)
 
 
 def measure_growth(c: Comparison, curve: Array | None) -> float | None:
@@ -152,69 +126,72 @@ def measure_growth(c: Comparison, curve: Array | None) -> float | None:
         return None
     rows = _windows(c.since, c.motion.period)
     after = np.array([abs(c.since[each].mean()) for each in rows])
-    size = np.array([np.sqrt(np.nanmean(curve[each] ** 2)) for each in rows])
-    return _fit_power(after, size, np.full(size.shape, LEAST_GROWTH))
+    return _fit_power(after, np.array([_rms(curve[each]) for each in rows]), LEAST_GROWTH)
 
 
 def _windows(t: Array, period: float | None) -> list[slice]:
     """The rows of windows that are whole periods long, or parts alike; the last has the rest."""
     span = float(t[-1] - t[0])
     unit = period or span / WINDOWS
-    count = max(1, min(WINDOWS, int(span / unit), t.size // WINDOW_ROWS))
+    count = max(1, min(WINDOWS, int(span / unit), t.size // 5))  # of five rows at least
     width = unit * max(1, int(span / unit / count))
     edges = np.searchsorted(t, t[0] + width * np.arange(1, count))
     return [slice(a, b) for a, b in pairwise(np.unique([0, *edges, t.size]))]
 
 
-def _fit_power(t: Array, size: Array, spread: Array) -> float | None:
-    """The power of time by which sizes grow, where they are clear and it is."""
+def _fit_power(t: Array, size: Array, spread: Any) -> float | None:
+    """The power of time by which sizes grow; None if it is not sure to 0.2.
+
+    Five sizes at least have to be clear, over times in a ratio of four.
+    """
     clear = (size > CERTAIN * spread) & (t > 0)
-    if clear.sum() < FEWEST or t[clear].max() < TIMES_RATIO * t[clear].min():
+    if clear.sum() < 5 or t[clear].max() < 4 * t[clear].min():
         return None
     line, errors = np.polyfit(np.log(t[clear]), np.log(size[clear]), 1, cov=True)
-    return float(line[0]) if np.sqrt(errors[0, 0]) < SURE_EXPONENT else None
+    return float(line[0]) if np.sqrt(errors[0, 0]) < 0.2 else None
 
 
 def _fit_line(part: Array, y: Array) -> tuple[float, float]:
     """The rise of a straight line from 0 to 1, and the RMS distance from it."""
-    slope, first = np.polyfit(part, y, 1)
-    return float(slope), float(np.sqrt(((y - slope * part - first) ** 2).mean()))
+    line = np.polyfit(part, y, 1)
+    return float(line[0]), _rms(y - np.polyval(line, part))
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.nanmean(x**2)))
 
 
 # --- what acts on the body, and the method -------------------------------------------------------
-
-
-def _spins(c: Comparison) -> tuple[Any, Any]:
-    """ψ̇ and ω₃ of the data, by their rates, else by differences; None where they have neither."""
-    theta, phi, psi = (c.angle(name) for name in ANGLES)
-    psidot, phidot, omega3 = c.rate("psidot"), c.rate("phidot"), c.spin and c.spin[2]
-    if omega3 is None and c.omega_body is not None:
-        omega3 = c.omega_body[:, 2]
-    if psidot is None and psi is not None and "vertical" not in c.data.values:
-        psidot = np.gradient(np.unwrap(psi), c.data.t, edge_order=2)
-    if phidot is None and phi is not None:
-        phidot = np.gradient(np.unwrap(phi), c.data.t, edge_order=2)
-    if omega3 is None and psidot is not None and phidot is not None:
-        omega3 = psidot + phidot * np.cos(theta)
-    return psidot, omega3
 
 
 def find_agent(c: Comparison) -> tuple[str, str] | None:
     """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
     if c.first > FIRST:
         return None
-    (psidot, omega3), exact, theta = _spins(c), c.exact, c.angle("theta")
+    exact, t = c.exact, c.data.t - c.data.t[0]
+    theta, phi, psi = (c.get(name) for name in ANGLES)
+    phidot, psidot = (  # by differences where they are not given
+        c.values.get(f"{name}dot", None if x is None else np.gradient(np.unwrap(x), t))
+        for name, x in (("phi", phi), ("psi", psi))
+    )
     if psidot is not None and theta is not None:
         varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
         held = np.ptp(psidot) < HELD * varies and abs(psidot[0] - exact.psidot[0]) < HELD * varies
         if held and varies > 1e-3 * abs(exact.psidot).max() and off > HELD * np.ptp(exact.theta):
             words = f"ψ̇ is constant ({psidot.mean():.6g} rad/s) where p_ψ should be"
             return "motor", f"{words}: a motor holds the spin"
-    if omega3 is not None and (omega3 * omega3[0] > 0).all():
-        t = c.data.t - c.data.t[0]
+    if "omega_body" in c.values:
+        omega3 = c.values["omega_body"][:, 2]
+    elif c.spin is not None:
+        omega3 = (c.spin[0] * c.spin[1]).sum(axis=1)
+    elif phidot is not None and psidot is not None:
+        omega3 = psidot + phidot * np.cos(theta)
+    else:
+        return None
+    if (omega3 * omega3[0] > 0).all():
         slope, off = _fit_line(t / t[-1], np.log(omega3 / omega3[0]))
         begins = abs(omega3[0] / float(exact.omega3[0]) - 1) < HELD
-        if begins and slope < -DECAY and off < STRAIGHT * -slope:
+        if begins and slope < -0.01 and off < 0.03 * -slope:  # a part, and exponential
             words = f"p_ψ falls as e^(−{-slope / t[-1]:.4g} t) (fit)"
             lost = f"{-100 * np.expm1(slope):.3g} % in all"
             return "friction", f"{words}, {lost}: friction, which this model has not"
@@ -223,18 +200,20 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
 
 def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict[str, Any]:
     """The order of the method, what it conserves, and the floor of the precision of the data."""
-    kept: dict[str, Any] = {
-        name: _trend(curves[name]) for name in ("energy", "p_phi", "p_psi") if name in curves
-    }
+    momenta = [name for name in ("energy", "p_phi", "p_psi") if name in curves]
+    kept: dict[str, Any] = {name: _trend(curves[name]) for name in momenta}
     error = curves.get("axis", curves.get("theta", next(iter(curves.values()))))
-    if "psi" in curves and np.nanstd(curves["psi"]) > SPIN_ALONE * np.nanstd(error):
+    if "psi" in curves and np.nanstd(curves["psi"]) > 1e3 * np.nanstd(error):
         error = curves["psi"]
     error = error[np.isfinite(error)]
-    size, first = (float(np.sqrt((x**2).mean())) for x in (error, error[: 3 + error.size // 20]))
-    last = float(abs(error[-1 - error.size // 10 :]).max())
-    floor = -float(np.log10(size)) if LEAST_GROWTH < size < COARSE and first > size / 2 else None
+    size, first, last = (
+        _rms(error),
+        _rms(error[: 3 + error.size // 20]),
+        abs(error[-1 - error.size // 10 :]).max(),
+    )
+    floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
     order, sentence = None, REMEDY
-    if size < EXACT:
+    if size < 1e-12:
         sentence = "the error is that of rounding"
     elif agent:
         sentence = agent
@@ -242,7 +221,7 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
     elif first > size / 2:
         sentence = f"they are off by {first:.2g} from the first rows on: the start is another one"
-    elif _exponent(c, last) < FIRST_ORDER:
+    elif _is_first_order(c, last):
         order = 1
         sentence = f"first order: halve the step, and the error at the end, {last:.2g}, halves"
     elif "kept" in kept.get("p_psi", "") and "by" in kept.get("energy", ""):
@@ -250,13 +229,14 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
     return {"order": order, "floor_digits": floor, **kept, "sentence": sentence}
 
 
-def _exponent(c: Comparison, last: float) -> float:
-    """The power of the step, in units of the nutation, that the error a unit of time is."""
+def _is_first_order(c: Comparison, last: float) -> bool:
+    """Whether the error a unit of time is about the step, in units of the nutation."""
     if not last or not nutates(c) or not c.motion.period:
-        return np.inf
-    frequency = 2 * np.pi / c.motion.period
-    step, span = frequency * np.median(np.diff(c.since)), frequency * (c.since[-1] - c.since[0])
-    return float(np.log(last / max(1.0, span)) / np.log(step)) if step < LARGEST_STEP else np.inf
+        return False
+    step, span = (
+        2 * np.pi / c.motion.period * x for x in (np.median(np.diff(c.since)), np.ptp(c.since))
+    )
+    return bool(step < 0.5 and last / max(1.0, span) > step**1.6)
 
 
 def _trend(curve: Array) -> str:
@@ -275,29 +255,22 @@ def count_events(c: Comparison) -> dict[str, Count]:
 
     Where that count is not the proved one, the rows are too far apart for it.
     """
-    mine = _counted(c, c.angle("theta"), c.angle("phi"))
+    mine, t, period = _counted(c, c.get("theta"), c.get("phi")), c.since, c.motion.period
     if not nutates(c):
         return {"turning": Count(mine["turning"], 0, 0)}
-    same = _counted(c, c.exact.theta, c.exact.phi_mod)
-    period = c.motion.period
-    dense = not period or (np.diff(c.data.t) < period / FEW_ROWS).all()
-    found = {}
+    same, found = _counted(c, c.exact.theta, c.exact.phi_mod), {}
+    dense = not period or (np.diff(t) < period / 6).all()
+    before = 2 * t[0] - t[1] if t[0] < 0 else max(0.0, 2 * t[0] - t[1])
     try:
         c.motion.require_proof()
-        for event in EVENTS:
-            least, most = _proved(c.motion.events(event), c.since)
+        for event in EVENTS:  # from the first row to the last, give or take a row
+            times = c.motion.events(event)
+            least, most = times.count(t[1], t[-2]), times.count(before, 2 * t[-1] - t[-2])
             counted = dense and least <= (same[event] or 0) <= most
             found[event] = Count(mine[event] if counted else None, least, most)
     except HeavyTopError:
         return {}
     return found
-
-
-def _proved(events: EventTimes, t: Array) -> tuple[int, int]:
-    """The least and the most events from the first time to the last, give or take a row."""
-    (a, b), (c, d) = t[:2], t[-2:]
-    before = 2 * a - b if a < 0 else max(0.0, 2 * a - b)
-    return events.count(b, c), events.count(before, 2 * d - c)
 
 
 def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
@@ -313,7 +286,7 @@ def _counted(c: Comparison, theta: Any, phi: Any) -> dict[str, int | None]:
         found["reversal"] = len(_turns(phi, LEAST_TURN * swing + NOISE))
         if theta is not None:
             rate = abs(np.gradient(phi, t)[tops])
-            found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
+            found["cusp"] = int((rate < 0.01 * abs(exact.phidot).max()).sum())
     return found
 
 
@@ -329,22 +302,21 @@ def _turns(x: Array, least: float) -> Any:
 
 def measure_condition(c: Comparison) -> float:
     """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
-    state = ("theta", "thetadot", "phidot", c.start.held)
-    numbers = {name: getattr(c.top, name) for name in MOMENT_NAMES}
-    numbers |= {name: getattr(c.start, name) for name in state}
-    times = c.since[np.linspace(0, c.since.size - 1, LOOKS).astype(int)].tolist()
+    times = c.since[np.linspace(0, c.since.size - 1, 8).astype(int)].tolist()
+    rounded = replace(c, given=c.start).with_numbers(A=float(c.top.A))
+    rounded = rounded.with_numbers(theta=float(c.start.theta))
+    numbers = {name: getattr(rounded.top, name) for name in MOMENT_NAMES}
+    held = ("theta", "thetadot", "phidot", c.start.held)
+    numbers |= {name: getattr(rounded.start, name) for name in held}
 
-    def axes(**changed: Any) -> Any:
-        x = numbers | changed
-        motion = Motion(
-            Top.of_numbers(*(x[n] for n in MOMENT_NAMES)), State(**{n: x[n] for n in state})
-        )
-        records: Any = motion.at(times, LOOK_DIGITS)
+    def axes(c: Comparison) -> Any:
+        records: Any = c.motion.at(times, 40)
         return np.array([record.axis for record in records])
 
-    there, moved = axes(), np.zeros(LOOKS)
+    there, moved = axes(rounded), np.zeros(len(times))
     for name, value in numbers.items():
         if value.sign():  # A grows and the others shrink, so that C ≤ 2A and θ ≤ π stay
-            change = (axes(**{name: value * (1 + (ULP if name == "A" else -ULP))}) - there) * 2**53
+            by = 1 + (ULP if name == "A" else -ULP)
+            change = (axes(rounded.with_numbers(**{name: value * by})) - there) * 2**53
             moved += (change.astype(float) ** 2).sum(axis=1)
     return float(ULP) * float(np.sqrt(moved.max()))

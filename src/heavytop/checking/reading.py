@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import csv
 import os
-import re
-from array import array
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import islice, pairwise
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.checking.headers import QUANTITY_SHAPES, Meaning, complete_set, meanings, parse_unit
+from heavytop.checking.headers import Meaning, Unit, complete_set, meanings, parse_unit
 from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.text import harmless, nearest
@@ -26,17 +24,21 @@ Table = Mapping[str, Any]
 
 LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
-FIRST_FAULTS: Final = 5  # of each kind that are listed
+ROWS_LISTED: Final = 5
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
+LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
+LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 HEAD_LINES: Final = 40  # among which the header is looked for
-POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
-READ_RATES: Final = ("thetadot", "phidot", "psidot", "elevationdot")
-DECLARED: Final = {  # by the kind and the size of a unit
-    ("angle", 0.017453293): ("degrees", "the header says that angles are in degrees"),
-    ("rate", 0.017453293): ("degrees", "the header says that rates are in degrees"),
-    ("rate", 0.104719755): ("rpm", "the header says that rates are in turns a minute"),
-    ("time", 0.001): ("milliseconds", "the header says that times are in milliseconds"),
+QUANTITIES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one value
+    "t": (),
+    "quaternion": (4,),
+    "matrix": (3, 3),
+    **dict.fromkeys(("axis", "omega", "omega_body", "momentum_body", "vertical"), (3,)),
+    **dict.fromkeys(("theta", "phi", "psi", "elevation"), ()),
+    **dict.fromkeys(("thetadot", "phidot", "psidot", "elevationdot"), ()),
 }
+POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
+DECLARED: Final = {0.017453293: "degrees", 0.104719755: "rpm", 0.001: "milliseconds"}
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Data:
     values: Mapping[str, Array]
     scene: str | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
-    declared: Mapping[str, str] = field(default_factory=dict)
+    declared: Collection[str] = ()
     remarks: tuple[str, ...] = ()
 
     def updated(self, **values: Array | None) -> Data:
@@ -65,28 +67,6 @@ class Data:
         """Some of the rows."""
         some = {name: x[which] for name, x in self.values.items()}
         return replace(self, t=self.t[which], values=some)
-
-
-class Faults:
-    """Faults of a file by their rules: the first five of each, then how many more."""
-
-    def __init__(self, file: str) -> None:
-        self.file, self.by_rule = file, defaultdict[str, list[str]](list)
-
-    def add(self, place: str, rule: str, value: object = None) -> None:
-        """Note a fault."""
-        spelled = "" if value is None else f"{harmless(value)[:40]!r}, "
-        self.by_rule[rule].append(f"{self.file}:{place}: {spelled}{rule}")
-
-    def stop(self) -> None:
-        """Raise what was noted, if anything."""
-        lines = []
-        for rule, found in self.by_rule.items():
-            lines += found[:FIRST_FAULTS]
-            if len(found) > FIRST_FAULTS:
-                lines.append(f"{self.file}: {len(found) - FIRST_FAULTS} more: {rule}")
-        if lines:
-            raise ForeignFile("\n".join(lines))
 
 
 def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
@@ -101,186 +81,229 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     for word in (word for pair in chosen.items() for word in pair):
         if not isinstance(word, str):
             raise wrong_type("columns", "texts alone, such as {'t': 'Zeit'}", word)
-    scene = None
+    name, scene = "data", None
     if isinstance(data, str | os.PathLike):
-        place = path_of("data", data)
-        place = place / RUN if place.is_dir() else place
-        faults = Faults(harmless(place))
-        table, scene = _load(place, chosen, faults)
-        masked = place.suffix.lower() in (".nc", ".h5", ".hdf5")
+        path = path_of("data", data)
+        path = path / RUN if path.is_dir() else path
+        name = harmless(path)
+        table, scene = _load(path, chosen)
     elif hasattr(data, "keys"):
-        faults = Faults("data")
         table = {str(k): data[k] for k in dict.fromkeys([*data, *getattr(data, "coords", ())])}
-        masked = hasattr(data, "coords")
     else:
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
-    found = choose_columns(table, chosen, faults)
-    values, declared, remarks = _quantities(table, found, faults)
-    if masked:
-        remarks += _drop_masked(values)
-    t, values = _shaped(values, faults)
-    if not faults.by_rule and not values.keys() & {*POSITIONS}:
-        names = ", ".join(map(str, table))
-        rule = f"a column of angles, axis, quaternion or matrix is needed; there are {names}"
-        faults.add("1", rule)
-    faults.stop()
-    used = {name: found[name].quantity if name in found else "" for name in table}
-    return _in_order(Data(faults.file, t, values, scene, used, declared, (*remarks,)), faults)
+    faults = list[str]()
+    numbers = {each: x for each, column in table.items() if (x := _numbers(column)) is not None}
+    found = choose_columns(table, numbers, chosen, faults)
+    values = _values(numbers, found, faults)
+    masked = any(hasattr(column, "dims") for column in table.values())  # as of xarray
+    kept = _rows_with_values(values, masked, faults)
+    if not faults and kept.sum() < LEAST_ROWS:
+        faults.append(f"a column t of at least {LEAST_ROWS} times is needed ({kept.sum()} found)")
+    elif not faults and not values.keys() & {*POSITIONS}:
+        there = f"there are {', '.join(table)}"
+        faults.append(f"a column of angles, axis, quaternion or matrix is needed; {there}")
+    if faults:
+        raise ForeignFile("\n".join(f"{name}: {harmless(fault)}" for fault in faults))
+    declared, remarks = _declared(found)
+    if not kept.all():
+        remarks += [f"{int((~kept).sum())} masked rows are not judged"]
+    used = {each: found[each].quantity if each in found else "" for each in table}
+    all_rows = Data(name, values.pop("t"), values, scene, used, declared)
+    return _scaled(_in_order(all_rows.rows(kept), remarks))
 
 
 # --- columns -------------------------------------------------------------------------------------
 
 
 def choose_columns(
-    names: Sequence[str] | Table, chosen: Mapping[str, str], faults: Faults
+    table: Table, numbers: Table, chosen: Mapping[str, str], faults: list[str]
 ) -> dict[str, Meaning]:
-    """The meaning of every column that is understood; no two have the same."""
-    possible: dict[str, list[Meaning]] = {}
+    """The meaning of every column of numbers that is understood; no two have the same."""
+    possible = {name: _meanings(name, x) for name, x in table.items() if name in numbers}
     for key, column in chosen.items():
-        plain, _, unit = (x.strip("] ") for x in column.partition("["))
-        alike = [n for n in names if n == column.strip() or n.partition("[")[0].strip() == plain]
+        plain, unit = _bare(column), _unit(column)
+        alike = [n for n in table if n == column.strip()] or [n for n in table if _bare(n) == plain]
         if not (meant := meanings(key)):
-            faults.add("1", "no quantity has this name (theta, phi, psi, axis_x, qw, …)", key)
+            faults.append(f"{key!r}, no quantity has this name (theta, phi, psi, axis_x, qw, …)")
         elif not alike:
-            faults.add("1", f"no such column {nearest(column, names)}".rstrip(), column)
+            faults.append(f"{column!r}, no such column {nearest(column, table)}")
         else:
             own = next(iter(meanings(alike[0])), meant[0]).unit
-            if spelled := unit or alike[0].partition("[")[2].rstrip("] "):
+            if spelled := unit or _unit(alike[0], table[alike[0]]):
                 own = parse_unit(spelled, key)
             possible[alike[0]] = [meant[0]._replace(unit=own)]
-    possible |= {name: meanings(name) for name in names if name not in possible}
     found: dict[str, Meaning] = {}
-    for quantity in ("t", *QUANTITY_SHAPES, *POSITIONS[:4], *READ_RATES):
+    for quantity, shape in QUANTITIES.items():
         here = {
             meaning.component: (name, meaning)
             for name, some in reversed(possible.items())
             for meaning in some
             if meaning.quantity == quantity and name not in found
+            if not shape or meaning.component or numbers[name].ndim > 1
         }
-        whole = quantity not in QUANTITY_SHAPES or "" in here
-        components = ("",) if whole else complete_set(quantity, {*here})
-        found |= dict(here[component] for component in components if component in here)
+        found |= dict(here[component] for component in complete_set(quantity, here))
     return found
 
 
-def _quantities(
-    table: Table, found: dict[str, Meaning], faults: Faults
-) -> tuple[dict[str, Array], dict[str, str], list[str]]:
-    """The arrays by quantity in SI units, and the conventions and units that headers declare.
+def _meanings(name: str, column: Any) -> list[Meaning]:
+    """What a column may be, by its name and the unit that its attributes have."""
+    return meanings(f"{_bare(name)} [{_unit(name, column)}]") or meanings(name)
 
-    Columns that hold no such quantity are taken out of those that were found.
-    """
-    values: dict[str, Array] = {}
-    parts: dict[str, dict[str, Array]] = defaultdict(dict)
-    declared: dict[str, str] = {}
-    units: dict[str, list[str]] = defaultdict(list)
-    for name, (quantity, component, unit) in [*found.items()]:
-        spelled = getattr(table[name], "attrs", {}).get("units")
-        unit = parse_unit(spelled, quantity) or unit if isinstance(spelled, str) else unit
-        numbers = _numbers(table[name])
-        if numbers is None or (quantity in QUANTITY_SHAPES and not component and numbers.ndim < 2):
-            del found[name]  # a text, or one number a row where vectors have three
-            if quantity == "t":
-                faults.add(f"1: {harmless(name)}", "the times have to be numbers")
-            continue
-        if unit is not None and unit.factor != 1:
-            numbers = numbers * unit.factor
-            units[unit.text].append(name)
-            if convention := DECLARED.get((unit.kind, round(unit.factor, 9))):
-                declared |= [convention]
-        (parts[quantity] if component else values)[component or quantity] = numbers
-    for quantity, each in parts.items():
-        order = complete_set(quantity, {*each})
-        if order and len({each[c].shape for c in order}) == 1:
-            values[quantity] = np.stack([each[c] for c in order], axis=-1)
-        else:
-            faults.add("1", f"{quantity} lacks components", ", ".join(sorted(each)))
-    if "elevation" in values:
-        declared["elevation"] = "the header says that an elevation above the horizontal is given"
-    said = [f"{', '.join(names)} in {unit}" for unit, names in units.items()]
-    return values, declared, [f"units of the header: {'; '.join(said)}"] * bool(said)
+
+def _bare(name: str) -> str:
+    """A name without the unit in brackets behind it."""
+    return name.partition("[")[0].strip()
+
+
+def _unit(name: str, column: Any = None) -> str:
+    """The unit of a column, by its attributes or in brackets behind its name."""
+    return str(getattr(column, "attrs", {}).get("units", name.partition("[")[2].rstrip("] ")))
 
 
 def _numbers(column: Any) -> Array | None:
-    """A column as floats, or None where it has no numbers; dates are seconds since the first."""
+    """A column as floats, nan where it has no number; dates are seconds since the first."""
     values = np.asarray(column)
     if values.dtype.kind == "M":
         values = (values - values.flat[0]).astype("timedelta64[ns]")
     if values.dtype.kind == "m":
-        return np.asarray(values / np.timedelta64(1, "s"), dtype=np.float64)
-    if values.dtype.kind not in "fiuO" or not values.size:
-        return None
-    try:
-        return np.squeeze(np.asarray(values, dtype=np.float64))
-    except (TypeError, ValueError, OverflowError):
-        return None
+        values = values / np.timedelta64(1, "s")
+    if values.dtype.kind == "O":
+        import pandas
+
+        values = np.reshape(pandas.to_numeric(values.ravel(), errors="coerce"), values.shape)
+    if values.dtype.kind not in "fiu" or not np.isfinite(values).any(axis=0).all():
+        return None  # a component has none at all
+    return np.atleast_1d(np.squeeze(values.astype(np.float64)))
 
 
-def _drop_masked(values: dict[str, Array]) -> list[str]:
-    """Take rows without a value away, and quantities that lack a component in every row."""
-    rows = values["t"].shape if "t" in values else ()
-    for name, x in [*values.items()]:
-        if x.shape[:1] != rows or np.isnan(x).all(axis=0).any():
-            del values[name]
-    if not values:
-        return []
-    there = np.all([np.isfinite(x).reshape(*rows, -1).all(axis=1) for x in values.values()], axis=0)
-    for name, x in values.items():
-        values[name] = x[there]
-    gone = int((~there).sum())
-    return [f"{gone} masked rows are not judged"] * bool(gone)
+def _values(numbers: Table, found: Mapping[str, Meaning], faults: list[str]) -> dict[str, Array]:
+    """The arrays by quantity in SI units, in the shapes that they need to have."""
+    parts: dict[str, dict[str, Array]] = defaultdict(dict)
+    for name, (quantity, component, unit) in found.items():
+        parts[quantity][component] = numbers[name] * (unit.factor if unit else 1.0)
+    if "t" not in parts:
+        return {}
+    rows, values = parts["t"][""].size, {}
+    for quantity, each in parts.items():
+        shape = (rows, *QUANTITIES[quantity])
+        columns = [each[component] for component in complete_set(quantity, each)]
+        columns = [np.moveaxis(x, -1, 0) if len(x) != rows else x for x in columns]  # as MATLAB
+        if all(len(x) == rows for x in columns) and sum(x.size for x in columns) == np.prod(shape):
+            values[quantity] = np.stack(columns, axis=-1).reshape(shape)
+        else:
+            faults.append(f"{quantity}: has the shape {shape}, not {columns[0].shape}")
+    return values
+
+
+def _declared(found: Mapping[str, Meaning]) -> tuple[set[str], list[str]]:
+    """The conventions that headers declare, and a remark on their units."""
+    units = defaultdict[Unit, list[str]](list)
+    for name, meaning in found.items():
+        if meaning.unit and meaning.unit.factor != 1:
+            units[meaning.unit].append(name)
+    declared = {DECLARED.get(round(unit.factor, 9), "") for unit in units}
+    declared |= {"elevation" for meaning in found.values() if meaning.quantity == "elevation"}
+    said = [f"{', '.join(names)} in {unit.text}" for unit, names in units.items()]
+    return declared - {""}, [f"units of the header: {'; '.join(said)}"] * bool(said)
 
 
 # --- rows ----------------------------------------------------------------------------------------
 
 
-def _shaped(values: Mapping[str, Array], faults: Faults) -> tuple[Array, dict[str, Array]]:
-    """The times, and the other arrays in the shapes that they need to have, of finite numbers."""
-    t = values.get("t", np.empty(0))
-    if t.ndim != 1 or t.size < LEAST_ROWS:
-        faults.add("1", f"a column t of at least {LEAST_ROWS} times is needed ({t.size} found)")
-        faults.stop()
-    found = {}
+def _rows_with_values(values: Mapping[str, Array], masked: bool, faults: list[str]) -> Any:
+    """Which rows have a value of everything; all of them where none may be missing."""
+    kept = np.ones(len(values.get("t", ())), dtype=bool)
     for name, x in values.items():
-        shape = (t.size, *QUANTITY_SHAPES.get(name, ()))
-        if x.ndim > 1 and x.shape[0] != t.size:  # as MATLAB has it
-            x = np.moveaxis(x, -1, 0)
-        if x.size != np.prod(shape) or x.shape[:1] != (t.size,):
-            faults.add(f"1: {name}", f"has the shape {shape}", x.shape)
-            continue
-        found[name] = x.reshape(shape)
-        flat = x.reshape(t.size, -1)
-        with np.errstate(invalid="ignore"):
-            bad = ~(abs(flat) < LARGEST_VALUE).all(axis=1)
-        if name in ("axis", "quaternion"):
+        flat = x.reshape(len(x), -1)
+        missing = np.isnan(flat).any(axis=1) & masked
+        bad = ~((abs(flat) < LARGEST_VALUE).all(axis=1) | missing)
+        if name in LENGTHS:
             bad |= ~flat.any(axis=1)
-        for row in np.flatnonzero(bad):
+        if bad.any():
             rule = f"a finite number below {LARGEST_VALUE:g}, no vector of length 0, is needed"
-            faults.add(f"row {row + 1}: {name}", rule, flat[row].squeeze())
-    return found.pop("t"), found
+            faults.append(f"{name}: {rule} in {_listed(bad)}")
+        kept &= ~missing
+    return kept
 
 
-def _in_order(data: Data, faults: Faults) -> Data:
+def _in_order(data: Data, remarks: list[str]) -> Data:
     """The data as time goes on, no time twice."""
-    remarks = [*data.remarks]
     if data.t[-1] < data.t[0]:
         data = data.rows(np.s_[::-1])
         remarks.append("the times decrease: the rows are turned round")
-    if same := [int(row) + 1 for row in np.flatnonzero(np.diff(data.t) == 0)]:
-        rows = ", ".join(str(row + 1) for row in same[:FIRST_FAULTS])
-        more = "…" * (len(same) > FIRST_FAULTS)
-        remarks.append(f"rows that repeat a time are left out: {rows}{more}")
-        data = data.rows(np.delete(np.arange(data.t.size), same))
-    for row in np.flatnonzero(np.diff(data.t) < 0) + 1:
-        faults.add(f"row {row + 1}: t", "the times must increase or decrease", data.t[row])
-    faults.stop()
+    steps = np.diff(data.t, prepend=-np.inf)
+    if (steps == 0).any():
+        remarks.append(f"what repeats a time is left out: {_listed(steps == 0)}")
+        data = data.rows(steps != 0)
+    if (steps < 0).any():
+        rule = f"t: the times must increase or decrease: {_listed(steps < 0)}"
+        raise ForeignFile(f"{data.name}: {rule}")
     return replace(data, remarks=tuple(remarks))
+
+
+def _listed(rows: Any) -> str:
+    """The numbers of the first rows of some."""
+    found = np.flatnonzero(rows) + 1
+    more = f", and {found.size - ROWS_LISTED} more" * (found.size > ROWS_LISTED)
+    return f"row {', '.join(map(str, found[:ROWS_LISTED]))}{more}"
+
+
+# --- lengths and descriptions --------------------------------------------------------------------
+
+
+def _scaled(data: Data) -> Data:
+    """The data with lengths of 1, matrices for quaternions, and tilts for elevations.
+
+    Lengths are divided by their first, so that a drift of them stays in the data.
+    """
+    remarks, values = [*data.remarks], dict(data.values)
+    for name in [name for name in LENGTHS if name in values]:
+        length = norm(values[name]) / LENGTHS[name]
+        first = float(np.median(length[:5]))
+        values[name] = values[name] / first
+        if abs(first - 1) > LENGTH:
+            remarks.append(f"the {name} is scaled to length 1: it has {first:.6g}")
+        drift = abs(length / first - 1)
+        if drift.max() > LENGTH:
+            row = int(drift.argmax()) + 1
+            remarks.append(f"the length of the {name} changes by {drift.max():.2g} (row {row})")
+    if "quaternion" in values:
+        q = values["quaternion"]
+        values["matrix"] = matrices(q)
+        if flips := int((np.einsum("ni,ni->n", q[1:], q[:-1]) < 0).sum()):
+            remarks.append(f"the quaternion changes its sign {flips} times, which is no motion")
+    elif "matrix" in values and (np.linalg.det(values["matrix"]) < 0).any():
+        remarks.append("R is improper: its determinant is −1")
+    if "elevation" in values and "theta" not in values:
+        elevation = values.pop("elevation")
+        values["theta"] = (90 if abs(elevation).max() > 2 else np.pi / 2) - elevation
+    if "elevationdot" in values and "thetadot" not in values:
+        values["thetadot"] = -values.pop("elevationdot")
+    return replace(data, values=values, remarks=tuple(remarks))
+
+
+def norm(vectors: Array) -> Array:
+    """The length of each row, of a number, a vector or a matrix."""
+    flat = vectors.reshape(len(vectors), -1)
+    found: Array = np.sqrt(np.einsum("ni,ni->n", flat, flat))
+    return found
+
+
+def matrices(quaternion: Array) -> Array:
+    """The rotation of quaternions, scalar first, of any length."""
+    w, x, y, z = (quaternion / norm(quaternion)[:, None]).T
+    entries = (
+        *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack(entries, axis=-1).reshape(-1, 3, 3)
 
 
 # --- files ---------------------------------------------------------------------------------------
 
 
-def _load(path: Path, chosen: Mapping[str, str], faults: Faults) -> tuple[Table, str | None]:
+def _load(path: Path, chosen: Mapping[str, str]) -> tuple[Table, str | None]:
     """The columns of a file by name, and the scene that it holds, if any."""
     try:
         match path.suffix.lower():
@@ -292,68 +315,58 @@ def _load(path: Path, chosen: Mapping[str, str], faults: Faults) -> tuple[Table,
             case ".nc" | ".h5" | ".hdf5":
                 return _load_netcdf(path)
             case _:
-                return _load_text(path, chosen, faults), None
-    except ForeignFile:
-        raise
+                return _load_text(path, chosen), None
     except Exception as fault:  # of several libraries, on bytes that anybody wrote
         why = getattr(fault, "strerror", None) or fault
         raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
 
 
-def _load_text(path: Path, chosen: Mapping[str, str], faults: Faults) -> Table:
-    """The columns of a text table that are understood; the others by name alone."""
+def _load_text(path: Path, chosen: Mapping[str, str]) -> Table:
+    """The columns of a text table."""
+    import pandas
+
     with path.open("rb") as binary:
         start = binary.read(400)
     wide = start[:2] in (b"\xff\xfe", b"\xfe\xff") or start.count(0) > len(start) / 4
-    encoding = "utf-16" if wide else "utf-8-sig"
-    with path.open(encoding=encoding, errors="replace", newline="") as file:
-        head = next(_headers([*islice(file, HEAD_LINES)], chosen), None)
-        if head is None:
-            rule = "a header with the names of the columns is needed, t among them"
-            raise ForeignFile(f"{faults.file}:1: {rule}")
-        first, between, names = head
-        columns = {name: array("d") for name in choose_columns(names, chosen, Faults(""))}
-        places = [(names.index(name), name, column) for name, column in columns.items()]
-        file.seek(0)
-        lines = (line.strip() for line in islice(file, first, None))
-        table = csv.reader(lines, delimiter=between, skipinitialspace=True)
-        for row in table:
-            at = table.line_num + first
-            if not row or row[0].startswith(("#", "%")):
-                continue
-            if len(row) != len(names) and len([*filter(None, row)]) != len(names):
-                faults.add(f"{at}", f"{len(names)} values are needed", f"{len(row)} values")
-                continue
-            for k, name, column in places:
-                try:
-                    column.append(float(row[k].replace(",", ".")))
-                except ValueError:
-                    faults.add(f"{at}: {harmless(name)}", "no number", row[k])
-    faults.stop()
-    return dict.fromkeys(names, "") | {name: np.array(x) for name, x in columns.items()}
+    encoding: dict[str, Any] = {"encoding": "utf-16" if wide else "utf-8-sig"}
+    with path.open(errors="replace", **encoding) as file:
+        lines = [*islice(file, HEAD_LINES)]
+    first, between, names = _find_header(lines, {_bare(column) for column in chosen.values()})
+    comma = between != "," and any("," in line for line in lines[first:])
+    frame = pandas.read_csv(
+        path,
+        sep=r"\s+" if between == " " else between,
+        decimal="," if comma else ".",
+        names=names,
+        skiprows=first,
+        index_col=False,
+        skipinitialspace=True,
+        comment="#",
+        encoding_errors="replace",
+        **encoding,
+    )
+    return {str(name): column for name, column in frame.items()}
 
 
-def _headers(
-    lines: Sequence[str], chosen: Mapping[str, str]
-) -> Iterator[tuple[int, str, list[str]]]:
-    """What may be the header: where its rows begin, the delimiter, the names with their units."""
-    columns = {column.partition("[")[0].strip() for column in chosen.values()}
-    for at, (line, below) in enumerate(pairwise([*lines, ""])):
+def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, str, list[str]]:
+    """Where the rows begin, the delimiter, and the names of the columns."""
+    for at, line in enumerate(lines):
         text = line.strip().lstrip("#%").strip()
         for between in (x for x in "\t;, " if x in text):
-            names, units = (
-                [x.strip() for row in csv.reader([each], delimiter=between) for x in row if x]
-                for each in (text, below.strip())
-            )
-            if sum(bool(meanings(n)) or n.partition("[")[0].strip() in columns for n in names) < 2:
+            names = _cells(text, between)
+            if sum(_bare(n) in wanted or bool(meanings(n)) for n in names) < 2:
                 continue
-            names = [n + "#2" * (n in names[:k]) for k, n in enumerate(names)]
-            if len(units) != len(names) or any(re.match(r"[-+.]?\d", x) for x in units):
-                yield at + 1, between, names
-            else:  # a row of units
-                spelled = (x.strip("[]() ") for x in units)
-                named = zip(names, spelled, strict=True)
-                yield at + 2, between, [f"{n} [{x}]" if parse_unit(x, n) else n for n, x in named]
+            names = [f"{n} (again {k})" if n in names[:k] else n for k, n in enumerate(names)]
+            below = _cells("".join(lines[at + 1 : at + 2]).strip().lstrip("#%"), between)
+            if len(below) != len(names) or any(x[-1].isdigit() or x == "nan" for x in below):
+                return at + 1, between, names
+            units = (x.strip("[]()") for x in below)  # a row of them
+            return at + 2, between, [f"{n} [{x}]" for n, x in zip(names, units, strict=True)]
+    raise ForeignFile("a header with the names of the columns is needed, t among them")
+
+
+def _cells(line: str, between: str) -> list[str]:
+    return [x.strip() for x in next(csv.reader([line], delimiter=between), []) if x.strip()]
 
 
 def _load_matlab(path: Path) -> Table:

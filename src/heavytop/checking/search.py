@@ -16,16 +16,7 @@ from heavytop.errors import HeavyTopError
 # decades, mean of all octaves, by which one explanation beats another clearly
 CLEAR_BY: Final = 0.5
 ALIKE: Final = 0.05  # decades: no better and no worse
-LEAST_GAIN: Final = 0.7  # decades that all names together have to gain
-MOST_DOUBTFUL: Final = 2  # names that another start may have as well
-GOOD: Final = -1.0  # decades: what a convention makes better has to be better than this
-FITTING: Final = -5.0  # decades: nothing is looked for
-LEAST_RESIDUAL: Final = -6.5  # decades: no better is told from better still, nor reached by a fit
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
-NEARLY: Final = 0.4  # of a name: explanations that cost so little more are as likely
-MOST_NAMES: Final = 5
-DENSE_ROWS: Final = 200  # the first, where the start is that of the data,
-SPARSE_ROWS: Final = 800  # and about so many of the others
 
 by_total: Final = attrgetter("total")
 
@@ -50,18 +41,18 @@ class Undoing(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The same for a person."""
+        """The convention for a person."""
         return self.convention.sentence.format(self.words)
 
 
 class Explanation(NamedTuple):
-    """Conventions, and how far off the data are without them, by quantity [decades].
+    """Conventions, and how far off each quantity is without them [decades].
 
-    `first` is how far off their first row is [rad].
+    `first` is how far off the first row is [rad].
     """
 
     steps: tuple[Undoing, ...]
-    misfit: Mapping[str, float]
+    misfit: Any
     first: float = 0.0
 
     @property
@@ -77,35 +68,22 @@ class Explanation(NamedTuple):
     @property
     def total(self) -> float:
         """The misfit of everything together, a little more for each name."""
-        return sum(self.misfit.values()) + ALIKE * self.cost
+        return float(self.misfit.sum()) + ALIKE * self.cost
 
     @property
     def fits(self) -> bool:
-        """Whether it fits so well that nothing more is looked for."""
-        return all(value < FITTING for value in self.misfit.values())
-
-    def gains(self, base: Explanation) -> list[float]:
-        """By how much everything is better than without conventions, or than with others."""
-        return [base.misfit.get(name, 0.0) - value for name, value in self.misfit.items()]
+        """Whether it fits so well, to five digits, that nothing more is looked for."""
+        return bool((self.misfit < -5).all())
 
     def beats(self, other: Explanation) -> bool:
         """Whether it is clearly better than another in anything."""
-        return any(
-            other.misfit.get(name, value) - value > CLEAR_BY for name, value in self.misfit.items()
-        )
-
-    def equals(self, other: Explanation) -> bool:
-        """Whether it is as good as another in everything."""
-        return all(
-            value < other.misfit.get(name, np.inf) + ALIKE for name, value in self.misfit.items()
-        )
+        return bool((other.misfit - self.misfit > CLEAR_BY).any())
 
     def improves(self, base: Explanation) -> bool:
-        """Whether it gains enough, and what it makes better is good then."""
-        gains = self.gains(base)
-        pairs = zip(self.misfit.values(), gains, strict=True)
-        better = [value for value, gain in pairs if gain > CLEAR_BY]
-        return bool(better) and sum(gains) > LEAST_GAIN and max(better) < GOOD
+        """Whether it gains 0.7 decades, and what it makes better is good to a tenth then."""
+        gains = base.misfit - self.misfit
+        good = (self.misfit[gains > CLEAR_BY] < -1).all()
+        return bool(self.beats(base) and good and gains.sum() > 0.7)
 
 
 class Judgement(NamedTuple):
@@ -114,13 +92,13 @@ class Judgement(NamedTuple):
     best: Explanation
     sure: frozenset[str]
     alike: tuple[Explanation, ...]
-    found: tuple[Explanation, ...]
+    found: Sequence[Explanation]
 
     def gain(self, step: Undoing) -> float | None:
         """How many times smaller the misfit of anything is with a convention undone."""
         rest = self.best.names - {*step.names}
         without = min((x for x in self.found if x.names == rest), key=by_total, default=None)
-        return None if without is None else float(10 ** max(self.best.gains(without)))
+        return None if without is None else float(10 ** max(without.misfit - self.best.misfit))
 
 
 def undo(comparison: Comparison, steps: Iterable[Undoing]) -> Comparison:
@@ -143,28 +121,31 @@ def undo_names(comparison: Comparison, names: Iterable[str]) -> Comparison:
 def explain(comparison: Comparison) -> Judgement:
     """The conventions that explain the data clearly better than any others do."""
     some, begins = _some(comparison)
-    base = next(_try(some, begins, [()]), Explanation((), {"axis": 0.0}))
-    found, best = [base], base
-    every = range(INERTIA_ROW)
+    base = next(_try(some, begins, [()]), Explanation((), np.zeros(1)))
+    found, best, every = [base], base, range(INERTIA_ROW)
     often = [k for k in every if not TABLE[k].rare]
-    for level in range(1, 2 if comparison.origin == "fitted" else MOST_NAMES + 1):
+
+    def extend(those: Iterable[Explanation], rows: Iterable[int]) -> None:
+        for each in those:
+            used = {step.row: step.variant for step in each.steps}
+            sets = [tuple(sorted((*used, k))) for k in rows if k not in used]
+            found.extend(_try(some, begins, sets, used))
+
+    for level in range(1, 2 if comparison.origin == "fitted" else 6):  # names at most
         if best.fits or (level > 2 and len(best.steps) < level - 1):
             break
         if level <= 2:
             found += _try(some, begins, combinations(every if level == 1 else often, level))
-        for each in _ranked(found)[: EXTENDED * (level > 1)]:
-            found += _extend(some, begins, each, every)
+        extend(_ranked(found)[: EXTENDED * (level > 1)], every)
         best = min(found, key=by_total)
-    if not best.fits:
-        for each in _ranked(found)[:EXTENDED]:
-            if "axis-with-spin" not in each.names:  # which is undone by the ψ of the scene's A
-                found += _extend(some, begins, each, [INERTIA_ROW])
+    if not best.fits:  # an axis with the spin is undone by the ψ of the scene's A
+        ranked = _ranked(found)[:EXTENDED]
+        extend([x for x in ranked if "axis-with-spin" not in x.names], [INERTIA_ROW])
     verdict = judge(found)
-    doubtful = {x for step in verdict.best.steps if step.convention.doubtful for x in step.names}
-    if verdict.sure & doubtful:  # does another number do the same?
-        kept = tuple(step for step in verdict.best.steps if not step.convention.doubtful)
-        for each in [base, *(x for x in _ranked(found) if kept and x.steps == kept)]:
-            found += _extend(some, begins, each, [NUMBER_ROW])
+    doubtful = {step for step in verdict.best.steps if step.convention.doubtful}
+    if any(verdict.sure.issuperset(step.names) for step in doubtful):  # does a number do the same?
+        kept = tuple(step for step in verdict.best.steps if step not in doubtful)
+        extend([base, *(x for x in _ranked(found) if kept and x.steps == kept)], [NUMBER_ROW])
         verdict = judge(found)
     return verdict
 
@@ -179,8 +160,8 @@ def _some(comparison: Comparison) -> tuple[Comparison, Any]:
     size = comparison.data.t.size
     rows, begins = octaves(size)
     if comparison.given is None:  # the start follows from the rows
-        rest = np.arange(DENSE_ROWS, size)
-        rows = np.r_[: min(DENSE_ROWS, size), rest[:: rest.size // SPARSE_ROWS + 1]]
+        rest = np.arange(200, size)  # the first 200, and of the others about 800
+        rows = np.r_[: min(200, size), rest[:: rest.size // 800 + 1]]
         _, begins = octaves(rows.size, most=rows.size)
     return comparison.rows(rows), begins
 
@@ -188,38 +169,30 @@ def _some(comparison: Comparison) -> tuple[Comparison, Any]:
 def judge(found: Sequence[Explanation]) -> Judgement:
     """What is sure: the names that all explanations share that are not clearly worse."""
     base = found[0]
-    usual = [x for x in found if x.first < FIRST or x is base]
-    fitted = {x.steps for x in usual if "another-number" in x.names}
-    named = min((x for x in usual if x.steps not in fitted and not base.beats(x)), key=by_total)
+    usual = [x for x in found if (x.first < FIRST and not base.beats(x)) or x is base]
+    named = min((x for x in usual if "another-number" not in x.names), key=by_total)
     if "inertia-about-centre" not in named.names:  # as no number is fitted, which gains a little
-        fitted -= {x.steps for x in usual if x.cost < named.cost or x.beats(named)}
-        usual = [x for x in usual if x.steps not in fitted]
-    best = min((x for x in usual if not base.beats(x)), key=by_total)
+        usual = [
+            x
+            for x in usual
+            if "another-number" not in x.names or x.cost < named.cost or x.beats(named)
+        ]
+    best = min(usual, key=by_total)
     if not best.improves(base):
-        return Judgement(base, frozenset(), (), (*found,))
-    alike = [x for x in usual if x is named or not (base.beats(x) or best.beats(x))]
+        return Judgement(base, frozenset(), (), found)
     kept: list[Explanation] = []
-    for each in sorted(alike, key=lambda x: (x.cost, x.total)):
-        if not any(
+    for each in sorted(usual, key=lambda x: (x.cost, x.total)):
+        if (each is named or not best.beats(each)) and not any(
             other.names == each.names
             or (other.names < each.names and not each.beats(other))
-            or (other.cost < each.cost - NEARLY and other.equals(each))
+            or (other.cost < each.cost - 0.4 and (other.misfit < each.misfit + ALIKE).all())
             for other in kept
         ):
             kept.append(each)
     kept.sort(key=by_total)
     sure = frozenset.intersection(*(x.names for x in kept))
     chosen = next((x for x in kept if x.names == sure), kept[0])
-    return Judgement(chosen, sure, tuple(kept) if len(kept) > 1 else (), (*found,))
-
-
-def _extend(
-    some: Comparison, begins: Any, each: Explanation, further: Iterable[int]
-) -> Iterator[Explanation]:
-    """An explanation with one more convention."""
-    used = {step.row: step.variant for step in each.steps}
-    sets = [tuple(sorted((*used, k))) for k in further if k not in used]
-    return _try(some, begins, sets, used)
+    return Judgement(chosen, sure, tuple(kept) if len(kept) > 1 else (), found)
 
 
 def _try(
@@ -230,8 +203,10 @@ def _try(
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
-        doubtful = sum(TABLE[row].doubtful for row in rows)
-        if doubtful > MOST_DOUBTFUL or sum(TABLE[row].physics for row in rows) > 1:
+        if (
+            sum(TABLE[row].doubtful for row in rows) > 2
+            or sum(TABLE[row].physics for row in rows) > 1
+        ):
             continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
         for row in rows:
@@ -243,7 +218,7 @@ def _try(
             ]
         for steps, after in states:
             try:
-                misfit = {x: max(off, LEAST_RESIDUAL) for x, off in decades(after, begins).items()}
+                misfit = np.maximum(decades(after, begins), -6.5)  # no fit reaches more
                 yield Explanation(steps, misfit, after.first)
             except HeavyTopError:
                 continue
