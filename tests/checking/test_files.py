@@ -8,6 +8,7 @@ import pytest
 import xarray
 
 from heavytop.checking.judge import check
+from heavytop.checking.reading import read
 
 from .made import SCENE, exact
 
