@@ -7,6 +7,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -16,7 +17,7 @@ import heavytop
 import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app
-from heavytop.cli.command import problem_of
+from heavytop.cli.command import lines_of_progress, problem_of
 
 from ..commands import fail_with, heavytop_
 
@@ -208,6 +209,15 @@ def test_an_interrupt_before_there_is_a_command_is_no_traceback():
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True)
     assert (found.returncode, found.stderr) == (130, b"")
+
+
+def test_a_line_every_half_minute_says_how_much_is_done(capsys):
+    now = iter((0.0, 29.0, 31.0, 31.0, 40.0, 62.0, 62.0))
+    update = lines_of_progress(lambda: next(now))
+    for done in (0.1, 0.25, 0.3, SimpleNamespace(fraction=0.5)):
+        update(done)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == ["heavytop: 25 % done", "heavytop: 50 % done"]
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
+import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -30,6 +31,7 @@ EXIT_CODES: Final = (
     "5 a check is out of its bound; 130 interrupted."
 )
 DEFAULT_SCENE: Final = "sicm-kicked"
+PROGRESS_S: Final = 30.0  # between two lines of progress
 TABLES: Final = (".csv", ".json")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 
@@ -198,9 +200,12 @@ def note(text: str) -> None:
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[Any], None] | None]:
-    """A progress bar on stderr, where somebody can see it."""
-    if option("quiet") or not sys.stderr.isatty():
+    """A progress bar on stderr; where nobody can see it move, a line now and then."""
+    if option("quiet"):
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield lines_of_progress()
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -208,6 +213,19 @@ def progress_bar() -> Iterator[Callable[[Any], None] | None]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
         yield lambda now: bar.update(task, completed=getattr(now, "fraction", now))
+
+
+def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[Any], None]:
+    """Return what says how much is done, in a line every `PROGRESS_S` seconds."""
+    due = clock() + PROGRESS_S
+
+    def update(now: Any) -> None:
+        nonlocal due
+        if clock() >= due:
+            due = clock() + PROGRESS_S
+            print_error(f"{100 * getattr(now, 'fraction', now):.0f} % done")
+
+    return update
 
 
 def deliver(answer: Answer, folder: Path | None, path: Path | None, *, figures: bool) -> None:
