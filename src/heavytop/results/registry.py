@@ -42,6 +42,6 @@ RESULTS: Final[Mapping[str, ResultEntry]] = {
     "certify.json": ResultEntry(
         "certificate.Certificate", "cli.verbs:certify studies.certificate:certify"
     ),
-    "validate.json": ResultEntry("validation.Validation", "cli.verbs:validate claims:validate"),
+    "validate.json": ResultEntry("validation.Validation", "claims:validate"),
 }
 """In the order of a report."""
