@@ -22,7 +22,7 @@ Series = Callable[[Any, Any, Any], Any]
 
 
 @cache
-def multiples(factors: str, count: int) -> fmpz_mat:
+def multiples(factors: str, count: int) -> arb_mat:
     """Coefficients of sin (2k+1)z/S, cos (2k+1)z/C, cos 2kz, sin 2kz/SC in powers of S²."""
     U = [fmpz_poly([0]), *map(fmpz_poly.chebyshev_u, range(count))]
     families = {
@@ -33,7 +33,7 @@ def multiples(factors: str, count: int) -> fmpz_mat:
     }
     cos2z = fmpz_poly([1, -2])
     rows = [each(cos2z) for each in families[factors]]
-    return fmpz_mat(count, count, [row[i] for row in rows for i in range(count)])
+    return arb_mat(fmpz_mat(count, count, [row[i] for row in rows for i in range(count)]))
 
 
 class Theta:
@@ -88,6 +88,7 @@ class Theta:
         row, first, b = self.odd, 1, self.scale * v
         if self.hyperbolic and not beside:
             row, first = self.even, 0
+        row = row[: self.terms(N.bits) if N.bits else None]
         turns = [(2 * k + first) * b for k in range(len(row))]
         if self.hyperbolic:  # −arg θ₁(b − iz), or −arg θ₄(b − iz)
             waves = [turn.sin_cos() for turn in turns]
@@ -110,7 +111,7 @@ class Theta:
     def _series(self, N: Any, factors: str, amplitudes: list[arb], size: Any = 1) -> Series:
         """The sum of the functions that have the factors, with such amplitudes, times a size."""
         count = self.terms(N.bits) if N.bits else len(amplitudes)
-        powers = arb_mat(1, count, amplitudes[:count]) * arb_mat(multiples(factors, count))
+        powers = arb_mat(1, count, amplitudes[:count]) * multiples(factors, count)
         rest = None if N.bits else size * self.rest
         first, *others = [N.number(size * power, abs(size)) for power in reversed(powers.entries())]
 
