@@ -238,7 +238,11 @@ def attempted(run, *asked):
 
 
 def digits_missed(scene, found):
+    """What is farther off both motions than allowed: of the scene's numbers, and of the run's own."""
+    from heavytop.run.own_motion import own_motion
+
     form = Digits(motion_of(scene), scene.digits + SPARE)
+    own = Digits(own_motion(found), scene.digits + SPARE)
     bound, end = 10.0**-scene.digits, form(found.t[-1])
     passing = str(form.motion.kind) in ("through-top", "through-bottom", "planar-pendulum")
     for sample in looked_at(scene, found):
@@ -246,6 +250,8 @@ def digits_missed(scene, found):
         for name in scene.quantities:
             size = 1 if name == "axis" else max(1, abs(getattr(end, name)))
             off = distance(form.ctx, name, sample, exact)
+            if not abs(off) <= bound * size:  # as where rounding of the start moved the phase
+                off = min(off, distance(form.ctx, name, sample, own(sample.t)), key=abs)
             if passing and name in ("phi", "psi"):  # either way round; on a pole, of either side
                 turn = form.ctx.pi * (1 if 1 - abs(exact.u) < ON_A_POLE else 2)
                 off -= turn * form.ctx.nint(off / turn)
