@@ -65,9 +65,9 @@ class StepperState:
     ----------
     time : tuple of float
         Time since the start as a double-double [s].
-    state : tuple of float
-        The states, in the order of the formulation.
-    carry : tuple of float
+    state : tuple of float or str
+        The states, in the order of the formulation; numbers beyond doubles as texts.
+    carry : tuple of float or str
         What else the method takes along: the length of its next step, lost low words.
     steps : int
         Steps taken so far.
@@ -76,8 +76,8 @@ class StepperState:
     """
 
     time: DoubleDouble
-    state: tuple[float, ...]
-    carry: tuple[float, ...] = ()
+    state: tuple[Any, ...]
+    carry: tuple[Any, ...] = ()
     steps: int = 0
     evaluations: int = 0
 
