@@ -13,16 +13,14 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from typing import Any, Final, Self, TypeVar, cast
 
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
-
-if TYPE_CHECKING:
-    from multiprocessing.connection import Connection
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
@@ -45,8 +43,7 @@ def starting() -> Iterator[None]:
     tables: tuple[Any, ...] = sys.modules, os.environ, config
     keys = "__main__", "PYTHONSAFEPATH", "daemon"
     before = [table.get(key) for table, key in zip(tables, keys, strict=True)]
-    posix = hasattr(signal, "pthread_sigmask")
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if posix else set()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         for table, key, value in zip(tables, keys, (ModuleType(keys[0]), "1", False), strict=True):
             table[key] = value
@@ -57,8 +54,7 @@ def starting() -> Iterator[None]:
                 del table[key]
             else:
                 table[key] = value
-        if posix:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 class Processes(ProcessPoolExecutor):
@@ -72,9 +68,14 @@ class Processes(ProcessPoolExecutor):
         with starting():
             return super().submit(fn, *args, **kwargs)
 
+    @property
+    def processes(self) -> list[Any]:
+        """The workers that were started."""
+        return list((self._processes or {}).values())
+
     def kill(self) -> None:
         """End all workers, whatever they are at."""
-        for process in list((self._processes or {}).values()):
+        for process in self.processes:
             process.kill()
         self.shutdown(cancel_futures=True)
 
@@ -109,8 +110,7 @@ class Lost(HeavyTopError):
 class TimedWorker:
     """One process for calls; after one that had to be killed, or died, the next call starts one."""
 
-    _process: Any = None
-    _pipe: Connection
+    _pool: Processes | None = None
 
     def __enter__(self) -> Self:
         """Return the worker."""
@@ -132,28 +132,29 @@ class TimedWorker:
         Lost
             The process died of it, or it raised something; what is a HeavyTopError is raised here.
         """
-        if self._process is None:
-            self._start()
+        if self._pool is None:
+            self._pool = Processes(1)
+            self._pool.submit(os.getpid).result()  # it is ready
+        [process] = self._pool.processes
+        future = self._pool.submit(function, *args)
         try:
-            self._pipe.send((function, args))
-            if not self._pipe.poll(timeout):
-                self.close()
-                raise TimedOut(f"it did not return within {timeout:g} s")
-            found, fault = self._pipe.recv()
-        except KeyboardInterrupt:  # an answer that nobody waits for would be that of the next call
+            ended = wait([future], timeout).done
+        except KeyboardInterrupt:
             self.close()
             raise
-        except (EOFError, OSError):
-            self._process.join(1.0)
-            code = self._process.exitcode or 0
+        if not ended:
             self.close()
-            how = (
-                f"killed by {signal.Signals(-code).name}" if code < 0 else f"left with code {code}"
-            )
-            raise Lost(f"its process was lost: {how}") from None
-        if fault is not None:
-            raise fault
-        return found  # type: ignore[no-any-return]
+            raise TimedOut(f"it did not return within {timeout:g} s")
+        fault = future.exception()
+        if fault is None or isinstance(fault, HeavyTopError):
+            return cast(T, future.result())
+        why = f"{type(fault).__name__}: {fault}"
+        if isinstance(fault, BrokenProcessPool):
+            process.join()
+            self.close()
+            code = process.exitcode or 0
+            why = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        raise Lost(f"its process was lost: {why}")
 
     def stages(
         self, function: Callable[..., Iterator[T]], *args: Any, limits: Iterable[float]
@@ -172,37 +173,9 @@ class TimedWorker:
 
     def close(self) -> None:
         """End the process, at once."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.join()
-            self._pipe.close()
-            self._process = None
-
-    def _start(self) -> None:
-        self._pipe, there = SPAWN.Pipe()
-        self._process = SPAWN.Process(target=_serve, args=(there,), daemon=True)
-        with starting():
-            self._process.start()
-        there.close()
-        self._pipe.recv()  # it is ready
-
-
-def _serve(pipe: Connection) -> None:
-    """In a worker: do one call after the other, until the parent has gone."""
-    follow_parent()
-    getattr(multiprocessing.current_process(), "_config", {})["daemon"] = False  # it may start more
-    pipe.send("ready")
-    with suppress(EOFError):
-        while True:
-            function, args = pipe.recv()
-            answer: tuple[Any, HeavyTopError | None]
-            try:
-                answer = function(*args), None
-            except HeavyTopError as refusal:
-                answer = None, refusal
-            except Exception as fault:
-                answer = None, Lost(f"its process was lost: {type(fault).__name__}: {fault}")
-            pipe.send(answer)
+        if self._pool is not None:
+            self._pool.kill()
+            self._pool = None
 
 
 _AT_WORK: Final[list[Iterator[Any]]] = []  # in a worker: what it goes through
