@@ -7,7 +7,7 @@ import pytest
 
 from heavytop.cli import exit_code
 from heavytop.errors import ForeignFile
-from heavytop.studies.study import Chunk, Journal
+from heavytop.studies.journal import Chunk, Journal
 
 from .toy import done
 

@@ -13,7 +13,8 @@ import pytest
 
 import heavytop
 from heavytop.errors import InUse
-from heavytop.studies.study import Journal, run
+from heavytop.studies.journal import Journal
+from heavytop.studies.study import run
 
 from .toy import TOYS, alive, done, lines, results, tears, wait_for
 

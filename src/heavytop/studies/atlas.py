@@ -28,8 +28,9 @@ from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies import study
 from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, curves, mirrored, restored
+from heavytop.studies.journal import Chunk, Journal, Parameters, canonical_json
+from heavytop.studies.study import Progress, run
 
 if TYPE_CHECKING:
     import xarray
@@ -52,19 +53,19 @@ TAG_BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
 # --- the study: parameters and tiles --------------------------------------------------------------
 
 
-def _plane(parameters: study.Parameters) -> Plane:
+def _plane(parameters: Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
     x, y = (Axis.of(parameters[side]) for side in "xy")
     return Plane(scene_of(parameters["scene"]), x, y)
 
 
-def tasks(parameters: study.Parameters) -> tuple[str, ...]:
+def tasks(parameters: Parameters) -> tuple[str, ...]:
     """Return the names of the tiles of a study."""
     return tuple(_plane(parameters).tiles(parameters["tile"]))
 
 
-def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iterator[study.Chunk]:
+def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[Chunk]:
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
@@ -72,7 +73,7 @@ def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iter
     file = BytesIO()  # compressed where that is worth its time
     (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
     row = {"sent": sent, "tile": b64encode(file.getvalue()).decode()}
-    yield study.Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
+    yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
 def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
@@ -94,7 +95,7 @@ def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
 # --- the result -----------------------------------------------------------------------------------
 
 
-def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
+def collect(journal: Journal, jobs: int = 1) -> Atlas:
     """Return the atlas of all its tiles.
 
     Raises
@@ -143,7 +144,7 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     )
 
 
-def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xarray.Dataset:
+def _dataset(plane: Plane, columns: Columns, parameters: Parameters) -> xarray.Dataset:
     """The map, which says of its columns what they are, by the CF conventions."""
     import xarray
 
@@ -156,7 +157,7 @@ def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xa
         "title": plane.scene.title or plane.scene.name,
         "source": f"heavytop {__version__}",
         "accuracy": ACCURACY,
-        "parameters": study.canonical_json(parameters),
+        "parameters": canonical_json(parameters),
     }
     found = {name: (tuple(places), each, _attributes(name)) for name, each in columns.items()}
     return xarray.Dataset(found, places, about)
@@ -185,7 +186,7 @@ def atlas(
     jobs: int | None = None,
     executor: Executor | None = None,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[study.Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> Atlas:
     """The kind of motion of every pixel of a plane of tops, each proved, and how each moves.
 
@@ -248,11 +249,11 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     how = {"executor": executor, "on_progress": progress}
-    with study.Journal.open(folder, _parameters(plane, what)) as journal:
+    with Journal.open(folder, _parameters(plane, what)) as journal:
         return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
 
 
-def _parameters(plane: Plane, what: str) -> study.Parameters:
+def _parameters(plane: Plane, what: str) -> Parameters:
     """Return what is asked of an atlas, as JSON."""
     return {
         "kind": KIND,
@@ -266,9 +267,9 @@ def _parameters(plane: Plane, what: str) -> study.Parameters:
     }
 
 
-def complete(journal: study.Journal, *, jobs: int, **how: Any) -> Atlas:
+def complete(journal: Journal, *, jobs: int, **how: Any) -> Atlas:
     """Compute the tiles of an atlas that are not there yet, and return it."""
-    study.run(journal, jobs=jobs, **how)
+    run(journal, jobs=jobs, **how)
     return collect(journal, jobs)
 
 
@@ -306,7 +307,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(study.Journal.read(arguments.path_of("folder", folder)))
+    return collect(Journal.read(arguments.path_of("folder", folder)))
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {

@@ -42,7 +42,8 @@ from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import heard, whole
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
+from heavytop.studies.journal import Chunk, Journal, Parameters
+from heavytop.studies.study import Progress, run
 
 KIND: Final = "certificate"
 RUN_PARTS: Final = 64  # of a run: what may be done at the same time

@@ -30,9 +30,10 @@ from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
+from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.methods import AUTO, load_methods, method, plan_auto
 from heavytop.studies.steppers import MethodRun, measured_order, set_up, why_no_nutation
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
+from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]

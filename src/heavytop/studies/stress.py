@@ -36,11 +36,12 @@ from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.scene.quantities import Need
-from heavytop.studies import study
+from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import AUTO_ANGLES, load_methods, stress_method, stress_methods
 from heavytop.studies.steppers import measured_order, top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
+from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut
 
 KIND: Final = "stress"
@@ -73,7 +74,7 @@ def stress(
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
-    progress: Callable[[study.Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> Stress:
     """Put methods under stress: at every motion at which some are known to fail.
 
@@ -139,24 +140,24 @@ def stress(
         "versions": versions(),
     }
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with study.Journal.open(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         return complete(journal, on_progress=progress, **how)
 
 
-def tasks(parameters: study.Parameters) -> list[str]:
+def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the runs: a case and a method."""
     there = [name for name in parameters["methods"] if not stress_method(name).absent]
     return [f"{case}/{method}" for method in there for case in parameters["cases"]]
 
 
-def complete(journal: study.Journal, *, budget: float | None = None, **how: Any) -> Stress:
+def complete(journal: Journal, *, budget: float | None = None, **how: Any) -> Stress:
     """Do the runs that are left and for which there is time, and return the result."""
-    budget = study.keep_budget(journal, budget, BUDGET_S)
-    study.run(journal, budget=budget, **how)
+    budget = keep_budget(journal, budget, BUDGET_S)
+    run(journal, budget=budget, **how)
     return collect(journal, budget)
 
 
-def collect(journal: study.Journal, budget: float = BUDGET_S) -> Stress:
+def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
     """Return what is stored of a stress test.
 
     Parameters
@@ -189,7 +190,7 @@ def collect(journal: study.Journal, budget: float = BUDGET_S) -> Stress:
     )
 
 
-def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Iterator[study.Chunk]:
+def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
     limit, mine = parameters["time_limit"], own.origins(parameters.get("own", {}))
@@ -200,7 +201,7 @@ def advance(parameters: study.Parameters, task: str, _checkpoint: object) -> Ite
         form = stress_method(method).states
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
         found = run_row(case=case, method=method, formulation=form, named=True, **what)
-    yield study.Chunk(rows=[found], done=True)
+    yield Chunk(rows=[found], done=True)
 
 
 def run_task(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from itertools import chain, product, zip_longest
 from statistics import median, quantiles
@@ -23,8 +23,8 @@ from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene, scene_of
-from heavytop.studies import study
 from heavytop.studies.drift import perturbed_start
+from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import (
     AUTO,
     auto_digits,
@@ -34,7 +34,8 @@ from heavytop.studies.methods import (
     plan_auto,
 )
 from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
+from heavytop.studies.study import Progress
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, stop_signal
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
@@ -108,7 +109,7 @@ def work_precision(
     periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[study.Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> WorkPrecision:
     """Measure what methods cost and what they attain, over a grid of settings.
 
@@ -168,11 +169,11 @@ def work_precision(
     methods = load_methods(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
-    with study.Journal.open(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         return complete(journal, budget=float(budget), on_progress=progress)
 
 
-def diagram_parameters(scene: Scene, methods: Any, **options: float) -> study.Parameters:
+def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
     """Return what is asked of a diagram, as JSON.
 
     Raises
@@ -201,13 +202,13 @@ def _checked(text: str) -> str:
     return text
 
 
-def tasks(parameters: study.Parameters) -> list[str]:
+def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the runs, each a setting from a start, and that of the rounds."""
     texts = dict.fromkeys(each.text for each in _asked(parameters))
     return [*(f"{text}/{start}" for text in texts for start in range(NEIGHBOURS)), ROUNDS]
 
 
-def _asked(parameters: study.Parameters) -> list[MethodEntry]:
+def _asked(parameters: Parameters) -> list[MethodEntry]:
     """Return all that the names of a diagram ask for, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
@@ -215,15 +216,15 @@ def _asked(parameters: study.Parameters) -> list[MethodEntry]:
 
 
 def complete(
-    journal: study.Journal,
+    journal: Journal,
     *,
     budget: float | None = None,
-    on_progress: Callable[[study.Progress], object] | None = None,
+    on_progress: Callable[[Progress], object] | None = None,
     **_: Any,
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), journal.parameters
-    budget = study.keep_budget(journal, budget, BUDGET_S)
+    budget = keep_budget(journal, budget, BUDGET_S)
     asked = _asked(parameters)
 
     def show(fraction: float) -> None:
@@ -231,10 +232,10 @@ def complete(
             raise KeyboardInterrupt
         if on_progress is not None:
             done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(asked)
-            on_progress(study.Progress(done, int(done * count), count, clock() - began, done))
+            on_progress(Progress(done, int(done * count), count, clock() - began, done))
 
     try:
-        with study.stop_signal(at_once=True) as stop, TIMED_WORKER:
+        with stop_signal(at_once=True) as stop, closing(TIMED_WORKER):
             show(0.0)
             derived = {each.formulation: _derived(each.formulation) for each in asked}
             runs = Rounds(journal, asked, budget, began)
@@ -275,7 +276,7 @@ class Rounds:
     """
 
     def __init__(
-        self, journal: study.Journal, settings: Sequence[MethodEntry], budget: float, began: float
+        self, journal: Journal, settings: Sequence[MethodEntry], budget: float, began: float
     ) -> None:
         scene, self.periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
         states = [perturbed_start(scene.start, 0, k) for k in range(NEIGHBOURS)]
@@ -298,7 +299,7 @@ class Rounds:
                 self._repeat(*place, turn)
         if not stored and clock() <= self.deadline:
             times = {x.text: {k: y["seconds"] for k, y in z.items()} for x, z in self.rows.items()}
-            self.journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
+            self.journal.append(ROUNDS, Chunk(rows=[times], done=True))
         for known in self.journal.rows(ROUNDS):
             for each, runs in self.rows.items():
                 for start, row in runs.items():
@@ -330,7 +331,7 @@ class Rounds:
             return
         if known[start]["seconds"][0] <= SHORT_RUN_S:
             self._time(start, each)
-        self.journal.append(task, study.Chunk(rows=[known[start]], done=True))
+        self.journal.append(task, Chunk(rows=[known[start]], done=True))
 
     def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
         spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())

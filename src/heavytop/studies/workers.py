@@ -1,4 +1,4 @@
-"""Who does the work: processes here, or the workers of a dask cluster.
+"""Who does the work: this process, others here, or a dask cluster; and what stops them.
 
 Worker processes do not run the caller's script and do not outlive their parent. On a cluster only
 this package must be installed where the workers are; a worker does one task at a time, so it is
@@ -17,9 +17,10 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
-from types import ModuleType
-from typing import Any, Final, Self, TypeVar, cast
+from types import FrameType, ModuleType
+from typing import Any, Final, TypeVar, cast
 
+from heavytop.doctor import usable_cpus
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
@@ -94,6 +95,64 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
+class Here(Executor):
+    """Does what is submitted at once, in this process, until the signal to stop."""
+
+    def __init__(self, stop: threading.Event) -> None:
+        self.stop = stop
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call a function now."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs, stop=self.stop))
+        except Exception as fault:
+            future.set_exception(fault)
+        return future
+
+
+def count_sent(executor: Executor) -> int:
+    """Return how many tasks are sent to an executor: two for each worker, so that none waits.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> with ThreadPoolExecutor(3) as pool:
+    ...     count_sent(pool)
+    6
+    """
+    if isinstance(executor, Here):
+        return 1
+    known = (getattr(executor, name, None) for name in ("workers", "_max_workers"))
+    return 2 * max(1, next((n for n in known if isinstance(n, int)), usable_cpus()))
+
+
+@contextmanager
+def stop_signal(*, at_once: bool = False) -> Iterator[threading.Event]:
+    """An event that Ctrl-C or SIGTERM sets; the second signal does what it did before.
+
+    With `at_once` it raises KeyboardInterrupt too, which a library may swallow: the event stays.
+    Only the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
+    """
+    event, before = threading.Event(), dict[int, Any]()
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        event.set()
+        signal.signal(number, before[number])
+        if at_once:
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, stop)
+    try:
+        yield event
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
 # --- calls with a limit of time --------------------------------------------------------------
 # In a process that is killed when its time is up: nothing less helps, as a solver that hangs inside
 # its own compiled code hears no signal.
@@ -112,14 +171,6 @@ class TimedWorker:
 
     _pool: Processes | None = None
 
-    def __enter__(self) -> Self:
-        """Return the worker."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """End the process."""
-        self.close()
-
     def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
         """Return what a function of a module returns there, within so many seconds.
 
@@ -136,10 +187,10 @@ class TimedWorker:
             self._pool = Processes(1)
             self._pool.submit(os.getpid).result()  # it is ready
         [process] = self._pool.processes
-        future = self._pool.submit(function, *args)
         try:
+            future = self._pool.submit(function, *args)
             ended = wait([future], timeout).done
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, BrokenProcessPool):  # stopped; or died before it was asked
             self.close()
             raise
         if not ended:
