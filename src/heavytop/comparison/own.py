@@ -26,6 +26,7 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
 
 GROUP: Final = "heavytop.methods"
+HANDED_OVER: Final = "own:"  # how the name of a method begins that is no text
 OWN_STEPS, OWN_TOLERANCE = 100.0, 1e-9  # settings where none is given
 # forms of the attitude and the body's angular velocity
 BODY_FORMS: Final = ("rotation", "quaternion")
@@ -157,10 +158,12 @@ def register(asked: str | Method | Callable[..., Any]) -> str:
     """
     if not isinstance(asked, str):
         method = _as_method(asked)
-        name = f"own:{method.label}"
+        name = HANDED_OVER + method.label
         _REGISTERED[name] = Registered(method, *_origin(method.function))
         return name
     place, equals, setting = asked.partition("=")
+    if place in _REGISTERED and place.startswith(HANDED_OVER):
+        return asked
     if ":" not in place:
         offered = [each for each in entry_points(group=GROUP) if each.name == place]
         if not offered:

@@ -26,12 +26,12 @@ from heavytop.errors import BadScene, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.planning import closed_form_of
-from heavytop.scene.arguments import Range, heard, parse_names, parse_options
+from heavytop.scene.arguments import Range, heard, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.journal import Chunk, Journal, Parameters
-from heavytop.studies.methods import AUTO, load_methods, method, plan_auto
+from heavytop.studies.methods import AUTO, method, plan_auto, read_methods
 from heavytop.studies.steppers import MethodRun, measured_order, set_up, why_no_nutation
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
@@ -143,7 +143,6 @@ def drift(
     """
     heard("progress", progress)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
-    methods = load_methods(methods, str(getattr(scene, "name", KIND)))
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:
         own.expect_anywhere(parameters["methods"])
@@ -161,7 +160,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     """
     file = str(getattr(scene, "name", KIND))
     values, faults = parse_options(file, options, DRIFT_OPTIONS)
-    names, wrong = parse_names(file, "methods", methods, _checked)
+    names, wrong = read_methods(file, methods, _checked)
     if faults := [*faults, *why_no_nutation(file, scene, "a drift study"), *wrong]:
         raise BadScene(tuple(faults))
     jobs = values.pop("jobs")

@@ -37,7 +37,7 @@ from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.scene.quantities import Need
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
-from heavytop.studies.methods import AUTO_ANGLES, load_methods, stress_method, stress_methods
+from heavytop.studies.methods import AUTO_ANGLES, read_methods, stress_method, stress_methods
 from heavytop.studies.steppers import measured_order, top_constants
 from heavytop.studies.stress_cases import Case, CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
@@ -124,9 +124,9 @@ def stress(
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, STRESS_LIMITS)
     some = all_cases() if cases is None else cases
-    asked = stress_methods() if methods is None else load_methods(methods, KIND)
+    asked = stress_methods() if methods is None else methods
     chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
-    known, no_methods = parse_names(KIND, "methods", asked, stress_method)
+    known, no_methods = read_methods(KIND, asked, stress_method)
     if faults := [*faults, *no_cases, *no_methods]:
         raise errors.BadScene(tuple(faults))
     names = list(dict.fromkeys(each.name for each in known))

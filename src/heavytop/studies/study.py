@@ -232,9 +232,10 @@ def resume(
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:
-        from heavytop.studies.methods import load_methods
+        from heavytop.studies.methods import read_methods
 
-        load_methods(methods, str(path))
+        if faults := read_methods(str(path), methods, str)[1]:
+            raise errors.BadScene(tuple(faults))
     for name, digest in parameters.get("own", {}).items():
         if own.registered(name).digest != digest:
             raise ForeignFile(f"{path}: {name} is not the code with which it was begun")

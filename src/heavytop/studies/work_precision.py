@@ -21,7 +21,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
-from heavytop.scene.arguments import Range, heard, parse_names, parse_options
+from heavytop.scene.arguments import Range, heard, parse_options
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
@@ -29,9 +29,9 @@ from heavytop.studies.methods import (
     AUTO,
     auto_digits,
     is_auto,
-    load_methods,
     method,
     plan_auto,
+    read_methods,
 )
 from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
 from heavytop.studies.study import Progress
@@ -77,7 +77,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]
 
     Raises
     ------
-    NoMethod
+    Refused
         There is none of this name, or the setting is outside its bounds.
     BadScene
         There is no plan for the digits that auto is asked for.
@@ -166,7 +166,6 @@ def work_precision(
     closed form says of the same state.
     """
     heard("progress", progress)
-    methods = load_methods(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
     with Journal.open(folder, parameters) as journal:
@@ -183,7 +182,7 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Paramete
     """
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, WORK_LIMITS)
-    names, wrong = parse_names(file, "methods", methods, _checked)
+    names, wrong = read_methods(file, methods, _checked)
     if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
