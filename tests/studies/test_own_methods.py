@@ -12,8 +12,8 @@ from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
 from heavytop.studies.drift import advance, drift_parameters
 from heavytop.studies.methods import method, stress_method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.stress import judge, run_case
 from heavytop.studies.stress_cases import cases, reference
+from heavytop.studies.stress_runs import judge, run_case
 
 from .. import integrators
 from ..commands import heavytop_

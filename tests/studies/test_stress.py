@@ -18,8 +18,9 @@ from heavytop.results.stress import Stress, StressOutcome, silently_wrong
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
-from heavytop.studies.stress import CaseRun, judge, missed_events, run_case, run_row, stress
+from heavytop.studies.stress import stress
 from heavytop.studies.stress_cases import CaseReference, cases, reference
+from heavytop.studies.stress_runs import CaseRun, judge, missed_events, run_case, run_row
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")

@@ -299,7 +299,7 @@ def _own_entry(name: str) -> MethodEntry:
         own.usual_setting,
         partial(own_stepper, own),
         order=own.order,
-        language="numba" if own.compiled else "python",
+        language=own.language,
         formulation="axis" if body else own.formulation,
         variables=own.formulation if body else "",
         short=name.rpartition(":")[2],
