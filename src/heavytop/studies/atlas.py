@@ -16,10 +16,12 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heavytop import __version__
 from heavytop.analytic.many import PROMISED, Motions, motions_many
-from heavytop.classification.arrays import TAG_NAMES, VERDICT_DETAILS, VERDICT_NAMES
+from heavytop.classification.arrays import IMPOSSIBLE, TAG_NAMES, VERDICT_DETAILS, VERDICT_NAMES
+from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import BadScene, Fault, ForeignFile
@@ -28,12 +30,14 @@ from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, curves, mirrored, restored
+from heavytop.studies.atlas_plane import ROLES, Axis, Mask, Plane, curves
 from heavytop.studies.journal import Chunk, Journal, Parameters, canonical_json
 from heavytop.studies.study import Progress, run
 
 if TYPE_CHECKING:
     import xarray
+
+Columns = dict[str, NDArray[Any]]
 
 ACCURACY: Final = f"{PROMISED:g}: of period relative, of angles relative to max(1, |x|)"
 """What the numbers of a map promise."""
@@ -80,7 +84,7 @@ def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
     """The columns of a tile, and how many of its pixels needed interval arithmetic."""
     shape = np.broadcast_shapes(*map(np.shape, tops.values()))
     bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
-    seen = mirrored(tops, bottom) if bottom.any() else tops
+    seen = _mirrored(tops, bottom) if bottom.any() else tops
     rows = None if what == "kind" else motions_many(**seen, tags=True)
     verdicts = classify_many(**seen) if rows is None else rows.verdicts
     columns = {
@@ -88,8 +92,38 @@ def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
         for name in SETS[what]
     }
     if bottom.any():
-        columns = restored(columns, tops, bottom)
+        columns = _restored(columns, tops, bottom)
     return {name: each.astype(PIXEL_TYPES[name]) for name, each in columns.items()}, verdicts.sent
+
+
+# --- θ = π ----------------------------------------------------------------------------------------
+# The double nearest π is not π, but that is what it means. Seen from below, θ → π − θ, ψ → −ψ and
+# g → −g, such a start is at θ = 0, where doubles are exact.
+
+_TURNED: Final = ("gMR", "thetadot", "psidot", "omega3")
+
+
+def _mirrored(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
+    """The tops, those at the bottom as they are seen from below."""
+    turned = {name: np.where(bottom, -tops[name], tops[name]) for name in _TURNED if name in tops}
+    return {**tops, **turned, "theta": np.where(bottom, 0.0, tops["theta"])}
+
+
+def _restored(columns: Columns, tops: Mapping[str, Any], bottom: Mask) -> Columns:
+    """The columns of mirrored tops, as they are seen from above."""
+    found, kind = dict(columns), columns["kind"]
+    swapped = np.arange(len(VERDICT_NAMES), dtype=np.uint8)
+    poles = [VERDICT_NAMES.index(each) for each in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)]
+    swapped[poles] = poles[::-1]
+    found["kind"] = np.where(bottom, swapped[kind], kind)
+    if "tags" in found:
+        weighted = bottom & np.not_equal(tops["gMR"], 0) & (kind != IMPOSSIBLE)
+        inverted = np.uint8(1 << TAG_NAMES.index("inverted-gravity"))
+        found["tags"] = np.where(weighted, found["tags"] ^ inverted, found["tags"])
+        found["theta_min"] = np.where(bottom, np.pi - columns["theta_max"], columns["theta_min"])
+        found["theta_max"] = np.where(bottom, np.pi - columns["theta_min"], columns["theta_max"])
+        found["spin"] = np.where(bottom, -found["spin"], found["spin"])
+    return found
 
 
 # --- the result -----------------------------------------------------------------------------------
@@ -135,7 +169,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         sent=sent,
         uncertified=int(np.count_nonzero(columns["certified"] == 0)),
         curves=tuple(
-            {"name": name, "x": x.tolist(), "y": y.tolist()} for name, x, y in curves(plane)
+            {**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane)
         ),
         pixels_per_s=float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0,
         jobs=jobs,

@@ -285,11 +285,6 @@ def perturbed_start(start: State, seed: int, number: int) -> State:
     Tilt and rates are changed by one per cent at most, and the spin omega3 stays. A start depends
     on seed and number alone, so a larger ensemble contains a smaller one.
 
-    Parameters
-    ----------
-    start : State
-    seed, number : int
-
     Examples
     --------
     >>> start = State(theta=0.1, phidot=-15, psidot=140)
@@ -317,14 +312,7 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
     """Return numbers of nutation periods, increasing, the last within one of `periods`.
 
     They are spread evenly over the decades, all at the same phase of the nutation, away from its
-    turning points.
-
-    Parameters
-    ----------
-    periods : float
-        At least 1.
-    samples : int
-        How many; where they would fall into the same period, fewer.
+    turning points; where several would fall into the same period, there are fewer.
 
     Examples
     --------

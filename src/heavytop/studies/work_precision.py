@@ -65,22 +65,7 @@ WORK_METHODS: Final = (
 
 
 def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]:
-    """Return what a text asks for: one setting of a method, or all of the grid.
-
-    Parameters
-    ----------
-    text : str
-        ``NAME``, ``NAME=SETTING``, ``auto`` or ``auto=DIGITS``.
-    scene : Scene
-    periods : float
-        How long a run is; auto depends on it.
-
-    Raises
-    ------
-    Refused
-        There is none of this name, or the setting is outside its bounds.
-    BadScene
-        There is no plan for the digits that auto is asked for.
+    """Return what a text asks for in a run of so many periods: one setting, or all of the grid.
 
     Examples
     --------
@@ -383,12 +368,7 @@ def _end(run: MethodRun, periods: float) -> DoubleDouble:
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     """Return what a run of so many nutation periods gives, for JSON: errors, costs, seconds.
 
-    Raises
-    ------
-    TooSlow
-        It is not there yet after `limit` seconds.
-    IntegrationFailed
-        It cannot go on, or its numbers are no longer finite.
+    It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     end = _end(run, periods)
     stepper: Any = run.stepper
