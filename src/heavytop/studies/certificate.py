@@ -225,9 +225,8 @@ def _start_errors(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
     """
     start = np.array([own.start[: len(own.core.states)]])
     tilt = sample(own.core, start, trajectory.orbit.parameters, np.zeros(1)).theta[0]
-    axis = own.start[
-        : CERTIFIED[own.formulation].read
-    ]  # or a quaternion, the square of which it is long
+    # the axis, or a quaternion, the square of which it is long
+    axis = own.start[: CERTIFIED[own.formulation].read]
     square = sum((Fraction(x) ** 2 for x in axis), Fraction(-1))
     off = abs(float(trajectory(0.0).theta - tilt))
     return {"theta": off, "axis": abs(float(square)) * (1 + 2 * UNIT)}

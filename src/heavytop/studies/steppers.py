@@ -119,11 +119,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
 def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     """Return the order of a method of fixed steps, by how its error falls with their number.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its start is followed for a sixteenth of a nutation period.
-    method : MethodEntry
+    The start of a scene is followed for a sixteenth of a nutation period.
     """
     errors = {}
     for steps in ORDER_STEPS:

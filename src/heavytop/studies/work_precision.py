@@ -158,13 +158,7 @@ def work_precision(
 
 
 def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
-    """Return what is asked of a diagram, as JSON.
-
-    Raises
-    ------
-    BadScene
-        As of `work_precision`.
-    """
+    """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, WORK_LIMITS)
     names, wrong = read_methods(file, methods, _checked)
@@ -248,15 +242,8 @@ def _derived(formulation: str) -> float:
 class Rounds:
     """Runs of settings in turn, from one start after the other, in rounds: all feel what disturbs.
 
-    The first round shows errors; slow settings are in no more than two. A setting that fails from
-    one start has no rows.
-
-    Attributes
-    ----------
-    rows : dict
-        By setting and number of the start what its runs gave.
-    refused : dict
-        Why settings have no rows.
+    The first round shows errors; slow settings are in no more than two. What runs gave is in
+    `rows`; a setting that fails from one start has none, and `refused` says why.
     """
 
     def __init__(
@@ -270,7 +257,7 @@ class Rounds:
         self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
         self.refused: dict[MethodEntry, str] = {}
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
-        self.ready: dict[tuple[MethodEntry, int], MethodRun] = {}
+        self.ready: dict[tuple[int, MethodEntry], MethodRun] = {}
 
     def take(self, show: Callable[[float], object]) -> None:
         """Take all rounds, unless their times are stored."""
@@ -289,6 +276,11 @@ class Rounds:
                 for start, row in runs.items():
                     row["seconds"] = known[each.text][str(start)]
 
+    def _run(self, start: int, each: MethodEntry) -> MethodRun:
+        if (start, each) not in self.ready:
+            self.ready[start, each] = set_up(self.starts[start], each)
+        return self.ready[start, each]
+
     def _first(self, start: int, each: MethodEntry) -> None:
         known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
         if self.journal.record(task).ended:
@@ -304,8 +296,7 @@ class Rounds:
                 raise IntegrationFailed(f"not started: {slow} took too long")
             if start == 0:
                 _expect_return(self.starts[0], each, self.periods, limit)
-            self.ready[each, start] = set_up(self.starts[start], each)
-            known[start] = first_run(self.ready[each, start], self.periods, limit)
+            known[start] = first_run(self._run(start, each), self.periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             self.refused[each] = " ".join(str(refusal).split())
@@ -320,25 +311,17 @@ class Rounds:
     def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
         spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())
         if start in self.rows[each] and spent <= REPEATS_S and clock() <= self.deadline:
-            if (each, start) not in self.ready:
-                self.ready[each, start] = set_up(self.starts[start], each)
             for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_RUN_S else 2):
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        run = self.ready[each, start]
+        run = self._run(start, each)
         _, _, seconds = walk(run.stepper, _end(run, self.periods), clock=clock)
         self.rows[each][start]["seconds"].append(seconds)
 
 
 def _expect_return(scene: Scene, each: MethodEntry, periods: float, limit: float) -> None:
-    """Let a method of one's own go first in a process that can be killed, if it can be had there.
-
-    Raises
-    ------
-    TimedOut, Lost
-        It does not return, or that process dies of it.
-    """
+    """Let a method of one's own go first in a process that can be killed, if that can load it."""
     if mine := own.origins([each.name]):
         patience = SET_UP_S + 2 * limit
         TIMED_WORKER.call(_try, scene, each.text, mine, periods, limit, timeout=patience)
