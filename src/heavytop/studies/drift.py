@@ -218,9 +218,7 @@ def _chunks(
         checkpoint = {"state": asdict(found.stepper.begin()), "sampled": 0, "order": order}
     warned: Any = getattr(found.stepper, "warned", {})
     warned.update(checkpoint.get("warned", {}))
-    stored = checkpoint["state"].items()
-    words: Any = {name: tuple(x) if isinstance(x, list) else x for name, x in stored}
-    state, sampled, ended = StepperState(**words), checkpoint["sampled"], ""
+    state, sampled, ended = StepperState(**checkpoint["state"]), checkpoint["sampled"], ""
     yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
         rows: list[dict[str, Any]] = []

@@ -13,6 +13,7 @@ was interrupted. A HeavyTopError in `advance` ends a task as failed.
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import time
@@ -21,12 +22,11 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures import Executor, Future
 from contextlib import closing
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from threading import Event, Lock
 from types import ModuleType
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from heavytop import errors
 from heavytop.comparison import own
@@ -58,8 +58,7 @@ _LOST_BY_NAME: Final = ("KilledWorker", "FutureCancelledError")
 _ONE_AT_A_TIME: Final = Lock()
 
 
-@dataclass(frozen=True, slots=True)
-class Progress:
+class Progress(NamedTuple):
     """Where a study stands.
 
     Attributes
@@ -68,22 +67,11 @@ class Progress:
         Part of the whole study that is done, 0 to 1.
     ended, tasks : int
         How many tasks are at their end, and how many there are.
-    elapsed_s : float
-        Time since this process took the study up [s].
-    gained : float
-        Part of the whole study that this process did.
     """
 
     fraction: float
     ended: int
     tasks: int
-    elapsed_s: float
-    gained: float
-
-    @property
-    def per_s(self) -> float:
-        """Part of the whole study done per second; 0 before anything is known [1/s]."""
-        return self.gained / self.elapsed_s if self.elapsed_s > 0 else 0.0
 
 
 def run(
@@ -122,13 +110,12 @@ def run(
     study = study_of(journal.parameters)
     tasks = list(study.tasks(journal.parameters))
     records = [journal.record(task) for task in tasks]
-    started, before = time.monotonic(), _fraction(records)
+    end = time.monotonic() + (math.inf if budget is None else budget)
 
     def show() -> None:
         if on_progress is not None:
-            done, ended = _fraction(records), sum(r.ended for r in records)
-            elapsed = time.monotonic() - started
-            on_progress(Progress(done, ended, len(records), elapsed, done - before))
+            ended = sum(record.ended for record in records)
+            on_progress(Progress(_fraction(records), ended, len(records)))
 
     show()
     waiting = deque(task for task in tasks if not journal.record(task).ended)
@@ -138,7 +125,7 @@ def run(
         pool = executor or (Here(stop) if jobs == 1 else Processes(jobs))
         try:
             while (waiting or running) and not stop.is_set():
-                if budget is not None and time.monotonic() >= started + budget:
+                if time.monotonic() >= end:
                     waiting.clear()
                 # After a loss all tasks it may be due to run alone, each for a slice.
                 while waiting and len(running) < (1 if lost else count_sent(pool)):

@@ -210,7 +210,7 @@ def complete(
             raise KeyboardInterrupt
         if on_progress is not None:
             done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(asked)
-            on_progress(Progress(done, int(done * count), count, clock() - began, done))
+            on_progress(Progress(done, int(done * count), count))
 
     try:
         with stop_signal(at_once=True) as stop, closing(TIMED_WORKER):
