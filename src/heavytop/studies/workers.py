@@ -44,7 +44,8 @@ def starting() -> Iterator[None]:
     tables: tuple[Any, ...] = sys.modules, os.environ, config
     keys = "__main__", "PYTHONSAFEPATH", "daemon"
     before = [table.get(key) for table, key in zip(tables, keys, strict=True)]
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    posix = hasattr(signal, "pthread_sigmask")
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if posix else set()
     try:
         for table, key, value in zip(tables, keys, (ModuleType(keys[0]), "1", False), strict=True):
             table[key] = value
@@ -55,7 +56,8 @@ def starting() -> Iterator[None]:
                 del table[key]
             else:
                 table[key] = value
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if posix:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 class Processes(ProcessPoolExecutor):
