@@ -26,7 +26,8 @@ from heavytop.errors import BadScene, HeavyTopError
 from heavytop.results.base import Row
 from heavytop.results.validation import THIS_PROJECT, Validation
 from heavytop.scene.arguments import check_callable, one_of, parse_names, path_of, whole
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
+from heavytop.studies.journal import Chunk, Journal, Parameters
+from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
 
 KIND: Final = "claims"

@@ -33,8 +33,8 @@ def test_the_table_can_be_read_without_any_library():
 def test_a_name_may_end_in_a_formulation():
     assert named("radau-scipy-lagrange").formulation == "lagrange"
     assert named("dop853-cyrk").formulation == "axis"
-    for wrong, nearest in (("strong", "strang"), ("gauss8-lagrange", "gauss8"), ("lsoda", "lsoda")):
-        with pytest.raises(Impossible, match=f"none called '{wrong}'.*{nearest}"):
+    for wrong in ("strong", "gauss8-lagrange", "lsoda"):
+        with pytest.raises(Impossible, match=f"none called '{wrong}'"):
             named(wrong)
 
 

@@ -15,7 +15,7 @@ import heavytop as ht
 from heavytop.errors import Impossible
 from heavytop.plots.figures import DRAW
 from heavytop.results.stress import Stress, StressOutcome
-from heavytop.studies.stress import run_row
+from heavytop.studies.stress_runs import run_row
 
 from ..studies.test_work_precision import diagram_of, made
 

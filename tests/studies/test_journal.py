@@ -6,7 +6,7 @@ import re
 import pytest
 
 from heavytop.errors import ForeignFile
-from heavytop.studies.study import Chunk, Journal
+from heavytop.studies.journal import Chunk, Journal
 
 from .toy import done
 

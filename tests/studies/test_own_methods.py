@@ -10,10 +10,10 @@ import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
 from heavytop.studies.drift import advance, drift_parameters
-from heavytop.studies.methods import load_methods, method, stress_method
+from heavytop.studies.methods import method, stress_method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.stress import judge, run_case
 from heavytop.studies.stress_cases import cases, reference
+from heavytop.studies.stress_runs import judge, run_case
 
 from .. import integrators
 from ..commands import heavytop_
@@ -75,7 +75,7 @@ def own_momenta(scene, states):
 def test_three_methods_of_ones_own_go_through_every_study(scene):
     """Their momenta are sums of their own states, and their orders 1, 4 and 2."""
     found = ht.drift(scene, methods=THREE, periods=3, samples=3)
-    parameters, _ = drift_parameters(scene, load_methods(THREE, ""), periods=3, ensemble=1,
+    parameters, _ = drift_parameters(scene, THREE, periods=3, ensemble=1,
                                      samples=4, seed=0, jobs=1)  # fmt: skip
     for each, order in zip(found.methods, (1, 4, 2), strict=True):
         assert each.order == pytest.approx(order, abs=0.15)

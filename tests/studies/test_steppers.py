@@ -1,6 +1,8 @@
 """The reference solution of every run is exact; the Taylor steppers are the package's own runs."""
 
+import json
 import math
+from dataclasses import asdict
 
 import pytest
 
@@ -53,16 +55,10 @@ def axis():
     return own("taylor-axis", scene).reference
 
 
-def words(ctx, values):
-    """Doubles whose sums are the values: high words first, then low ones."""
-    high = [float(x) for x in values]
-    return [*high, *(float(x - ctx.mpf(h)) for x, h in zip(values, high, strict=True))]
-
-
 @pytest.mark.parametrize("ahead", [0.0, 1e-9, -3e-12])
 def test_a_shift_in_time_is_a_phase_error(axis, ahead):
     t = 3.7
-    off = axis((t, 0.0), words(axis.ctx, exact_row(axis, axis.ctx.mpf(t) + axis.ctx.mpf(ahead))))
+    off = axis((t, 0.0), exact_row(axis, axis.ctx.mpf(t) + axis.ctx.mpf(ahead)))
     assert off.phase_s == pytest.approx(ahead, rel=1e-6, abs=1e-28)
     assert abs(off.energy) < 1e-28
     assert all(abs(x) < 1e-28 for x in off.invariants.values())
@@ -82,7 +78,7 @@ def test_energy_and_momentum_are_told_apart(axis):
     ctx, t = axis.ctx, 1.3
     row = exact_row(axis, t)
     longer = [*(x * (1 + ctx.mpf("1e-10")) for x in row[:3]), *row[3:]]
-    off = axis((t, 0.0), words(ctx, longer))
+    off = axis((t, 0.0), longer)
     assert off.invariants["length"] == pytest.approx(2e-10, rel=1e-6)
     r, l_z = axis.exact.reduced, ctx.mpf(axis.parameters["l_z"])
     momentum = sum(x * y for x, y in zip(row[:3], [*row[3:], l_z], strict=True)) / 10**10
@@ -125,9 +121,10 @@ def test_a_stepper_takes_the_steps_of_the_trajectory_that_propagate_integrates(n
 
 
 def test_more_bits_are_written_down_without_loss():
-    """A stepper that goes on from stored words is the one that was never interrupted."""
+    """A stepper that goes on from stored texts is the one that was never interrupted."""
     stepper = own("taylor-axis-mpfr").stepper
     one = stepper.block(stepper.begin())
-    stored = StepperState(one.time, one.state, one.carry, one.steps, one.evaluations)
+    stored = StepperState(**json.loads(json.dumps(asdict(one))))
     assert stepper.block(stored) == stepper.block(one)
-    assert len(one.state) + len(one.carry) == 5 * 3 + 2
+    digits = int(128 * math.log10(2))
+    assert all(len(x) > digits for x in (*one.state, one.carry[0]))

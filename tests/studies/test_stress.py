@@ -20,8 +20,9 @@ from heavytop.run.planning import plan
 from heavytop.run.span import closed_form_of
 from heavytop.run.start import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
-from heavytop.studies.stress import CaseRun, judge, missed_events, run_case, run_row, stress
+from heavytop.studies.stress import stress
 from heavytop.studies.stress_cases import CaseReference, cases, reference
+from heavytop.studies.stress_runs import CaseRun, judge, missed_events, run_case, run_row
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")

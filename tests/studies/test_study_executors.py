@@ -8,7 +8,8 @@ import pytest
 
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, Stop, StoppedEarly
-from heavytop.studies.study import Journal, run
+from heavytop.studies.journal import Journal
+from heavytop.studies.study import run
 
 from . import toy
 from .toy import results

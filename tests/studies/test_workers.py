@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from threading import Timer
 
@@ -120,7 +120,7 @@ def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(schedule
 
 @pytest.fixture
 def process():
-    with workers.TimedWorker() as worker:
+    with closing(workers.TimedWorker()) as worker:
         yield worker
 
 

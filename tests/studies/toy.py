@@ -5,8 +5,8 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from heavytop.studies import study
-from heavytop.studies.study import Journal
+from heavytop.studies import journal, study
+from heavytop.studies.journal import Journal
 
 TOYS = Path(__file__).parent / "toys"
 
@@ -39,8 +39,8 @@ def change_parameters(path, change):
 
 def done(path, parameters, **how):
     """Do a study, and return its folder."""
-    with Journal.open(path, parameters) as journal:
-        study.run(journal, **how)
+    with Journal.open(path, parameters) as opened:
+        study.run(opened, **how)
     return path
 
 
@@ -75,17 +75,17 @@ def tears(monkeypatch, cuts, do):
 
     Each cut is how many lines are written before it, and which part of the next one.
     """
-    write, left = study._write_line, [0, 0.0]
+    write, left = journal._write_line, [0, 0.0]
 
     def torn(file, line):
         left[0] -= 1
         if left[0] < 0:
-            text = study.canonical_json(line).encode() + b"\n"
+            text = journal.canonical_json(line).encode() + b"\n"
             file.write(text[: int(left[1] * len(text))])
             raise Killed
         return write(file, line)
 
-    monkeypatch.setattr(study, "_write_line", torn)
+    monkeypatch.setattr(journal, "_write_line", torn)
     for count, left[:] in enumerate(cuts):
         with suppress(Killed):
             do()

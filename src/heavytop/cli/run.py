@@ -82,12 +82,13 @@ def resume(
     from heavytop.results.registry import RESULTS
     from heavytop.results.run import RunResult
     from heavytop.studies import study
+    from heavytop.studies.journal import STUDY
 
-    there = [x for x in (study.STUDY, REQUEST, DOCUMENT, TRAJECTORY) if (folder / x).exists()]
+    there = [x for x in (STUDY, REQUEST, DOCUMENT, TRAJECTORY) if (folder / x).exists()]
     if not there:
         raise errors.ForeignFile(f"{folder}: there is neither a study nor a run to go on with")
     with typing(command_of(folder / there[0]) or typed()):  # that of the command that began it
-        if there[0] == study.STUDY:
+        if there[0] == STUDY:
             finished = any((folder / name).exists() for name in RESULTS)
             found = study.resume(folder, methods=methods, progress=progress, **workers)
             return Answer(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)

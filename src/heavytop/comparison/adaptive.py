@@ -13,15 +13,15 @@ import math
 import sys
 import time
 import warnings
-from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from heavytop.comparison.steppers import (
+    ComparisonStepper,
     InitialValueProblem,
     IntegrationFailed,
     NotFinite,
@@ -33,7 +33,6 @@ from heavytop.comparison.steppers import (
 from heavytop.exact.pairs import Array, DoubleDouble, add
 
 if TYPE_CHECKING:
-    from heavytop.comparison.own_steps import BodyForm
     from heavytop.equations.formulation import Formulation
 
 RTOL_LEAST: Final = 100 * 2.0**-52  # scipy raises any smaller relative tolerance to this
@@ -88,46 +87,27 @@ class Taken(NamedTuple):
 Solver = Callable[..., Taken]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AdaptiveStepper:
-    """A stepper of an adaptive solver.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AdaptiveStepper(ComparisonStepper):
+    """A stepper of an adaptive solver; a block ends after its steps, or at `far`.
 
     Attributes
     ----------
     solver : Solver
-        Takes steps from time 0: of states, an end, a number of steps, the length of the first one
-        (of its own choice when left out) and, by name, a time after which no more are wanted.
-    start : tuple of float
-        The states at the start.
+        Takes steps from time 0: of states, an end, a number of steps and the length of the first
+        one (of its own choice when left out).
     direction : int
         1 forwards, -1 backwards.
-    steps : int
-        Steps in a block, unless it ends earlier: at `far`.
-    compile_s : float
-        What compiling took, whenever that was [s].
     far : float
         A time that no block passes [s].
     on_steps : callable
         It is given the steps of each block.
-    form : BodyForm or None
-        Of the body's own rotation, where it computes in that.
-    warned : Counter of str
-        How often a method of one's own gave each warning.
     """
 
     solver: Solver
-    start: tuple[float, ...]
     direction: int
-    steps: int
-    compile_s: float = 0.0
     far: float = _FAR
     on_steps: Callable[[Taken], object] = id
-    form: BodyForm | None = None
-    warned: Counter[str] = field(default_factory=Counter)
-
-    def begin(self) -> StepperState:
-        """Return the state at the start, time 0."""
-        return StepperState((0.0, 0.0), self.start)
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps."""
@@ -150,7 +130,7 @@ class AdaptiveStepper:
         """Return the states at times in the block after a state: a run aside for each."""
         local = [add(t, (-at.time[0], -at.time[1]))[0] for t in times]
         ahead = [self.direction * t for t in local]
-        taken = self._block(at, until=max(ahead, default=0.0))
+        taken = self._block(at)
         last = np.searchsorted(self.direction * taken.times, ahead, "right") - 1
         rows = [self._aside(taken, i, t) for i, t in zip(last, local, strict=True)]
         return np.array(rows).reshape(-1, len(self.start))
@@ -159,8 +139,8 @@ class AdaptiveStepper:
         """Return t itself."""
         return t, 0.0
 
-    def _block(self, at: StepperState, until: float = _FAR) -> Taken:
-        return self._taken(np.array(at.state), self.direction * self.far, *at.carry, until=until)
+    def _block(self, at: StepperState) -> Taken:
+        return self._taken(np.array(at.state), self.direction * self.far, *at.carry)
 
     def _aside(self, taken: Taken, i: int, t: float) -> Array:
         state: Array = taken.states[i]
@@ -171,8 +151,8 @@ class AdaptiveStepper:
             raise IntegrationFailed("the solver gave up between two steps")
         return states[-1]  # type: ignore[no-any-return]
 
-    def _taken(self, state: Array, end: float, *first: float, until: float = _FAR) -> Taken:
-        taken = self.solver(state, end, self.steps, *first, until=until)
+    def _taken(self, state: Array, end: float, *first: float) -> Taken:
+        taken = self.solver(state, end, self.steps, *first)
         if not np.isfinite(taken.states).all():
             raise NotFinite
         return taken
@@ -197,14 +177,12 @@ def scipy_stepper(
     kind = getattr(scipy.integrate, name)
     bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance if atol is None else atol}
 
-    def solver(
-        state: Array, end: float, most: int, first: float | None = None, until: float = _FAR
-    ) -> Taken:
+    def solver(state: Array, end: float, most: int, first: float | None = None) -> Taken:
         times, states = [0.0], [state]
         with warnings.catch_warnings(action="ignore"):  # what they say is checked
             try:
                 run = kind(rates, 0.0, state, end, first_step=first, **bounds)
-                while run.status == "running" and len(times) <= most and abs(run.t) < until:
+                while run.status == "running" and len(times) <= most:
                     if message := run.step():
                         raise ValueError(message.rstrip("."))
                     times.append(float(run.t))
@@ -217,7 +195,9 @@ def scipy_stepper(
         return Taken(np.array(times), np.array(states), run.nfev, carry)
 
     far, steps = (_FAR, steps) if steps else (abs(problem.span), sys.maxsize)
-    return AdaptiveStepper(solver, problem.start, problem.direction, steps, far=far)
+    return AdaptiveStepper(
+        solver=solver, start=problem.start, direction=problem.direction, steps=steps, far=far
+    )
 
 
 def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:
@@ -230,16 +210,15 @@ def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> 
     known = np.array([*problem.constants.values(), 0.0])  # the last counts the evaluations
     (rates, seconds), (solve, more) = _cyrk_rates(problem.equations), _cyrk_solve()
 
-    def solver(
-        state: Array, end: float, most: int, first: float = 0.0, until: float = _FAR
-    ) -> Taken:
+    def solver(state: Array, end: float, most: int, first: float = 0.0) -> Taken:
         times, rows = solve(rates.address, state, end, known, tolerance, first, most)
         if times.size < 2:
             raise IntegrationFailed("the solver gave up at its start")
         carry = (abs(float(times[-1] - times[-2])),)
         return Taken(times, rows[:, :-1], int(rows[-1, -1]), carry)
 
-    return AdaptiveStepper(solver, problem.start, problem.direction, steps, seconds + more)
+    return AdaptiveStepper(solver=solver, start=problem.start, direction=problem.direction,
+                           steps=steps, compile_s=seconds + more)  # fmt: skip
 
 
 @cache

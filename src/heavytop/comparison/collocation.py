@@ -30,7 +30,8 @@ def gauss(s: int, problem: InitialValueProblem, setting: float, steps: int) -> F
     h = problem.span / setting
     kernel, seconds = _gauss_steps(s)
     advance = partial(kernel, g, l_z, _table(s, h))
-    return FixedStep(problem.start, h, advance, steps, 5, 1 + 5 * s, seconds)
+    return FixedStep(start=problem.start, h=h, advance=advance, steps=steps, carried=5,
+                     scratch=1 + 5 * s, compile_s=seconds)  # fmt: skip
 
 
 @cache
@@ -78,36 +79,7 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
     until they stand. `work` holds five lost words, whether there is a step before, and its
     derivatives (5, s). The rests of A and b, of the size of rounding, are enough once a step.
     """
-    from numba import njit
-
-    added = summation(compensated=True)
-
-    def rates(y: Any, z: Any, f: Any, g: float, l_z: float) -> None:
-        """Put the derivatives at the nodes, y and their increments z, into f."""
-        for i in range(s):
-            e_x, e_y, e_z = y[0] + z[0, i], y[1] + z[1, i], y[2] + z[2, i]
-            l_x, l_y = y[3] + z[3, i], y[4] + z[4, i]
-            f[0, i] = l_y * e_z - l_z * e_y
-            f[1, i] = l_z * e_x - l_x * e_z
-            f[2, i] = l_x * e_y - l_y * e_x
-            f[3, i] = -g * e_y
-            f[4, i] = g * e_x
-
-    def weighed(f: Any, weights: Any, first: Any, z: Any) -> float:
-        """Put first + f . weights into z, and return the largest change."""
-        most = 0.0
-        for k in range(5):
-            for i in range(s):
-                total = first[k, i]
-                for j in range(s):
-                    total += weights[j, i] * f[k, j]
-                change = abs(total - z[k, i])
-                if not change <= most:  # and so a NaN comes through
-                    most = change
-                z[k, i] = total
-        return most
-
-    rates, weighed = njit(rates), njit(weighed)
+    added, (rates, weighed) = summation(compensated=True), _sweep(s)
 
     def advance(g: float, l_z: float, table: Any, y: Any, work: Any, steps: int) -> int:
         A, b, beyond = table[:s], table[s], table[s + 1 : 2 * s + 1]
@@ -145,3 +117,35 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
         return sweeps * s
 
     return compiled(advance)
+
+
+def _sweep(s: int) -> tuple[Any, Any]:
+    """Return what computes the derivatives at s nodes, and what weighs them, compiled."""
+    from numba import njit
+
+    def rates(y: Any, z: Any, f: Any, g: float, l_z: float) -> None:
+        """Put the derivatives at the nodes, y and their increments z, into f."""
+        for i in range(s):
+            e_x, e_y, e_z = y[0] + z[0, i], y[1] + z[1, i], y[2] + z[2, i]
+            l_x, l_y = y[3] + z[3, i], y[4] + z[4, i]
+            f[0, i] = l_y * e_z - l_z * e_y
+            f[1, i] = l_z * e_x - l_x * e_z
+            f[2, i] = l_x * e_y - l_y * e_x
+            f[3, i] = -g * e_y
+            f[4, i] = g * e_x
+
+    def weighed(f: Any, weights: Any, first: Any, z: Any) -> float:
+        """Put first + f . weights into z, and return the largest change."""
+        most = 0.0
+        for k in range(5):
+            for i in range(s):
+                total = first[k, i]
+                for j in range(s):
+                    total += weights[j, i] * f[k, j]
+                change = abs(total - z[k, i])
+                if not change <= most:  # and so a NaN comes through
+                    most = change
+                z[k, i] = total
+        return most
+
+    return njit(rates), njit(weighed)

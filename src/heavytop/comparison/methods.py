@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
@@ -267,7 +266,7 @@ def named(name: str) -> MethodEntry:
     Raises
     ------
     Impossible
-        There is none of that name; the nearest is said.
+        There is none of that name.
 
     Examples
     --------
@@ -284,8 +283,7 @@ def named(name: str) -> MethodEntry:
     row = METHODS.get(stem)
     if row and not row.fixed and formulation in FORMULATIONS:
         return replace(row, name=name, formulation=formulation)
-    nearest = get_close_matches(name, METHODS, 1, 0.0)[0]
-    raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])
+    raise Impossible([("method", f"there is none called {name!r}")])
 
 
 def _own_entry(name: str) -> MethodEntry:
@@ -301,7 +299,7 @@ def _own_entry(name: str) -> MethodEntry:
         own.usual_setting,
         partial(own_stepper, own),
         order=own.order,
-        language="numba" if own.compiled else "python",
+        language=own.language,
         formulation="axis" if body else own.formulation,
         variables=own.formulation if body else "",
         short=name.rpartition(":")[2],

@@ -2,7 +2,6 @@
 
     mine.py:rk4=200                 a function of a file, 200 steps a period
     mypackage.integrators:rk4       a function of a module
-    rk4                             an entry point of the group ``heavytop.methods``
 
 Code runs only because a person names it, on the command line or in Python: `register` loads it.
 Nothing that is read from a file does that, so that a stored study or a scene never starts code.
@@ -17,7 +16,6 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -25,7 +23,7 @@ from typing import Any, Final, NamedTuple
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
 
-GROUP: Final = "heavytop.methods"
+HANDED_OVER: Final = "own:"  # how the name of a method begins that is no text
 OWN_STEPS, OWN_TOLERANCE = 100.0, 1e-9  # settings where none is given
 # forms of the attitude and the body's angular velocity
 BODY_FORMS: Final = ("rotation", "quaternion")
@@ -111,6 +109,11 @@ class Method:
         """Whether numba compiles it."""
         return hasattr(self.function, "py_func")
 
+    @property
+    def language(self) -> str:
+        """What its steps run in."""
+        return "numba" if self.compiled else "python"
+
 
 # --- what a person registers ---------------------------------------------------------------------
 
@@ -147,8 +150,8 @@ def register(asked: str | Method | Callable[..., Any]) -> str:
     Parameters
     ----------
     asked : str, Method or callable
-        ``FILE.py:NAME``, ``MODULE:NAME`` or the name of an entry point, each with ``=SETTING`` or
-        without; or what stands there itself.
+        ``FILE.py:NAME`` or ``MODULE:NAME``, with ``=SETTING`` or without; or what stands there
+        itself.
 
     Raises
     ------
@@ -157,15 +160,12 @@ def register(asked: str | Method | Callable[..., Any]) -> str:
     """
     if not isinstance(asked, str):
         method = _as_method(asked)
-        name = f"own:{method.label}"
+        name = HANDED_OVER + method.label
         _REGISTERED[name] = Registered(method, *_origin(method.function))
         return name
     place, equals, setting = asked.partition("=")
-    if ":" not in place:
-        offered = [each for each in entry_points(group=GROUP) if each.name == place]
-        if not offered:
-            return asked
-        place = offered[0].value
+    if ":" not in place or (place in _REGISTERED and place.startswith(HANDED_OVER)):
+        return asked
     where, _, name = place.rpartition(":")
     name = f"{Path(where).name}:{name}" if where.endswith(".py") else place
     _REGISTERED[name] = _loaded(place)

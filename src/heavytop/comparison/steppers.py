@@ -65,9 +65,9 @@ class StepperState:
     ----------
     time : tuple of float
         Time since the start as a double-double [s].
-    state : tuple of float
-        The states, in the order of the formulation.
-    carry : tuple of float
+    state : tuple of float or str
+        The states, in the order of the formulation; numbers beyond doubles as texts.
+    carry : tuple of float or str
         What else the method takes along: the length of its next step, lost low words.
     steps : int
         Steps taken so far.
@@ -76,8 +76,8 @@ class StepperState:
     """
 
     time: DoubleDouble
-    state: tuple[float, ...]
-    carry: tuple[float, ...] = ()
+    state: tuple[Any, ...]
+    carry: tuple[Any, ...] = ()
     steps: int = 0
     evaluations: int = 0
 
@@ -181,21 +181,18 @@ def compiled_function(function: Callable[..., Any]) -> tuple[Any, Any]:
 # --- steps of one length -------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FixedStep:
-    """A stepper of equal steps: after j of them the time is exactly h j.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ComparisonStepper:
+    """What the steppers of methods of others have.
 
     Attributes
     ----------
     start : tuple of float
         The states at the start.
-    h : float
-        The step [s], negative backwards.
-    advance : Advance
     steps : int
         Steps in a block.
-    carried, scratch : int
-        Words of work that go from block to block, and that only go from step to step.
+    carried : int
+        Words of `StepperState.carry` at the start.
     compile_s : float
         What compiling took, whenever that was [s].
     form : BodyForm or None
@@ -205,11 +202,8 @@ class FixedStep:
     """
 
     start: tuple[float, ...]
-    h: float
-    advance: Advance
     steps: int
     carried: int = 0
-    scratch: int = 0
     compile_s: float = 0.0
     form: BodyForm | None = None
     warned: Counter[str] = field(default_factory=Counter)
@@ -217,6 +211,24 @@ class FixedStep:
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
         return StepperState((0.0, 0.0), self.start, (0.0,) * self.carried)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FixedStep(ComparisonStepper):
+    """A stepper of equal steps: after j of them the time is exactly h j.
+
+    Attributes
+    ----------
+    h : float
+        The step [s], negative backwards.
+    advance : Advance
+    scratch : int
+        Words of work that only go from step to step; those in `carried` go from block to block.
+    """
+
+    h: float
+    advance: Advance
+    scratch: int = 0
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps."""

@@ -49,7 +49,8 @@ def splitting(
     table = h * np.vstack([g * kicks, np.append(drifts, 0.0)])
     kernel, seconds = _steps(turn, compensated=compensated)
     advance, carried = partial(kernel, g, l_z, table), 5 if compensated else 0
-    return FixedStep(problem.start, h, advance, steps, carried, 5 - carried, seconds)
+    return FixedStep(start=problem.start, h=h, advance=advance, steps=steps, carried=carried,
+                     scratch=5 - carried, compile_s=seconds)  # fmt: skip
 
 
 # The first half of symmetric compositions of Strang's step, and the middle one.

@@ -130,7 +130,7 @@ def open_run(folder: Path, request: Request, *, force: bool = False) -> Iterator
     StoppedEarly
         Ctrl-C, or a file that cannot be written: the folder goes on with the run.
     """
-    from heavytop.studies.study import LOCK, STUDY
+    from heavytop.studies.journal import LOCK, STUDY
 
     if (folder / STUDY).exists():
         raise ForeignFile(f"{folder}: holds a study; a run needs a folder of its own")
@@ -179,7 +179,7 @@ def _remove(folder: Path, names: Sequence[str]) -> None:
 
 def _expect_same(folder: Path, request: Request) -> None:
     """Refuse a folder that holds another run than the one that is asked."""
-    from heavytop.studies.study import differences
+    from heavytop.studies.journal import differences
 
     there = [name for name in RUN_FILES if os.path.lexists(folder / name)]
     if not there:

@@ -236,11 +236,12 @@ def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T
 
 
 def parse_names(
-    file: str, key: str, given: object, read: Callable[[str], T]
+    file: str, key: str, given: object, read: Callable[[Any], T], kinds: Any = str
 ) -> tuple[list[T], list[Fault]]:
     """Return what the names of a list stand for, and what is wrong with the others.
 
-    There is at least one name; `read` takes it or raises `Refused`. Faults name `file` and `key`,
+    There is at least one name, a text or what else of `kinds` stands for one; `read` takes it or
+    raises `Refused`. Faults name `file` and `key`,
     which is a plural.
 
     >>> found, wrong = parse_names("stress", "cases", ["cups"], one_of({"cusp": 1}))
@@ -255,7 +256,7 @@ def parse_names(
     found, faults = [], []
     for name in names:
         try:
-            if not isinstance(name, str):
+            if not isinstance(name, kinds):
                 raise Refused("a name, as text")
             found.append(read(name))
         except Refused as wrong:

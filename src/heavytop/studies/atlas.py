@@ -16,10 +16,12 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heavytop import __version__
 from heavytop.analytic.many import PROMISED, Motions, motions_many
-from heavytop.classification.arrays import TAG_NAMES, VERDICT_DETAILS, VERDICT_NAMES
+from heavytop.classification.arrays import IMPOSSIBLE, TAG_NAMES, VERDICT_DETAILS, VERDICT_NAMES
+from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.doctor import usable_cpus, versions
 from heavytop.errors import BadScene, Fault, ForeignFile
@@ -28,11 +30,14 @@ from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies import study
-from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, curves, mirrored, restored
+from heavytop.studies.atlas_plane import ROLES, Axis, Mask, Plane, curves
+from heavytop.studies.journal import Chunk, Journal, Parameters, canonical_json
+from heavytop.studies.study import Progress, run
 
 if TYPE_CHECKING:
     import xarray
+
+Columns = dict[str, NDArray[Any]]
 
 ACCURACY: Final = f"{PROMISED:g}: of period relative, of angles relative to max(1, |x|)"
 """What the numbers of a map promise."""
@@ -52,19 +57,19 @@ TAG_BITS: Final = dict.fromkeys(("tags", "open_tags"), TAG_NAMES)
 # --- the study: parameters and tiles --------------------------------------------------------------
 
 
-def _plane(parameters: study.Parameters) -> Plane:
+def _plane(parameters: Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
     x, y = (Axis.of(parameters[side]) for side in "xy")
     return Plane(scene_of(parameters["scene"]), x, y)
 
 
-def tasks(parameters: study.Parameters) -> tuple[str, ...]:
+def tasks(parameters: Parameters) -> tuple[str, ...]:
     """Return the names of the tiles of a study."""
     return tuple(_plane(parameters).tiles(parameters["tile"]))
 
 
-def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iterator[study.Chunk]:
+def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[Chunk]:
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
@@ -72,14 +77,14 @@ def advance(parameters: study.Parameters, task: str, checkpoint: object) -> Iter
     file = BytesIO()  # compressed where that is worth its time
     (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
     row = {"sent": sent, "tile": b64encode(file.getvalue()).decode()}
-    yield study.Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
+    yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
 def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
     """The columns of a tile, and how many of its pixels needed interval arithmetic."""
     shape = np.broadcast_shapes(*map(np.shape, tops.values()))
     bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
-    seen = mirrored(tops, bottom) if bottom.any() else tops
+    seen = _mirrored(tops, bottom) if bottom.any() else tops
     rows = None if what == "kind" else motions_many(**seen, tags=True)
     verdicts = classify_many(**seen) if rows is None else rows.verdicts
     columns = {
@@ -87,14 +92,44 @@ def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
         for name in SETS[what]
     }
     if bottom.any():
-        columns = restored(columns, tops, bottom)
+        columns = _restored(columns, tops, bottom)
     return {name: each.astype(PIXEL_TYPES[name]) for name, each in columns.items()}, verdicts.sent
+
+
+# --- θ = π ----------------------------------------------------------------------------------------
+# The double nearest π is not π, but that is what it means. Seen from below, θ → π − θ, ψ → −ψ and
+# g → −g, such a start is at θ = 0, where doubles are exact.
+
+_TURNED: Final = ("gMR", "thetadot", "psidot", "omega3")
+
+
+def _mirrored(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
+    """The tops, those at the bottom as they are seen from below."""
+    turned = {name: np.where(bottom, -tops[name], tops[name]) for name in _TURNED if name in tops}
+    return {**tops, **turned, "theta": np.where(bottom, 0.0, tops["theta"])}
+
+
+def _restored(columns: Columns, tops: Mapping[str, Any], bottom: Mask) -> Columns:
+    """The columns of mirrored tops, as they are seen from above."""
+    found, kind = dict(columns), columns["kind"]
+    swapped = np.arange(len(VERDICT_NAMES), dtype=np.uint8)
+    poles = [VERDICT_NAMES.index(each) for each in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)]
+    swapped[poles] = poles[::-1]
+    found["kind"] = np.where(bottom, swapped[kind], kind)
+    if "tags" in found:
+        weighted = bottom & np.not_equal(tops["gMR"], 0) & (kind != IMPOSSIBLE)
+        inverted = np.uint8(1 << TAG_NAMES.index("inverted-gravity"))
+        found["tags"] = np.where(weighted, found["tags"] ^ inverted, found["tags"])
+        found["theta_min"] = np.where(bottom, np.pi - columns["theta_max"], columns["theta_min"])
+        found["theta_max"] = np.where(bottom, np.pi - columns["theta_min"], columns["theta_max"])
+        found["spin"] = np.where(bottom, -found["spin"], found["spin"])
+    return found
 
 
 # --- the result -----------------------------------------------------------------------------------
 
 
-def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
+def collect(journal: Journal, jobs: int = 1) -> Atlas:
     """Return the atlas of all its tiles.
 
     Raises
@@ -134,7 +169,7 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
         sent=sent,
         uncertified=int(np.count_nonzero(columns["certified"] == 0)),
         curves=tuple(
-            {"name": name, "x": x.tolist(), "y": y.tolist()} for name, x, y in curves(plane)
+            {**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane)
         ),
         pixels_per_s=float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0,
         jobs=jobs,
@@ -143,7 +178,7 @@ def collect(journal: study.Journal, jobs: int = 1) -> Atlas:
     )
 
 
-def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xarray.Dataset:
+def _dataset(plane: Plane, columns: Columns, parameters: Parameters) -> xarray.Dataset:
     """The map, which says of its columns what they are, by the CF conventions."""
     import xarray
 
@@ -156,7 +191,7 @@ def _dataset(plane: Plane, columns: Columns, parameters: study.Parameters) -> xa
         "title": plane.scene.title or plane.scene.name,
         "source": f"heavytop {__version__}",
         "accuracy": ACCURACY,
-        "parameters": study.canonical_json(parameters),
+        "parameters": canonical_json(parameters),
     }
     found = {name: (tuple(places), each, _attributes(name)) for name, each in columns.items()}
     return xarray.Dataset(found, places, about)
@@ -185,7 +220,7 @@ def atlas(
     jobs: int | None = None,
     executor: Executor | None = None,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[study.Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> Atlas:
     """Classify every pixel of a plane of tops, each with proof, and say how it moves.
 
@@ -248,11 +283,11 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     how = {"executor": executor, "on_progress": progress}
-    with study.Journal.open(folder, _parameters(plane, what)) as journal:
+    with Journal.open(folder, _parameters(plane, what)) as journal:
         return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
 
 
-def _parameters(plane: Plane, what: str) -> study.Parameters:
+def _parameters(plane: Plane, what: str) -> Parameters:
     """Return what is asked of an atlas, as JSON."""
     return {
         "kind": KIND,
@@ -266,9 +301,9 @@ def _parameters(plane: Plane, what: str) -> study.Parameters:
     }
 
 
-def complete(journal: study.Journal, *, jobs: int, **how: Any) -> Atlas:
+def complete(journal: Journal, *, jobs: int, **how: Any) -> Atlas:
     """Compute the tiles of an atlas that are not there yet, and return it."""
-    study.run(journal, jobs=jobs, **how)
+    run(journal, jobs=jobs, **how)
     return collect(journal, jobs)
 
 
@@ -306,7 +341,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(study.Journal.read(arguments.path_of("folder", folder)))
+    return collect(Journal.read(arguments.path_of("folder", folder)))
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {

@@ -19,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.classification.arrays import IMPOSSIBLE, TAG_NAMES, VERDICT_NAMES
-from heavytop.classification.kinds import Kind
 from heavytop.exact import Exact
 from heavytop.results.atlas import ROLES as ROLES
+from heavytop.results.base import Row
 from heavytop.scene.arguments import Refused
 from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.scene import Scene
@@ -30,7 +29,6 @@ from heavytop.text import nearest
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Columns = dict[str, NDArray[Any]]
 
 MOST_VALUES: Final = 1_000_000  # along one axis
 WIDEST_TILE: Final = 4096  # pixels in a row of a tile
@@ -242,107 +240,16 @@ def _with_rates(numbers: Mapping[str, Any], branch: float) -> dict[str, Any]:
     return found
 
 
-class Momenta(NamedTuple):
-    """Constants of the motion at places of a plane, as arrays of one shape.
-
-    Attributes
-    ----------
-    top : mapping of str to ndarray
-        The tops and starts.
-    kinetic, across : ndarray
-        ½A (θ̇² + φ̇² sin²θ) and A φ̇ sin²θ.
-    p_psi, p_phi : ndarray
-    p_minus, lift : ndarray
-        p_φ − p_ψ and E' − gMR, without cancellation near the top: where p_φ = p_ψ the axis gets to
-        θ = 0 if `lift` is positive.
-    asleep, possible : ndarray of bool
-        Where the axis rests on the vertical, and where a top and a start have such numbers.
-    """
-
-    top: Mapping[str, Array]
-    kinetic: Array
-    across: Array
-    p_psi: Array
-    p_phi: Array
-    p_minus: Array
-    lift: Array
-    asleep: Mask
-    possible: Mask
-
-
-def constants(tops: Mapping[str, Any]) -> Momenta:
-    """The constants of tops and starts."""
-    wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
-    top = dict(zip(tops, wide, strict=True))
-    A, C, theta, thetadot, phidot = (top[n] for n in ("A", "C", "theta", "thetadot", "phidot"))
-    u, sine, rise = np.cos(theta), np.sin(theta), 2 * np.sin(theta / 2) ** 2
-    omega3 = top["omega3"] if "omega3" in top else top["psidot"] + phidot * u
-    kinetic = A * (thetadot**2 + (phidot * sine) ** 2) / 2
-    across, p_psi = A * phidot * sine**2, C * omega3
-    asleep = (sine <= VERTICAL_SINE) & (thetadot == 0)
-    finite = np.isfinite(kinetic + p_psi)
-    possible = finite & (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi)
-    return Momenta(
-        top, kinetic, across, p_psi, across + p_psi * u, across - p_psi * rise,
-        kinetic - top["gMR"] * rise, asleep, possible,
-    )  # fmt: skip
-
-
-# --- θ = π ----------------------------------------------------------------------------------------
-# The double nearest π is not π, but that is what it means. Seen from below, θ → π − θ, ψ → −ψ and
-# g → −g, such a start is at θ = 0, where doubles are exact.
-
-_TURNED: Final = ("gMR", "thetadot", "psidot", "omega3")
-
-
-def mirrored(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
-    """The tops, those at the bottom as they are seen from below."""
-    turned = {name: np.where(bottom, -tops[name], tops[name]) for name in _TURNED if name in tops}
-    return {**tops, **turned, "theta": np.where(bottom, 0.0, tops["theta"])}
-
-
-def restored(columns: Columns, tops: Mapping[str, Any], bottom: Mask) -> Columns:
-    """The columns of mirrored tops, as they are seen from above."""
-    found, kind = dict(columns), columns["kind"]
-    swapped = np.arange(len(VERDICT_NAMES), dtype=np.uint8)
-    poles = [VERDICT_NAMES.index(each) for each in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)]
-    swapped[poles] = poles[::-1]
-    found["kind"] = np.where(bottom, swapped[kind], kind)
-    if "tags" in found:
-        weighted = bottom & np.not_equal(tops["gMR"], 0) & (kind != IMPOSSIBLE)
-        inverted = np.uint8(1 << TAG_NAMES.index("inverted-gravity"))
-        found["tags"] = np.where(weighted, found["tags"] ^ inverted, found["tags"])
-        found["theta_min"] = np.where(bottom, pi - columns["theta_max"], columns["theta_min"])
-        found["theta_max"] = np.where(bottom, pi - columns["theta_min"], columns["theta_max"])
-        found["spin"] = np.where(bottom, -found["spin"], found["spin"])
-    return found
-
-
 # --- boundaries -----------------------------------------------------------------------------------
 
 
-class Boundary(NamedTuple):
-    """A piece of a boundary.
-
-    Attributes
-    ----------
-    name : str
-        A key of `boundaries`.
-    x, y : ndarray, shape (k,)
-        Its points; a single one where a boundary is a point of the plane.
-    """
-
-    name: str
-    x: Array
-    y: Array
-
-
 class Terms(NamedTuple):
-    """A function as a sum of two terms, and where its zero is a boundary."""
+    """A function as a sum of two terms, where its zero is a boundary, and where tops can be."""
 
     one: Array
     other: Array
     where: Mask
+    possible: Mask
 
     @property
     def value(self) -> Array:
@@ -350,33 +257,45 @@ class Terms(NamedTuple):
         return np.asarray(self.one + self.other)
 
 
-def boundaries(m: Momenta) -> dict[str, Terms]:
-    """By the name of a boundary, the function whose zeros it is, at some places.
+def boundaries(tops: Mapping[str, Any]) -> dict[str, Terms]:
+    """By the name of a boundary, the function whose zeros it is, at some tops and starts.
 
     Where p_φ = p_ψ is itself a curve, the separatrix is the point of it at which E' = gMR.
     """
-    A, gMR, theta, phidot = (m.top[name] for name in ("A", "gMR", "theta", "phidot"))
-    none, u, still = 0 * m.p_psi, np.cos(theta), m.top["thetadot"] == 0
-    inside = abs(m.p_phi) < abs(m.p_psi)  # gMR p_ψ cosθ is on both sides of E' p_ψ = gMR p_φ
-    cusp = Terms(m.kinetic * m.p_psi, -gMR * m.across, inside)
-    if not np.any(m.across):  # let go without φ̇: what is squared in E′ touches zero
-        cusp = Terms(m.top["thetadot"], none, inside)
-    equal = np.all(abs(m.p_minus) <= PLANE_ROUNDING * (abs(m.p_psi) + abs(m.p_phi)))
-    falls = m.kinetic + gMR * u > -gMR  # it has the energy to get to θ = π
-    return {
-        "cusp": cusp,
-        "through-top": Terms(m.p_minus, none, (m.lift > 0) & ~m.asleep),
-        "through-bottom": Terms(m.p_phi, m.p_psi, falls & ~m.asleep),
-        "steady": Terms(
-            A * u * phidot**2 + gMR, -m.p_psi * phidot, still & (np.sin(theta) > VERTICAL_SINE)
-        ),
-        "sleeping": Terms(m.p_psi**2, -4 * A * gMR, (theta == 0) & m.asleep),
-        "separatrix": Terms(m.lift, none, equal & ~m.asleep),
+    wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
+    top = dict(zip(tops, wide, strict=True))
+    A, C, gMR, theta, thetadot, phidot = (
+        top[name] for name in ("A", "C", "gMR", "theta", "thetadot", "phidot")
+    )
+    u, sine, rise = np.cos(theta), np.sin(theta), 2 * np.sin(theta / 2) ** 2
+    omega3 = top["omega3"] if "omega3" in top else top["psidot"] + phidot * u
+    kinetic = A * (thetadot**2 + (phidot * sine) ** 2) / 2
+    across, p_psi = A * phidot * sine**2, C * omega3
+    p_phi = across + p_psi * u
+    p_minus, lift = across - p_psi * rise, kinetic - gMR * rise  # not by cancellation
+    still, none = thetadot == 0, 0 * p_psi
+    awake = ~((sine <= VERTICAL_SINE) & still)  # does not rest on the vertical
+    possible = np.isfinite(kinetic + p_psi) & (A > 0) & (C > 0) & (2 * A >= C)
+    possible &= (theta >= 0) & (theta <= pi)
+    inside = abs(p_phi) < abs(p_psi)  # gMR p_ψ cosθ is on both sides of E' p_ψ = gMR p_φ
+    cusp = (kinetic * p_psi, -gMR * across)
+    if not np.any(across):  # let go without φ̇: what is squared in E′ touches zero
+        cusp = (thetadot, none)
+    equal = np.all(abs(p_minus) <= PLANE_ROUNDING * (abs(p_psi) + abs(p_phi)))
+    falls = kinetic + gMR * u > -gMR  # it has the energy to get to θ = π
+    found = {
+        "cusp": (*cusp, inside),
+        "through-top": (p_minus, none, (lift > 0) & awake),  # there p_φ = p_ψ: it gets to θ = 0
+        "through-bottom": (p_phi, p_psi, falls & awake),
+        "steady": (A * u * phidot**2 + gMR, -p_psi * phidot, still & (sine > VERTICAL_SINE)),
+        "sleeping": (p_psi**2, -4 * A * gMR, (theta == 0) & ~awake),
+        "separatrix": (lift, none, equal & awake),
     }
+    return {name: Terms(*each, possible) for name, each in found.items()}
 
 
-def curves(plane: Plane) -> tuple[Boundary, ...]:
-    """Every boundary that crosses a plane; those that are points of it come last.
+def curves(plane: Plane) -> tuple[Row, ...]:
+    """The ``name``, ``x`` and ``y`` of every boundary that crosses a plane; points come last.
 
     Places on the way are counted in steps of the mesh along x and y: arrays of shape (2, k).
     A boundary that touches a pixel's corner of the mesh twice, or is smaller than a cell of it,
@@ -394,26 +313,26 @@ def curves(plane: Plane) -> tuple[Boundary, ...]:
     """
     found = []
     with np.errstate(all="ignore"):
-        mesh = _momenta(plane, np.array(np.meshgrid(*2 * [np.arange(MESH, dtype=np.float64)])))
-        for name, terms in boundaries(mesh).items():
-            for line in _zeros(plane, name, terms, mesh.possible):
-                momenta = _momenta(plane, line)
-                where = boundaries(momenta)[name].where
+        mesh = np.array(np.meshgrid(*2 * [np.arange(MESH, dtype=np.float64)]))
+        for name, terms in _boundaries_at(plane, mesh).items():
+            for line in _zeros(plane, name, terms):
+                here = _boundaries_at(plane, line)
+                where = here[name].where
                 marked = np.ma.array(where, mask=where)
                 for part in np.ma.clump_masked(marked):  # type: ignore[no-untyped-call]
-                    piece = Boundary(name, *_values(plane, line[:, part]))
+                    piece = _piece(plane, name, line[:, part])
                     if piece.x.size > 1 or name == "sleeping":  # the end of a line, where θ = 0
                         found.append(piece)
                 if name == "through-top":
-                    lift = momenta.lift
+                    lift = here["separatrix"].value
                     for k in np.flatnonzero(lift[1:] * lift[:-1] < 0).tolist():
                         share = lift[k] / (lift[k] - lift[k + 1])
                         place = line[:, k] + share * (line[:, k + 1] - line[:, k])
-                        found.append(Boundary("separatrix", *_values(plane, place[:, None])))
+                        found.append(_piece(plane, "separatrix", place[:, None]))
     return tuple(sorted(found, key=lambda each: each.x.size == 1))
 
 
-def _zeros(plane: Plane, name: str, terms: Terms, possible: Mask) -> Iterator[Array]:
+def _zeros(plane: Plane, name: str, terms: Terms) -> Iterator[Array]:
     """The zeros of a function, as lines of places."""
     from contourpy import contour_generator
 
@@ -422,7 +341,7 @@ def _zeros(plane: Plane, name: str, terms: Terms, possible: Mask) -> Iterator[Ar
     nothing = np.all(abs(terms.value)[known] <= PLANE_ROUNDING * size[known])
     if nothing or not terms.where.any():
         return
-    value = np.ma.masked_invalid(np.where(possible, terms.value, np.nan))
+    value = np.ma.masked_invalid(np.where(terms.possible, terms.value, np.nan))
     for line in contour_generator(z=value).lines(0.0):
         yield _sharp(plane, name, np.asarray(line).T)
 
@@ -434,8 +353,7 @@ def _sharp(plane: Plane, name: str, places: Array) -> Array:
     start = np.where(along, np.minimum(np.floor(places), MESH - 2), np.rint(places))
 
     def sign(share: Array) -> Array:
-        momenta = _momenta(plane, start + share * along)
-        return np.asarray(np.sign(boundaries(momenta)[name].value))
+        return np.asarray(np.sign(_boundaries_at(plane, start + share * along)[name].value))
 
     low, high = np.zeros_like(off_x), np.ones_like(off_x)
     below = sign(low)
@@ -447,8 +365,13 @@ def _sharp(plane: Plane, name: str, places: Array) -> Array:
     return np.where(along & ~crossed, places, start + high * along)
 
 
-def _momenta(plane: Plane, places: Array) -> Momenta:
-    return constants(plane.at(*_values(plane, places)))
+def _boundaries_at(plane: Plane, places: Array) -> dict[str, Terms]:
+    return boundaries(plane.at(*_values(plane, places)))
+
+
+def _piece(plane: Plane, name: str, places: Array) -> Row:
+    x, y = _values(plane, places)
+    return Row(name=name, x=x, y=y)
 
 
 def _values(plane: Plane, places: Array) -> tuple[Array, Array]:

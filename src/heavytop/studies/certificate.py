@@ -42,7 +42,8 @@ from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import check_callable, whole
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
+from heavytop.studies.journal import Chunk, Journal, Parameters
+from heavytop.studies.study import Progress, run
 
 KIND: Final = "certificate"
 RUN_PARTS: Final = 64  # of a run: what may be done at the same time
@@ -224,9 +225,8 @@ def _start_errors(trajectory: Trajectory, own: BinaryRun) -> dict[str, float]:
     """
     start = np.array([own.start[: len(own.core.states)]])
     tilt = sample(own.core, start, trajectory.orbit.parameters, np.zeros(1)).theta[0]
-    axis = own.start[
-        : CERTIFIED[own.formulation].read
-    ]  # or a quaternion, the square of which it is long
+    # the axis, or a quaternion, the square of which it is long
+    axis = own.start[: CERTIFIED[own.formulation].read]
     square = sum((Fraction(x) ** 2 for x in axis), Fraction(-1))
     off = abs(float(trajectory(0.0).theta - tilt))
     return {"theta": off, "axis": abs(float(square)) * (1 + 2 * UNIT)}

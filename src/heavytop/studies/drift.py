@@ -26,13 +26,14 @@ from heavytop.errors import BadScene, MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.span import closed_form_of
-from heavytop.scene.arguments import Range, check_callable, parse_names, parse_options
+from heavytop.scene.arguments import Range, check_callable, parse_options
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
-from heavytop.studies.methods import AUTO, load_methods, method, plan_auto
+from heavytop.studies.journal import Chunk, Journal, Parameters
+from heavytop.studies.methods import AUTO, method, plan_auto, read_methods
 from heavytop.studies.steppers import MethodRun, measured_order, set_up, why_no_nutation
-from heavytop.studies.study import Chunk, Journal, Parameters, Progress, run
+from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
@@ -142,7 +143,6 @@ def drift(
     """
     check_callable("progress", progress)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
-    methods = load_methods(methods, str(getattr(scene, "name", KIND)))
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:
         own.expect_anywhere(parameters["methods"])
@@ -160,7 +160,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     """
     file = str(getattr(scene, "name", KIND))
     values, faults = parse_options(file, options, DRIFT_OPTIONS)
-    names, wrong = parse_names(file, "methods", methods, _checked)
+    names, wrong = read_methods(file, methods, _checked)
     if faults := [*faults, *why_no_nutation(file, scene, "a drift study"), *wrong]:
         raise BadScene(tuple(faults))
     jobs = values.pop("jobs")
@@ -218,9 +218,7 @@ def _chunks(
         checkpoint = {"state": asdict(found.stepper.begin()), "sampled": 0, "order": order}
     warned: Any = getattr(found.stepper, "warned", {})
     warned.update(checkpoint.get("warned", {}))
-    stored = checkpoint["state"].items()
-    words: Any = {name: tuple(x) if isinstance(x, list) else x for name, x in stored}
-    state, sampled, ended = StepperState(**words), checkpoint["sampled"], ""
+    state, sampled, ended = StepperState(**checkpoint["state"]), checkpoint["sampled"], ""
     yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
         rows: list[dict[str, Any]] = []
@@ -285,11 +283,6 @@ def perturbed_start(start: State, seed: int, number: int) -> State:
     Tilt and rates are changed by one per cent at most, and the spin omega3 stays. A start depends
     on seed and number alone, so a larger ensemble contains a smaller one.
 
-    Parameters
-    ----------
-    start : State
-    seed, number : int
-
     Examples
     --------
     >>> start = State(theta=0.1, phidot=-15, psidot=140)
@@ -317,14 +310,7 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
     """Return numbers of nutation periods, increasing, the last within one of `periods`.
 
     They are spread evenly over the decades, all at the same phase of the nutation, away from its
-    turning points.
-
-    Parameters
-    ----------
-    periods : float
-        At least 1.
-    samples : int
-        How many; where they would fall into the same period, fewer.
+    turning points; where several would fall into the same period, there are fewer.
 
     Examples
     --------

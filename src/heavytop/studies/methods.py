@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from heavytop.comparison import methods as comparison
 from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.errors import BadScene, Fault, Impossible
+from heavytop.errors import Fault, Impossible
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import bits_of, why_not
 from heavytop.run.planning import plan_steps
-from heavytop.scene.arguments import Refused, one_of, shown
+from heavytop.scene.arguments import Refused, one_of, parse_names
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest
+
+T = TypeVar("T")
 
 MPFR_BITS: Final = 128
 AUTO: Final = "auto"
 AUTO_DIGITS, AUTO_MOST = 12, 30
 BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
-
-
-class NoMethod(Refused):
-    """What is no method, and the rule that says so; `hint` may name the one that was meant."""
 
 
 def method(text: str) -> MethodEntry:
@@ -40,7 +38,7 @@ def method(text: str) -> MethodEntry:
 
     Raises
     ------
-    NoMethod
+    Refused
         There is none of this name, or the setting is outside its bounds.
 
     Examples
@@ -55,28 +53,22 @@ def method(text: str) -> MethodEntry:
     try:
         value = float(setting)
     except ValueError:
-        raise NoMethod(f"a number after the =: {found.set_by}") from None
+        raise Refused(f"a number after the =: {found.set_by}") from None
     if not found.least <= value <= found.most:
-        raise NoMethod(f"{found.set_by} from {found.least:g} to {found.most:g}")
+        raise Refused(f"{found.set_by} from {found.least:g} to {found.most:g}")
     return replace(found, setting=value)
 
 
 def _named(name: str) -> MethodEntry:
-    taylor = taylor_methods()
-    if name in taylor:
-        return taylor[name]
+    """Return a method by its name, with its usual setting."""
+    every = {**taylor_methods(), **METHODS}
     try:
-        return comparison.named(name)
+        return every.get(name) or comparison.named(name)
     except Impossible as wrong:
         if ":" in name:
-            raise NoMethod(wrong.broken[0][1]) from None
-        first = next(iter(FORMULATIONS))
-        forms = [
-            n.replace(first, "FORM") for n, each in taylor.items() if each.formulation == first
-        ]
-        words = f"auto, {', '.join(METHODS)}, {', '.join(forms)}; FORM: {', '.join(FORMULATIONS)}"
-        hint = nearest(name, (AUTO, *taylor, *METHODS))
-        raise NoMethod(f"one of mine.py:rk4, {words}", hint) from None
+            raise Refused(wrong.broken[0][1]) from None
+        rule = f"auto, one of your own (mine.py:rk4) or one of {', '.join(every)}"
+        raise Refused(rule, nearest(name, (AUTO, *every))) from None
 
 
 @cache
@@ -115,14 +107,14 @@ def auto_digits(text: str) -> int:
 
     Raises
     ------
-    NoMethod
+    Refused
         They are no digits.
     """
     _, equals, digits = text.partition("=")
     if not equals:
         return AUTO_DIGITS
     if not digits.isdecimal() or not 1 <= int(digits[:4]) <= AUTO_MOST:
-        raise NoMethod(f"whole digits after auto=, from 1 to {AUTO_MOST}")
+        raise Refused(f"whole digits after auto=, from 1 to {AUTO_MOST}")
     return int(digits)
 
 
@@ -147,33 +139,23 @@ def plan_auto(text: str, scene: Scene, periods: float) -> MethodEntry:
 # --- what a person names ---------------------------------------------------------------------
 
 
-def load_methods(methods: Any, file: str) -> Any:
-    """Return the names of methods that a person gave, those of their own loaded.
+def read_methods(file: str, methods: Any, read: Callable[[str], T]) -> tuple[list[T], list[Fault]]:
+    """Return what methods stand for, by their names; one's own are loaded.
 
-    Raises
-    ------
-    BadScene
-        One cannot be loaded, or two have one name; the faults name `file`.
+    What is wrong with some of them are faults of `file`.
     """
-    if not isinstance(methods, Sequence) or isinstance(methods, str | bytes):
-        return methods  # names, or refused where it is read
-    names, faults, given = [], [], dict[str, Any]()
-    for each in methods:
-        if not (isinstance(each, str | own.Method) or callable(each)):
-            names.append(each)
-            continue
+    given = dict[str, Any]()
+
+    def found(each: Any) -> T:
         try:
-            names.append(own.register(each))
+            name = own.register(each)
         except Impossible as wrong:
-            rules = "; ".join(rule for _, rule in wrong.broken)
-            faults.append(Fault(file, None, "methods", shown(each), rules))
-        else:
-            if not isinstance(each, str) and given.setdefault(names[-1], each) != each:
-                rule = 'another method has this name: give one its own, Method(…, name="…")'
-                faults.append(Fault(file, None, "methods", names[-1], rule))
-    if faults:
-        raise BadScene(tuple(faults))
-    return names
+            raise Refused("; ".join(rule for _, rule in wrong.broken)) from None
+        if given.setdefault(name, each) != each:
+            raise Refused(f'{name}: another method has this name: give one Method(…, name="…")')
+        return read(name)
+
+    return parse_names(file, "methods", methods, found, (str, own.Method, Callable))
 
 
 # --- what is put under stress ----------------------------------------------------------------
@@ -214,7 +196,7 @@ def stress_method(text: str) -> MethodEntry:
 
     Raises
     ------
-    NoMethod
+    Refused
         There is none.
     """
     if text in stress_methods() or ":" not in text:

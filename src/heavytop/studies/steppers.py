@@ -2,9 +2,8 @@
 
 That is the closed form of the run's own binary start, at 40 digits. States are compared with it as
 the exact numbers they are, so that the difference is the error of the run and not of the
-comparison. A number of more than 53 bits is stored as a sum of a few doubles, the largest first,
-which loses nothing. In a state the first words of all numbers stand first, then their second words,
-and so on.
+comparison. A number of more than 53 bits is stored as the decimal text by which every bit of it
+comes back.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Final
 
@@ -36,10 +34,9 @@ from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import Context, context
 from heavytop.exact.pairs import EPSILON, Array, DoubleDouble, add
-from heavytop.integration.bits import DOUBLE, digits_of, named
+from heavytop.integration.bits import DOUBLE, digits_of, named, precision
 from heavytop.integration.blocks import Block, Checkpoint, Integrator
 from heavytop.integration.engine import NEVER, text
-from heavytop.integration.library import hy
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import plan
@@ -58,7 +55,6 @@ CLOSE_ROTATION: Final = 1e-12  # as the distance of a rotation from one, at the 
 FARTHEST_PERIODS: Final = 1e6  # periods: no step is that long
 ORDER_STEPS: Final = tuple(12.5 * 2**k for k in range(13))  # a period
 ORDER_PERIODS: Final = 0.0618  # so that spinning tops need no more
-LATE_WORDS: Final = 2  # of the time, in `carry`, beside the two of `time`
 
 # --- one method from one start ---------------------------------------------------------------
 
@@ -100,8 +96,8 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     if method.bits > DOUBLE:
         known = {name: text(x) for name, x in parameters.items()}
         digits = max(REFERENCE_DIGITS, digits_of(method.bits) + REFERENCE_SPARE_DIGITS)
-    words, own = _words(start.state, method.bits), partial(motion_of, chosen)
-    reference = ReferenceSolution(chosen.equations, known, words, own, digits)
+    numbers, own = as_stored(start.state), partial(motion_of, chosen)
+    reference = ReferenceSolution(chosen.equations, known, numbers, own, digits)
     period = reference.period
     if period is None:  # the scene's own start nutates, but its rounded one does not
         rounded = f"as it is rounded here, nothing nutates ({REFERENCE_DIGITS} digits)"
@@ -124,11 +120,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
 def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     """Return the order of a method of fixed steps, by how its error falls with their number.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its start is followed for a sixteenth of a nutation period.
-    method : MethodEntry
+    The start of a scene is followed for a sixteenth of a nutation period.
     """
     errors = {}
     for steps in ORDER_STEPS:
@@ -253,50 +245,30 @@ class TaylorStepper:
 
 
 class PreciseStepper(TaylorStepper):
-    """The Taylor integrator in more bits than doubles have."""
+    """The Taylor integrator in more bits than doubles have; its states are decimal texts."""
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state, laid out as `_words`."""
-        engine, kind = self.engine.engine, self.start.state.dtype
-        wanted = [engine.number(self._sum(t)) for t in times]
-        seen = self._block(self._checkpoint(at), np.array(wanted, kind)).samples
-        return np.array([_words(row, engine.bits) for row in seen.states])
+        """Return the states at times in the block after a state, as texts."""
+        number = self.engine.engine.number
+        wanted = np.array([number(high) + number(low) for high, low in times])
+        seen = self._block(self._checkpoint(at), wanted).samples
+        return np.array([as_stored(row) for row in seen.states])
 
     def _checkpoint(self, at: StepperState) -> Checkpoint:
-        number, n = self.engine.engine.number, self.start.state.size
-        words, t = (*at.state, *at.carry[:-LATE_WORDS]), (*at.time, *at.carry[-LATE_WORDS:])
-        numbers = [sum(map(number, words[i::n][::-1]), number(0)) for i in range(n)]
-        high = number(self._sum(t))
-        time = high, number(self._sum(t) - high)
-        return Checkpoint(time, np.array(numbers, self.start.state.dtype), at.steps)
+        number = self.engine.engine.number
+        state = np.array([number(x) for x in at.state])
+        high, low = at.carry
+        return Checkpoint((number(high), number(low)), state, at.steps)
 
     def _state(self, at: Checkpoint) -> StepperState:
-        n, words = self.start.state.size, _words(at.state, self.engine.engine.bits)
-        wide, instant = self._sum(()) + at.time[0] + at.time[1], list[float]()
-        for _ in range(2 + LATE_WORDS):
-            instant.append(float(wide - self._sum(instant)))
-        carry = (*words[n:], *instant[2:])
-        return StepperState((instant[0], instant[1]), words[:n], carry, at.steps, at.steps)
-
-    def _sum(self, words: Sequence[float]) -> Any:
-        wide = 2 * self.engine.engine.bits + 64
-        return sum((hy.real(word, wide) for word in words[::-1]), hy.real(0, wide))
+        (high, low), first = at.time, float(at.time[0])
+        time = first, float(high - self.engine.engine.number(first) + low)
+        return StepperState(time, as_stored(at.state), as_stored(at.time), at.steps, at.steps)
 
 
-def _words(row: Any, bits: int) -> tuple[float, ...]:
-    """Doubles whose sums are numbers: the first words of all of them, then their second words."""
-    count = math.ceil(bits / DOUBLE)
-    columns = [_expansion(Fraction(text(x)), count) for x in row]
-    return tuple(word for each in zip(*columns, strict=True) for word in each)
-
-
-def _expansion(x: Fraction, words: int) -> list[float]:
-    """Doubles whose sum is x, the largest first."""
-    found = []
-    for _ in range(words):
-        found.append(float(x))
-        x -= Fraction(found[-1])
-    return found
+def as_stored(numbers: Iterable[Any]) -> tuple[Any, ...]:
+    """Return numbers for JSON, without loss: doubles, and texts of more bits than those have."""
+    return tuple(float(x) if precision(x) == DOUBLE else text(x) for x in numbers)
 
 
 # --- the reference solution ------------------------------------------------------------------
@@ -333,8 +305,8 @@ class ReferenceSolution:
     formulation : Formulation
     parameters : mapping from str to number
         The run's own constants, by symbol name: floats, or decimal texts.
-    start : sequence of float
-        The run's own start: its states, then the low words of each, if there are any.
+    start : sequence of float or str
+        The run's own states at the start.
     own : callable
         From a number of digits, the states and the parameters to the motion they define.
     body : BodyForm or None
@@ -347,7 +319,7 @@ class ReferenceSolution:
 
     formulation: Formulation
     parameters: Mapping[str, Any]
-    start: tuple[float, ...]
+    start: tuple[Any, ...]
     own: Callable[[int, Sequence[Any], Mapping[str, Any]], ReducedMotion]
     digits: int = REFERENCE_DIGITS
     body: BodyForm | None = None
@@ -368,10 +340,10 @@ class ReferenceSolution:
     def exact(self) -> ClosedForm:
         """The closed form of the run's own start."""
         values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
-        source = self.own(self.digits, self._states(self.start), values)
+        source = self.own(self.digits, [*map(self.ctx.mpf, self.start)], values)
         return ClosedForm(source)
 
-    def __call__(self, t: DoubleDouble, row: Sequence[float]) -> StateError:
+    def __call__(self, t: DoubleDouble, row: Sequence[Any]) -> StateError:
         """Return the error of a state at a time [s]; the row is laid out as the start."""
         u, udot, values, axis = self._observed(row)
         exact, first = self._exact(t), self._first
@@ -388,17 +360,13 @@ class ReferenceSolution:
             else None,
         )
 
-    def tilt(self, t: DoubleDouble, row: Sequence[float]) -> float:
+    def tilt(self, t: DoubleDouble, row: Sequence[Any]) -> float:
         """Return the error of theta at a time [rad]; the row is laid out as the start."""
         u = min(max(self._observed(row)[0], -self.ctx.one), self.ctx.one)
         return float(self.ctx.acos(u) - self._exact(t).theta)
 
     def _exact(self, t: DoubleDouble) -> Any:
         return self.exact.at(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]), self.digits)
-
-    def _states(self, row: Sequence[float]) -> list[Any]:
-        n = len(self.formulation.states)
-        return [self.ctx.fsum(row[i::n]) for i in range(n)]
 
     def _size(self, name: str) -> Any:
         """What an invariant is measured by: its start, unless that is rounding alone."""
@@ -409,16 +377,16 @@ class ReferenceSolution:
         """The invariants at the start."""
         return self._observed(self.first_row or self.start)[2]
 
-    def _observed(self, row: Sequence[float]) -> tuple[Any, Any, dict[str, Any], list[Any]]:
+    def _observed(self, row: Sequence[Any]) -> tuple[Any, Any, dict[str, Any], list[Any]]:
         """u, udot, the invariants, and the direction of the axis where the states give it."""
+        states = [self.ctx.mpf(x) for x in row]
         if self.body is not None:
-            names: Iterable[str] = OBSERVED
-            u, udot, *others = self.body.observe([self.ctx.mpf(x) for x in row], self.ctx.sqrt)
+            names: tuple[str, ...] = OBSERVED
+            u, udot, *others = self.body.observe(states, self.ctx.sqrt)
         else:
-            names = self.formulation.invariants
-            u, udot, *others = self._function(*self._states(row))
-        count = len(tuple(names))
-        values, axis = dict(zip(names, others, strict=False)), others[count:]
+            names = (*self.formulation.invariants,)
+            u, udot, *others = self._function(*states)
+        values, axis = dict(zip(names, others, strict=False)), others[len(names) :]
         if not axis:
             return u, udot, values, axis
         size = self.ctx.norm(axis)  # 1 within the error of the method, which `length` measures

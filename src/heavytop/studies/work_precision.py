@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from itertools import chain, product, zip_longest
 from statistics import median, quantiles
@@ -21,20 +21,21 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
-from heavytop.scene.arguments import Range, check_callable, parse_names, parse_options
+from heavytop.scene.arguments import Range, check_callable, parse_options
 from heavytop.scene.scene import Scene, scene_of
-from heavytop.studies import study
 from heavytop.studies.drift import perturbed_start
+from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import (
     AUTO,
     auto_digits,
     is_auto,
-    load_methods,
     method,
     plan_auto,
+    read_methods,
 )
 from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
+from heavytop.studies.study import Progress
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, stop_signal
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
@@ -64,22 +65,7 @@ WORK_METHODS: Final = (
 
 
 def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]:
-    """Return what a text asks for: one setting of a method, or all of the grid.
-
-    Parameters
-    ----------
-    text : str
-        ``NAME``, ``NAME=SETTING``, ``auto`` or ``auto=DIGITS``.
-    scene : Scene
-    periods : float
-        How long a run is; auto depends on it.
-
-    Raises
-    ------
-    NoMethod
-        There is none of this name, or the setting is outside its bounds.
-    BadScene
-        There is no plan for the digits that auto is asked for.
+    """Return what a text asks for in a run of so many periods: one setting, or all of the grid.
 
     Examples
     --------
@@ -108,7 +94,7 @@ def work_precision(
     periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[study.Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> WorkPrecision:
     """Measure what methods cost and what they attain, over a grid of settings.
 
@@ -165,24 +151,17 @@ def work_precision(
     closed form says of the same state.
     """
     check_callable("progress", progress)
-    methods = load_methods(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
-    with study.Journal.open(folder, parameters) as journal:
+    with Journal.open(folder, parameters) as journal:
         return complete(journal, budget=float(budget), on_progress=progress)
 
 
-def diagram_parameters(scene: Scene, methods: Any, **options: float) -> study.Parameters:
-    """Return what is asked of a diagram, as JSON.
-
-    Raises
-    ------
-    BadScene
-        As of `work_precision`.
-    """
+def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
+    """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, WORK_LIMITS)
-    names, wrong = parse_names(file, "methods", methods, _checked)
+    names, wrong = read_methods(file, methods, _checked)
     if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
@@ -201,13 +180,13 @@ def _checked(text: str) -> str:
     return text
 
 
-def tasks(parameters: study.Parameters) -> list[str]:
+def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the runs, each a setting from a start, and that of the rounds."""
     texts = dict.fromkeys(each.text for each in _asked(parameters))
     return [*(f"{text}/{start}" for text in texts for start in range(NEIGHBOURS)), ROUNDS]
 
 
-def _asked(parameters: study.Parameters) -> list[MethodEntry]:
+def _asked(parameters: Parameters) -> list[MethodEntry]:
     """Return all that the names of a diagram ask for, each once."""
     scene, periods = scene_of(parameters["scene"]), parameters["periods"]
     every = (settings(text, scene, periods) for text in parameters["methods"])
@@ -215,15 +194,15 @@ def _asked(parameters: study.Parameters) -> list[MethodEntry]:
 
 
 def complete(
-    journal: study.Journal,
+    journal: Journal,
     *,
     budget: float | None = None,
-    on_progress: Callable[[study.Progress], object] | None = None,
+    on_progress: Callable[[Progress], object] | None = None,
     **_: Any,
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), journal.parameters
-    budget = study.keep_budget(journal, budget, BUDGET_S)
+    budget = keep_budget(journal, budget, BUDGET_S)
     asked = _asked(parameters)
 
     def show(fraction: float) -> None:
@@ -231,10 +210,10 @@ def complete(
             raise KeyboardInterrupt
         if on_progress is not None:
             done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(asked)
-            on_progress(study.Progress(done, int(done * count), count, clock() - began, done))
+            on_progress(Progress(done, int(done * count), count))
 
     try:
-        with study.stop_signal(at_once=True) as stop, TIMED_WORKER:
+        with stop_signal(at_once=True) as stop, closing(TIMED_WORKER):
             show(0.0)
             derived = {each.formulation: _derived(each.formulation) for each in asked}
             runs = Rounds(journal, asked, budget, began)
@@ -263,19 +242,12 @@ def _derived(formulation: str) -> float:
 class Rounds:
     """Runs of settings in turn, from one start after the other, in rounds: all feel what disturbs.
 
-    The first round shows errors; slow settings are in no more than two. A setting that fails from
-    one start has no rows.
-
-    Attributes
-    ----------
-    rows : dict
-        By setting and number of the start what its runs gave.
-    refused : dict
-        Why settings have no rows.
+    The first round shows errors; slow settings are in no more than two. What runs gave is in
+    `rows`; a setting that fails from one start has none, and `refused` says why.
     """
 
     def __init__(
-        self, journal: study.Journal, settings: Sequence[MethodEntry], budget: float, began: float
+        self, journal: Journal, settings: Sequence[MethodEntry], budget: float, began: float
     ) -> None:
         scene, self.periods = scene_of(journal.parameters["scene"]), journal.parameters["periods"]
         states = [perturbed_start(scene.start, 0, k) for k in range(NEIGHBOURS)]
@@ -285,7 +257,7 @@ class Rounds:
         self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
         self.refused: dict[MethodEntry, str] = {}
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
-        self.ready: dict[tuple[MethodEntry, int], MethodRun] = {}
+        self.ready: dict[tuple[int, MethodEntry], MethodRun] = {}
 
     def take(self, show: Callable[[float], object]) -> None:
         """Take all rounds, unless their times are stored."""
@@ -298,11 +270,16 @@ class Rounds:
                 self._repeat(*place, turn)
         if not stored and clock() <= self.deadline:
             times = {x.text: {k: y["seconds"] for k, y in z.items()} for x, z in self.rows.items()}
-            self.journal.append(ROUNDS, study.Chunk(rows=[times], done=True))
+            self.journal.append(ROUNDS, Chunk(rows=[times], done=True))
         for known in self.journal.rows(ROUNDS):
             for each, runs in self.rows.items():
                 for start, row in runs.items():
                     row["seconds"] = known[each.text][str(start)]
+
+    def _run(self, start: int, each: MethodEntry) -> MethodRun:
+        if (start, each) not in self.ready:
+            self.ready[start, each] = set_up(self.starts[start], each)
+        return self.ready[start, each]
 
     def _first(self, start: int, each: MethodEntry) -> None:
         known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
@@ -319,8 +296,7 @@ class Rounds:
                 raise IntegrationFailed(f"not started: {slow} took too long")
             if start == 0:
                 _expect_return(self.starts[0], each, self.periods, limit)
-            self.ready[each, start] = set_up(self.starts[start], each)
-            known[start] = first_run(self.ready[each, start], self.periods, limit)
+            known[start] = first_run(self._run(start, each), self.periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             self.refused[each] = " ".join(str(refusal).split())
@@ -330,30 +306,22 @@ class Rounds:
             return
         if known[start]["seconds"][0] <= SHORT_RUN_S:
             self._time(start, each)
-        self.journal.append(task, study.Chunk(rows=[known[start]], done=True))
+        self.journal.append(task, Chunk(rows=[known[start]], done=True))
 
     def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
         spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())
         if start in self.rows[each] and spent <= REPEATS_S and clock() <= self.deadline:
-            if (each, start) not in self.ready:
-                self.ready[each, start] = set_up(self.starts[start], each)
             for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_RUN_S else 2):
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        run = self.ready[each, start]
+        run = self._run(start, each)
         _, _, seconds = walk(run.stepper, _end(run, self.periods), clock=clock)
         self.rows[each][start]["seconds"].append(seconds)
 
 
 def _expect_return(scene: Scene, each: MethodEntry, periods: float, limit: float) -> None:
-    """Let a method of one's own go first in a process that can be killed, if it can be had there.
-
-    Raises
-    ------
-    TimedOut, Lost
-        It does not return, or that process dies of it.
-    """
+    """Let a method of one's own go first in a process that can be killed, if that can load it."""
     if mine := own.origins([each.name]):
         patience = SET_UP_S + 2 * limit
         TIMED_WORKER.call(_try, scene, each.text, mine, periods, limit, timeout=patience)
@@ -383,12 +351,7 @@ def _end(run: MethodRun, periods: float) -> DoubleDouble:
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     """Return what a run of so many nutation periods gives, for JSON: errors, costs, seconds.
 
-    Raises
-    ------
-    TooSlow
-        It is not there yet after `limit` seconds.
-    IntegrationFailed
-        It cannot go on, or its numbers are no longer finite.
+    It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     end = _end(run, periods)
     stepper: Any = run.stepper

@@ -1,4 +1,4 @@
-"""Who does the work: processes here, or the workers of a dask cluster.
+"""Who does the work: this process, others here, or a dask cluster; and what stops them.
 
 Worker processes do not run the caller's script and do not outlive their parent. On a cluster only
 this package must be installed where the workers are; a worker does one task at a time, so it is
@@ -13,16 +13,15 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
-from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from types import FrameType, ModuleType
+from typing import Any, Final, TypeVar, cast
 
+from heavytop.doctor import usable_cpus
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
-
-if TYPE_CHECKING:
-    from multiprocessing.connection import Connection
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
@@ -72,9 +71,14 @@ class Processes(ProcessPoolExecutor):
         with starting():
             return super().submit(fn, *args, **kwargs)
 
+    @property
+    def processes(self) -> list[Any]:
+        """The workers that were started."""
+        return list((self._processes or {}).values())
+
     def kill(self) -> None:
         """End all workers, whatever they are at."""
-        for process in list((self._processes or {}).values()):
+        for process in self.processes:
             process.kill()
         self.shutdown(cancel_futures=True)
 
@@ -93,6 +97,64 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
+class Here(Executor):
+    """Does what is submitted at once, in this process, until the signal to stop."""
+
+    def __init__(self, stop: threading.Event) -> None:
+        self.stop = stop
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call a function now."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs, stop=self.stop))
+        except Exception as fault:
+            future.set_exception(fault)
+        return future
+
+
+def count_sent(executor: Executor) -> int:
+    """Return how many tasks are sent to an executor: two for each worker, so that none waits.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> with ThreadPoolExecutor(3) as pool:
+    ...     count_sent(pool)
+    6
+    """
+    if isinstance(executor, Here):
+        return 1
+    known = (getattr(executor, name, None) for name in ("workers", "_max_workers"))
+    return 2 * max(1, next((n for n in known if isinstance(n, int)), usable_cpus()))
+
+
+@contextmanager
+def stop_signal(*, at_once: bool = False) -> Iterator[threading.Event]:
+    """An event that Ctrl-C or SIGTERM sets; the second signal does what it did before.
+
+    With `at_once` it raises KeyboardInterrupt too, which a library may swallow: the event stays.
+    Only the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
+    """
+    event, before = threading.Event(), dict[int, Any]()
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        event.set()
+        signal.signal(number, before[number])
+        if at_once:
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, stop)
+    try:
+        yield event
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
 # --- calls with a limit of time --------------------------------------------------------------
 # In a process that is killed when its time is up: nothing less helps, as a solver that hangs inside
 # its own compiled code hears no signal.
@@ -109,16 +171,7 @@ class Lost(HeavyTopError):
 class TimedWorker:
     """One process for calls; after one that had to be killed, or died, the next call starts one."""
 
-    _process: Any = None
-    _pipe: Connection
-
-    def __enter__(self) -> Self:
-        """Return the worker."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """End the process."""
-        self.close()
+    _pool: Processes | None = None
 
     def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
         """Return what a function of a module returns there, within so many seconds.
@@ -132,28 +185,29 @@ class TimedWorker:
         Lost
             The process died of it, or it raised something; what is a HeavyTopError is raised here.
         """
-        if self._process is None:
-            self._start()
+        if self._pool is None:
+            self._pool = Processes(1)
+            self._pool.submit(os.getpid).result()  # it is ready
+        [process] = self._pool.processes
         try:
-            self._pipe.send((function, args))
-            if not self._pipe.poll(timeout):
-                self.close()
-                raise TimedOut(f"it did not return within {timeout:g} s")
-            found, fault = self._pipe.recv()
-        except KeyboardInterrupt:  # an answer that nobody waits for would be that of the next call
+            future = self._pool.submit(function, *args)
+            ended = wait([future], timeout).done
+        except (KeyboardInterrupt, BrokenProcessPool):  # stopped; or died before it was asked
             self.close()
             raise
-        except (EOFError, OSError):
-            self._process.join(1.0)
-            code = self._process.exitcode or 0
+        if not ended:
             self.close()
-            how = (
-                f"killed by {signal.Signals(-code).name}" if code < 0 else f"left with code {code}"
-            )
-            raise Lost(f"its process was lost: {how}") from None
-        if fault is not None:
-            raise fault
-        return found  # type: ignore[no-any-return]
+            raise TimedOut(f"it did not return within {timeout:g} s")
+        fault = future.exception()
+        if fault is None or isinstance(fault, HeavyTopError):
+            return cast(T, future.result())
+        why = f"{type(fault).__name__}: {fault}"
+        if isinstance(fault, BrokenProcessPool):
+            process.join()
+            self.close()
+            code = process.exitcode or 0
+            why = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        raise Lost(f"its process was lost: {why}")
 
     def stages(
         self, function: Callable[..., Iterator[T]], *args: Any, limits: Iterable[float]
@@ -172,37 +226,9 @@ class TimedWorker:
 
     def close(self) -> None:
         """End the process, at once."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.join()
-            self._pipe.close()
-            self._process = None
-
-    def _start(self) -> None:
-        self._pipe, there = SPAWN.Pipe()
-        self._process = SPAWN.Process(target=_serve, args=(there,), daemon=True)
-        with starting():
-            self._process.start()
-        there.close()
-        self._pipe.recv()  # it is ready
-
-
-def _serve(pipe: Connection) -> None:
-    """In a worker: do one call after the other, until the parent has gone."""
-    follow_parent()
-    getattr(multiprocessing.current_process(), "_config", {})["daemon"] = False  # it may start more
-    pipe.send("ready")
-    with suppress(EOFError):
-        while True:
-            function, args = pipe.recv()
-            answer: tuple[Any, HeavyTopError | None]
-            try:
-                answer = function(*args), None
-            except HeavyTopError as refusal:
-                answer = None, refusal
-            except Exception as fault:
-                answer = None, Lost(f"its process was lost: {type(fault).__name__}: {fault}")
-            pipe.send(answer)
+        if self._pool is not None:
+            self._pool.kill()
+            self._pool = None
 
 
 _AT_WORK: Final[list[Iterator[Any]]] = []  # in a worker: what it goes through

@@ -2,7 +2,7 @@
 
 import time
 
-from heavytop.studies.study import Chunk
+from heavytop.studies.journal import Chunk
 
 NOW = []
 MOST = [0]

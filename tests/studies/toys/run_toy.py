@@ -8,6 +8,7 @@ import sys
 
 from heavytop.errors import HeavyTopError
 from heavytop.studies import study
+from heavytop.studies.journal import Journal
 
 
 def main(path, jobs, text):
@@ -16,7 +17,7 @@ def main(path, jobs, text):
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), resource.RLIM_INFINITY))
     study.STUDIES["toy"] = "toy_study"
     try:
-        with study.Journal.open(path, json.loads(text)) as journal:
+        with Journal.open(path, json.loads(text)) as journal:
             study.run(journal, jobs=int(jobs), slice_s=0.1)
     except (HeavyTopError, KeyboardInterrupt) as error:
         print(error, file=sys.stderr)

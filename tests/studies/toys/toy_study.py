@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 from heavytop.errors import HeavyTopError
-from heavytop.studies.study import Chunk
+from heavytop.studies.journal import Chunk
 
 BLOCK = 50  # steps
 LONGEST = 8  # blocks in a chunk

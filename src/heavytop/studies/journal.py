@@ -1,0 +1,248 @@
+"""The journal of a study: its parameters in the first line of a file, then a line for each slice.
+
+``pandas.read_json("study.jsonl", lines=True)`` shows it. A line that a kill cut short is dropped.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import IO, Any, Final, NamedTuple, Self
+
+from heavytop import errors
+from heavytop.errors import ForeignFile
+from heavytop.files import locked
+from heavytop.results.base import typed
+from heavytop.scene.arguments import path_of
+
+Parameters = dict[str, Any]
+STUDY, LOCK = "study.jsonl", "lock"
+BUDGET: Final = "budget"
+"""The name of a record without rows: its checkpoint is the time that a study may take [s]."""
+
+
+class Chunk(NamedTuple):
+    """What one chunk of the work on a task gave.
+
+    Attributes
+    ----------
+    checkpoint : object
+        All that is needed to go on from here, for JSON.
+    rows : sequence of dict
+        Results since the chunk before, for JSON, without wall-clock values.
+    done : bool
+        Whether the task is at its end.
+    fraction : float
+        Part of the task that is done, 0 to 1.
+    seconds : float
+        Time it took [s].
+    failed : str or None
+        Why the task cannot go on.
+    """
+
+    checkpoint: Any = None
+    rows: Sequence[dict[str, Any]] = ()
+    done: bool = False
+    fraction: float = 1.0
+    seconds: float = 0.0
+    failed: str | None = None
+
+
+_NOT_BEGUN: Final = Chunk(fraction=0.0)
+
+
+@dataclass(slots=True)
+class TaskRecord:
+    """One task, as far as it is: its last chunk, the time of all of them, and where they stand."""
+
+    last: Chunk = _NOT_BEGUN
+    seconds: float = 0.0
+    places: list[int] = field(default_factory=list)
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.last.done or self.last.failed is not None
+
+
+class Journal:
+    """What is done of a study: in a folder, or in memory.
+
+    Attributes
+    ----------
+    parameters : dict
+        All that makes this study another one, as JSON: kind, scene, options, versions.
+    folder : Path or None
+    """
+
+    def __init__(self, parameters: Parameters, folder: Path | None = None) -> None:
+        self.parameters: Parameters = json.loads(canonical_json(parameters))
+        self.folder = folder
+        self._file: IO[bytes] = BytesIO()
+        self._records: dict[str, TaskRecord] = {}
+
+    @classmethod
+    def read(cls, folder: str | os.PathLike[str]) -> Self:
+        """Read the study of a folder.
+
+        Raises
+        ------
+        ForeignFile
+            It is not the folder of a study, or damaged.
+        """
+        path, number = Path(folder) / STUDY, 1
+        try:
+            with path.open("rb") as file:
+                journal = cls(json.loads(file.readline())["parameters"], Path(folder))
+                if not {"kind", "versions"} <= journal.parameters.keys():
+                    raise ValueError("no kind of study, or no versions")
+                place = file.tell()
+                for number, line in enumerate(file, 2):  # noqa: B007
+                    if line.endswith(b"\n"):  # a kill may have cut the last line short
+                        journal._add(place, **json.loads(line))
+                    place += len(line)
+        except OSError as fault:
+            raise ForeignFile(f"{path}: not readable ({fault.strerror})") from None
+        except (LookupError, TypeError, ValueError, AttributeError) as fault:
+            raise ForeignFile(f"{path}: line {number}: damaged ({fault})") from None
+        return journal
+
+    @classmethod
+    @contextmanager
+    def open(cls, folder: object, parameters: Parameters) -> Iterator[Self]:
+        """Begin a study in a new or empty folder, or take up the one with these parameters.
+
+        Where there is no folder (None) it is in memory.
+
+        Raises
+        ------
+        ForeignFile
+            The folder holds another study, of which every difference is named, or something else.
+        InUse
+            Another process is writing it.
+        OSError
+            It cannot be made or written to.
+        StoppedEarly
+            Ctrl-C while it is open.
+        """
+        if folder is None:
+            yield cls(parameters)
+            return
+        path = path_of("folder", folder)
+        if path.exists() and not path.is_dir():
+            raise ForeignFile(f"{path}: not a folder")
+        others = sorted(each.name for each in path.glob("*") if each.name != LOCK)
+        if others and STUDY not in others:
+            names = ", ".join(others[:3])
+            raise ForeignFile(f"{path}: not empty and not the folder of a study ({names})")
+        path.mkdir(parents=True, exist_ok=True)
+        with locked(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
+            end = (path / STUDY).read_bytes().rfind(b"\n") + 1
+            file.truncate(end)
+            if not end:
+                _write_line(file, {"command": typed(), "parameters": parameters})
+            journal = cls.read(path)
+            journal.expect(parameters)
+            journal._file = file
+            try:
+                yield journal
+            except KeyboardInterrupt:
+                raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", path) from None
+
+    def expect(self, parameters: Parameters) -> None:
+        """Refuse parameters other than those of the folder.
+
+        Raises
+        ------
+        ForeignFile
+        """
+        if found := differences(self.parameters, json.loads(canonical_json(parameters))):
+            raise ForeignFile(f"{self.folder}: holds another study: {'; '.join(found)}")
+
+    def record(self, task: str) -> TaskRecord:
+        """Return how far a task is; an empty record before it began."""
+        return self._records.setdefault(task, TaskRecord())
+
+    def rows(self, task: str) -> list[dict[str, Any]]:
+        """Return the results of a task so far; they are not kept in memory."""
+        found: list[dict[str, Any]] = []
+        path = self.folder and self.folder / STUDY
+        with path.open("rb") if path else nullcontext(self._file) as file:
+            for place in self.record(task).places:
+                file.seek(place)
+                found += json.loads(file.readline())["rows"]
+        return found
+
+    def append(self, task: str, chunk: Chunk) -> None:
+        """Add what was done of a task; on return it is safe.
+
+        Raises
+        ------
+        StoppedEarly
+            The disk is full, or the folder has gone.
+        """
+        line = {"task": task, **chunk._asdict()}
+        try:
+            if self.folder:
+                (self.folder / STUDY).stat()  # what has gone would be written to all the same
+            place = _write_line(self._file, line)
+        except OSError as fault:
+            file = (self.folder or Path()) / STUDY
+            raise errors.StoppedEarly.unwritable(fault, file, self.folder) from fault
+        self._add(place, **line)
+
+    def _add(self, place: int, task: str, **chunk: Any) -> None:
+        record, last = self.record(task), Chunk(**chunk)
+        record.last = last._replace(rows=())
+        record.seconds += last.seconds
+        record.places.append(place)
+
+
+def keep_budget(journal: Journal, budget: float | None, default: float) -> float:
+    """Write the budget of a study down; of one that is resumed (None) return what was written."""
+    if budget is not None:
+        journal.append(BUDGET, Chunk(budget))
+    written = journal.record(BUDGET).last.checkpoint
+    return default if written is None else float(written)
+
+
+def canonical_json(value: Any) -> str:
+    """Return the one JSON text of a value: keys in order, no spaces, never NaN.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what JSON cannot hold.
+    """
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
+    """Return what two JSON values say differently, each by its name.
+
+    Examples
+    --------
+    >>> differences({"scene": {"theta": "0.1"}}, {"scene": {"theta": "0.2"}})
+    ('scene.theta: "0.1" there, "0.2" here',)
+    """
+    if isinstance(there, dict) and isinstance(here, dict):
+        every = ((key, there.get(key), here.get(key)) for key in sorted({*there, *here}))
+        found = (differences(a, b, f"{name}.{key}".removeprefix(".")) for key, a, b in every)
+        return tuple(difference for each in found for difference in each)
+    a, b = ("nothing" if each is None else canonical_json(each) for each in (there, here))
+    return () if a == b else (f"{name}: {a:.80} there, {b:.80} here",)
+
+
+def _write_line(file: IO[bytes], line: dict[str, Any]) -> int:
+    """Append a line and wait until it is on the disk; return its place."""
+    place, rest = file.seek(0, os.SEEK_END), canonical_json(line).encode() + b"\n"
+    while rest:  # without a buffer, which would be tried again when a full disk is closed
+        rest = rest[file.write(rest) :]
+    if not isinstance(file, BytesIO):
+        os.fsync(file.fileno())
+    return place
