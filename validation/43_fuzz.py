@@ -238,7 +238,7 @@ def attempted(run, *asked):
 
 
 def digits_missed(scene, found):
-    """What is farther off than allowed: from the motion of the scene's numbers and of the run's own."""
+    """What is farther off than allowed both from the scene's motion and from the run's own."""
     from heavytop.run.own_motion import own_motion
 
     form = Digits(motion_of(scene), scene.digits + SPARE)

@@ -289,21 +289,6 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
     assert "pip install '.[rivals]'" in missing.stderr
 
 
-@pytest.mark.parametrize(
-    ("axes", "told"),
-    [
-        (("phidot=-9:9:4", "psidot=-1:1:5"), "no pixel has phidot = 0; an odd COUNT, such as 5,"),
-        (("phidot=-9:9:4", "psidot=-1:1:6"), "no pixel has phidot = 0 or psidot = 0; "),
-        (("phidot=-9:9:5", "psidot=-1:2:6"), ""),
-    ],
-)
-def test_pixels_that_leave_out_zero_are_told_unless_it_is_quiet(axes, told):
-    words = ("atlas", "sicm-kicked", "--x", axes[0], "--y", axes[1], "--only", "kind", "-j", 1)
-    assert told in (said := heavytop_(*words).stderr)
-    assert bool(told) == bool(said)
-    assert not heavytop_(*words, "-q").stderr
-
-
 def test_the_cases_are_listed_with_what_they_are():
     printed = json.loads(heavytop_("stress", "--list", "--json").stdout)
     assert [case["name"] for case in printed["cases"]] == list(cases())

@@ -103,8 +103,11 @@ class Drift(Result):
     methods: tuple[Any, ...]
 
     def __getitem__(self, name: str) -> Any:
-        """Return one method by its name."""
-        return {each.name: each for each in self.methods}[name]
+        """Return one method by its name; KeyError, with all names, if there is none."""
+        methods = {each.name: each for each in self.methods}
+        if name not in methods:
+            raise KeyError(f"{name!r}: this study has {', '.join(methods)}")
+        return methods[name]
 
     def facts(self) -> Iterator[Fact]:
         """What was asked, what the columns mean, what was skipped and why."""
