@@ -11,8 +11,10 @@ import re
 import sys
 from pathlib import Path
 
+from heavytop.claims import load_claims
 from heavytop.doctor import cpu_model, version
-from heavytop.results.base import Table, grouped
+from heavytop.results.base import grouped
+from heavytop.results.table import Table
 from heavytop.scene.quantities import Quantity
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -86,6 +88,9 @@ def claims_table(document):
 
 if __name__ == "__main__":
     document = json.load(sys.stdin)
+    measured = {claim["id"] for claim in document["claims"]}
+    if lacking := sorted({each.id for each in load_claims().values()} - measured):
+        sys.exit(f"all claims are wanted: {len(lacking)} are not measured, such as {lacking[0]}")
     with MEASURED.open("w", encoding="utf-8", newline="") as file:
         rows = ((claim["id"], word(claim)) for claim in document["claims"])
         csv.writer(file, lineterminator="\n").writerows([("claim", "measured"), *rows])

@@ -23,7 +23,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from heavytop.doctor import versions
 from heavytop.errors import BadScene, HeavyTopError
-from heavytop.results.base import Row
+from heavytop.results.table import Row
 from heavytop.results.validation import THIS_PROJECT, Validation
 from heavytop.scene.arguments import check_callable, one_of, parse_names, path_of, whole
 from heavytop.studies.journal import Chunk, Journal, Parameters

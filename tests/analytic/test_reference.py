@@ -13,7 +13,8 @@ from heavytop.analytic.motion import Motion
 from heavytop.analytic.reference import EVENT_QUANTITIES, read_times, reference
 from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile
-from heavytop.scene.scene import load_scene, shipped_scenes
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_scenes
 
 KICKED = load_scene("sicm-kicked")
 

@@ -9,7 +9,8 @@ from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.errors import BadScene, Impossible
 from heavytop.files import as_json
-from heavytop.scene.scene import Scene, load_scene, shipped_scenes
+from heavytop.scene.scene import Scene, load_scene
+from heavytop.scene.shipped import shipped_scenes
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

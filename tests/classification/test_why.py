@@ -7,7 +7,8 @@ import pytest
 
 from heavytop.classification.classify import classify
 from heavytop.classification.kinds import KIND_DETAILS, RULES
-from heavytop.scene.scene import load_scene, shipped_names
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_names
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

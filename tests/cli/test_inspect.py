@@ -9,7 +9,8 @@ import pytest
 import heavytop as ht
 from heavytop.cli import Exit
 from heavytop.equations.derivation import as_latex, as_text, derivation
-from heavytop.scene.scene import load_scene, shipped_scenes
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_scenes
 
 from ..commands import heavytop_
 

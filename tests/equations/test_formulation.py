@@ -9,7 +9,7 @@ import sympy as sp
 from heavytop.equations import euler_angles, euler_poisson, reduced_cubic
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import deviation, frame_rate, g, kappa, l_x, l_y, l_z
-from heavytop.equations.formulation import FORMULATIONS, components, power_of_rate, spin, time
+from heavytop.equations.formulation import FORMULATIONS, components, spin, time
 from heavytop.equations.lagrangian import normal_form
 from heavytop.equations.quaternion import attitude_form, q
 
@@ -58,7 +58,7 @@ def power_in(expression, powers):
 def test_in_another_unit_of_time_the_equations_are_the_same(form):
     """Every state and constant measured in a third of a second, by the power of 1/s in its unit."""
     powers = {"energy": 2, "p_phi": 1, "p_psi": 1, "length": 0}
-    rated = {s: power_of_rate(s.name) for s in (*form.states, *form.parameters, *form.given)}
+    rated = {s: form.powers[s.name] for s in (*form.states, *form.parameters, *form.given)}
     for state, derivative in zip(form.states, form.derivatives, strict=True):
         assert power_in(derivative, rated) == rated[state] + 1
     for name, invariant in form.invariants.items():

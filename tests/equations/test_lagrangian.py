@@ -8,7 +8,7 @@ import sympy as sp
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.lagrangian import A, C, gMR, normal_form, theta
 from heavytop.equations.lambdify import lambdified
-from heavytop.integration.engine import translated
+from heavytop.integration.system import translated
 
 SOLVED = dict(zip(lag.ACCELERATIONS, lag.accelerations(), strict=True))
 T = lag.kinetic_energy()

@@ -14,9 +14,10 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdified
 from heavytop.errors import NotANumber, WrongType
 from heavytop.exact import PI, Exact
-from heavytop.integration.engine import translated
+from heavytop.integration.system import translated
 from heavytop.run.start import start_values
-from heavytop.scene.scene import load_scene, shipped_scenes
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_scenes
 
 x, y = sp.symbols("x y", real=True)
 X, Y = hy.make_vars("x", "y")

@@ -8,8 +8,8 @@ import pytest
 import heavytop as ht
 from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
-from heavytop.results.base import as_rows
 from heavytop.results.stress import StressOutcome
+from heavytop.results.table import as_rows
 
 from ..report.conftest import POINT, workprec
 

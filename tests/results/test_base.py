@@ -10,7 +10,8 @@ from rich.console import Console
 
 from heavytop.errors import ForeignFile
 from heavytop.results import base
-from heavytop.results.base import Result, Table, as_rows
+from heavytop.results.base import Result
+from heavytop.results.table import Table, as_rows
 from heavytop.scene.quantities import MISSING, QUANTITIES, read_units, showing
 
 HOSTILE = "<script>alert(1)</script> [red]x[/red] \\[bold] \x1b[31m"

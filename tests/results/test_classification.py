@@ -11,7 +11,8 @@ from click.testing import CliRunner
 from heavytop.analytic.motion import Motion
 from heavytop.cli import app
 from heavytop.results.classification import classified
-from heavytop.scene.scene import load_scene, shipped_scenes
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_scenes
 
 # This is 0, as √cos²2 is −cos 2, and no identity that the package knows shows it.
 NOTHING = "sqrt(cos(2)^2) + cos(2)"

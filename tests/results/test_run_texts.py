@@ -6,8 +6,8 @@ import pytest
 from click.testing import CliRunner
 
 from heavytop.cli import app
-from heavytop.results.base import Row
 from heavytop.results.run import event_table
+from heavytop.results.table import Row
 from heavytop.scene.quantities import MISSING
 
 

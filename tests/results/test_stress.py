@@ -1,7 +1,7 @@
 """A stress test says what the marks mean, what failed, and whether auto was silently wrong."""
 
-from heavytop.results.base import Row
 from heavytop.results.stress import NO_RUN, Stress
+from heavytop.results.table import Row
 
 RUN = Row(NO_RUN, case="cusp", method="auto", formulation="auto", outcome="ok", digits_lost=0.5)
 

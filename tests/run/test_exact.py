@@ -15,8 +15,8 @@ from heavytop.exact.decimals import context
 from heavytop.run.counts import count_exactly
 from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps
-from heavytop.scene.scene import shipped_names
 from heavytop.scene.scene_file import EVENTS
+from heavytop.scene.shipped import shipped_names
 from heavytop.studies import certificate, drift
 from heavytop.studies.methods import plan_auto
 

@@ -14,14 +14,15 @@ from heavytop.run import planning
 from heavytop.scene.quantities import Need
 
 v_1, v_2, v_3 = vertical = sp.symbols("v_1 v_2 v_3", real=True)
-thetadot_1, thetadot_2, omega3 = sp.symbols("l_x l_y omega3", real=True)  # rates by their names
+w_1, w_2, omega3 = sp.symbols("w_1 w_2 omega3", real=True)
 phi_0, psi_0 = sp.symbols("phi_0 psi_0", real=True)
 
 
 def euler_form(_=None):
     """A w1' = (A - C) w2 w3 + gMR v2, A w2' = (C - A) w1 w3 - gMR v1, v' = v x w."""
     A, C, gMR = top = lag.A, lag.C, lag.gMR
-    w = w_1, w_2, w_3 = thetadot_1, thetadot_2, omega3
+    w_3 = omega3
+    w = w_1, w_2, w_3
     across, along = v_1 * w_2 - v_2 * w_1, v_1 * w_1 + v_2 * w_2
     horizontal = v_1**2 + v_2**2
     theta, phidot = sp.atan2(sp.sqrt(horizontal), v_3), along / horizontal
@@ -76,3 +77,11 @@ def test_another_formulation_runs_and_is_held_against_its_own_motion(euler, digi
     assert errors.energy < bound
     assert errors.rates < 100 * bound
     assert run.events.kind == ht.propagate(scene).events.kind
+
+
+def test_the_unit_of_time_of_a_fast_top_follows_from_its_start(euler):
+    fast = ("start.phidot=-15000", "start.psidot=140000", "top.gMR=45600", "span.time=0.002")
+    scene = ht.load_scene("sicm-kicked", ["want.quantities=['theta']", *fast])
+    run = ht.propagate(scene, formulation="euler")
+    assert run.orbit.integrator.pace > 1
+    assert ht.run_errors(run).theta < 1e-12

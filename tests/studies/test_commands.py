@@ -15,8 +15,8 @@ from functools import cache
 
 import pytest
 
-from heavytop.results.base import Row
 from heavytop.results.stress import Stress, StressOutcome
+from heavytop.results.table import Row
 from heavytop.studies import study, workers
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases

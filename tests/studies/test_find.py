@@ -132,6 +132,9 @@ def test_boundaries_of_kinds() -> None:
     kinds = [ht.classify(DROPPED.top, DROPPED.changed("start.phidot", x).start).kind
              for x in (low, high)]  # fmt: skip
     assert kinds == ["waves", "loops"]
+    for ends in ("-20:41", "0:20", "-7:13"):  # 0 is a sample, an end, or between samples
+        assert values(find(DROPPED, f"start.phidot={ends}", "kind = cusps"))[0] == 0
+    assert not find(KICKED, "start.theta=0:3", "kind = cusps").solutions  # at 0 it sleeps
     through = find(DROPPED, "start.phidot=1:30", "kind = through-top")
     for x in values(through):
         motion = ht.Motion(DROPPED.top, DROPPED.changed("start.phidot", x).start)

@@ -14,7 +14,7 @@ from heavytop.comparison import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.bits import bits_of
-from heavytop.results.base import Row
+from heavytop.results.table import Row
 from heavytop.results.work_precision import WorkPrecision, front
 from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import perturbed_start

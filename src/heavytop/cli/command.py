@@ -149,13 +149,14 @@ def call(function: Any, takes: Mapping[str, Parameter], typed: Mapping[str, Any]
         if place_of(takes) == "scene":
             given["scene"] = read_scene(typed["scene"], typed["changes"])
             note(f"{click.get_current_context().info_name} {given['scene'].name}")
-        if address := given.get("executor"):
-            from heavytop.studies.workers import executor_at
+        with ExitStack() as working:  # a bar that is still drawn would take stdout for itself
+            if address := given.get("executor"):
+                from heavytop.studies.workers import executor_at
 
-            given["executor"] = stack.enter_context(executor_at(address))
-        if "progress" in takes:
-            given["progress"] = stack.enter_context(progress_bar())
-        found = function(**given)
+                given["executor"] = working.enter_context(executor_at(address))
+            if "progress" in takes:
+                given["progress"] = working.enter_context(progress_bar())
+            found = function(**given)
         if isinstance(found, Path):
             document = {"schema": f"heavytop/{function.__name__}/1", "scene": given["scene"].name}
             size = f"{harmless(found)}: {found.stat().st_size / 1e6:.2g} MB"
@@ -167,9 +168,10 @@ def call(function: Any, takes: Mapping[str, Parameter], typed: Mapping[str, Any]
 def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
     """The scene of a name, or of the folder of a run, changed as the options ask."""
     from heavytop.scene import scene as scenes
+    from heavytop.scene.shipped import shipped_names
 
     scene = scene or DEFAULT_SCENE
-    if scene in scenes.shipped_names() or not Path(scene).is_dir():
+    if scene in shipped_names() or not Path(scene).is_dir():
         return scenes.load_scene(scene, overrides=list(changes))
     from heavytop.report.files import Request
 

@@ -133,7 +133,8 @@ def typed(takes: Mapping[str, Parameter], about: Mapping[str, str]) -> Iterator[
             if name == "path" and default:  # without -o nothing is written
                 given["required"], default = True, None
             read, metavar = TYPES[kind]
-            given |= {"type": read, "metavar": metavar, "default": default, "show_default": True}
+            given |= {"type": read, "metavar": metavar, "show_default": True}
+            given |= {} if given["required"] else {"default": default}  # None would be a value
             yield click.Option([*flags, name], **given)
         if name == "folder":
             yield click.Option(["--no-figures", "figures"], help="Do not draw figures.", **DRAWN)

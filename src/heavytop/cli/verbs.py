@@ -229,8 +229,8 @@ def scenes(name: str | None = None) -> Answer:
     name : str, optional
         Print the text of this scene.
     """
-    from heavytop.results.base import Table
-    from heavytop.scene.scene import shipped_scenes, shipped_text
+    from heavytop.results.table import Table
+    from heavytop.scene.shipped import shipped_scenes, shipped_text
 
     document: dict[str, Any] = {"schema": "heavytop/scenes/1"}
     if name is None:

@@ -51,7 +51,7 @@ class MethodEntry:
     source : str
         Where it is published; empty of the Taylor integrator and of one's own.
     family : str
-        By which it has its colour: ``adaptive``, ``splitting`` or ``collocation``.
+        As `workprec` writes it: ``adaptive``, ``splitting``, ``collocation`` or another word.
     block : int
         Steps in a block; 0 where the method itself chooses.
     needs : tuple of str

@@ -6,6 +6,7 @@ integrator serves every top, and through `start`, which maps a start in Euler an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -15,26 +16,13 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.lambdify import evaluated
 from heavytop.equations.registry import FORMULATIONS as FORMULATIONS
 
 time = sp.Symbol("t", real=True)
+_FUNCTIONS = {name: getattr(math, name) for name in ("sin", "cos", "tan", "sqrt", "atan2", "acos")}
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
-
-_RATES = "thetadot phidot psidot wdot l_x l_y l_z n kappa omega3 P P_plus P_minus p_psi p_minus"
-_POWERS = {
-    name: power
-    for power, names in ((1, f"{_RATES} frame_rate phi_rate psi_rate"), (2, "g gMR h k_0 k_1 k_2"))
-    for name in names.split()
-}
-
-
-def power_of_rate(name: str) -> int:
-    """Return the power of 1/s in the unit of a state or a constant, by the name of its symbol.
-
-    Measured in another unit of time, equations and events are the same functions of states and
-    constants: they are homogeneous in these powers.
-    """
-    return _POWERS.get(name, 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +87,15 @@ class Formulation:
         return FORMULATIONS[self.name].starts_at_pole
 
     @property
+    def powers(self) -> Mapping[str, int]:
+        """The powers of 1/s in the units of its states and constants, by the names of the symbols.
+
+        Measured in another unit of time, equations and events are the same functions of states and
+        constants: they are homogeneous in these powers. So is what the start makes of rates.
+        """
+        return _powers(self)
+
+    @property
     def is_rate(self) -> NDArray[np.bool_]:
         """Which states are rates [rad/s]; the others have no time in their units."""
         return _is_rate(self)
@@ -130,4 +127,21 @@ def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
 
 @cache
 def _is_rate(form: Formulation) -> NDArray[np.bool_]:
-    return np.array([power_of_rate(s.name) == 1 for s in form.states])
+    return np.array([form.powers[s.name] == 1 for s in form.states])
+
+
+@cache
+def _powers(form: Formulation) -> Mapping[str, int]:
+    known = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
+    known = {symbol.name: x for symbol, x in known.items()}
+    of = [*zip(form.states, form.start, strict=True), *form.parameters.items()]
+
+    def values(unit: float) -> list[float]:
+        rates = {x.name: unit * k for k, x in enumerate(lag.VELOCITIES, 1)}
+        scaled = known | rates | {lag.gMR.name: 2.3 * unit**2}
+        return evaluated([x for _, x in of], scaled, float, _FUNCTIONS)
+
+    powers = {symbol.name: 1 for symbol in form.given}  # rates of frames
+    for (symbol, _), one, two in zip(of, values(1.0), values(2.0), strict=True):
+        powers[symbol.name] = round(math.log2(two / one)) if one else 0  # a quadrature begins at 0
+    return powers

@@ -1,6 +1,7 @@
 """The table of formulations: it is read without sympy, and without deriving any of them.
 
-A new formulation is an entry here and a module beside this one, whose function builds it.
+A new formulation is an entry here and a module beside this one, whose function builds it. One
+that does not start at a pole has no `limits`.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ class FormulationEntry:
     builder : str
         The function that derives it from a variant, as ``module.name``.
     variants : tuple of (str or None)
-        What the builder accepts: how phi and psi are had, or which pole heights are measured from.
+        What the builder accepts, of the words that a plan knows: None; ``angles``, both angles by
+        quadratures with the two `rates`, or read off the states; ``phi``, and with psi by one
+        quadrature ``sigma`` or ``delta``; ``top`` and ``bottom``, where heights are measured from.
     gives : Need
         How much of a motion it can follow.
     states : int

@@ -14,7 +14,8 @@ from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
-from heavytop.exact.number import FUNCTIONS, ONE, PI, Exact, in_range, out_of_range
+from heavytop.exact.functions import FUNCTIONS
+from heavytop.exact.number import ONE, PI, Exact, in_range, out_of_range
 from heavytop.text import harmless, nearest
 
 MAX_TEXT: Final = 4000

@@ -17,7 +17,8 @@ from typing import Final, TypeAlias
 from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 
 from heavytop.exact.balls import ball_of, working
-from heavytop.exact.number import ZERO, Exact, Sign, rational, sin, split
+from heavytop.exact.functions import sin
+from heavytop.exact.number import ZERO, Exact, Sign, rational, split
 
 Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]

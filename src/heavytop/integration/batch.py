@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.engine import Array, System, per_thread
+from heavytop.integration.engine import Array, per_thread
 from heavytop.integration.library import hy
 from heavytop.integration.paces import in_units, paces_of
+from heavytop.integration.system import System
 
 Indices = NDArray[np.int64]
 LOST_LANE = hy.taylor_outcome.err_nf_state
@@ -166,7 +167,7 @@ class Journey:
         taylor, found = engine.taylor, engine.found
         found.clear()
         loaded = {name: self.parameters[name][lanes] for name in engine.loaded}
-        constants = np.stack([*in_units(self.pace[lanes], loaded).values()], axis=1)
+        constants = np.stack([*in_units(self.form, self.pace[lanes], loaded).values()], axis=1)
         states = np.ascontiguousarray(self.begun[lanes].transpose(0, 2, 1))
         ends, first = self.ends[lanes], self.first[lanes]
         last, reached = np.empty_like(states), np.empty_like(ends)

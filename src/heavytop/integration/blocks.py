@@ -116,7 +116,9 @@ class Integrator:
         self.engine, self.parameters = engine, dict(parameters)
         self.pace = np.float64(paces_of(form, start.astype(np.float64), known))
         self._units = np.where(form.is_rate, self.pace, 1.0)
-        self.own_constants = self.parameters if self.pace == 1 else in_units(self.pace, parameters)
+        self.own_constants = self.parameters
+        if self.pace != 1:
+            self.own_constants = in_units(form, self.pace, parameters)
         started = start / self._units
         self.projection = Projection.of(form, self.own_constants, started) if projected else None
 

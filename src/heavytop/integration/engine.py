@@ -18,22 +18,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass, field
 from functools import cache
 from threading import Lock, Thread, get_ident
-from typing import Any, NamedTuple, Self, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import evaluated
 from heavytop.exact.pairs import EPSILON, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.library import hy
+from heavytop.integration.system import System
 
 T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
@@ -45,7 +44,6 @@ NEVER = np.empty(0)  # no times
 STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
-_FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
 with suppress(RuntimeError):  # its folder cannot be made: heyoka works without
@@ -84,72 +82,6 @@ def text(x: Any) -> str:
     """Return a decimal text of a number by which every bit comes back."""
     bits = precision(x)
     return repr(float(x)) if bits == DOUBLE else str(hy.real(x, bits + 64))
-
-
-def translated(
-    expressions: Sequence[Any], names: Mapping[str, Any], bits: int = DOUBLE
-) -> list[Any]:
-    """Return the heyoka counterparts of sympy expressions.
-
-    heyoka's own converter refuses thirds and rounds sympy's Floats to double, silently.
-
-    Parameters
-    ----------
-    expressions : sequence of sympy expressions
-    names : mapping from str to heyoka expression
-        Of the symbols, by their names: states as variables, constants of a run as ``par[i]``.
-    bits : int
-        Of the numbers; 1/3 is rounded once to so many.
-
-    Raises
-    ------
-    WrongType
-        A symbol without a name, or a function or number without a counterpart.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> translated([sp.Symbol("x") / 3 + sp.sqrt(2)], {"x": hy.expression("x")})
-    [(1.4142135623730951 + (0.33333333333333331 * x))]
-    """
-
-    def constant(integer: int) -> Any:
-        return hy.expression(float(integer) if bits == DOUBLE else hy.real(integer, bits))
-
-    return evaluated(expressions, names, constant, _FUNCTIONS)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class System:
-    """First-order equations as heyoka takes them, every constant in them of some precision.
-
-    Attributes
-    ----------
-    equations : list of pairs of heyoka expressions
-        The states, each with its time derivative.
-    loaded : tuple of str
-        Constants of a run, by symbol name: ``par[0]``, ``par[1]``, ...
-    zeros : list of heyoka expressions
-        Event functions.
-    """
-
-    equations: list[tuple[Any, Any]]
-    loaded: tuple[str, ...]
-    zeros: list[Any] = field(default_factory=list)
-
-    @classmethod
-    def of(cls, form: Formulation, bits: int, events: tuple[str, ...] = ()) -> Self:
-        """Return that of a formulation and of its events, for numbers of so many bits."""
-        watched = [form.events[name] for name in events]
-        loaded = form.constants_in((*form.derivatives, *watched))
-        states = {s.name: hy.expression(s.name) for s in form.states}
-        names = states | {p.name: hy.par[i] for i, p in enumerate(loaded)}
-        derivatives = translated(form.derivatives, names, bits)
-        return cls(
-            list(zip(states.values(), derivatives, strict=True)),
-            tuple(p.name for p in loaded),
-            translated(watched, names, bits),
-        )
 
 
 class Seen(NamedTuple):

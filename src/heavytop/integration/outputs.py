@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from heavytop.equations.formulation import Formulation, spin
 from heavytop.equations.lambdify import lambdified
+from heavytop.errors import NotANumber
 from heavytop.exact.pairs import plus_turns, two_product
 from heavytop.integration.bits import DOUBLE, precision
 from heavytop.scene.quantities import ANGLES, RATES
@@ -299,3 +300,14 @@ def newton_step(
         found = (size <= allowed) | ((size * part[:, None] <= allowed) & (part < 1)[:, None])
     found = found.all(axis=1)
     return there.where(found), found
+
+
+def times_of(t: ArrayLike) -> Array:
+    """Return a time, or a row of them, as doubles, if they are finite [s]."""
+    try:
+        times = np.asarray(t, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        times = np.array(np.nan)
+    if times.ndim > 1 or not np.isfinite(times).all():
+        raise NotANumber("t: a finite time or a one-dimensional array of them")
+    return times

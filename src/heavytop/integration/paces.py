@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.equations.formulation import Formulation, power_of_rate
+from heavytop.equations.formulation import Formulation
 
 Array = NDArray[np.float64]
 
@@ -49,12 +49,13 @@ def units_of(pace: Array) -> Array:
     return np.where(far, np.ldexp(1.0, exponent), 1.0)
 
 
-def in_units(pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return constants in the unit of time of a pace, by the names of their symbols.
+def in_units(form: Formulation, pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return constants of a formulation in the unit of time of a pace, by their symbols' names.
 
     Examples
     --------
-    >>> in_units(4.0, {"g": 32.0, "l_z": 8.0, "A": 3.0})
-    {'g': 2.0, 'l_z': 2.0, 'A': 3.0}
+    >>> from heavytop.equations.euler_poisson import axis_form
+    >>> in_units(axis_form(), 4.0, {"g": 32.0, "l_z": 8.0, "phi_0": 3.0})
+    {'g': 2.0, 'l_z': 2.0, 'phi_0': 3.0}
     """
-    return {name: x / pace ** power_of_rate(name) for name, x in values.items()}
+    return {name: x / pace ** form.powers[name] for name, x in values.items()}

@@ -26,7 +26,8 @@ from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import expect, path_of
 from heavytop.scene.quantities import QUANTITIES, UNIT_OF
-from heavytop.scene.scene import Scene, load_scene, shipped_names
+from heavytop.scene.scene import Scene, load_scene
+from heavytop.scene.shipped import shipped_names
 
 FIRST_SCENE: Final = "sicm-kicked"
 EXPLORER_SCRIPTS: Final = ("top.js", "player.js", "explorer.js")

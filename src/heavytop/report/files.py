@@ -28,9 +28,10 @@ from heavytop.errors import (
     is_interrupt,
 )
 from heavytop.files import as_json, locked, write_document
-from heavytop.results.base import Result, Row, not_as_written, typed
+from heavytop.results.base import Result, not_as_written, typed
 from heavytop.results.classification import plan_summary
 from heavytop.results.run import PICTURES, RunResult, run_result
+from heavytop.results.table import Row
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.scene.scene_file import written
 

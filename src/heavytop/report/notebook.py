@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from heavytop.analytic.motion import Motion
 from heavytop.plots.figures import run_figure
 from heavytop.plots.sphere import motion_figure
-from heavytop.results.base import Fact, Result, Table, given
+from heavytop.results.base import Result, given
 from heavytop.results.classification import (
     Planned,
     course_facts,
@@ -19,6 +19,7 @@ from heavytop.results.classification import (
     verdict_facts,
 )
 from heavytop.results.run import run_result
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import quantity_of
 from heavytop.text import Shown
 

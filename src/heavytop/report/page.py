@@ -19,9 +19,10 @@ from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning
 from heavytop.files import write_text
 from heavytop.report.files import kind_of, load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
-from heavytop.results.base import Fact, Result, Table, load_result, not_as_written, typed
+from heavytop.results.base import Result, load_result, not_as_written, typed
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import PICTURES, RunResult
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.text import harmless
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 from numpy.typing import NDArray
 
 from heavytop.files import expect_sealed, write_sealed
-from heavytop.results.base import Chart, Fact, Result, Table, draw, given, not_as_written
+from heavytop.results.base import Chart, Result, draw, given, not_as_written
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import quantity_of
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
-from heavytop.results.base import Fact, Result, Table
+from heavytop.results.base import Result
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import Quantity, quantity_of
 
 CERTIFIED_QUANTITIES: Final = ("axis", "theta", "phi", "psi")

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import Exit
-from heavytop.results.base import Chart, Fact, Result, as_rows, draw, error_text
+from heavytop.results.base import Chart, Result, draw, error_text
+from heavytop.results.table import Fact, as_rows
 from heavytop.scene.quantities import ANGLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

@@ -11,7 +11,8 @@ from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.errors import Unseparated
-from heavytop.results.base import Fact, Result
+from heavytop.results.base import Result
+from heavytop.results.table import Fact
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State

@@ -12,7 +12,8 @@ import numpy as np
 
 from heavytop.errors import Exit
 from heavytop.files import write_sealed
-from heavytop.results.base import Chart, Fact, Result, Table, draw, error_of
+from heavytop.results.base import Chart, Result, draw, error_of
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, quantity_of
 
 if TYPE_CHECKING:

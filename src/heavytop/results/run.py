@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
-from heavytop.results.base import Fact, Result, Table, error_text
+from heavytop.results.base import Result, error_text
 from heavytop.results.classification import (
     CONSTANTS,
     course_facts,
@@ -23,6 +23,7 @@ from heavytop.results.classification import (
     verdict_facts,
     warnings_of,
 )
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import ANGLES, RATES, Need, need_of
 from heavytop.scene.scene_file import EVENTS
 

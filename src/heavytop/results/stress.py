@@ -8,7 +8,8 @@ from enum import StrEnum
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
-from heavytop.results.base import Chart, Fact, Result, Table, draw, given, grouped, plots
+from heavytop.results.base import Chart, Result, draw, given, grouped, plots
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
 AUTO: Final = "auto"

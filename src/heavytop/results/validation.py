@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
-from heavytop.results.base import FAIL, Fact, Result, Table, grouped
+from heavytop.results.base import Result, grouped
+from heavytop.results.table import FAIL, Fact, Table
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
 # as an authority: of the claims that a script states of itself

@@ -10,8 +10,9 @@ from operator import itemgetter
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Impossible
-from heavytop.results.base import Chart, Fact, Result, Table, draw, grouped
+from heavytop.results.base import Chart, Result, draw, grouped
 from heavytop.results.drift import order_of
+from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, quantity_of
 
 TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}

@@ -20,6 +20,7 @@ from heavytop.errors import EndedEarly, Outcome
 from heavytop.exact import Number
 from heavytop.integration.orbit import Orbit, integrate, not_begun
 from heavytop.run.autosave import Checkpoints
+from heavytop.run.cost import Statistics
 from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
 from heavytop.run.own_motion import OwnMotion, times_between
@@ -27,7 +28,7 @@ from heavytop.run.plan import Plan
 from heavytop.run.planning import next_plan, planned
 from heavytop.run.span import closed_form_of, exact_span, refusal, span
 from heavytop.run.start import binary_start, integrator_of
-from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.run.trajectory import Trajectory
 from heavytop.run.verify import misses, warn_of, warn_of_plan
 from heavytop.scene.arguments import check_callable, expect, read_argument, whole
 from heavytop.scene.quantities import QUANTITY_READERS
@@ -360,9 +361,11 @@ def _even_times(part: Trajectory, first: Any, count: int) -> NDArray[Any]:
 
 def _left_the_chart(orbit: Orbit) -> bool:
     """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
-    if orbit.integrator.formulation.starts_at_pole:
+    form = orbit.integrator.formulation
+    names = [symbol.name for symbol in form.states]
+    if form.starts_at_pole or "theta" not in names:
         return False
-    theta = orbit.samples.states[:, 0].astype(np.float64)  # of these forms it is the first state
+    theta = orbit.samples.states[:, names.index("theta")].astype(np.float64)
     return bool(np.any((theta < 0) | (theta > np.pi)))
 
 

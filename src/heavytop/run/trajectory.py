@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import Impossible, NotANumber, Outcome
+from heavytop.errors import Impossible, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration import outputs
 from heavytop.integration.bits import DOUBLE, digits_of
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
-from heavytop.integration.outputs import Sample, sample
+from heavytop.integration.outputs import Sample, sample, times_of
+from heavytop.run.cost import Statistics
 from heavytop.run.events import Events, events_of, no_events
 from heavytop.run.own_motion import Compared, OwnMotion, SomeRows, times_between
 from heavytop.run.plan import Plan
@@ -35,30 +36,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 START_ROUNDING = 4 * EPSILON
-
-
-@dataclass(frozen=True, slots=True)
-class Statistics:
-    """What a run cost.
-
-    Attributes
-    ----------
-    steps : int
-        Natural steps of the integrator.
-    order : int
-        Order of its Taylor polynomials.
-    derive_s, compile_s, integrate_s : float
-        Wall-clock time of the parts [s].
-    whole : bool
-        Whether the times are of the whole run: a file does not keep those of its part.
-    """
-
-    steps: int
-    order: int
-    derive_s: float
-    compile_s: float
-    integrate_s: float
-    whole: bool = True
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -433,17 +410,6 @@ def rounded(found: Sample) -> Sample:
         return found
     with np.errstate(invalid="ignore"):  # nan
         return Sample(*(getattr(found, name).astype(np.float64) for name in Sample.__slots__))
-
-
-def times_of(t: ArrayLike) -> Array:
-    """Return a time, or a row of them, as doubles, if they are finite [s]."""
-    try:
-        times = np.asarray(t, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        times = np.array(np.nan)
-    if times.ndim > 1 or not np.isfinite(times).all():
-        raise NotANumber("t: a finite time or a one-dimensional array of them")
-    return times
 
 
 def _known(values: Array) -> Array | None:

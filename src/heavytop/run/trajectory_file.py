@@ -27,13 +27,14 @@ from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
+from heavytop.run.cost import Statistics
 from heavytop.run.events import STORED
 from heavytop.run.exact import SceneMotion
 from heavytop.run.plan import Plan
 from heavytop.run.propagation import not_integrated
 from heavytop.run.span import closed_form_of
 from heavytop.run.start import integrator_of
-from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
 from heavytop.scene.scene import Scene, read_scene

@@ -54,7 +54,9 @@ def _spelled(value: object) -> str:
         return f'"{harmless(value[:100])}"'
     if isinstance(value, list | tuple):
         return f"[{', '.join(_spelled(item) for item in value[:20])}]"
-    return harmless(str(value)) if isinstance(value, _PLAIN) else _a(type(value))
+    if isinstance(value, _PLAIN):
+        return harmless(str(value))
+    return _spelled(os.fspath(value)) if isinstance(value, os.PathLike) else _a(type(value))
 
 
 def _a(kind: type) -> str:

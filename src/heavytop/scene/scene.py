@@ -13,11 +13,11 @@ from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
+from heavytop.scene.shipped import FOLDER, shipped_names
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Shown, closest, cut, harmless, nearest
 
-FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES_SOURCE: Final = "--set"
 _RIVALS: Final = (
@@ -248,6 +248,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
 
     Examples
     --------
+    >>> from heavytop.scene.shipped import shipped_text
     >>> text = shipped_text("sicm-dropped")
     >>> read_scene(text, "mine", ["span.time=3"]).name
     'mine'
@@ -291,58 +292,6 @@ def no_scene(what: object, verb: str) -> BadScene:
     """What is raised where something that is no scene, such as a name, is given to a function."""
     hint = "load_scene gives one by its name"
     return BadScene((Fault(verb, None, "scene", arguments.shown(what), "a Scene", hint),))
-
-
-# --- the scenes that come with the package ---------------------------------------------------
-
-
-def shipped_scenes() -> dict[str, str]:
-    """The scenes that come with the package.
-
-    Returns
-    -------
-    dict from str to str
-        Their titles, by their names.
-
-    Examples
-    --------
-    >>> shipped_scenes()["sicm-dropped"]
-    'SICM 2.10, let go from rest: cusps'
-    """
-    texts = {name: shipped_text(name) for name in shipped_names()}
-    return {name: scene_file.parse(text)["title"] for name, text in texts.items()}
-
-
-def shipped_text(name: str) -> str:
-    """The text of a scene that comes with the package, comments and all.
-
-    Parameters
-    ----------
-    name : str
-        A key of `shipped_scenes`.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    BadScene
-        No shipped scene has this name.
-
-    Examples
-    --------
-    >>> print(shipped_text("sicm-dropped").splitlines()[0])
-    format = 1
-    """
-    if name not in shipped_names():
-        _refuse(name, "no shipped scene has this name", nearest(name, shipped_names()))
-    return (FOLDER / f"{name}.toml").read_text("utf-8")
-
-
-def shipped_names() -> list[str]:
-    """Their names, in the order of the alphabet."""
-    return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
 # --- files -----------------------------------------------------------------------------------

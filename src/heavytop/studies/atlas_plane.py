@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.exact import Exact
 from heavytop.results.atlas import ROLES as ROLES
-from heavytop.results.base import Row
+from heavytop.results.table import Row
 from heavytop.scene.arguments import Refused
 from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.scene import Scene

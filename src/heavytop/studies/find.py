@@ -24,7 +24,8 @@ from heavytop.exact import Exact
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT
 from heavytop.exact.parse import UNITS_OF
-from heavytop.results.base import Fact, Result
+from heavytop.results.base import Result
+from heavytop.results.table import Fact
 from heavytop.scene.arguments import Reader, Refused, expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF, Quantity
 from heavytop.scene.scene import Scene
@@ -34,6 +35,7 @@ from heavytop.text import nearest
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0
 _ROUNDINGS: Final = 8 * UNIT  # of a fact that is made of others
 _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
+_LEAST: Final = 1e-300  # below which there are no numbers in scenes but 0
 _THIRDS: Final = 48  # after which the least of a fact does not change
 _WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|==|=|≤|≥)\s*(.+?)\s*")
 _RANGE: Final = re.compile(r"\s*(top|start)\.(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
@@ -176,10 +178,11 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
         else:
             brackets, why = _find_ends(lambda x: side * distance(x) >= 0, key, points)
             why = why or _none(points)
-    solutions = [
-        {"value": x, "bracket": bracket, "facts": facts_of(motion_at(x), FOUND_FACTS)}
-        for x, bracket in ((low + (high - low) / 2, (low, high)) for low, high in brackets)
-    ]
+    solutions = []
+    for low, high in brackets:
+        x = _middle(low, high)
+        facts = facts_of(motion_at(x), FOUND_FACTS)
+        solutions.append({"value": x, "bracket": (low, high), "facts": facts})
     return Found(scene=scene.problem(), vary=vary, so_that=so_that, solutions=solutions, why=why)
 
 
@@ -188,7 +191,7 @@ def motion_of(scene: Scene, key: str, x: float) -> Motion | None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            changed = scene.changed(key, x)
+            changed = scene.changed(key, x if abs(x) > _LEAST else 0.0)
         except (BadScene, NotANumber):
             return None
     return Motion(changed.top, changed.start)
@@ -254,10 +257,18 @@ def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iter
         for low, high in _brackets(moving[0], _with_nearest(moving[0], points)) if moving else ():
             factors = [partial(_criterion, motion_at, number) for number in rule.positive]
             positive = all(math.prod(each(x) for each in factors) > 0 for x in (low, high))
-            loops = Kind.LOOPS in (kind_of(motion_at(low)), kind_of(motion_at(high)))
             others = any(_alike(each, low, high) for each in moving[1:])
-            if positive and not others and (loops or kind != Kind.CUSPS):
+            met = [x for x in (low, _middle(low, high), high) if moving[0](x) == 0]
+            so = any(kind_of(motion_at(x)) == kind for x in met)
+            if not met:  # LOOPING is 0 too where waves only touch it
+                so = kind != Kind.CUSPS or Kind.LOOPS in map(kind_of, map(motion_at, (low, high)))
+            if so and positive and not others:
                 yield low, high
+
+
+def _middle(low: float, high: float) -> float:
+    """The value between two ends, 0 where they have it between them."""
+    return 0.0 if low <= 0 <= high else low + (high - low) / 2
 
 
 def _criterion(motion_at: MotionAt, number: Criterion, x: float) -> float:

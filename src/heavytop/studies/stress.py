@@ -14,8 +14,8 @@ from typing import Any, Final
 from heavytop import errors
 from heavytop.comparison import own
 from heavytop.doctor import versions
-from heavytop.results.base import Row
 from heavytop.results.stress import Stress, StressCases, StressOutcome
+from heavytop.results.table import Row
 from heavytop.scene.arguments import Range, check_callable, one_of, parse_names, parse_options
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import read_methods, stress_method, stress_methods

@@ -22,8 +22,8 @@ from heavytop.comparison.steppers import InitialValueProblem, IntegrationFailed
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import two_product
 from heavytop.integration.outputs import event_function, invariants, sample
-from heavytop.results.base import Row
 from heavytop.results.stress import AUTO, NO_RUN, WRONG_AXIS, StressOutcome
+from heavytop.results.table import Row
 from heavytop.run.counts import Counts
 from heavytop.run.plan import Plan
 from heavytop.run.propagation import propagate

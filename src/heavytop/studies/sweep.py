@@ -12,7 +12,8 @@ from typing import Any, ClassVar, Final
 
 from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.files import write_text
-from heavytop.results.base import Chart, Result, Table
+from heavytop.results.base import Chart, Result
+from heavytop.results.table import Table
 from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown
 from heavytop.scene.scene import Scene
 from heavytop.studies.find import (

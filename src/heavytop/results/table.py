@@ -1,0 +1,213 @@
+"""Rows and tables of results, and every way to show and store a table.
+
+What a number is stands in `heavytop.scene.quantities`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+from heavytop.scene.quantities import Quantity, quantity_of
+from heavytop.text import harmless
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from rich.console import Console, ConsoleOptions, RenderableType
+
+Fact = tuple[str, str]
+FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
+STYLES: Final = {FAIL: "red"}
+FOLDED_AT: Final = 40  # letters of a cell: a longer text is folded at a terminal
+MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS = 12, 3  # of the numbers of a table at a terminal
+
+
+class Row(dict[str, Any]):
+    """A row of a table, or a part of a header: values by their names, also as attributes."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"{name!r}: there are {', '.join(self)}") from None
+
+
+def as_rows(value: Any) -> Any:
+    """A value as JSON holds it: objects as rows, lists as tuples, None for what is not finite."""
+    if hasattr(value, "_asdict"):  # a named tuple
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return Row({name: as_rows(each) for name, each in value.items()})
+    if isinstance(value, list | tuple):
+        return tuple(map(as_rows, value))
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+class Table(NamedTuple):
+    """Some columns of some rows; numbers stay numbers until they are shown.
+
+    Attributes
+    ----------
+    rows : sequence of mapping from str to value
+    columns : sequence of str
+        Keys of the rows, by which `heavytop.scene.quantities` says what they are.
+    title : str
+    meanings : mapping from str to Quantity
+        Of the columns that mean something else than their names do elsewhere.
+    left : int
+        Of so many columns at the left the texts are not aligned to the right.
+    first : int or None
+        So many rows suffice at a terminal.
+    more : int
+        How many rows there are beside.
+    keys : sequence of str
+        The columns that tell rows apart.
+    """
+
+    rows: Sequence[Mapping[str, Any]]
+    columns: Sequence[str]
+    title: str = ""
+    meanings: Mapping[str, Quantity] = {}
+    left: int = 1
+    first: int | None = None
+    more: int = 0
+    keys: Sequence[str] = ()
+
+    @classmethod
+    def of_rows(cls, rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> Table:
+        """All columns of some rows."""
+        return cls(rows, [*dict.fromkeys(name for row in rows for name in row)], keys=keys)
+
+    @classmethod
+    def of_facts(cls, facts: Iterable[Fact]) -> Table:
+        """Labels, and what they say, as a table without headings."""
+        rows = [{"label": label, "text": text} for label, text in facts]
+        headless = dict.fromkeys(("label", "text"), Quantity("", ""))
+        return cls(rows, ("label", "text"), meanings=headless, left=2)
+
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """What the columns are."""
+        return {name: self.meanings.get(name) or quantity_of(name) for name in self.columns}
+
+    @property
+    def head(self) -> list[str]:
+        """The headings of the columns."""
+        return [of.heading for of in self.quantities.values()]
+
+    def texts(self, digits: int = 17) -> list[list[str]]:
+        """The cells of the rows as a person reads them."""
+        of = self.quantities
+        return [[of[n].text(row.get(n), digits) for n in self.columns] for row in self.rows]
+
+    @property
+    def fails(self) -> bool:
+        """Whether a row begins with FAIL."""
+        return any(row.get(self.columns[0]) == FAIL for row in self.rows)
+
+    @property
+    def sides(self) -> list[Literal["left", "right"]]:
+        """To which side the columns are aligned."""
+        return ["left" if k < self.left else "right" for k in range(len(self.columns))]
+
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> Iterator[RenderableType]:
+        """Fewer digits where it is narrow, then columns below the others; long texts folded."""
+        from rich.table import Table as Grid
+        from rich.text import Text
+
+        for digits in (*range(MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS - 1, -1), MOST_SHOWN_DIGITS):
+            texts = [self.head, *self.texts(digits)[: self.first]]
+            widths = [min(FOLDED_AT, max(map(len, x))) + 2 for x in zip(*texts, strict=True)]
+            if sum(widths) <= options.max_width:
+                break
+        parts = [[0]]
+        for k in range(1, len(widths)):
+            if sum(widths[j] for j in (*parts[-1], k)) > options.max_width and len(parts[-1]) > 1:
+                parts.append([0])
+            parts[-1].append(k)
+        yield from [Text(harmless(self.title), style="cyan")] * bool(self.title)
+        for part in parts:
+            yield from [Text()] * (part is not parts[0])
+            grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=any(self.head))
+            for k in part:
+                head = Text(harmless(texts[0][k]))
+                grid.add_column(head, justify=self.sides[k], overflow="fold", no_wrap=not k)
+            for row in texts[1:]:
+                cells = (Text(harmless(row[k]), style=STYLES.get(row[k], "")) for k in part)
+                grid.add_row(*cells)
+            yield grid
+        if more := self.more + len(self.rows) - len(texts[1:]):
+            yield Text(f"… and {more} more")
+
+    @property
+    def html(self) -> str:
+        """The table in HTML."""
+
+        def line(tag: str, texts: Iterable[str]) -> str:
+            cells = zip(self.sides, texts, strict=True)
+            row = (f'<{tag} style="text-align:{x}">{escape(text)}</{tag}>' for x, text in cells)
+            return f"<tr>{''.join(row)}</tr>"
+
+        caption = f"<caption>{escape(self.title)}</caption>" if self.title else ""
+        head = line("th", self.head) if any(self.head) else ""
+        return f"<table>{caption}{head}{''.join(line('td', row) for row in self.texts())}</table>"
+
+    @property
+    def markdown(self) -> str:
+        r"""The table in Markdown.
+
+        Examples
+        --------
+        >>> print(Table([{"case": "a|b", "n": 2}], ("case", "n")).markdown)
+        | case | n |
+        | -- | --: |
+        | a\|b | 2 |
+        """
+        rules = ["--" if side == "left" else "--:" for side in self.sides]
+        rows = (
+            [" ".join(text.replace("|", "\\|").split()) for text in row]
+            for row in (self.head, rules, *self.texts())
+        )
+        return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+    @property
+    def csv(self) -> str:
+        """The table as comma-separated values, with a header that has the units.
+
+        >>> print(Table([{"t": 0.5, "kind": "loops"}], ("t", "kind")).csv, end="")
+        t [s],kind
+        0.5,loops
+        """
+        shown = {name: of.shown for name, of in self.quantities.items()}
+        heads = {n: f"{n} [{unit}]" for n, (unit, _) in shown.items() if unit not in ("", "1")}
+        frame = self._replace(keys=()).to_pandas()
+        for name in frame.select_dtypes(float):
+            frame[name] *= shown[name][1]
+        return str(frame.rename(columns=heads).to_csv(index=False))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame; units and names in its attributes."""
+        import pandas
+
+        found = pandas.DataFrame([*self.rows], columns=[*self.columns]).infer_objects()
+        found = found.astype({name: float for name in found if found[name].isna().all()})
+        for key in ("units", "long_name"):
+            about = {name: of.attributes[key] for name, of in self.quantities.items()}
+            found.attrs[key] = about
+        return found.set_index([*self.keys]) if self.keys else found
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over the columns that tell rows apart, nan where there is no row."""
+        found: xarray.Dataset = self.to_pandas().to_xarray()
+        for name, of in self.quantities.items():
+            found[name].attrs = of.attributes
+        found.attrs = {}
+        return found
