@@ -3,6 +3,8 @@
 import errno
 import json
 import os
+import pty
+import re
 import subprocess
 import sys
 import warnings
@@ -209,6 +211,29 @@ def test_an_interrupt_before_there_is_a_command_is_no_traceback():
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True)
     assert (found.returncode, found.stderr) == (130, b"")
+
+
+@pytest.mark.parametrize(
+    ("words", "missing"),
+    [("sweep sicm-kicked --over start.phidot=1:2:3", "--facts"), ("find sicm-kicked", "--vary"),
+     ("film sicm-kicked", "--output"), ("atlas sicm-kicked", "--x"),
+     ("reference sicm-kicked", "--times"), ("explore", "--output")],
+)  # fmt: skip
+def test_a_required_option_is_missed_by_name(words, missing):
+    found = heavytop_(*words.split())
+    assert found.exit_code == Exit.USAGE
+    assert re.search(rf"Missing option.*{missing}", found.stderr)
+
+
+@pytest.mark.processes
+def test_results_reach_a_file_while_a_bar_is_drawn(tmp_path):
+    shown, stderr = pty.openpty()
+    words = [sys.executable, "-m", "heavytop", "run", "sicm-kicked", "--no-figures", "--json"]
+    with (tmp_path / "out").open("wb") as out:
+        assert subprocess.run(words, stdout=out, stderr=stderr).returncode == 0
+    os.close(stderr)
+    os.close(shown)
+    assert json.loads((tmp_path / "out").read_bytes())["schema"] == "heavytop/run/1"
 
 
 def test_a_line_every_half_minute_says_how_much_is_done(capsys):

@@ -96,7 +96,8 @@ class Request:
         if (folder / DOCUMENT).exists():
             result = RunResult.load(folder / DOCUMENT)
             with not_as_written(folder / DOCUMENT):
-                return cls.of_plan(read_scene(scene_text(result.scene)), result.plan)
+                scene = read_scene(scene_text(result.scene), f"{result.scene.name}.toml")
+                return cls.of_plan(scene, result.plan)
         from heavytop.run.trajectory_file import load_interrupted
 
         part = load_interrupted(folder / TRAJECTORY)
