@@ -236,6 +236,14 @@ def test_results_reach_a_file_while_a_bar_is_drawn(tmp_path):
     assert json.loads((tmp_path / "out").read_bytes())["schema"] == "heavytop/run/1"
 
 
+@pytest.mark.processes
+def test_a_closed_stdout_and_a_terminal_without_columns_are_no_bugs():
+    words = f"{sys.executable} -m heavytop classify sicm-kicked"
+    assert subprocess.run(f"{words} >&-", shell=True, check=False).returncode == 0
+    found = subprocess.run(f"COLUMNS=0 {words}", shell=True, check=True, capture_output=True)
+    assert b"loops" in found.stdout
+
+
 def test_a_line_every_half_minute_says_how_much_is_done(capsys):
     now = iter((0.0, 29.0, 31.0, 31.0, 40.0, 62.0, 62.0))
     update = lines_of_progress(lambda: next(now))

@@ -200,3 +200,8 @@ def test_the_spin_of_a_wheel_by_the_time_of_a_round() -> None:
     assert found.value * 30 / math.pi == pytest.approx(100, abs=0.5)
     (found,) = find(dropped, "start.psidot=200 rpm:300 rpm", "round = 8.728 s").solutions
     assert found.value * 30 / math.pi == pytest.approx(260, abs=0.02)
+
+
+def test_a_range_of_too_many_points_is_refused():
+    with pytest.raises(BadScene, match="at most 1000000 points"):
+        ht.sweep(KICKED, "start.psidot = 50:400:99999999999", ["round"])

@@ -23,6 +23,7 @@ KINDS_OF_EVENTS: Final = (*EVENTS, "theta_min", "theta_max")
 """What can be counted: a cusp is a turning point too, but no theta_min or theta_max."""
 
 MOST_COUNTED: Final = 10**100
+MOST_LISTED: Final = 10_000_000
 EVENT_DIGITS: Final = 20
 AT_AN_END: Final = "an event and the end of the span"
 
@@ -88,7 +89,12 @@ class EventTimes:
         digits : int
             Decimal digits.
         """
-        return [self.nth(n, digits) for n in range(self._before(a), self._until(b))]
+        first, end = self._before(a), self._until(b)
+        if end - first > MOST_LISTED:
+            raise Impossible(
+                [("b", f"there are {end - first} events, and {MOST_LISTED} are the most")]
+            )
+        return [self.nth(n, digits) for n in range(first, end)]
 
     def nth(self, n: int, digits: int = EVENT_DIGITS) -> arb:
         """When one of them happens [s], a ball of so many digits.

@@ -59,6 +59,8 @@ def main() -> None:
         if signal.getsignal(number) is signal.SIG_DFL:  # as Ctrl-C does: no process is left behind
             signal.signal(number, signal.default_int_handler)
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
+    for name in ("stdout", "stderr"):  # None where it is closed
+        setattr(sys, name, getattr(sys, name) or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal without θ shows ?, and does not fail
             stream.reconfigure(errors="replace")

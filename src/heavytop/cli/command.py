@@ -266,7 +266,8 @@ def print_found(found: Any, document: Mapping[str, Any] | None) -> None:
     else:
         from rich.console import Console
 
-        console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 100)
+        wide = sys.stdout.isatty() or os.environ.get("COLUMNS", "0").strip("0") != ""
+        console = Console(width=None if wide else 100)
         with console.capture() as printed:
             console.print(found)
         for line in printed.get().splitlines():

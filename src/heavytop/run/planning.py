@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from math import inf, log, log2, sqrt, tau
-from typing import Final
+from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import FORMULATIONS
@@ -23,7 +23,7 @@ from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_
 from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
 from heavytop.run.plan import Plan, Words
 from heavytop.run.span import closed_form_of, refusal, span, span_fault
-from heavytop.scene.arguments import expect, one_of, parse_options
+from heavytop.scene.arguments import Range, Reader, expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene
 from heavytop.text import duration
@@ -37,6 +37,7 @@ ONTO: Final = "projected onto"
 # times too far off by the rule, which most runs stay far below: tried all the same,
 PLAIN_HOPE: Final = 6.0  # for projection takes up to five times as long,
 HOPE: Final = 30.0  # and bits far longer
+TOLERANCES: Final = Range(1e-20, 1e-2)  # of a step in doubles, relative
 FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
@@ -100,8 +101,12 @@ def planned(
 ) -> Plan:
     """The plan for a scene whose motion is at hand."""
     expect("projected", projected, bool)
-    options = {"formulation": formulation}
-    if wrong := parse_options(scene.name, options, {"formulation": one_of(FORMULATION_OPTIONS)})[1]:
+    options: dict[str, Any] = {"formulation": formulation}
+    readers: dict[str, Reader] = {"formulation": one_of(FORMULATION_OPTIONS)}
+    if tolerance is not None:
+        options["tolerance"], readers["tolerance"] = tolerance, TOLERANCES
+    known, wrong = parse_options(scene.name, options, readers)
+    if wrong:
         raise BadScene(tuple(wrong))
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:
@@ -122,7 +127,7 @@ def planned(
         bits = DOUBLE if scene.digits <= DOUBLE_DIGITS else expected.bits(name)
         found = _at(expected, found, bits, projected)
     if tolerance is not None:
-        found = _loosened(scene, found, tolerance)
+        found = _loosened(scene, found, known["tolerance"])
     climbs = auto and not projected and tolerance is None
     return completed_plan(expected, replace(found, auto=climbs))
 
@@ -135,13 +140,11 @@ def completed_plan(expected: Forecast, found: Plan) -> Plan:
 
 def _loosened(scene: Scene, found: Plan, tolerance: float) -> Plan:
     """A plan in doubles with another tolerance of its steps."""
-    if not 1e-20 <= tolerance <= 1e-2:
-        raise refusal(scene, "tolerance", str(tolerance), "from 1e-20 to 0.01")
     if found.precision != "double":
         rule = f"{scene.digits} digits take {found.precision}, whose steps have their own tolerance"
         raise refusal(scene, "tolerance", str(tolerance), rule)
     reasons = (*found.reasons, f"tolerance {tolerance:g}: asked for")
-    return replace(found, tolerance=float(tolerance), reasons=reasons)
+    return replace(found, tolerance=tolerance, reasons=reasons)
 
 
 def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:

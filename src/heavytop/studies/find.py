@@ -32,6 +32,7 @@ from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import TABLES
 from heavytop.text import nearest
 
+MOST_POINTS: Final = 1_000_000  # of a range
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0
 _ROUNDINGS: Final = 8 * UNIT  # of a fact that is made of others
 _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
@@ -356,6 +357,8 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     if name not in (homes := [key for key in TABLES[table] if key in QUANTITY_READERS]):
         raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))
     low, high = sorted(float(QUANTITY_READERS[name](end.strip())) for end in ends)
+    if len(number or "") > len(str(MOST_POINTS)) or int(number or 1) > MOST_POINTS:
+        raise Refused(f"at most {MOST_POINTS} points")
     steps = int(number or count or SAMPLES + 1)
     points = {low + (high - low) * k / max(steps - 1, 1) for k in range(steps)} | {high}
     if low * high > 0 and not (number or count):
