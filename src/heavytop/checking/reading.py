@@ -195,16 +195,17 @@ def _values(numbers: Table, found: Mapping[str, Meaning], faults: list[str]) -> 
     return values
 
 
-def _declared(found: Mapping[str, Meaning]) -> tuple[set[str], list[str]]:
+def _declared(found: Mapping[str, Meaning]) -> tuple[list[str], list[str]]:
     """The conventions that headers declare, and a remark on their units."""
     units = defaultdict[Unit, list[str]](list)
     for name, meaning in found.items():
         if meaning.unit and meaning.unit.factor != 1:
             units[meaning.unit].append(name)
-    declared = {DECLARED.get(round(unit.factor, 9), "") for unit in units}
-    declared |= {"elevation" for meaning in found.values() if meaning.quantity == "elevation"}
+    declared = [DECLARED.get(round(unit.factor, 9), "") for unit in units]
+    declared += ["elevation" for meaning in found.values() if meaning.quantity == "elevation"]
     said = [f"{', '.join(names)} in {unit.text}" for unit, names in units.items()]
-    return declared - {""}, [f"units of the header: {'; '.join(said)}"] * bool(said)
+    named = [*dict.fromkeys(filter(None, declared))]
+    return named, [f"units of the header: {'; '.join(said)}"] * bool(said)
 
 
 # --- rows ----------------------------------------------------------------------------------------
