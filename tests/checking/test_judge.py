@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+import heavytop as ht
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.errors import BadScene, Impossible
@@ -228,3 +229,12 @@ def test_a_document_holds_all_that_is_said():
     assert document["data"]["columns"] == used
     said = ("ignored: Note", f"{found.digits:.1f}", f"{-found.phase.last:.2e} s behind", "energy")
     assert all(each in str(found) for each in said)
+
+
+@pytest.mark.parametrize(("rows", "end"), [(9, 0.008), (50, 0.002), (200, 0.005), (1000, 0.005)])
+def test_exact_data_of_a_span_in_which_little_moves_have_no_convention(rows, end):
+    scene = ht.load_scene("sicm-kicked")
+    t = np.linspace(0, end, rows)
+    found = check({"t": t, "axis": ht.Motion(scene.top, scene.start).at(t).axis}, scene)
+    assert (found.conventions, found.alternatives) == ((), ())
+    assert found.digits > 14

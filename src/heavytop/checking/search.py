@@ -16,6 +16,7 @@ from heavytop.errors import HeavyTopError
 # decades, mean of all octaves, by which one explanation beats another clearly
 CLEAR_BY: Final = 0.5
 ALIKE: Final = 0.05  # decades: no better and no worse
+NO_ERROR: Final = 1e-6  # of anything: such data are as they should be
 EXTENDED: Final = 6  # best explanations that further conventions are tried on
 
 by_total: Final = attrgetter("total")
@@ -122,6 +123,8 @@ def explain(comparison: Comparison) -> Judgement:
     """The conventions that explain the data clearly better than any others do."""
     some, begins = _some(comparison)
     base = next(_try(some, begins, [()]), Explanation((), np.zeros(1)))
+    if base.first < NO_ERROR and max(np.max(x) for x in some.errors.values()) < NO_ERROR:
+        base = base._replace(misfit=np.full_like(base.misfit, -6.5))  # however little it moves
     found, best, every = [base], base, range(INERTIA_ROW)
     often = [k for k in every if not TABLE[k].rare]
 
