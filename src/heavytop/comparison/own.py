@@ -50,7 +50,7 @@ class Method:
     setting : float, optional
         Steps a nutation period (100), or the relative tolerance of a solver (1e-9).
     order : int, optional
-        Order of the method, which is only shown.
+        Order of the method, as it is published; what is measured is shown.
     solver : bool, optional
         Whether it is a solver; by default whether an argument is called ``t_span`` or ``y0``.
 

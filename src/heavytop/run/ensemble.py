@@ -206,7 +206,7 @@ def propagate_many(
     Returns
     -------
     Ensemble
-        Each top has its own outcome; what is singular, impossible (A or C not above 0, C > 2A, θ
+        Each top has its own outcome; what is singular, impossible (A not above 0, C below 0, θ
         outside [0, π]) or no number is singular, and spoils only itself.
 
     Raises
