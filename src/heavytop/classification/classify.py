@@ -22,6 +22,7 @@ from heavytop.classification.kinds import (
     Criterion,
     Kind,
     Rule,
+    Tag,
     Verdict,
 )
 from heavytop.classification.reduced import (
@@ -32,7 +33,7 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     root_of,
 )
-from heavytop.classification.signs import Answer, Sign, Signs
+from heavytop.classification.signs import NEVER, Answer, Sign, Signs
 from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.scene.arguments import expect
@@ -208,6 +209,9 @@ class UndecidedError(Exception):
         )
 
 
+_SIGNS: Final = {x: Sign(x, x == 1, x in (1, -1), x == 0) for x in (1, 0, -1, None)}
+
+
 class SceneSigns(Signs):
     """The signs of criteria for one top and one start, each computed when it is first needed.
 
@@ -225,12 +229,18 @@ class SceneSigns(Signs):
 
     def sign(self, number: Criterion) -> Sign:
         """The sign of a number: 1, -1, 0 where that is proved, or None."""
-        if number not in self._found:
+        if (found := self._found.get(number)) is None:
             side = ball_sign(number.value(self.balls))
             if side is None:
                 side = number.value(self.source.exact).sign()
-            self._found[number] = Sign(side, side == 1, side in (1, -1), side == 0)
-        return self._found[number]
+            found = self._found[number] = _SIGNS[side]
+        return found
+
+    def fit(self, rule: Rule | Tag) -> Answer:
+        """Whether a rule fits; of most the first number that should be 0 is not."""
+        if rule.zeros and self.sign(rule.zeros[0]).certain:
+            return NEVER
+        return super().fit(rule)
 
     def product(self, *numbers: Criterion) -> int:
         """The sign of a product; raises where that of a factor is open."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import reduce
 from operator import and_, eq, or_
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 from heavytop.classification.kinds import Criterion, Rule, Tag
 
@@ -32,6 +32,9 @@ class Answer(NamedTuple):
         return Answer(self.yes & other.yes, self.no | other.no)
 
 
+NEVER: Final = Answer(yes=False, no=True)
+
+
 class Signs:
     """The signs of criteria of kinds."""
 
@@ -44,13 +47,13 @@ class Signs:
 
     def vanish(self, numbers: Iterable[Criterion]) -> Answer:
         """Whether all of some criteria are 0; they are evaluated in order, until none can be."""
-        found = self.always
+        yes, no = self.always
         for number in numbers:
-            sign = self.sign(number)
-            found &= Answer(sign.zero, sign.certain)
-            if self.everywhere(found.no):
+            _, _, certain, zero = self.sign(number)
+            yes, no = yes & zero, no | certain
+            if self.everywhere(no):
                 break
-        return found
+        return Answer(yes, no)
 
     def positive(self, numbers: Iterable[Criterion]) -> Answer:
         """Whether a product is positive; where a factor is exactly 0, it is not."""

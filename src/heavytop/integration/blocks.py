@@ -182,13 +182,13 @@ class Integrator:
         later = since > 0  # by rounding the first may be before
         new = later.copy()
         new[1:] &= since[1:] != since[:-1]
-        legs = self._legs(start.state, steps, far, forward * since[new], longest)
+        legs, state = self._legs(start.state, steps, far, forward * since[new], longest)
         rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
         place = np.cumsum(new)
         place = place[place <= len(rows)]  # the block did not reach the others
         reached = samples[: place.size]
         hits = zip(*([hit.after(since) for hit in leg.hits] for since, leg in legs), strict=True)
-        end, elapsed = self._end(start, legs)
+        end, elapsed = self._end(start, legs, state)
         return Block(
             samples=Seen(reached, 0 * reached, np.concatenate((start.state[None], rows))[place]),
             hits=tuple(self._zeros(Seen.join(each)).after(start.time) for each in hits),
@@ -206,7 +206,7 @@ class Integrator:
         Times and states of the polynomials are in the run's own unit of time.
         """
         longest = self.cautious_step(start, far)
-        legs = self._legs(start.state, steps, far, NEVER, longest, keep=True)
+        legs, state = self._legs(start.state, steps, far, NEVER, longest, keep=True)
         parts = []
         for begun, leg in legs:
             assert leg.polynomials is not None
@@ -214,7 +214,7 @@ class Integrator:
             later = add((since, np.full(leg.steps, begun[1])), (words[:, 0], words[:, 1]))
             part = leg.polynomials._replace(begun=np.stack(later, axis=-1), restarted=since)
             parts.append(part)
-        end, _ = self._end(start, legs)
+        end, _ = self._end(start, legs, state)
         return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), end
 
     def _legs(
@@ -226,18 +226,19 @@ class Integrator:
         longest: float | None,
         *,
         keep: bool = False,
-    ) -> list[tuple[DoubleDouble, Leg]]:
+    ) -> tuple[list[tuple[DoubleDouble, Leg]], Array]:
         """Return the legs of a block in the run's own unit of time, each with when it began.
 
-        A run that is not projected has one. Else the state behind each is the projected one, which
-        is where the next begins.
+        And the state after them. A run that is not projected has one leg; of another the projected
+        state behind each is where the next begins.
         """
         engine, project, far = self.engine, self.projection, self._own_time(far)
         engine.load(self.own_constants)
         state, times = state / self._units, times * self.pace
         bound = longest = None if longest is None else longest * float(self.pace)
         if project is None:
-            return [((0.0, 0.0), engine.leg(state, steps, far, times, longest, keep=keep))]
+            leg = engine.leg(state, steps, far, times, longest, keep=keep)
+            return [((0.0, 0.0), leg)], leg.state
         distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
         begun, taken, done, mean, reach, ended = (0.0, 0.0), 0, 0, 0.0, math.inf, False
         while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
@@ -249,23 +250,24 @@ class Integrator:
                 length = abs(leg.elapsed[0])
                 if not length > 0.9 * within:
                     break
-            rows = leg.rows if place is None else leg.rows[place[place < len(leg.rows)]]
+            if place is not None:
+                leg = leg._replace(rows=leg.rows[place[place < len(leg.rows)]])
             state = project(leg.state)
-            legs.append((begun, leg._replace(rows=rows, state=state)))
-            taken, done, ended = taken + leg.steps, done + len(rows), leg.steps < count
+            legs.append((begun, leg))
+            taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
             mean, reach = mean or length / count, 2 * length
             bound, begun = project.longest(mean, len(legs), longest), add(begun, leg.elapsed)
-        return legs
+        return legs, state
 
     def _end(
-        self, start: Checkpoint, legs: Sequence[tuple[DoubleDouble, Leg]]
+        self, start: Checkpoint, legs: Sequence[tuple[DoubleDouble, Leg]], state: Array
     ) -> tuple[Checkpoint, float]:
-        """Return where the legs of a block end, and how long they are [s]."""
+        """Return where the legs of a block end, with a state, and how long they are [s]."""
         (begun, last), pace = legs[-1], self.pace
         high, low = add(begun, last.elapsed)
         time = add(start.time, (high / pace, low / pace))
         steps = start.steps + sum(leg.steps for _, leg in legs)
-        return Checkpoint(time, last.state * self._units, steps), float(high / pace)
+        return Checkpoint(time, state * self._units, steps), float(high / pace)
 
     def _zeros(self, found: Seen) -> Seen:
         """Return zeros, which are in the run's own unit of time, in seconds."""
@@ -281,6 +283,8 @@ def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArra
 
     Two that rounding has made equal are one; where there are none, no places are returned.
     """
+    if not times.size:
+        return times, None
     local = (times - begun[0]) - begun[1]
     local = np.where(local * far > 0, local, math.copysign(LEAST_TIME, far))
     if local.size < 2 or (np.diff(np.abs(local)) > 0).all():
