@@ -126,6 +126,7 @@ def test_psi_is_bounded_in_the_attitude_form_and_a_scene_that_wants_it_is_run_in
         found = certify(replace(scene, quantities=wanted))
         assert (found.formulation, found.proved) == (form, True)
         assert [n for n, x in found.bound.items() if x] == ["axis", *wanted]
+        assert all(found.events[event].proved for event in ("turning", "reversal"))
 
 
 def _without(events: Events, which: int, *, twice: bool = False) -> Events:

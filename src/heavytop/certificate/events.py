@@ -117,8 +117,10 @@ def zeros(flow: Flow, event: str) -> list[arb]:
     with working(flow.bits):
         value, gradient = (lambdified(x, names, arb, {}) for x in ([function], slopes))
         constants = [arb(x) for x in flow.constants.values()]
-        box = gradient(*(arb(0, table.bounds.size / w) for w in weights), *constants)
-        squares = ((upper(abs(x)) / w) ** 2 for x, w in zip(box, weights, strict=True))
+        # as polynomials, for a power of a ball that holds 0 is not finite
+        here = (arb_poly([arb(0, table.bounds.size / w)]) for w in weights)
+        box = (arb_poly([0]) + x for x in gradient(*here, *constants))
+        squares = ((upper(abs(x[0])) / w) ** 2 for x, w in zip(box, weights, strict=True))
         steepest = upper(sum(squares, arb(0)).sqrt())
         again = table.reach / 4  # nearer it is the same one
         for place, piece in enumerate(table.pieces):
