@@ -247,10 +247,10 @@ def test_a_closed_stdout_and_a_terminal_without_columns_are_no_bugs():
 def test_a_line_every_half_minute_says_how_much_is_done(capsys):
     now = iter((0.0, 29.0, 31.0, 31.0, 40.0, 62.0, 62.0))
     update = lines_of_progress(lambda: next(now))
-    for done in (0.1, 0.25, 0.3, SimpleNamespace(fraction=0.5)):
+    for done in (0.1, 0.25, 0.3, SimpleNamespace(fraction=0.5, ended=3, tasks=6)):
         update(done)
     lines = capsys.readouterr().err.splitlines()
-    assert lines == ["heavytop: 25 % done", "heavytop: 50 % done"]
+    assert lines == ["heavytop: 25 % done", "heavytop: 50 % done, 3 of 6 runs"]
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from heavytop.certificate.balls import TooCoarse, pair, up
 from heavytop.certificate.events import zeros
 from heavytop.certificate.system import CERTIFIED, QuadraticSystem
-from heavytop.certificate.table import TABLE_ERROR, Table
+from heavytop.certificate.table import TABLE_ERROR, SolutionTable
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT, add, multiply, two_product
@@ -33,7 +33,7 @@ ROTATED: Final = 1e-28  # a state, by rounding and by rotation: far above 2^-104
 FEW_TURNS: Final = 256  # of which sines and cosines are kept, or all that a short run has
 TURN_ERROR: Final = 1e-30  # rad: how well the angle is known by which the last period is turned
 SWUNG: Final = 0.7  # of its size a pair of states moves between two looks: below pi/4 as an angle
-MOST_HALVINGS: Final = 48  # of a piece, and looks: where more are needed, the axis is at a pole
+PIECE_HALVINGS: Final = 48  # of a piece, and looks: where more are needed, the axis is at a pole
 MOST_LOOKS: Final = 400_000
 # bits, and `order` and `fine` of the table
 SETTINGS: Final = ((192, 24, 16), (384, 40, 32), (1024, 90, 64))
@@ -75,7 +75,7 @@ class Flow:
     system : QuadraticSystem
     rests : bool
         Whether nothing moves: the right-hand sides vanish at the start, exactly.
-    table : Table
+    table : SolutionTable
     exact_period : arb or None
     period : tuple of float or None
         As a double-double; None where none was given.
@@ -114,7 +114,7 @@ class Flow:
         span = 0.0 if self.rests else self.end if period is None else period
         if span < 0:
             raise ValueError("back in time, and no period is known")
-        self.table = Table(self.system, self.start, span, order, fine)
+        self.table = SolutionTable(self.system, self.start, span, order, fine)
         self.bounds = self.table.bounds
         self.exact_period: arb | None = None
         self.period: tuple[float, float] | None = None
@@ -201,7 +201,7 @@ class Flow:
             It comes too near to zero.
         """
         times: Array = self.table.piece * np.arange(len(self.table.pieces) + 1.0)
-        for _ in range(MOST_HALVINGS):
+        for _ in range(PIECE_HALVINGS):
             states, _ = self.table.at((times, np.zeros_like(times)))
             z, apart = states[i] + 1j * states[j], np.diff(times)
             far = self.bounds.speed * apart > SWUNG * np.abs(z[:-1])

@@ -63,7 +63,7 @@ class Piece(NamedTuple):
     bounds: list[float]
 
 
-class Table:
+class SolutionTable:
     """The solution through a start, at the working precision.
 
     Parameters

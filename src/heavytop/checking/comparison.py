@@ -24,7 +24,7 @@ FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
 FOLD_ALLOWED: Final = 1e-9  # rad beyond [0, π] that nobody minds
 FIRST: Final = 0.02  # rad by which the first row may be off: no integrator has made an error yet
 FITTED_START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
-COMPARED: Final = ("matrix", *ANGLES, *RATES, "axis", "vertical", "omega", "omega_body")
+COMPARED_QUANTITIES: Final = ("matrix", *ANGLES, *RATES, "axis", "vertical", "omega", "omega_body")
 
 Origin = Literal["scene", "first row", "fitted"]
 
@@ -205,7 +205,7 @@ class Comparison:
     def errors(self) -> dict[str, Array]:
         """How far off the data are at each time, by what they give [rad, or of the largest]."""
         exact, values, found = self.exact, self.folded.values, dict[str, Array]()
-        for name in [name for name in COMPARED if name in values]:
+        for name in [name for name in COMPARED_QUANTITIES if name in values]:
             other = exact.value(name)
             off, scale = values[name] - other, 1.0
             if name in ANGLES:

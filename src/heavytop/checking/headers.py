@@ -34,7 +34,7 @@ _VECTORS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "momentum": ("l angmom angularmomentum momentum drehimpuls h", ("x y z", "1 2 3")),
     "vertical": ("gamma vertical poisson gam", ("x y z", "1 2 3")),
 }  # fmt: skip
-_BARE: Final = {"quaternion": "wxyz", "axis": "xyz"}  # whose components may stand alone
+_BARE_HEADER: Final = {"quaternion": "wxyz", "axis": "xyz"}  # whose components may stand alone
 _BODY: Final = {"body", "b", "local", "corps", "koerper", "korper", "bf", "rotor", "fixed"}
 _SPACE: Final = {"space", "world", "inertial", "global", "lab", "spatial", "s"}
 _NOISE: Final = {"t", "angle", "winkel", "angulo", "angolo", "euler", "sim", "of", "the", "in"}
@@ -170,7 +170,9 @@ def _usual() -> Iterator[tuple[str, str, str]]:
                 if (name, component) != ("e", "4"):
                     yield name + component, quantity, component
                     yield component + name, quantity, component
-        yield from ((component, quantity, component) for component in _BARE.get(quantity, ""))
+        yield from (
+            (component, quantity, component) for component in _BARE_HEADER.get(quantity, "")
+        )
 
 
 _UNITS: Final = {

@@ -20,7 +20,7 @@ from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.text import harmless, nearest
 
 Array = NDArray[np.float64]
-Table = Mapping[str, Any]
+DataTable = Mapping[str, Any]
 
 LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
@@ -29,7 +29,7 @@ LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has n
 LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 HEAD_LINES: Final = 40  # among which the header is looked for
-QUANTITIES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one value
+READ_SHAPES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one value
     "t": (),
     "quaternion": (4,),
     "matrix": (3, 3),
@@ -116,7 +116,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
 
 
 def choose_columns(
-    table: Table, numbers: Table, chosen: Mapping[str, str], faults: list[str]
+    table: DataTable, numbers: DataTable, chosen: Mapping[str, str], faults: list[str]
 ) -> dict[str, Meaning]:
     """The meaning of every column of numbers that is understood; no two have the same."""
     possible = {name: _meanings(name, x) for name, x in table.items() if name in numbers}
@@ -133,7 +133,7 @@ def choose_columns(
                 own = parse_unit(spelled, key)
             possible[alike[0]] = [meant[0]._replace(unit=own)]
     found: dict[str, Meaning] = {}
-    for quantity, shape in QUANTITIES.items():
+    for quantity, shape in READ_SHAPES.items():
         here = {
             meaning.component: (name, meaning)
             for name, some in reversed(possible.items())
@@ -176,7 +176,9 @@ def _numbers(column: Any) -> Array | None:
     return np.atleast_1d(np.squeeze(values.astype(np.float64)))
 
 
-def _values(numbers: Table, found: Mapping[str, Meaning], faults: list[str]) -> dict[str, Array]:
+def _values(
+    numbers: DataTable, found: Mapping[str, Meaning], faults: list[str]
+) -> dict[str, Array]:
     """The arrays by quantity in SI units, in the shapes that they need to have."""
     parts: dict[str, dict[str, Array]] = defaultdict(dict)
     for name, (quantity, component, unit) in found.items():
@@ -185,7 +187,7 @@ def _values(numbers: Table, found: Mapping[str, Meaning], faults: list[str]) -> 
         return {}
     rows, values = parts["t"][""].size, {}
     for quantity, each in parts.items():
-        shape = (rows, *QUANTITIES[quantity])
+        shape = (rows, *READ_SHAPES[quantity])
         columns = [each[component] for component in complete_set(quantity, each)]
         columns = [np.moveaxis(x, -1, 0) if len(x) != rows else x for x in columns]  # as MATLAB
         if all(len(x) == rows for x in columns) and sum(x.size for x in columns) == np.prod(shape):
@@ -304,7 +306,7 @@ def matrices(quaternion: Array) -> Array:
 # --- files ---------------------------------------------------------------------------------------
 
 
-def _load(path: Path, chosen: Mapping[str, str]) -> tuple[Table, str | None]:
+def _load(path: Path, chosen: Mapping[str, str]) -> tuple[DataTable, str | None]:
     """The columns of a file by name, and the scene that it holds, if any."""
     try:
         match path.suffix.lower():
@@ -322,7 +324,7 @@ def _load(path: Path, chosen: Mapping[str, str]) -> tuple[Table, str | None]:
         raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
 
 
-def _load_text(path: Path, chosen: Mapping[str, str]) -> Table:
+def _load_text(path: Path, chosen: Mapping[str, str]) -> DataTable:
     """The columns of a text table."""
     import pandas
 
@@ -370,7 +372,7 @@ def _cells(line: str, between: str) -> list[str]:
     return [x.strip() for x in next(csv.reader([line], delimiter=between), []) if x.strip()]
 
 
-def _load_matlab(path: Path) -> Table:
+def _load_matlab(path: Path) -> DataTable:
     """The arrays of a MATLAB file, also those within structures."""
     from scipy.io import loadmat
 
@@ -384,7 +386,7 @@ def _load_matlab(path: Path) -> Table:
     return {name: value for name, value in table.items() if not name.startswith("__")}
 
 
-def _load_netcdf(path: Path) -> tuple[Table, str | None]:
+def _load_netcdf(path: Path) -> tuple[DataTable, str | None]:
     """The variables of a netCDF or HDF5 file, as CF attributes say; a run of ours has its scene."""
     import xarray
 

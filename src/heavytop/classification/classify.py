@@ -33,7 +33,7 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     root_of,
 )
-from heavytop.classification.signs import NEVER, Answer, Sign, Signs
+from heavytop.classification.signs import CERTAINLY_NOT, Sign, Signs, Tristate
 from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.scene.arguments import expect
@@ -43,7 +43,6 @@ from heavytop.scene.top import Top
 SIGN_BITS: Final = 106
 _REASON_BITS: Final = (SIGN_BITS, 256, 1024, MOST_SIGN_BITS)
 _GOOD_BITS: Final = 20  # of a number of 4 digits
-_NEVER: Final = Answer(False, True)
 _RELATIONS: Final = {1: "> 0", -1: "< 0", 0: "= 0 (proved)"}
 
 
@@ -125,12 +124,12 @@ def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ..
     holding: list[str] = []
     unknown: list[str] = []
     for name, tag in TAGS.items():
-        fits = signs.fit(tag) if kind in tag.kinds else _NEVER
+        fits = signs.fit(tag) if kind in tag.kinds else CERTAINLY_NOT
         try:
             if name in _FURTHER and not fits.no and not _FURTHER[name](signs, kind):
-                fits = _NEVER
+                fits = CERTAINLY_NOT
         except UndecidedError:
-            fits = Answer(False, False)
+            fits = Tristate(False, False)
         if not fits.no:
             (holding if fits.yes else unknown).append(name)
     return tuple(holding), tuple(unknown)
@@ -236,10 +235,10 @@ class SceneSigns(Signs):
             found = self._found[number] = _SIGNS[side]
         return found
 
-    def fit(self, rule: Rule | Tag) -> Answer:
+    def fit(self, rule: Rule | Tag) -> Tristate:
         """Whether a rule fits; of most the first number that should be 0 is not."""
         if rule.zeros and self.sign(rule.zeros[0]).certain:
-            return NEVER
+            return CERTAINLY_NOT
         return super().fit(rule)
 
     def product(self, *numbers: Criterion) -> int:

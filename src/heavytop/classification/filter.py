@@ -28,7 +28,7 @@ from heavytop.classification.arrays import (
 )
 from heavytop.classification.kinds import Criterion, Kind, Rule
 from heavytop.classification.reduced import Reduced, reduced_numbers
-from heavytop.classification.signs import Answer, Sign, Signs
+from heavytop.classification.signs import Sign, Signs, Tristate
 from heavytop.exact.pairs import PI_REST, UNIT
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
@@ -139,7 +139,7 @@ def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
 class ArraySigns(Signs):
     """The criteria of kinds, for arrays of tops and starts; 0 where all terms are."""
 
-    always = Answer(np.ones(1, np.bool_), np.zeros(1, np.bool_))
+    always = Tristate(np.ones(1, np.bool_), np.zeros(1, np.bool_))
     everywhere = staticmethod(np.all)
 
     def __init__(self, starts: Starts) -> None:
@@ -224,42 +224,42 @@ def _put_tags(signs: ArraySigns, found: Filtered) -> None:
             array |= mask * np.uint8(1 << bit)
 
 
-def _spherical_top(signs: ArraySigns, _: Filtered) -> Answer:
+def _spherical_top(signs: ArraySigns, _: Filtered) -> Tristate:
     return _decided(np.equal(signs.starts.A, signs.starts.C))
 
 
-def _closed_orbit(signs: ArraySigns, found: Filtered) -> Answer:
+def _closed_orbit(signs: ArraySigns, found: Filtered) -> Tristate:
     """A pendulum swings or rotates where its kind is certain."""
     resting = signs.vanish(kinds.TAGS["start-at-rest"].zeros).yes
     return _decided(np.equal(found.kind, VERDICT_NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting)
 
 
-def _decided(holds: Mask) -> Answer:
-    return Answer(holds, ~holds)
+def _decided(holds: Mask) -> Tristate:
+    return Tristate(holds, ~holds)
 
 
-def _near_separatrix(signs: ArraySigns, _: Filtered) -> Answer:
+def _near_separatrix(signs: ArraySigns, _: Filtered) -> Tristate:
     """Only that it is not near is decided: how near it is, is beyond doubles."""
     up, weight = signs.reduced.g.value > 0, np.abs(signs.reduced.g.value)
     over, passed = (
         [signs.sign(number).number.least for number in numbers]
-        for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), _POLES)
+        for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), _AT_POLES)
     )
     missed = np.where(up, *passed)
     passes = (missed > 0) & ((kinds.FAR_RATIO * missed) ** 2 > 10 * weight)
-    return Answer(signs.always.no, (2 * kinds.FAR_RATIO * np.where(up, *over) > weight) | passes)
+    return Tristate(signs.always.no, (2 * kinds.FAR_RATIO * np.where(up, *over) > weight) | passes)
 
 
-_POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
+_AT_POLES: Final = (kinds.PASS_TOP, kinds.PASS_BOTTOM)
 
 
-def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
+def _reverses(signs: ArraySigns, _: Filtered) -> Tristate:
     """Whether f is positive at the zero of ψ̇, which lies between two doubles close to it.
 
     A zero at a turning point is none of these. Where C > 2A there may be two: this is left open.
     """
     starts, x = signs.starts, signs.reduced
-    one, none = signs.positive(_POLES)
+    one, none = signs.positive(_AT_POLES)
     flat = starts.C <= 2 * starts.A
     free, linear, square = kinds.spin_rate(x)
     root = np.sqrt(linear.value * linear.value - 4 * free.value * square.value)
@@ -284,10 +284,10 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Answer:
     lower = (ends[0] > here + off) & (speed_below.value < 0)
     turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")
     never = (known & (higher | lower) | turns) & (flat | one) | none & flat
-    return Answer(known & rises & ~turns & one, never)
+    return Tristate(known & rises & ~turns & one, never)
 
 
-_FURTHER: Final[dict[str, Callable[[ArraySigns, Filtered], Answer]]] = {
+_FURTHER: Final[dict[str, Callable[[ArraySigns, Filtered], Tristate]]] = {
     "spherical-top": _spherical_top,
     "spin-reversal": _reverses,
     "closed-orbit": _closed_orbit,

@@ -22,30 +22,30 @@ class Sign(NamedTuple):
     zero: Any
 
 
-class Answer(NamedTuple):
+class Tristate(NamedTuple):
     """Where something is certainly so, and where it is certainly not; elsewhere it is unsure."""
 
     yes: Any
     no: Any
 
-    def __and__(self, other: Answer) -> Answer:
-        return Answer(self.yes & other.yes, self.no | other.no)
+    def __and__(self, other: Tristate) -> Tristate:
+        return Tristate(self.yes & other.yes, self.no | other.no)
 
 
-NEVER: Final = Answer(yes=False, no=True)
+CERTAINLY_NOT: Final = Tristate(yes=False, no=True)
 
 
 class Signs:
     """The signs of criteria of kinds."""
 
-    always = Answer(True, False)
+    always = Tristate(True, False)
     everywhere: ClassVar[Any] = bool
 
     def sign(self, number: Criterion) -> Sign:
         """The sign of one number."""
         raise NotImplementedError
 
-    def vanish(self, numbers: Iterable[Criterion]) -> Answer:
+    def vanish(self, numbers: Iterable[Criterion]) -> Tristate:
         """Whether all of some criteria are 0; they are evaluated in order, until none can be."""
         yes, no = self.always
         for number in numbers:
@@ -53,16 +53,16 @@ class Signs:
             yes, no = yes & zero, no | certain
             if self.everywhere(no):
                 break
-        return Answer(yes, no)
+        return Tristate(yes, no)
 
-    def positive(self, numbers: Iterable[Criterion]) -> Answer:
+    def positive(self, numbers: Iterable[Criterion]) -> Tristate:
         """Whether a product is positive; where a factor is exactly 0, it is not."""
         _, positive, certain, zeros = zip(*map(self.sign, numbers), strict=True)
         sure = reduce(and_, certain)
         yes = sure & reduce(eq, positive)
-        return Answer(yes, reduce(or_, zeros, sure ^ yes))
+        return Tristate(yes, reduce(or_, zeros, sure ^ yes))
 
-    def fit(self, rule: Rule | Tag) -> Answer:
+    def fit(self, rule: Rule | Tag) -> Tristate:
         """Whether a rule fits: all its zeros are zero, and its product is positive."""
         found = self.vanish(rule.zeros)
         if self.everywhere(found.no) or not rule.positive:

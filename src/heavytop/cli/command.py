@@ -32,13 +32,13 @@ EXIT_CODES: Final = (
 )
 DEFAULT_SCENE: Final = "sicm-kicked"
 PROGRESS_S: Final = 30.0  # between two lines of progress
-TABLES: Final = (".csv", ".json")
+TABLE_ENDINGS: Final = (".csv", ".json")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 
 Problem = tuple[Exit, str]
 
 
-class Answer(NamedTuple):
+class CommandResult(NamedTuple):
     """What a verb found, as a person sees it, and what is wrong with it.
 
     Attributes
@@ -160,8 +160,8 @@ def call(function: Any, takes: Mapping[str, Parameter], typed: Mapping[str, Any]
         if isinstance(found, Path):
             document = {"schema": f"heavytop/{function.__name__}/1", "scene": given["scene"].name}
             size = f"{harmless(found)}: {found.stat().st_size / 1e6:.2g} MB"
-            found = Answer(size, document=document | {"file": str(found)})
-        answer = found if isinstance(found, Answer) else Answer(found)
+            found = CommandResult(size, document=document | {"file": str(found)})
+        answer = found if isinstance(found, CommandResult) else CommandResult(found)
         deliver(answer, folder, path, figures=typed.get("figures", True))
 
 
@@ -214,7 +214,19 @@ def progress_bar() -> Iterator[Callable[[Any], None] | None]:
 
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
-        yield lambda now: bar.update(task, completed=getattr(now, "fraction", now))
+
+        def update(now: Any) -> None:
+            fraction, runs = done_of(now)
+            bar.update(task, completed=fraction, description=runs)
+
+        yield update
+
+
+def done_of(now: Any) -> tuple[float, str]:
+    """The fraction that is done of a run, or of a study, and how many of its runs have ended."""
+    if isinstance(now, int | float):
+        return now, ""
+    return now.fraction, f"{now.ended} of {now.tasks} runs"
 
 
 def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[Any], None]:
@@ -225,12 +237,15 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
         nonlocal due
         if clock() >= due:
             due = clock() + PROGRESS_S
-            print_error(f"{100 * getattr(now, 'fraction', now):.0f} % done")
+            fraction, runs = done_of(now)
+            print_error(", ".join(filter(None, (f"{100 * fraction:.0f} % done", runs))))
 
     return update
 
 
-def deliver(answer: Answer, folder: Path | None, path: Path | None, *, figures: bool) -> None:
+def deliver(
+    answer: CommandResult, folder: Path | None, path: Path | None, *, figures: bool
+) -> None:
     """Write what was found, print it, and exit with what is wrong with it."""
     from heavytop.report.files import write_study
     from heavytop.results.base import Result
@@ -247,7 +262,7 @@ def deliver(answer: Answer, folder: Path | None, path: Path | None, *, figures: 
         problems += missing_packages(found) or found.problems()
         for name in found.files.values():
             note(f"wrote {folder}/{name}")
-    if path is None or path.suffix.lower() not in TABLES or option("json"):
+    if path is None or path.suffix.lower() not in TABLE_ENDINGS or option("json"):
         print_found(found, answer.document)
     exit_with(problems)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from heavytop import errors
-from heavytop.cli.command import Answer, option
+from heavytop.cli.command import CommandResult, option
 from heavytop.errors import EndedEarly, Exit, Outcome
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def run(
     figures: bool = True,
     tolerance: float | None = None,
     progress: Progress | None = None,
-) -> Answer:
+) -> CommandResult:
     """Integrate a scene and compare it with the closed form.
 
     Parameters
@@ -67,7 +67,7 @@ def resume(
     figures: bool = True,
     progress: Any = None,
     **workers: Any,
-) -> Answer:
+) -> CommandResult:
     """Continue a study or a run that was interrupted or killed.
 
     Parameters
@@ -91,11 +91,11 @@ def resume(
         if there[0] == STUDY:
             finished = any((folder / name).exists() for name in RESULTS)
             found = study.resume(folder, methods=methods, progress=progress, **workers)
-            return Answer(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)
+            return CommandResult(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)
         if there[0] == DOCUMENT:
             known = RunResult.load(folder / DOCUMENT)
             code = Exit.OK if known.outcome == Outcome.FINISHED else Exit.ENDED_EARLY
-            return Answer(known, [(code, f"{folder}: this run is {known.outcome}")])
+            return CommandResult(known, [(code, f"{folder}: this run is {known.outcome}")])
         request = Request.read(folder)
         request.write(folder)
         return run_request(replace(request, figures=request.figures and figures), folder, progress)
@@ -103,7 +103,7 @@ def resume(
 
 def run_request(
     request: Request, folder: Path | None, progress: Progress | None, *, force: bool = False
-) -> Answer:
+) -> CommandResult:
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
     from heavytop.report.files import REQUEST, open_run, write_results
     from heavytop.results.run import run_result
@@ -123,7 +123,7 @@ def run_request(
             result = write_results(run, folder, figures=request.figures and not resumable)
             if not resumable:
                 (folder / REQUEST).unlink(missing_ok=True)
-    return Answer(result, problems_of(result, early, folder))
+    return CommandResult(result, problems_of(result, early, folder))
 
 
 def integrate(

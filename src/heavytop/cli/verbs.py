@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
-from heavytop.cli.command import TABLES, Answer, note, option, read_scene
+from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, read_scene
 from heavytop.errors import Exit, Impossible
 from heavytop.text import harmless
 
@@ -76,7 +76,7 @@ def certify(
 
 def reference(
     scene: Scene, times: str, *, events: Sequence[str] = (), path: Path | None = None, **given: Any
-) -> Answer:
+) -> CommandResult:
     """Print exact values of a motion, every digit proved.
 
     Parameters
@@ -90,12 +90,14 @@ def reference(
     """
     from heavytop.analytic import reference
 
-    expect_ending(path, TABLES)
+    expect_ending(path, TABLE_ENDINGS)
     if events and not (option("json") or (path is not None and path.suffix.lower() == ".json")):
         raise Impossible([("events", "needs --json or -o x.json: no table has them")])
     if option("unit"):
         raise Impossible([("unit", "reference has SI alone, in which every digit is proved")])
-    return Answer(reference.reference(scene, reference.read_times(times), events=events, **given))
+    return CommandResult(
+        reference.reference(scene, reference.read_times(times), events=events, **given)
+    )
 
 
 def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Result:
@@ -108,7 +110,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
     """
     from heavytop.studies import sweep
 
-    expect_ending(path, ("", *TABLES))
+    expect_ending(path, ("", *TABLE_ENDINGS))
     return sweep.sweep(scene, over, facts)
 
 
@@ -126,7 +128,7 @@ def check(
     digits: float | None = None,
     folder: Path | None = None,
     **given: Any,
-) -> Answer:
+) -> CommandResult:
     """Compare your trajectory with the exact motion; name mistakes.
 
     Parameters
@@ -151,7 +153,7 @@ def check(
     if changes and scene is None:
         raise Impossible([("changes", "needs a --scene to change")])
     subject = None if scene is None else judge.subject(scene, changes)
-    return Answer(replace(judge.check(data, subject, **given), digits_required=digits))
+    return CommandResult(replace(judge.check(data, subject, **given), digits_required=digits))
 
 
 # --- pages and texts -------------------------------------------------------------------------
@@ -159,7 +161,7 @@ def check(
 
 def report(
     places: Sequence[str] = (), *, path: Path | None = None, changes: Sequence[str] = ()
-) -> Answer:
+) -> CommandResult:
     """Put results on one HTML page that needs no network.
 
     The page includes the numbers of each result.
@@ -198,7 +200,7 @@ def report(
     }
     said = f"{harmless(html)}: results: {len(page.sections)}, figures: {figures}"
     notes = [(Exit.OK, f"not on the page: {name}: {why}") for name, why in missing.items()]
-    return Answer(said, notes, document)
+    return CommandResult(said, notes, document)
 
 
 def run_all(scene: Scene, place: Path) -> dict[str, str]:
@@ -221,7 +223,7 @@ def run_all(scene: Scene, place: Path) -> dict[str, str]:
     return missing
 
 
-def scenes(name: str | None = None) -> Answer:
+def scenes(name: str | None = None) -> CommandResult:
     """List the shipped scenes, or print the text of one.
 
     Parameters
@@ -235,12 +237,12 @@ def scenes(name: str | None = None) -> Answer:
     document: dict[str, Any] = {"schema": "heavytop/scenes/1"}
     if name is None:
         titles = shipped_scenes()
-        return Answer(Table.of_facts(titles.items()), document=document | {"scenes": titles})
+        return CommandResult(Table.of_facts(titles.items()), document=document | {"scenes": titles})
     text = shipped_text(name)
-    return Answer(text, document=document | {"name": name, "text": text})
+    return CommandResult(text, document=document | {"name": name, "text": text})
 
 
-def derive(*, latex: bool = False) -> Answer:
+def derive(*, latex: bool = False) -> CommandResult:
     """Derive the integrated equations from the rotation matrix.
 
     Parameters
@@ -252,13 +254,13 @@ def derive(*, latex: bool = False) -> Answer:
 
     steps = derivation.derivation()
     text = derivation.as_latex(steps) if latex else derivation.as_text(steps)
-    return Answer(text, document=derivation.derive_document(steps))
+    return CommandResult(text, document=derivation.derive_document(steps))
 
 
-def doctor() -> Answer:
+def doctor() -> CommandResult:
     """Print the versions, the processor, and heyoka's cache."""
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
     missing = [(Exit.OUT_OF_BOUND, f"missing: {name}") for name in found["missing"]]
-    return Answer(in_words(found), missing, found)
+    return CommandResult(in_words(found), missing, found)

@@ -17,11 +17,10 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.lambdify import evaluated
+from heavytop.equations.lambdify import lambdified
 from heavytop.equations.registry import FORMULATIONS as FORMULATIONS
 
 time = sp.Symbol("t", real=True)
-_FUNCTIONS = {name: getattr(math, name) for name in ("sin", "cos", "tan", "sqrt", "atan2", "acos")}
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
 
 
@@ -132,14 +131,13 @@ def _is_rate(form: Formulation) -> NDArray[np.bool_]:
 
 @cache
 def _powers(form: Formulation) -> Mapping[str, int]:
-    known = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
-    known = {symbol.name: x for symbol, x in known.items()}
     of = [*zip(form.states, form.start, strict=True), *form.parameters.items()]
+    known = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
+    function = lambdified([x for _, x in of], (*known, *lag.VELOCITIES, lag.gMR))
 
     def values(unit: float) -> list[float]:
-        rates = {x.name: unit * k for k, x in enumerate(lag.VELOCITIES, 1)}
-        scaled = known | rates | {lag.gMR.name: 2.3 * unit**2}
-        return evaluated([x for _, x in of], scaled, float, _FUNCTIONS)
+        rates = (unit * k for k, _ in enumerate(lag.VELOCITIES, 1))
+        return list(function(*known.values(), *rates, 2.3 * unit**2))
 
     powers = {symbol.name: 1 for symbol in form.given}  # rates of frames
     for (symbol, _), one, two in zip(of, values(1.0), values(2.0), strict=True):

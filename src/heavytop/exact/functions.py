@@ -9,7 +9,7 @@ from typing import Final
 from heavytop.errors import NotANumber
 from heavytop.exact.number import ONE, PI, ZERO, Exact, Number, split
 
-_MAX_MULTIPLE: Final = 16  # of an arc whose cosine is algebraic
+_MAX_ARC_MULTIPLE: Final = 16  # of an arc whose cosine is algebraic
 
 _COSINES: Final = {Fraction(k, 12): n for k, n in ((0, 4), (2, 3), (3, 2), (4, 1), (6, 0))}
 """n by q where cos πq = √n / 2."""
@@ -89,7 +89,7 @@ def _circle_point(x: Exact) -> tuple[Exact, Exact]:
     """Return cos x and sin x, of a sum by those of its terms."""
     times, angle = split(x)
     arc = angle.op in ("acos", "atan")
-    if x.op == "+" or (arc and 1 < times <= _MAX_MULTIPLE):
+    if x.op == "+" or (arc and 1 < times <= _MAX_ARC_MULTIPLE):
         first = x.args[0] if x.op == "+" else angle
         (c, s), (cosine, sine) = map(_circle_point, (first, x - first))
         return cosine * c - sine * s, sine * c + cosine * s

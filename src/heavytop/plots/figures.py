@@ -45,7 +45,7 @@ UNSEEN: Final = 1e-6  # rad, in a picture
 
 # --- what is drawn of a run ----------------------------------------------------------------------
 
-NO_EVENTS: Final = SimpleNamespace(kind=(), t=(), theta=(), phi=(), axis=np.empty((0, 3)))
+WITHOUT_EVENTS: Final = SimpleNamespace(kind=(), t=(), theta=(), phi=(), axis=np.empty((0, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ class DrawnRun:
     @property
     def events(self) -> Any:
         """The events of a trajectory; of the exact motion there are none."""
-        return NO_EVENTS if self.trajectory is None else self.trajectory.events
+        return WITHOUT_EVENTS if self.trajectory is None else self.trajectory.events
 
     @property
     def stands(self) -> bool:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Fact = tuple[str, str]
 FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
-STYLES: Final = {FAIL: "red"}
+ROW_STYLES: Final = {FAIL: "red"}
 FOLDED_AT: Final = 40  # letters of a cell: a longer text is folded at a terminal
 MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS = 12, 3  # of the numbers of a table at a terminal
 
@@ -141,7 +141,7 @@ class Table(NamedTuple):
                 head = Text(harmless(texts[0][k]))
                 grid.add_column(head, justify=self.sides[k], overflow="fold", no_wrap=not k)
             for row in texts[1:]:
-                cells = (Text(harmless(row[k]), style=STYLES.get(row[k], "")) for k in part)
+                cells = (Text(harmless(row[k]), style=ROW_STYLES.get(row[k], "")) for k in part)
                 grid.add_row(*cells)
             yield grid
         if more := self.more + len(self.rows) - len(texts[1:]):

@@ -34,9 +34,9 @@ LONG_FOR_LAGRANGE: Final = 100  # nutation periods
 BESIDE_A_POLE: Final = 0.02  # rad, where a quadrature of psi takes shorter steps
 PATIENCE_S: Final = 20.0  # for more than doubles
 ONTO: Final = "projected onto"
-# times too far off by the rule, which most runs stay far below: tried all the same,
-PLAIN_HOPE: Final = 6.0  # for projection takes up to five times as long,
-HOPE: Final = 30.0  # and bits far longer
+# times too far off by the rule: tried all the same, for runs mostly are better than it,
+PLAIN_HOPE: Final = 6.0  # and projection takes longer,
+HOPE: Final = 30.0  # bits far longer
 TOLERANCES: Final = Range(1e-20, 1e-2)  # of a step in doubles, relative
 FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told

@@ -45,7 +45,7 @@ _SPELLINGS: Final = {"==": "=", "≤": "<=", "≥": ">=", **dict.fromkeys(_RATIO
 
 Bracket: TypeAlias = tuple[float, float]
 MotionAt: TypeAlias = "Callable[[float], Motion | None]"
-Answer: TypeAlias = tuple[list[Bracket], str]
+Brackets: TypeAlias = tuple[list[Bracket], str]
 """Brackets of the solutions, and where it holds, or why there is nothing."""
 Distance: TypeAlias = "Callable[[float], float]"
 """How far the motion of a value is from what is asked for; its sign is proved. Nan if nowhere."""
@@ -227,7 +227,7 @@ def _distance(motion_at: MotionAt, name: str, wanted: float, x: float) -> float:
     return off if abs(off) > _ROUNDINGS * max(abs(value), abs(wanted)) else 0.0
 
 
-def _find_equal(distance: Distance, points: Sequence[float], name: str, wanted: float) -> Answer:
+def _find_equal(distance: Distance, points: Sequence[float], name: str, wanted: float) -> Brackets:
     """Where a fact is what is wanted, but not where it jumps over that."""
     found = []
     for low, high in _brackets(distance, points):
@@ -241,7 +241,7 @@ def _find_equal(distance: Distance, points: Sequence[float], name: str, wanted: 
     return found, "" if found else f"{_none(points)}: the {name} {goes}"
 
 
-def _find_ends(holds: Callable[[float], bool], key: str, points: Sequence[float]) -> Answer:
+def _find_ends(holds: Callable[[float], bool], key: str, points: Sequence[float]) -> Brackets:
     """The ends of where something holds, and between which of them it does; that is empty."""
     brackets = [*_brackets(lambda x: 1.0 if holds(x) else -1.0, points)]
     ends = [points[0], *((low + high) / 2 for low, high in brackets), points[-1]]
