@@ -178,3 +178,9 @@ def test_the_cubic_is_left_where_its_height_sets_the_period():
     assert ht.run_errors(ht.propagate(scene)).theta < 1e-6
     with pytest.warns(MissedDigitsWarning, match="theta"):
         ht.propagate(scene, formulation="cubic")
+
+
+@pytest.mark.parametrize("tolerance", ["x", [], 1.0, float("nan")])
+def test_a_tolerance_that_is_none_is_refused_by_its_name(tolerance):
+    with pytest.raises(ht.BadScene, match="tolerance"):
+        ht.plan(ht.load_scene("sicm-kicked"), tolerance=tolerance)

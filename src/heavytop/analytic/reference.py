@@ -17,7 +17,8 @@ from heavytop.analytic.refine import balls_in
 from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
-from heavytop.exact.number import rational, written
+from heavytop.exact.number import rational
+from heavytop.exact.parse import written
 from heavytop.files import write_document, write_text
 from heavytop.scene.arguments import (
     Range,

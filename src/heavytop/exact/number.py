@@ -11,7 +11,7 @@ import numbers
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import dataclass, field
-from decimal import Context, Decimal
+from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
@@ -269,7 +269,11 @@ class Exact:
 
     def __str__(self) -> str:
         """The text it was read from, or one that `Exact.of` reads back to the same number."""
-        return self.text if self.text is not None else written(self)
+        if self.text is not None:
+            return self.text
+        from heavytop.exact import parse  # which makes its numbers with what stands here
+
+        return parse.written(self)
 
     def __repr__(self) -> str:
         return f"Exact.of({str(self)!r})"
@@ -404,34 +408,3 @@ def in_range(q: Fraction) -> Exact:
 def out_of_range() -> NotANumber:
     """The error of a number that is too large or too small."""
     return NotANumber("the magnitude of a number is 0 or within 1e-300 … 1e300")
-
-
-def written(x: Exact) -> str:
-    """The text of a number that was computed."""
-    if x.op == "rational":
-        return _decimal(x.args[0])
-    if x.op == "+":
-        return " + ".join(map(written, x.args)).replace(" + -", " - ")
-    if x.op == "*":
-        q, rest = split(x)
-        if q != 1 and any(each.op == "+" for each in x.args):  # 2*(pi + 2)*pi would distribute
-            text = f"{_decimal(q)}*({written(rest)})"
-        else:
-            text = "*".join(f"({written(e)})" if e.op == "+" else written(e) for e in x.args)
-        return f"-{text[3:]}" if text.startswith("-1*") else text
-    if x.op == "^":
-        base, exponent = x.args
-        if exponent == Fraction(1, 2):
-            return f"sqrt({written(base)})"
-        text = f"({written(base)})" if base.op in ("+", "*") else written(base)
-        return f"{text}^{exponent}" if exponent.denominator == 1 else f"{text}^({exponent})"
-    return f"{x.op}({written(x.args[0])})" if x.args else x.op
-
-
-def _decimal(q: Fraction) -> str:
-    """A decimal where the expansion ends, else p/q; through Decimal, which knows no longest int."""
-    p, d = Decimal(q.numerator), Decimal(q.denominator)
-    places = q.denominator.bit_length()
-    if pow(10, places, q.denominator):
-        return f"{p}/{d}"
-    return str(Context(q.numerator.bit_length() + places).divide(p, d))

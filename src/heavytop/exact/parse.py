@@ -1,4 +1,4 @@
-"""The small grammar of the numbers a scene may hold: text in, exact numbers out.
+"""The small grammar of the numbers a scene may hold: text in, exact numbers out, and back.
 
 A scene is untrusted text, so nothing here evaluates Python: a tokenizer, and a descent that takes
 operators by how tightly they bind, with every size bounded before it can grow.
@@ -9,13 +9,13 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Collection, Mapping
-from decimal import Decimal, InvalidOperation
+from decimal import Context, Decimal, InvalidOperation
 from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
 from heavytop.exact.functions import FUNCTIONS
-from heavytop.exact.number import ONE, PI, Exact, in_range, out_of_range
+from heavytop.exact.number import ONE, PI, Exact, in_range, out_of_range, split
 from heavytop.text import harmless, nearest
 
 MAX_TEXT: Final = 4000
@@ -168,3 +168,34 @@ def _within_limits(x: Exact) -> Exact:
 def _height(q: Fraction) -> int:
     """The larger of numerator and denominator."""
     return max(abs(q.numerator), q.denominator)
+
+
+def written(x: Exact) -> str:
+    """The text of a number that was computed."""
+    if x.op == "rational":
+        return _decimal(x.args[0])
+    if x.op == "+":
+        return " + ".join(map(written, x.args)).replace(" + -", " - ")
+    if x.op == "*":
+        q, rest = split(x)
+        if q != 1 and any(each.op == "+" for each in x.args):  # 2*(pi + 2)*pi would distribute
+            text = f"{_decimal(q)}*({written(rest)})"
+        else:
+            text = "*".join(f"({written(e)})" if e.op == "+" else written(e) for e in x.args)
+        return f"-{text[3:]}" if text.startswith("-1*") else text
+    if x.op == "^":
+        base, exponent = x.args
+        if exponent == Fraction(1, 2):
+            return f"sqrt({written(base)})"
+        text = f"({written(base)})" if base.op in ("+", "*") else written(base)
+        return f"{text}^{exponent}" if exponent.denominator == 1 else f"{text}^({exponent})"
+    return f"{x.op}({written(x.args[0])})" if x.args else x.op
+
+
+def _decimal(q: Fraction) -> str:
+    """A decimal where the expansion ends, else p/q; through Decimal, which knows no longest int."""
+    p, d = Decimal(q.numerator), Decimal(q.denominator)
+    places = q.denominator.bit_length()
+    if pow(10, places, q.denominator):
+        return f"{p}/{d}"
+    return str(Context(q.numerator.bit_length() + places).divide(p, d))

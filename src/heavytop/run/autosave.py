@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from heavytop.errors import Outcome
 from heavytop.integration.orbit import Orbit
-from heavytop.run.cost import Statistics
+from heavytop.run.plan import Statistics
 from heavytop.run.trajectory import Trajectory
 
 SAVE_S = 10.0  # between two saves of a trajectory on its way

@@ -20,11 +20,10 @@ from heavytop.errors import EndedEarly, Outcome
 from heavytop.exact import Number
 from heavytop.integration.orbit import Orbit, integrate, not_begun
 from heavytop.run.autosave import Checkpoints
-from heavytop.run.cost import Statistics
 from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
 from heavytop.run.own_motion import OwnMotion, times_between
-from heavytop.run.plan import Plan
+from heavytop.run.plan import Plan, Statistics
 from heavytop.run.planning import next_plan, planned
 from heavytop.run.span import closed_form_of, exact_span, refusal, span
 from heavytop.run.start import binary_start, integrator_of

@@ -22,10 +22,9 @@ from heavytop.integration.bits import DOUBLE, digits_of
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample, times_of
-from heavytop.run.cost import Statistics
 from heavytop.run.events import Events, events_of, no_events
 from heavytop.run.own_motion import Compared, OwnMotion, SomeRows, times_between
-from heavytop.run.plan import Plan
+from heavytop.run.plan import Plan, Statistics
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
 from heavytop.text import Played

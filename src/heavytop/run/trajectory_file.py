@@ -27,10 +27,9 @@ from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
-from heavytop.run.cost import Statistics
 from heavytop.run.events import STORED
 from heavytop.run.exact import SceneMotion
-from heavytop.run.plan import Plan
+from heavytop.run.plan import Plan, Statistics
 from heavytop.run.propagation import not_integrated
 from heavytop.run.span import closed_form_of
 from heavytop.run.start import integrator_of
@@ -264,20 +263,6 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     place = path_of("path", path)
     with open_sealed(place) as file:
         return _trajectory(file)
-
-
-def load_exact(path: Path) -> SceneMotion:
-    """Read what `SceneMotion.save` wrote; its samples are computed anew.
-
-    Raises
-    ------
-    ForeignFile
-        The file is missing or damaged, or is of a run that was integrated.
-    """
-    with open_sealed(path) as file:
-        if (source := attribute(file, "source")) != SceneMotion.source:
-            raise ForeignFile(f"source = {source!r:.60}: expected {SceneMotion.source}")
-        return SceneMotion(*_planned(file))
 
 
 def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
 from heavytop.exact import Exact
-from heavytop.exact.number import written
+from heavytop.exact.parse import written
 from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
 
 T = TypeVar("T")
