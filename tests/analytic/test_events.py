@@ -211,3 +211,8 @@ def test_an_end_that_is_exactly_an_event_cannot_be_told_from_its_sides():
     assert found.count("turning", Exact.of("2*pi/5") - Exact.of("1e-60")) == 2
     assert found.count("turning", Exact.of("2*pi/5") + Exact.of("1e-60")) == 3
     assert found.time("turning", 2).mid == pytest.approx(2 * np.pi / 5, rel=1e-15)
+
+
+def test_a_list_of_too_many_events_is_refused():
+    with pytest.raises(Impossible, match="10000000 are the most"):
+        named("sicm-kicked").events("turning").times(0, 10**30)

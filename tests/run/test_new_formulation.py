@@ -1,6 +1,7 @@
 """A formulation is a module and an entry: Euler's equations with the vertical in the body."""
 
 import sys
+from dataclasses import replace
 from types import ModuleType
 
 import pytest
@@ -85,3 +86,12 @@ def test_the_unit_of_time_of_a_fast_top_follows_from_its_start(euler):
     run = ht.propagate(scene, formulation="euler")
     assert run.orbit.integrator.pace > 1
     assert ht.run_errors(run).theta < 1e-12
+
+
+def test_the_tilt_of_a_form_that_is_singular_at_poles_is_found_by_its_name(euler, monkeypatch):
+    """Its first state is below 0 at times, and is no tilt."""
+    entry = replace(FORMULATIONS["euler"], starts_at_pole=False)
+    monkeypatch.setitem(FORMULATIONS, "euler", entry)
+    monkeypatch.setitem(planning.FORMULATION_OPTIONS, "euler", entry)
+    scene = ht.load_scene("sicm-kicked", ["want.quantities=['theta']"])
+    assert ht.propagate(scene, formulation="euler").outcome == "finished"
