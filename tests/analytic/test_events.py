@@ -215,4 +215,4 @@ def test_an_end_that_is_exactly_an_event_cannot_be_told_from_its_sides():
 
 def test_a_list_of_too_many_events_is_refused():
     with pytest.raises(Impossible, match="10000000 are the most"):
-        named("sicm-kicked").events("turning").times(0, 10**30)
+        named("loops").events("turning").times(0, 10**30)
