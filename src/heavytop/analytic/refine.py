@@ -29,8 +29,10 @@ LOG10_2: Final = math.log10(2)
 RELATIVE: Final = (
     "a fact", "nearest", "modulus", "amplitude", "theta", "one_minus_u", "one_plus_u"
 )  # fmt: skip
-"""Whose digits count from the first one that is not 0; others' from max(1, |x|)."""
-"""Whose digits in a motion slower than 1 rad/s count from its fastest rate."""
+"""Whose digits count from the first one that is not 0; others' from max(1, |x|).
+
+Those of rates in a motion slower than 1 rad/s count from its fastest rate.
+"""
 
 
 class Refined:
