@@ -15,13 +15,6 @@ def of(top, omega3=1):
     return ht.facts(top, ht.State(0 if top.gMR.sign() == 1 else "pi", omega3=omega3))
 
 
-@pytest.mark.reference
-def test_published_thresholds():
-    assert of(BOOK).sleeping_threshold == pytest.approx(117.194006935969, rel=1e-14)
-    thresholds = [of(ht.Top(5, 1, gMR)).sleeping_threshold for gMR in (20, -20, 0)]
-    assert thresholds == [20, 20, None]
-
-
 def modes(top, omega3):
     """Eigenvalues about the vertical where V is highest, e = (x, y, ±1): Newton's equations.
 
