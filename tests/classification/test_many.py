@@ -132,9 +132,6 @@ def test_far_from_the_separatrix_by_two_numbers():
     assert near.sum() > 250
 
 
-# --- who is sent to balls -------------------------------------------------------------------------
-
-
 # --- cases known by themselves --------------------------------------------------------------------
 
 
