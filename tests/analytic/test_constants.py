@@ -9,21 +9,14 @@ import sympy as sp
 import heavytop as ht
 from heavytop.equations import lagrangian as lag
 from heavytop.exact import PI
-from heavytop.exact.balls import Interval
 from heavytop.exact.decimals import context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 from ..motions import MOTIONS, motion, named
-from ..views import Bounds
+from ..views import Bounds, holds
 
 CTX = context(60)
-
-
-def inside(ball, value, digits=33):
-    """Whether an interval holds a number that is good to so many digits."""
-    slack = Fraction(1, 10**digits) * max(1, abs(ball.middle))
-    return value in Interval(ball.middle, ball.spread + slack)
 
 
 @pytest.mark.parametrize("name", MOTIONS)
@@ -36,7 +29,7 @@ def test_start_is_the_start(name):
         if begun.start.theta not in (0, PI) or each == "theta":
             given = getattr(begun.start, each).mpf(CTX)
             assert abs(getattr(at, each) - given) < 1e-28
-            assert inside(found(each, 0), given, 38)
+            assert holds(found(each, 0), given, 38)
 
 
 @pytest.mark.parametrize(("theta", "up"), [(0, 1), ("pi", -1)])

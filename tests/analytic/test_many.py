@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from heavytop.analytic import many
-from heavytop.analytic.many import MOTIONS_AT_ONCE, Motions, complete, motions_many
+from heavytop.analytic.many import MOTIONS_AT_ONCE, Motions, motions_many
 from heavytop.analytic.motion import Motion
 
 from ..starts import nasty, regular, top_and_state
@@ -53,17 +53,6 @@ def test_each_row_is_that_of_a_motion_at_fifty_digits(held):
     assert found.sent <= 320
     off = errors(numbers, found, random.choice(2000, 1010, replace=False).tolist())
     assert np.all(off < BOUND)  # nan is below nothing
-
-
-def test_integrals_are_those_of_mpmath():
-    random = np.random.default_rng(4)
-    mc, p = 10 ** random.uniform(-31, 0, 60), 10 ** random.uniform(-30, 30, 60)
-    K, third = complete(mc, p, many.MORE_STEPS)
-    for i in range(60):
-        with mpmath.workdps(90):
-            m, n = 1 - mpmath.mpf(float(mc[i])), 1 - mpmath.mpf(float(p[i]))
-            assert abs(K[i] / mpmath.ellipk(m) - 1) < 3e-15
-            assert abs(third[i] / mpmath.ellippi(n, m) - 1) < 3e-15
 
 
 def test_a_row_is_the_same_bits_in_any_company():

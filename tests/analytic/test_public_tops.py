@@ -79,11 +79,3 @@ def test_steady_precessions_as_they_are_asked_for() -> None:
         assert float(found.start.omega3) == pytest.approx(169.734, abs=1e-3)
         assert found.kind == "uniform-precession"
     assert motion(SOLID, "theta = 1").top.mass == ht.Exact.of("8 g")
-
-
-@pytest.mark.reference
-def test_a_start_at_a_reversal_counts_once() -> None:
-    start = 'omega3 = 1\np_phi = 0.5\ntheta = "pi/3"\nthetadot = 0.5625'
-    kicked = motion('A = "2/3"\nC = 1\ngMR = 1.962', start)
-    assert kicked.start.phidot == 0
-    assert kicked.events("reversal").count(0, "2.49") == 2

@@ -132,28 +132,6 @@ def test_far_from_the_separatrix_by_two_numbers():
     assert near.sum() > 250
 
 
-# --- cases known by themselves --------------------------------------------------------------------
-
-
-def names(found):
-    return [
-        " ".join(filter(None, (VERDICT_NAMES[kind], VERDICT_DETAILS[part])))
-        for kind, part in zip(found.kind.ravel(), found.detail.ravel(), strict=True)
-    ]
-
-
-def test_ladder_of_kicks():
-    """Loops, cusp, waves, loops and waves as φ̇₀ grows: SICM §2.10 with ψ̇ = 140 held."""
-    phidot = [-137.277519110785, -137.277519110782, -15, 0, 1, 9.26062465343215]
-    phidot += [9.26062465343217, 15, 15.6958379980759, 15.6958379980761]
-    found = classify_many(**SICM, theta=0.1, phidot=phidot, psidot=140)
-    assert names(found) == [
-        "waves", "loops", "loops", "cusps", "waves", "waves", "loops", "loops", "loops", "waves"
-    ]  # fmt: skip
-    assert found.certified.all()
-    assert found.sent <= 6  # those that are 1e-14 off
-
-
 # --- shapes, and what is impossible ---------------------------------------------------------------
 
 
