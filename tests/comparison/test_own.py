@@ -190,11 +190,6 @@ def test_a_file_is_named_by_its_last_part(file):
     assert own.registered("mine.py:euler").digest
 
 
-def test_nothing_runs_that_nobody_named():
-    with pytest.raises(Impossible, match="runs only if you name it"):
-        named("other.py:rk4")
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -210,13 +205,3 @@ def test_what_cannot_be_loaded_is_told(file, text, said, monkeypatch):
     monkeypatch.chdir(file.parent)
     with pytest.raises(Impossible, match=said):
         own.register(text)
-
-
-def test_another_process_loads_the_same_file_or_none(file):
-    name = own.register(f"{file}:euler")
-    origins = own.origins([name])
-    own.load(origins)
-    file.write_text(FILE + "\n# changed\n")
-    own._REGISTERED.pop(name)
-    with pytest.raises(Impossible, match="another file"):
-        own.load(origins)

@@ -101,10 +101,6 @@ def test_the_equations_of_the_page_are_those_integrated():
     found = euler_angles.subsystem_form().derivatives
     assert [sp.simplify(x - y) for x, y in zip(found, by_hand, strict=True)] == [0] * 4
 
-    w, P, n, excess, pull = sp.symbols("w P n excess g", real=True)
-    cubic = 2 * (excess + pull * w) * w * (2 - w) - (P + n * w) ** 2  # by the top: h - g, a - b
-    assert sp.expand(cubic - reduced_cubic.height_cubic(1)) == 0
-
 
 @every_form
 def test_invariants_are_conserved_identically(form):
