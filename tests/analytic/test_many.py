@@ -17,7 +17,6 @@ from ..starts import nasty, regular, top_and_state
 
 CTX = mpmath.mp.clone()
 CTX.dps = 60
-TOPS = ("A", "C", "gMR")
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 BOUND = 1e-12
 

@@ -17,8 +17,6 @@ from heavytop.errors import FoldedTiltWarning, Impossible, ImpossibleStart, NotA
 
 from ..starts import nasty, regular, top_and_state
 
-SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
-
 
 def rows(numbers):
     return zip(*(each.tolist() for each in numbers.values()), strict=True)

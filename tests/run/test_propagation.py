@@ -260,6 +260,27 @@ def test_the_textbook_form_ends_early_at_a_pole_and_keeps_what_it_has():
     assert np.max(np.abs(whole.theta[: partial.t.size] - partial.theta)) < 1e-9
 
 
+BESIDE_THE_BOTTOM = ht.Scene(
+    ht.Top(26.620571276135763, 18.401594793183584, 97.45205680113948),
+    ht.State(3.141592653538415, phi=-2.50134175824008, psidot=1.893466346075836),
+    time=-12.155835251833263, quantities=("theta",), events=(),
+)  # fmt: skip
+
+
+def test_a_form_that_is_singular_where_the_axis_goes_ends_by_a_step_limit():
+    """1.7e-11 rad from the bottom, whose reciprocals set Routh's form a pace that leads nowhere."""
+    with pytest.raises(EndedEarly, match=r"comes 1\.7e-11 rad near one; the axis form") as early:
+        ht.propagate(BESIDE_THE_BOTTOM, formulation="routh")
+    assert early.value.outcome == "step-limit"
+    assert 0 < abs(early.value.trajectory.orbit.end) < 12.2
+
+
+def test_time_grows_beside_a_pole():
+    """At the Lie-group benchmark's pass, 7e-7 rad beside the bottom."""
+    quick, slow = (ht.plan(BESIDE_THE_BOTTOM, form).seconds for form in ("axis", "routh"))
+    assert slow > 20 * quick
+
+
 def test_a_step_limit_ends_early_and_it_can_be_completed():
     scene = replace(ht.load_scene("sicm-kicked"), time=Exact.of(1000))
     with pytest.raises(EndedEarly) as early:

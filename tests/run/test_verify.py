@@ -16,7 +16,6 @@ from heavytop.run.verify import (
     warn_of_plan,
 )
 
-LOSING = {"quantities": ("theta",), "events": (), "samples": 5, "digits": 12}
 RATES = ("thetadot", "phidot", "psidot")
 
 

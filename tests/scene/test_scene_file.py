@@ -52,7 +52,6 @@ def load_fault(path: str | Path) -> Fault:
 
 
 BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
-KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
 
 
 @pytest.mark.parametrize(

@@ -163,7 +163,6 @@ def test_the_least_energy_that_is_named_is_the_least(energy, unknown) -> None:
 
 
 HEAD = "format = 1\n[top]\nA = 1\nC = 0.5\ngMR = 2\n[start]\n"
-TURN = "[[1, 0, 0], [0, 0, -1], [0, 1, 0]]"
 WRONG = {  # what is wrong, the key that is named, and a word of its sentence
     "quaternion = [1, 0, 0]": ("quaternion", "4 numbers"),
     "quaternion = [0, 0, 0, 0]": ("quaternion", "not all zero"),

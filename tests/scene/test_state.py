@@ -13,7 +13,6 @@ from heavytop.scene.top import Top
 
 from ..motions import BOOK, CONE
 
-moments = st.floats(0.1, 10)
 rates = st.floats(-20, 20).map(lambda x: round(x, 9))
 tilts = st.floats(0.05, 3.09)
 
