@@ -1,4 +1,4 @@
-"""Sums of a double and many turns, against fractions; the doubles of motions hold the other sums."""
+"""A double and many turns against fractions; the doubles of motions hold the other sums."""
 
 from fractions import Fraction
 
