@@ -4,7 +4,6 @@ import importlib.util
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import heavytop as ht
@@ -74,18 +73,6 @@ def test_it_meets_its_digits(name):
         end = 1.0 if quantity == "axis" else abs(getattr(trajectory, quantity)[-1])
         assert getattr(errors, quantity) <= bound * max(1.0, end), quantity
     assert errors.event_time is None or errors.event_time < bound * trajectory.t[-1]
-
-
-# --- what makes them special, by formulas of the books -----------------------------------------
-
-
-def test_the_pendulum_has_the_period_of_the_lemniscate():
-    """Let go from the horizontal it swings to and fro in 4 sqrt(A/gMR) K(m = 1/2), of which theta
-    sees half; K(1/2) = Gamma(1/4)^2/4 sqrt(pi) = 1.8540746773013719.
-    """
-    motion = shipped("planar-pendulum")
-    frequency = np.sqrt(9.80665 / 1.004)
-    assert 2 * motion.period == pytest.approx(4 * 1.8540746773013719 / frequency, rel=1e-15)
 
 
 # --- the page ----------------------------------------------------------------------------------
