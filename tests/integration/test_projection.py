@@ -11,8 +11,9 @@ import sympy as sp
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
+from heavytop.exact.pairs import add
 from heavytop.integration import bits, projection
-from heavytop.integration.projection import Projection
+from heavytop.integration.projection import EVEN_STEPS, GOLDEN, Projection
 from heavytop.run.own_motion import own_motion
 from heavytop.run.verify import phase_error, run_errors
 from heavytop.scene.quantities import Need
@@ -103,21 +104,52 @@ def whole():
     return ht.propagate(scene(700, wants=ALL), formulation="axis", projected=True)
 
 
-@pytest.mark.parametrize("formulation", ["axis", "cubic"])
-def test_what_nobody_looks_at_is_the_same(formulation):
+def integrator_of(run):
+    """What takes the steps of a run whose unit of time is the second, and its start."""
+    integrator = run.orbit.integrator.for_this_thread()
+    assert integrator.pace == 1
+    integrator.engine.load(run.orbit.parameters)
+    return integrator, run.orbit.checkpoints[0]
+
+
+def test_legs_lose_no_time(whole):
+    """Samples and events of a late leg are those of a leg run by itself, low words and all."""
+    integrator, start = integrator_of(whole)
+    engine, stride = integrator.engine, integrator.projection.stride
+    first = integrator.block(start, 20 * stride, 1e4)
+    begun, state = first.end.time, first.end.state
+    wanted = begun[0] + np.array([1.0, 1.7])
+    both = integrator.block(start, 21 * stride, 1e4, wanted)
+    local = (wanted - begun[0]) - begun[1]
+    mean = engine.leg(start.state, stride, 1e4).elapsed[0] / stride
+    even = mean * (1 - EVEN_STEPS * (20 * GOLDEN % 1))
+    second = engine.leg(state, stride, 1e4, local, even)
+    assert np.array_equal(both.samples.states, second.rows)
+    assert both.end.time == add(begun, second.elapsed)
+    for all_of_them, later in zip(both.hits, second.hits, strict=True):
+        high, low = add(begun, (later.t, np.zeros_like(later.t)))
+        assert np.array_equal(all_of_them.t[-low.size :], high)
+        assert np.array_equal(all_of_them.t_low[-low.size :], low)
+        assert low.any()
+
+
+@pytest.mark.parametrize("samples", [[], [0.3], np.linspace(0.01, 60, 999)])
+def test_what_nobody_looks_at_is_the_same(samples):
     """Legs without events and samples take a shorter way: to the same bits."""
-    few, many = (
-        ht.propagate(
-            scene(700, "want.events=[]", f"want.samples={n}"),
-            formulation=formulation,
-            projected=True,
-        ).orbit
-        for n in (2, 5001)
-    )
-    assert len(few.checkpoints) > 2
-    for one, other in zip(few.checkpoints, many.checkpoints, strict=True):
-        assert (one.time, one.steps) == (other.time, other.steps)
-        assert np.array_equal(one.state, other.state)
+    run = ht.propagate(scene(700, "want.events=[]"), formulation="cubic", projected=True)
+    integrator, start = integrator_of(run)
+    block = integrator.block(start, 1980, 1e4, np.array(samples))
+    state, elapsed, mean, even = start.state, (0.0, 0.0), None, None
+    stride = integrator.projection.stride
+    strides = [stride] * (1980 // stride) + [1980 % stride]
+    for k, steps in enumerate(strides, start=1):
+        leg = integrator.engine.leg(state, steps, 1e4, longest=even)
+        mean = mean or leg.elapsed[0] / steps
+        even = mean * (1 - EVEN_STEPS * (k * GOLDEN % 1))
+        state, elapsed = integrator.projection(leg.state), add(elapsed, leg.elapsed)
+    assert np.array_equal(block.end.state, state)
+    assert (block.end.time, block.steps) == (elapsed, 1980)
+    assert block.samples.t.size == np.sum(np.array(samples) < elapsed[0])
 
 
 def test_events_are_those_of_the_own_motion(whole):
