@@ -1,10 +1,28 @@
-"""The bits that a run is expected to need, and how times are told."""
+"""What a run is expected to cost and how far off it is to end, against motions and runs."""
 
 from dataclasses import replace
+from itertools import pairwise
+
+import pytest
 
 import heavytop as ht
 from heavytop.run.estimates import Forecast
+from heavytop.run.span import span
 from heavytop.text import duration
+
+from .test_planning import round_periods
+
+
+@pytest.mark.parametrize("projected", [False, True])
+def test_more_periods_lose_more_also_where_their_number_is_round(projected):
+    """At every end, and 65 evenly spread times before it, theta would stand still."""
+    scenes = [round_periods(f"1e{n}") for n in range(4, 16)]
+    errors = [
+        Forecast(s, ht.Motion(s.top, s.start), span(s, ht.Motion(s.top, s.start))).error(projected)
+        for s in scenes
+    ]
+    assert all(2 < later / sooner < 40 for sooner, later in pairwise(errors))
+    assert 1e-12 < errors[0] < 1e-8
 
 
 def test_bits_follow_from_digits_and_span():

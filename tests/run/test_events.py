@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.integration.engine import Seen, reals
+from heavytop.integration.outputs import newton_step
 from heavytop.run.counts import schedule, tally
 from heavytop.run.verify import Misses
 
@@ -108,6 +111,17 @@ def test_no_form_loses_an_event_beside_a_pole_that_it_resolves(form):
     run = ht.propagate(BESIDE, formulation=form)
     assert counts(run.events) == (11, 0, 0)
     assert ht.run_errors(run).event_time < 1e-29
+
+
+def test_an_event_that_is_none_is_not_found():
+    """Theta is constant, with l along the vertical; without gravity phidot never vanishes."""
+    form = FORMULATIONS["axis"].build()
+    known = {p.name: reals("1", 128)[()] for p in form.parameters} | {"g": reals("0", 128)[()]}
+    rows = reals(np.array([["0", "-0.6", "0.8", "0", "0"]]), 128)
+    t = reals(np.array(["0.5"]), 128)
+    small = reals("1e-30", 128)[()]
+    _, found = newton_step(form, "reversal", Seen(t, 0 * t, rows), known, small)
+    assert found.tolist() == [False]
 
 
 # --- by the closed form --------------------------------------------------------------------------
