@@ -10,7 +10,7 @@ import heavytop as ht
 from heavytop.errors import NoClosedForm
 from heavytop.exact.decimals import context
 
-from ..motions import BOOK, KICKED, SCENES, product, shipped
+from ..motions import BOOK, CONE, KICKED, MARGINAL, SCENES, product, shipped
 
 RATES = ("thetadot", "phidot", "psidot")
 CTX = context(50)
@@ -94,6 +94,19 @@ def test_a_slow_rate_in_a_fast_motion_has_its_digits(top, start):
     record = ht.Motion(top, start).at(0, digits=30)
     for name in RATES:
         assert abs(getattr(record, name) - getattr(start, name).mpf(record.t.context)) < 1e-29
+
+
+@pytest.mark.parametrize("off", ["1e-290", "-1e-290"])
+def test_no_threshold_decides_what_nutates(off):
+    off = ht.Exact.of(off)
+    for top, start in (
+        (CONE, ht.State("pi/3", thetadot=off, phidot=10, psidot="135.6")),
+        (CONE, ht.State("pi/3", phidot=10 + off, psidot="135.6")),
+        (MARGINAL, ht.State("pi/3", phidot="2/sqrt(3)", omega3=ht.Exact.of("2*sqrt(3)") + off)),
+        (MARGINAL, ht.State(0, omega3=3, thetadot=off)),
+        (ht.Top(2, 1, off), ht.State("pi/2", phidot=1)),
+    ):
+        assert ht.Motion(top, start).regime.name == "nutating"
 
 
 @pytest.mark.parametrize("tilt", ["1e-150", "1e-300"])

@@ -13,7 +13,7 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     through_poles,
 )
-from heavytop.exact.balls import rational, working
+from heavytop.exact.balls import Interval, rational, working
 from heavytop.exact.decimals import context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -80,6 +80,18 @@ def test_through_a_pole_moves_no_more_than_it_must():
     assert all(0 < abs(after[name] - before[name]) < 1e-16 for name in ("drift0", "kinetic0"))
     f = 2 * after["kinetic0"] * after["one_minus_u0"] * after["one_plus_u0"] - after["drift0"] ** 2
     assert close(f, after["udot0"] ** 2)
+
+
+def test_sums_keep_their_digits_near_a_pole():
+    """P₋ of a start 1e-25 from the top has its digits: a − b as a difference has none."""
+    source = scene_of(2, 1, 3, Fraction(1, 10**25), 0, 0, 0, 7, 5)
+    with working(200):
+        found = source.reduced(200)
+        P_minus, difference = Interval.of(found.P_minus), Interval.of(found.a - found.b)
+    assert P_minus.spread < abs(P_minus.middle) / 10**55
+    assert difference.spread > abs(P_minus.middle) / 10**15
+    with working(600):
+        assert Interval.of(source.reduced(600).P_minus) in P_minus
 
 
 # --- which special motion it is ------------------------------------------------------------------
