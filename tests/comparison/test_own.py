@@ -205,3 +205,13 @@ def test_what_cannot_be_loaded_is_told(file, text, said, monkeypatch):
     monkeypatch.chdir(file.parent)
     with pytest.raises(Impossible, match=said):
         own.register(text)
+
+
+def test_another_process_loads_the_same_file_or_none(file):
+    name = own.register(f"{file}:euler")
+    origins = own.origins([name])
+    own.load(origins)
+    file.write_text(FILE + "\n# changed\n")
+    own._REGISTERED.pop(name)
+    with pytest.raises(Impossible, match="another file"):
+        own.load(origins)
