@@ -1,7 +1,16 @@
 """The numbers of a motion at a number of digits, or within bounds, by their names."""
 
+from fractions import Fraction
+
 from heavytop.analytic.motion import ClosedForm
+from heavytop.exact.balls import Interval
 from heavytop.exact.decimals import context
+
+
+def holds(interval, value, digits):
+    """Whether an interval holds a number that is good to so many digits."""
+    slack = Fraction(1, 10**digits) * max(1, abs(interval.middle))
+    return value in Interval(interval.middle, interval.spread + slack)
 
 
 class Digits:

@@ -9,8 +9,7 @@ from functools import cache
 
 import pytest
 
-from heavytop.exact.balls import Interval
-
+from .. import views
 from ..by_hand import ByHand
 from ..motions import named
 from ..views import Bounds, Digits
@@ -74,9 +73,8 @@ def textbook(name, digits):
 
 def holds(ball, value, digits):
     """Whether an interval is as narrow as asked and holds a number of twice the digits."""
-    size = max(1, abs(ball.middle))
-    assert ball.spread <= size / Fraction(10) ** digits
-    return value in Interval(ball.middle, ball.spread + size / Fraction(10) ** (2 * digits))
+    assert ball.digits >= digits
+    return views.holds(ball, value, 2 * digits)
 
 
 @pytest.mark.parametrize("digits", [50, 100])

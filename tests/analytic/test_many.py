@@ -9,17 +9,14 @@ import mpmath
 import numpy as np
 import pytest
 
-import heavytop as ht
 from heavytop.analytic import many
-from heavytop.analytic.many import MOTIONS_AT_ONCE, Motions, complete, motions_many
+from heavytop.analytic.many import MOTIONS_AT_ONCE, Motions, motions_many
 from heavytop.analytic.motion import Motion
 
-from ..motions import SCENES
 from ..starts import nasty, regular, top_and_state
 
 CTX = mpmath.mp.clone()
 CTX.dps = 60
-TOPS = ("A", "C", "gMR")
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 BOUND = 1e-12
 
@@ -55,27 +52,6 @@ def test_each_row_is_that_of_a_motion_at_fifty_digits(held):
     assert found.sent <= 320
     off = errors(numbers, found, random.choice(2000, 1010, replace=False).tolist())
     assert np.all(off < BOUND)  # nan is below nothing
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_shipped_scenes(name):
-    scene = ht.load_scene(name)
-    numbers = {each: np.array([float(getattr(scene.top, each))]) for each in TOPS}
-    for each in ("theta", "thetadot", "phidot", "omega3"):
-        numbers[each] = np.array([float(getattr(scene.start, each))])
-    found = motions_many(**numbers)
-    assert errors(numbers, found) < BOUND
-
-
-def test_integrals_are_those_of_mpmath():
-    random = np.random.default_rng(4)
-    mc, p = 10 ** random.uniform(-31, 0, 60), 10 ** random.uniform(-30, 30, 60)
-    K, third = complete(mc, p, many.MORE_STEPS)
-    for i in range(60):
-        with mpmath.workdps(90):
-            m, n = 1 - mpmath.mpf(float(mc[i])), 1 - mpmath.mpf(float(p[i]))
-            assert abs(K[i] / mpmath.ellipk(m) - 1) < 3e-15
-            assert abs(third[i] / mpmath.ellippi(n, m) - 1) < 3e-15
 
 
 def test_a_row_is_the_same_bits_in_any_company():
@@ -136,7 +112,6 @@ def test_what_tends_to_the_vertical_has_bounds_and_no_period():
     assert np.isnan(columns(found)[2:]).all()
 
 
-# name: kinds, how many are sent to a motion each, and the tops
 def test_without_the_estimate_rows_are_wrong(monkeypatch):
     numbers = nasty(np.random.default_rng(9), 600, "psidot")
     right = columns(motions_many(**numbers))

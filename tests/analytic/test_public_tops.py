@@ -5,7 +5,6 @@ import math
 import pytest
 
 import heavytop as ht
-from heavytop.errors import ImpossibleBodyWarning
 from heavytop.scene.scene import read_scene
 
 DEG, RPM = math.degrees(1), 30 / math.pi
@@ -80,26 +79,3 @@ def test_steady_precessions_as_they_are_asked_for() -> None:
         assert float(found.start.omega3) == pytest.approx(169.734, abs=1e-3)
         assert found.kind == "uniform-precession"
     assert motion(SOLID, "theta = 1").top.mass == ht.Exact.of("8 g")
-
-
-@pytest.mark.reference
-def test_a_point_mass_goes_round_and_a_start_at_a_reversal_counts_once() -> None:
-    found = motion("A = 1\nC = 0\ngMR = 1", 'theta = "pi - 0.8"\nphidot = 0.1')
-    assert abs(found.precession) == pytest.approx(3.208887, abs=1e-6)
-    start = 'omega3 = 1\np_phi = 0.5\ntheta = "pi/3"\nthetadot = 0.5625'
-    kicked = motion('A = "2/3"\nC = 1\ngMR = 1.962', start)
-    assert kicked.start.phidot == 0
-    assert kicked.events("reversal").count(0, "2.49") == 2
-
-
-@pytest.mark.reference
-def test_moments_that_no_body_has_are_computed_with_a_warning() -> None:
-    with pytest.warns(ImpossibleBodyWarning, match="no rigid body"):
-        found = motion("A = 0.75\nC = 5.10\ngMR = 12.9", 'theta = "90 deg"\npsidot = 56')
-    assert (found.kind, round(found.period, 4)) == ("cusps", 0.0165)
-    assert found.theta_max * DEG == pytest.approx(90.0136, abs=1e-4)
-    with pytest.warns(ImpossibleBodyWarning):
-        free = motion("A = 3\nC = 9\ngMR = 0", "theta = 1\nphidot = 2\nomega3 = 1")
-    assert free.kind == "force-free"
-    with pytest.warns(ImpossibleBodyWarning, match="C = 5 > 2A = 2"):
-        assert motion("A = 1\nC = 5\ngMR = 1", "theta = 1\npsidot = 2").kind == "cusps"

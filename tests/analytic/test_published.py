@@ -9,12 +9,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from mpmath import mp
 
 import heavytop as ht
 from heavytop.exact.balls import Interval
 
-from ..motions import CONE, LIE, LIE_START, MARGINAL, WHITTAKER
+from ..motions import LIE, LIE_START
 from ..views import Bounds
 
 pytestmark = pytest.mark.reference
@@ -144,54 +143,3 @@ def test_runs_of_the_lie_group_benchmark():
     at = ht.propagate(ht.load_scene("lie-group-benchmark"))([0.01, 0.2, 1, 2])
     assert np.max(np.abs(at.axis - states[:, :3])) < 5e-15
     assert np.max(np.abs(at.omega - states[:, 3:])) < 5e-13
-
-
-# --- steady precession, and the separatrix -----------------------------------------------------
-
-
-def test_steady_precession_of_betschs_gyro():
-    """Steady in exact numbers; disturbed by 1e-40 it nutates with the period of small ones."""
-    scene = ht.load_scene("steady-betsch")
-    assert (scene.start.phidot, scene.start.psidot) == (10, Fraction("135.6"))
-    steady = Bounds(ht.Motion(CONE, scene.start))
-    assert steady.roots[0] == steady.roots[1] == Interval(Fraction(1, 2), Fraction(0))
-    assert steady.period is None
-    start = ht.State("pi/3", phidot="10", thetadot="1e-40", psidot="135.6")
-    assert Bounds(ht.Motion(CONE, start), 20).period in printed("0.57893686788560806")
-    end = ht.propagate(scene)(2.0)
-    assert [end.theta, end.phi, end.psi] == pytest.approx([np.pi / 3, 20, 271.2], rel=1e-15)
-
-
-@pytest.mark.parametrize("gamma_t", ["3", "900"])
-def test_the_separatrix_of_whittaker(gamma_t):
-    """1/u = 1 + sech γt (Whittaker §71–73; Woodhouse, problem 5.3)."""
-    found = Bounds(ht.Motion(MARGINAL, WHITTAKER), 50)
-    u = found("u", gamma_t)
-    with mp.workdps(80):
-        held = Interval(u.middle, u.spread + Fraction(1, 10**75))
-        assert 1 / (1 + mp.sech(mp.mpf(gamma_t))) in held
-        wrong = 1 / (1 + mp.sech(mp.mpf(gamma_t) * (1 + mp.mpf(10) ** -45)))
-        assert wrong not in u or gamma_t == "900"
-    assert found.period is None
-    assert [float(root.middle) for root in found.roots] == [0.5, 1, 1]
-    assert (found.theta_min.middle, found.theta_min.spread) == (0, 0)
-
-
-def test_the_spherical_pendulum_is_a_bob_on_a_wire():
-    """Newton's equations of a point in Cartesian coordinates, with the tension of the wire that
-    keeps it at its distance r = A/M R (the length of the equivalent simple pendulum), by mpmath's
-    Taylor method at 25 digits.
-    """
-    scene = ht.load_scene("spherical-pendulum")
-    with mp.workdps(25):
-        g = scene.top.gMR.mpf(mp) / scene.top.A.mpf(mp)  # of a wire of length 1
-
-        def newton(_, y):
-            e, v = y[:3], y[3:]
-            tension = g * e[2] - sum(c * c for c in v)  # (e . e)'' = 0
-            return [*v, tension * e[0], tension * e[1], tension * e[2] - g]
-
-        theta, phidot = scene.start.theta.mpf(mp), scene.start.phidot.mpf(mp)
-        start = [0, -mp.sin(theta), mp.cos(theta), phidot * mp.sin(theta), 0, 0]
-        bob = [float(x) for x in mp.odefun(newton, 0, start)(2)[:3]]
-    assert np.max(np.abs(ht.propagate(scene)([2.0]).axis[0] - bob)) < 1e-14

@@ -13,7 +13,6 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import UndecidedError, classify
 from heavytop.exact import Exact, sqrt
@@ -37,7 +36,6 @@ moments = st.sampled_from(
 )
 
 
-@pytest.mark.slow
 @settings(max_examples=400, deadline=None)
 @given(moments, numbers, tilts, numbers, numbers, numbers, st.booleans())
 def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, held):
@@ -82,22 +80,6 @@ def built(theta, other, third, signs=(1, 1), g="1.25", A="2", C="0.5"):
 
 INNER = [name for name in ANGLES if name not in ("0", "pi")]
 PAIRS = [*itertools.combinations(INNER, 2)]  # of turning points, the higher first
-SIGNS = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
-
-
-@pytest.mark.parametrize("signs", SIGNS)
-@pytest.mark.parametrize(("high", "low"), PAIRS)
-def test_generic(high, low, signs):
-    """Loops where φ̇ has opposite signs at the two turning points, waves where it has one."""
-    for third in (X("1.0625"), X(3)):
-        top, start = built(high, ANGLES[low], third, signs)
-        opposite = built(low, ANGLES[high], third, signs)
-        rates = start.phidot.sign() * opposite[1].phidot.sign()
-        for found in (classify(top, start), classify(*opposite)):
-            assert found.kind is (Kind.LOOPS if rates < 0 else Kind.WAVES)
-            assert (found.certified, found.open_tags) == (True, ())
-        roots = [float(x) for x in (ANGLES[low], ANGLES[high], third)]
-        assert Motion(top, start).roots == pytest.approx(roots, abs=1e-15)
 
 
 def with_reversal(low, u1, where, third):
@@ -170,15 +152,6 @@ def test_tilts_given_by_their_cosine():
     assert classify(BOOK, State("acos(1)", psidot=1)).kind is Kind.SLEEPING
 
 
-@pytest.mark.parametrize("theta", ["pi/6", "pi/3", "pi/2", "3*pi/4"])
-def test_double_root_at_the_start(theta):
-    """u₁ = u₂: uniform precession; with the third root 1e-30 away, still."""
-    for third, signs in itertools.product((X("1.5"), X(1) + X("1e-30")), SIGNS):
-        found = classify(*built(theta, ANGLES[theta], third, signs))
-        assert found.kind is Kind.UNIFORM_PRECESSION
-        assert found.tags[0] in (("single",) if theta == "pi/2" else ("slow", "fast"))
-
-
 def test_near_separatrix():
     """The tag where 1 − m < 1e-6, on both sides of the separatrix; m = (u₂ − u₁)/(u₃ − u₁)."""
     for off, near in ((X("4.9e-7"), True), (X("5.1e-7"), True), (X("1.02e-6"), False)):
@@ -188,43 +161,3 @@ def test_near_separatrix():
         expected = (mc - X("1e-6")).sign() < 0
         found = classify(*built("pi/3", second, third))
         assert ("near-separatrix" in found.tags) is expected is (near and expected)
-
-
-@pytest.mark.parametrize(
-    ("kind", "theta", "other", "third", "tags"),
-    [
-        ("through-top", "pi/3", X(1), X(2), ()),
-        ("through-bottom", "pi/3", X(-1), X(2), ()),
-        ("separatrix", "pi/3", X(1), X(1), ()),
-        ("planar-pendulum", "pi/3", X(-1), X(1), ("swinging", "closed-orbit", "start-at-rest")),
-        ("sleeping", "0", X(1), X(1), ("marginal",)),
-        ("sleeping", "0", X("1/2"), X(1), ("unstable",)),
-        ("sleeping", "0", X(1), X("1.5"), ("stable",)),
-        ("hanging", "pi", X(-1), X("1.5"), ()),
-    ],
-)
-def test_special(kind, theta, other, third, tags):
-    """Roots on the poles."""
-    found = classify(*built(theta, other, third))
-    assert (found.kind, found.tags, found.certified) == (kind, tags, True)
-
-
-# --- others, beside those that ship --------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("top", "start", "kind", "tags"),
-    [
-        ((2, 1, 3), State("pi"), "at-rest", ()),
-        ((2, 1, 2), State("pi/2", thetadot="sqrt(2)"), "planar-pendulum", ("asymptotic",)),
-        ((2, 1, -3), State("pi", psidot=20), "sleeping", ("stable", "inverted-gravity")),
-        ((1, 1, 2), State("pi/2", phidot=1, psidot=2), "uniform-precession",
-         ("single", "spherical-top", "closed-orbit")),
-        ((2, 1, -2), State("pi/3", phidot="sqrt(2)", psidot="-sqrt(2)/2"), "uniform-precession",
-         ("single", "spherical-pendulum", "closed-orbit", "inverted-gravity")),
-    ],
-)  # fmt: skip
-def test_kinds(top, start, kind, tags):
-    found = classify(Top(*top), start)
-    assert (found.kind, found.tags, found.certified, found.open_tags) == (kind, tags, True, ())
-    assert found.why

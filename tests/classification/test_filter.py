@@ -9,7 +9,7 @@ import pytest
 from heavytop.classification import filter as module
 from heavytop.classification import kinds
 from heavytop.classification.arrays import InputArrays
-from heavytop.classification.filter import LIBRARY, ArraySigns, cosines
+from heavytop.classification.filter import LIBRARY, ArraySigns
 from heavytop.classification.reduced import Reduced
 
 from ..starts import nasty
@@ -36,25 +36,6 @@ def test_sines_of_the_library_are_trusted_with_reason():
         for x, value in zip(angles.tolist(), np.sin(angles).tolist(), strict=True):
             truth = mpmath.sin(mpmath.mpf(x))
             assert abs(float((truth - value) / truth)) * 2**53 < LIBRARY / 2
-
-
-@pytest.mark.slow
-def test_cosines_are_within_their_errors():
-    """cosθ, 1 − cosθ and 1 + cosθ by mpmath; the errors seen are well within what is allowed."""
-    theta = tilts(60_000)
-    found = cosines(theta)
-    worst = [0.0, 0.0, 0.0]
-    with mpmath.workprec(320):
-        for x, *values in zip(
-            theta.tolist(), *(each.value.tolist() for each in found), strict=True
-        ):
-            cos = mpmath.cos(mpmath.mpf(x))
-            for j, (value, truth) in enumerate(zip(values, (cos, 1 - cos, 1 + cos), strict=True)):
-                worst[j] = max(worst[j], abs(float(truth - value) / value) * 2**53)
-    for each, seen, most in zip(found, worst, (5, 6, 6), strict=True):
-        assert seen < most < 2 * (LIBRARY + 3)
-        assert np.abs(each.value).min() >= 2.0**-202
-        assert np.abs(each.value).max() <= 2
 
 
 # --- the criteria themselves ---------------------------------------------------------------------

@@ -9,47 +9,17 @@ import heavytop as ht
 from heavytop.classification import kinds, many
 from heavytop.classification.arrays import (
     TAG_NAMES,
-    VERDICT_DETAILS,
-    VERDICT_NAMES,
-    InputArrays,
     bits,
     detail,
 )
-from heavytop.classification.filter import Filtered, filtered
 from heavytop.classification.many import classify_many
 from heavytop.errors import FoldedTiltWarning, Impossible, ImpossibleStart, NotANumber
 
-from ..starts import kind_of, nasty, regular, top_and_state
-
-SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
+from ..starts import nasty, regular, top_and_state
 
 
 def rows(numbers):
     return zip(*(each.tolist() for each in numbers.values()), strict=True)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("held", ["psidot", "omega3"])
-@pytest.mark.parametrize("seed", [1, 2])
-def test_what_doubles_tell_is_true(held, seed):
-    """Of 1e5 starts beside the boundaries most are told, and no kind or detail is wrong."""
-    numbers = nasty(np.random.default_rng(seed), 12_500, held)
-    found = Filtered(*filtered(InputArrays(numbers).starts(slice(None))))
-    wrong = [
-        (row, VERDICT_NAMES[kind], VERDICT_DETAILS[part], truth)
-        for row, kind, part, certain in zip(
-            rows(numbers), found.kind, found.detail, found.certain, strict=True
-        )
-        if certain
-        and (VERDICT_NAMES[kind], VERDICT_DETAILS[part]) != (truth := kind_of(*row, held=held))
-    ]
-    assert not wrong
-    assert 0.7 < np.mean(found.certain) < 0.98  # they are beside the boundaries
-    seen = {VERDICT_NAMES[kind] for kind in found.kind[found.certain > 0]}
-    assert seen == {
-        "at-rest", "force-free", "sleeping", "hanging", "planar-pendulum", "through-top",
-        "loops", "cusps", "waves",
-    }  # fmt: skip
 
 
 def assert_one_by_one(numbers, found):
@@ -130,31 +100,6 @@ def test_far_from_the_separatrix_by_two_numbers():
         assert np.all(kinds.FAR_RATIO * abs(2 * spare) < 1 - 1e-9)
     assert np.all((kinds.FAR_RATIO * minus) ** 2 < 10)
     assert near.sum() > 250
-
-
-# --- who is sent to balls -------------------------------------------------------------------------
-
-
-# --- cases known by themselves --------------------------------------------------------------------
-
-
-def names(found):
-    return [
-        " ".join(filter(None, (VERDICT_NAMES[kind], VERDICT_DETAILS[part])))
-        for kind, part in zip(found.kind.ravel(), found.detail.ravel(), strict=True)
-    ]
-
-
-def test_ladder_of_kicks():
-    """Loops, cusp, waves, loops and waves as φ̇₀ grows: SICM §2.10 with ψ̇ = 140 held."""
-    phidot = [-137.277519110785, -137.277519110782, -15, 0, 1, 9.26062465343215]
-    phidot += [9.26062465343217, 15, 15.6958379980759, 15.6958379980761]
-    found = classify_many(**SICM, theta=0.1, phidot=phidot, psidot=140)
-    assert names(found) == [
-        "waves", "loops", "loops", "cusps", "waves", "waves", "loops", "loops", "loops", "waves"
-    ]  # fmt: skip
-    assert found.certified.all()
-    assert found.sent <= 6  # those that are 1e-14 off
 
 
 # --- shapes, and what is impossible ---------------------------------------------------------------

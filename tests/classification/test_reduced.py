@@ -13,13 +13,12 @@ from heavytop.classification.reduced import (
     reduced_from_scene,
     through_poles,
 )
-from heavytop.exact import Exact
 from heavytop.exact.balls import Interval, rational, working
 from heavytop.exact.decimals import context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-from ..motions import CONE, MARGINAL, WEIGHTLESS, WHITTAKER
+from ..motions import WEIGHTLESS
 
 CTX = context(60)
 BITS = 300
@@ -32,39 +31,18 @@ def close(one, other, digits=50):
     return abs(one - other) <= CTX.mpf(10) ** -digits * max(1, abs(other))
 
 
-def reduced(source, bits=BITS, names=NAMES):
+def reduced(source):
     """The numbers of a reduced motion, middles of intervals, and φ₀ and ψ₀."""
-    with working(bits):
-        found = source.reduced(bits)
-        numbers = {name: midpoint(CTX, getattr(found, name)) for name in names}
-        phi0, psi0 = (midpoint(CTX, ball) for ball in source.angles(bits))
+    with working(BITS):
+        found = source.reduced(BITS)
+        numbers = {name: midpoint(CTX, getattr(found, name)) for name in NAMES}
+        phi0, psi0 = (midpoint(CTX, ball) for ball in source.angles(BITS))
     return numbers | {"phi0": phi0, "psi0": psi0}
-
-
-ARGS = (2.0, 1.25, 3.0, 0.7, -1.1, 0.4, 0.3, -0.8, 5.0)
 
 
 def scene_of(A, C, gMR, theta, phi, psi, thetadot, phidot, psidot):
     rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
     return reduced_from_scene(Top(A, C, gMR), State(theta, phi=phi, psi=psi, **rates))
-
-
-def test_axis_and_angles_define_the_same_motion():
-    """e, ℓ made from the angles give back every number of the reduced motion, and φ₀, ψ₀."""
-    by_angles = scene_of(*ARGS)
-    A, C, gMR, th, ph, ps, thd, phd, psd = map(CTX.mpf, ARGS)
-    s, c, sp, cp = CTX.sin(th), CTX.cos(th), CTX.sin(ph), CTX.cos(ph)
-    e = (s * sp, -s * cp, c)
-    edot = (c * sp * thd + s * cp * phd, -c * cp * thd + s * sp * phd, -s * thd)
-    b = C / A * (psd + phd * c)
-    l = [e[i - 2] * edot[i - 1] - e[i - 1] * edot[i - 2] + b * e[i] for i in range(3)]  # noqa: E741
-    kappa = reduced(by_angles)["kappa"]
-    numbers = map(rational, (gMR / A, kappa))
-    by_axis = reduced_from_axis(
-        map(rational, e), map(rational, l), *numbers, rational(ph), rational(ps)
-    )
-    for name, value in reduced(by_axis).items():
-        assert close(value, reduced(by_angles)[name]), name
 
 
 @pytest.mark.parametrize("falls", [True, False])
@@ -117,44 +95,6 @@ def test_sums_keep_their_digits_near_a_pole():
 
 
 # --- which special motion it is ------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("exponent", [30, 290])
-@pytest.mark.parametrize("side", [1, -1])
-def test_no_threshold_decides_the_regime(exponent, side):
-    """However near a special motion is, what differs from it nutates: 1e-290 is not nothing."""
-    off = Exact.of(Fraction(side, 10**exponent))
-    rate, spin = Exact.of("2/sqrt(3)"), Exact.of("2*sqrt(3)")
-    near = (
-        (CONE, State("pi/3", thetadot=off, phidot=10, psidot="135.6")),
-        (CONE, State("pi/3", phidot=10 + off, psidot="135.6")),
-        (MARGINAL, State("pi/3", phidot=rate, omega3=spin + off)),
-        (MARGINAL, State("pi/3", phidot=rate, omega3=spin, thetadot=off)),
-        (MARGINAL, State(0, omega3=3, thetadot=off)),
-        (Top(2, 1, off), State("pi/2", phidot=1)),
-    )
-    found = [ClosedForm(reduced_from_scene(*each)).regime for each in near]
-    assert {regime.name for regime in found} == {"nutating"}
-    assert found[2].misses_top != found[3].misses_top
-    assert (found[5].mirrored, found[5].weightless) == (side < 0, False)
-    assert (
-        ClosedForm(reduced_from_scene(CONE, State("pi/3", phidot=10, psidot="135.6"))).regime.name
-        == "steady"
-    )
-    assert ClosedForm(reduced_from_scene(MARGINAL, WHITTAKER)).regime.name == "asymptotic"
-
-
-@pytest.mark.parametrize(("theta", "misses"), [(0, (False, True)), ("pi", (True, False))])
-def test_a_start_on_a_pole_passes_through_it(theta, misses):
-    """Seen with g ≥ 0: with g < 0 top and bottom change places."""
-    for gMR in (3, -3):
-        source = reduced_from_scene(Top(2, 1, gMR), State(theta, thetadot=1, psidot=4))
-        regime = ClosedForm(source).regime
-        assert (regime.misses_top, regime.misses_bottom) == misses[:: 1 if gMR > 0 else -1]
-        assert (regime.mirrored, regime.resting, regime.steady) == (gMR < 0, True, False)
-        with working(BITS):  # "pi" is the pole itself, not a rounding error from it
-            assert source.reduced(BITS).sin2.is_zero()
-            assert source.reduced(BITS).u0 == (1 if theta == 0 else -1)
 
 
 def test_rounding_is_no_motion():

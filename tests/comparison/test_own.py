@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heavytop.comparison import IntegrationFailed, named, own, own_steps
+from heavytop.comparison import IntegrationFailed, named, own
 from heavytop.comparison.steppers import MethodError, TopConstants
 from heavytop.errors import Impossible
 
@@ -53,22 +53,6 @@ def test_a_compiled_step_has_the_bits_of_the_plain_one():
     compiled = own.Method(numba.njit(rk4), name="compiled")
     plain, fast = (set_up(m, 100, steps=300) for m in (own.Method(rk4), compiled))
     assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
-
-
-def test_the_body_forms_are_the_equations_of_the_axis_form():
-    """Along a run of small steps the axis form's derivatives are those of what is computed."""
-    stepper = set_up(own.Method(rk4, formulation="rotation"), 4000, steps=200)
-    y = np.array(stepper.block(stepper.begin()).state)
-    f, form, eps = (
-        own_steps.RightHandSide(stepper.form.derivatives, stepper.form.constants, None),
-        stepper.form,
-        1e-6,
-    )
-    slope = (form.axis_states(y + eps * f(y)) - form.axis_states(y - eps * f(y))) / (2 * eps)
-    (e, across), g = np.split(form.axis_states(y), [3]), form.constants[0]
-    l_z = stepper.form.parameters["l_z"]
-    exact = [*np.cross([*across, l_z], e), -g * e[1], g * e[0]]
-    assert slope == pytest.approx(exact, abs=1e-6)
 
 
 def test_what_a_body_form_says_of_itself_follows_from_its_own_states():
@@ -204,11 +188,6 @@ def test_a_file_is_named_by_its_last_part(file):
     assert own.register(f"{file}:euler=500") == "mine.py:euler=500"
     assert named("mine.py:euler").set_by == "steps a period"
     assert own.registered("mine.py:euler").digest
-
-
-def test_nothing_runs_that_nobody_named():
-    with pytest.raises(Impossible, match="runs only if you name it"):
-        named("other.py:rk4")
 
 
 @pytest.mark.parametrize(

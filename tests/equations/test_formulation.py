@@ -8,10 +8,9 @@ import sympy as sp
 
 from heavytop.equations import euler_angles, euler_poisson, reduced_cubic
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.euler_poisson import deviation, frame_rate, g, kappa, l_x, l_y, l_z
+from heavytop.equations.euler_poisson import deviation, frame_rate, g, kappa
 from heavytop.equations.formulation import FORMULATIONS, components, spin, time
 from heavytop.equations.lagrangian import normal_form
-from heavytop.equations.quaternion import attitude_form, q
 
 FORMS = {
     f"{name}{f'-{variant}' if variant else ''}": entry.build(variant)
@@ -102,33 +101,6 @@ def test_the_equations_of_the_page_are_those_integrated():
     found = euler_angles.subsystem_form().derivatives
     assert [sp.simplify(x - y) for x, y in zip(found, by_hand, strict=True)] == [0] * 4
 
-    w, P, n, excess, pull = sp.symbols("w P n excess g", real=True)
-    cubic = 2 * (excess + pull * w) * w * (2 - w) - (P + n * w) ** 2  # by the top: h - g, a - b
-    assert sp.expand(cubic - reduced_cubic.height_cubic(1)) == 0
-
-
-def test_what_the_axis_form_writes_down_is_of_the_rotation_matrix_and_the_lagrangian():
-    form, (_, p_phi, p_psi) = euler_poisson.axis_form(), lag.momenta()
-    axis = sp.Matrix(lag.axis())
-    momentum = axis.cross(axis.applyfunc(lag.time_derivative)) + p_psi / lag.A * axis
-    along = lag.angular_velocity()[2]
-    derived = dict(zip(form.states, (*axis, *momentum), strict=False)) | {
-        g: lag.gMR / lag.A,
-        l_z: p_phi / lag.A,
-        euler_poisson.n: p_psi / lag.A,
-        kappa: along - p_psi / lag.A,
-        euler_poisson.P_plus: (p_phi + p_psi) / lag.A,
-        euler_poisson.P_minus: (p_phi - p_psi) / lag.A,
-        euler_poisson.omega3: along,
-        euler_poisson.phi_0: lag.phi,
-        euler_poisson.psi_0: lag.psi,
-    }
-    written = dict(zip(form.states, form.start, strict=True)) | form.parameters
-    assert written.keys() == derived.keys()
-    for symbol, expression in written.items():
-        assert normal_form(expression - derived[symbol]) == 0, symbol
-    assert normal_form(p_phi - momentum[2] * lag.A) == 0
-
 
 @every_form
 def test_invariants_are_conserved_identically(form):
@@ -200,20 +172,6 @@ def test_the_cubic_in_heights_is_the_cubic(side):
         lag.gMR: A * reduced_cubic.g,
     }
     assert sp.expand(lag.cubic().subs(values) - reduced_cubic.height_cubic(side)) == 0
-
-
-def test_each_half_of_the_quaternion_moves_in_a_central_force():
-    """What the counting of turns stands on: Hill's equations, and their angular momenta."""
-    form = attitude_form()
-    q_0, q_1, q_2, q_3 = q
-    upper, lower, l2 = q_0**2 + q_3**2, q_1**2 + q_2**2, l_x**2 + l_y**2 + l_z**2
-    halves = (((q_0, q_3), l2 / 4 + g * lower, 1), ((q_1, q_2), l2 / 4 - g * upper, -1))
-    for pair, factor, sign in halves:
-        rates = [form.flow_derivative(x) for x in pair]
-        for x, rate in zip(pair, rates, strict=True):
-            assert sp.expand(form.flow_derivative(rate) + factor * x) == 0
-        momentum = pair[0] * rates[1] - pair[1] * rates[0]
-        assert sp.expand(momentum - (l_z * (upper + lower) + sign * form.spin) / 4) == 0
 
 
 def test_an_entry_of_the_table_says_what_its_formulation_is():

@@ -72,16 +72,6 @@ def test_every_kind_of_number_can_be_looked_for(x, held):
     assert (x in Interval(Fraction(1, 3), Fraction(1, 10**10))) is held
 
 
-@given(st.integers(2, 300), st.fractions(-9, 9))
-def test_a_ball_of_flint_is_taken_as_it_is(bits, q):
-    with working(bits):
-        made = (flint.arb(flint.fmpq(q.numerator, q.denominator)) + 1) / 3
-        ball = Interval.of(made)
-        assert (q + 1) / 3 in ball
-        assert abs(ball.mid - float(made.mid())) <= 1e-15 * abs(ball.mid)
-        assert ball.spread * Fraction(2) ** (bits - 4) <= 4
-
-
 def test_the_precision_is_put_back() -> None:
     before = ctx.prec
     with working(200):

@@ -162,9 +162,6 @@ def test_events_are_those_of_the_own_motion(whole):
     assert (low != 0).mean() > 0.9
 
 
-# Invariants depend on each other where nothing nutates, and nearly so where hardly anything does.
-
-
 def test_steps_do_not_fall_into_a_cycle():
     """Natural steps of the cubic form do, and their phase error then grows as the time itself."""
     starts = (scene(30_001, "want.events=[]", f"start.theta={0.1 + k / 1000}") for k in range(8))

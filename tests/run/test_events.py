@@ -64,7 +64,7 @@ def let_go(form, digits=30):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["auto", "axis", "attitude", "cubic", "lagrange"])
-def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
+def test_no_event_is_missed_where_doubles_count_others(form):
     """In doubles the axis form counts 26, 4 and 1, and the cubic form runs away to infinity."""
     run = ht.propagate(let_go(form), formulation=form)
     exact = ht.Motion(BOOK, LET_GO)
@@ -72,11 +72,6 @@ def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
     assert run.events.kind[:3] == ("cusp", "theta_max", "cusp")
     times, period = run.numbers(run.events.own["t"]), exact.mpf("period", 50)
     assert max(abs(t - n * period / 2) for n, t in enumerate(times)) < 1e-30  # let go at a cusp
-    assert run.orbit.samples.t.size == run.t.size
-    run.save(tmp_path / "run.nc")
-    loaded = ht.load_trajectory(tmp_path / "run.nc")
-    assert counts(loaded.events) == (41, 0, 21)
-    assert loaded(50.0).theta == pytest.approx(float(exact.at(50.0).theta))
 
 
 def test_events_have_all_digits():

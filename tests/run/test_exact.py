@@ -110,8 +110,6 @@ def test_a_run_says_that_nothing_was_integrated(far):
     errors = found["errors"]
     assert (errors.pop("why_not"), errors.pop("invariants")) == ("nothing was integrated", {})
     assert set(errors.values()) == {None}
-    integrated = json.loads(heavytop_("run", "sicm-kicked", "--json").stdout)
-    assert integrated["source"] == "integrated"
 
 
 def test_events_are_counted_from_the_start_to_the_end_both_included(far):
@@ -188,9 +186,8 @@ def test_film_report_check_and_resume_take_its_folder(far, tmp_path):
 
 
 def test_no_trajectory_is_read_from_it(far):
-    for refused in (lambda: ht.load_trajectory(far[0] / "trajectory.nc"),):
-        with pytest.raises(ForeignFile, match=r"nothing was integrated.* heavytop\.Motion"):
-            refused()
+    with pytest.raises(ForeignFile, match=r"nothing was integrated.* heavytop\.Motion"):
+        ht.load_trajectory(far[0] / "trajectory.nc")
     assert heavytop_("certify", far[0]).exit_code == 3
 
 

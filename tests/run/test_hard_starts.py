@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.integration.blocks import Checkpoint
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 EVENTS = ("turning", "reversal", "cusp")
@@ -43,33 +42,7 @@ def test_threads_do_not_share_an_integrator():
         assert all(pool.map(same, trajectories, expected, timeout=300))
 
 
-def test_what_is_no_file_of_a_run_is_foreign(tmp_path):
-    """Damage within one is looked for by ``tests/test_hdf5.py``."""
-    run(ht.State(theta=1)).save(tmp_path / "whole.nc")
-    data = (tmp_path / "whole.nc").read_bytes()
-    (tmp_path / "cut.nc").write_bytes(data[: len(data) // 2])
-    for name in ("nowhere.nc", "http://localhost/x.nc", tmp_path / "cut.nc"):
-        with pytest.raises(ht.ForeignFile):
-            ht.load_trajectory(name)
-
-
 # --- low words of time, the scale of an energy error, rounded starts ----------------------------
-
-
-def test_times_within_a_block_keep_the_low_word_of_its_start():
-    start = Checkpoint((1e5, 3e-12), np.zeros(5), 0)
-    assert start.local(np.array([1e5 + 1.0]))[0] == 1.0 - 3e-12
-
-
-@pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic"])
-def test_the_motion_can_be_asked_for_where_a_block_starts(formulation):
-    """To a double the time of a checkpoint may be just before it."""
-    wants = ["span.periods=700", "want.digits=9", 'want.quantities=["theta"]']
-    run = ht.propagate(ht.load_scene("sicm-kicked", wants), formulation=formulation)
-    checkpoints = run.orbit.checkpoints
-    assert any(c.time[1] > 0 for c in checkpoints)
-    there = run.orbit.at(np.array([c.time[0] for c in checkpoints])).states
-    assert np.max(np.abs(there - [c.state for c in checkpoints])) < 1e-12
 
 
 @pytest.mark.parametrize("projected", [False, True])
@@ -129,6 +102,12 @@ def test_a_start_exactly_on_an_event_counts_however_it_is_rounded(seed):
 
 
 # --- what is asked of a run ----------------------------------------------------------------------
+
+
+def test_a_point_mass_is_run_by_the_axis_form():
+    swing = run(ht.State("1"), ht.Top(1, 0, 1))
+    assert swing.plan.formulation == "axis"
+    assert ht.run_errors(swing).theta < 1e-12
 
 
 def test_invariants_are_in_the_units_that_they_say():

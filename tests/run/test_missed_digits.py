@@ -57,13 +57,6 @@ def with_late_events(run, late):
     return found
 
 
-def test_an_event_that_comes_late_is_said():
-    run = ht.propagate(KICKED)
-    assert missed_digits(run) == {}
-    late = with_late_events(run, 1e-6 * (np.arange(len(run.events)) == 3))
-    assert missed_digits(late) == {"event_time": pytest.approx(1e-6)}
-
-
 def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
     """At a turning point 10^-digits/|thetadd| beside 10^-digits of a period."""
     run = ht.propagate(KICKED)

@@ -39,6 +39,8 @@ def test_dense_output_in_more_digits_is_the_same_run_rounded(precise):
     assert (again.phi[::-1] == samples.phi).all()
     assert precise.theta.tolist() == [float(theta) for theta in samples.theta]
     assert precise(precise.t[3]).theta == precise.theta[3]
+    exact = precise.motion.at("1/3", digits=50)
+    assert abs(precise.in_mpmath("1/3").phi - exact.phi) < 1e-29
 
 
 @pytest.mark.parametrize("formulation", ["axis", "attitude", "lagrange", "routh"])
@@ -72,8 +74,11 @@ def test_times_that_are_refused_and_none(whole, precise):
         for name in one.__slots__:
             assert getattr(none, name).shape == (0, *getattr(one, name).shape[1:])
         for t in (-1e-9, trajectory.t[-1] + 1e-6):
-            with pytest.raises(Impossible, match="where the trajectory was integrated"):
-                trajectory(t)
+            for ask in (trajectory, trajectory.in_mpmath):
+                with pytest.raises(Impossible, match="where the trajectory was integrated"):
+                    ask(t)
         for t in ("soon", np.nan, [0.0, np.inf], [[1.0]], None, [1, "a"]):
             with pytest.raises(NotANumber, match="a finite time"):
                 trajectory(t)
+        with pytest.raises(NotANumber):
+            trajectory.in_mpmath("soon")

@@ -15,13 +15,6 @@ def test_a_stored_run_is_the_run(tmp_path):
     assert same(loaded([0.5, 1.7]).states, whole([0.5, 1.7]).states)
 
 
-def test_columns_say_what_they_are():
-    data = ht.propagate(ht.load_scene("sicm-kicked")).to_xarray()
-    assert data["theta"].attrs["units"] == "rad"
-    assert data["omega"].dims == ("t", "space")
-    assert data["event_axis"].attrs["long_name"].endswith("in space, at an event")
-
-
 def test_a_stored_run_in_more_digits_is_the_run(tmp_path):
     changes = ["want.digits=30", "span.time=7", "want.samples=15"]
     wanted = 'want.quantities=["theta", "phi", "psi", "axis"]'

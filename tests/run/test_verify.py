@@ -7,9 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import EndedEarly
 from heavytop.run.plan import Plan
-from heavytop.run.propagation import completed
 from heavytop.run.verify import (
     ahead,
     missed_digits,
@@ -18,9 +16,6 @@ from heavytop.run.verify import (
     warn_of_plan,
 )
 
-from ..motions import BOOK, KICKED
-
-LOSING = {"quantities": ("theta",), "events": (), "samples": 5, "digits": 12}
 RATES = ("thetadot", "phidot", "psidot")
 
 
@@ -86,18 +81,6 @@ def test_a_phase_that_is_planted_is_found():
     exact, later = motion.at(t), motion.at(t + 1e-6)  # planted
     off = later.u - exact.u, later.udot - exact.udot
     assert ahead(*off, exact, 2 * np.pi / motion.period) == pytest.approx(1e-6, rel=1e-3)
-
-
-def test_continued_and_resumed_runs_are_checked():
-    short = ht.propagate(ht.Scene(BOOK, KICKED, time=2, **LOSING), formulation="axis")
-    with pytest.warns(ht.MissedDigitsWarning, match="off the closed form by theta"):
-        long = ht.extend(short, 20_000, samples=4)
-    truth = ht.Motion(BOOK, KICKED).at(20_000, digits=30).theta
-    assert abs(long.theta[-1] - float(truth)) > 1e-12
-    with pytest.raises(EndedEarly) as early:
-        ht.propagate(long.scene, formulation="axis", step_limit=10_000)
-    with pytest.warns(ht.MissedDigitsWarning, match="off the closed form by theta"):
-        completed(early.value.trajectory)
 
 
 def test_a_cubic_run_from_the_pole_that_is_farther_is_held_against_its_numbers():

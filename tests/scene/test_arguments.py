@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene
-from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
+from heavytop.scene.arguments import Range, Refused, one_of, parse_names
 from heavytop.studies.drift import drift_parameters
 from heavytop.studies.work_precision import diagram_parameters, settings
 
@@ -33,18 +33,6 @@ def test_what_is_no_number_or_out_of_bounds_is_refused(value):
         with pytest.raises(Refused, match="number from"):
             number(value)
     assert (REAL(0.5), REAL(1e6), WHOLE(2**63 - 1)) == (0.5, 1e6, 2**63 - 1)
-
-
-def test_what_is_right_is_kept_where_something_is_wrong():
-    readers = {"periods": REAL, "seed": WHOLE, "form": one_of({"axis": 5, "cubic": 6})}
-    given = {"periods": 2, "seed": 0, "form": "axes", "sed": 1}
-    values, faults = parse_options("some", given, readers)
-    assert values == {"periods": 2.0}
-    assert [(f.file, f.key, f.value, f.hint) for f in faults] == [
-        ("some", "seed", "0", ""),
-        ("some", "form", '"axes"', 'did you mean "axis"?'),
-        ("some", "sed", "1", 'did you mean "seed"?'),
-    ]
 
 
 def test_names_are_read_in_their_order_and_every_other_is_told():

@@ -45,35 +45,6 @@ def test_a_shipped_scene_survives_being_written(name: str) -> None:
     assert read_scene(scene.to_toml()) == scene
 
 
-@pytest.mark.parametrize(
-    ("name", "phidot", "held"),
-    [
-        ("sicm-kicked", -15, "psidot"),
-        ("sicm-dropped", 0, "psidot"),
-        ("sicm-forward", 15, "omega3"),
-        ("sicm-forward-spin-held", 15, "psidot"),
-    ],
-)
-def test_the_scenes_of_the_book(name: str, phidot: int, held: str) -> None:
-    """SICM 2.10; a kick says what it holds."""
-    scene = load_scene(name)
-    assert (scene.top, scene.time) == (BOOK, 2)
-    assert (scene.start.theta, scene.start.phidot) == (Fraction(1, 10), phidot)
-    assert (scene.start.held, getattr(scene.start, held)) == (held, 140)
-    assert scene.quantities == ("theta", "phi", "psi")
-
-
-def test_the_lie_group_benchmark_starts_as_published() -> None:
-    """Brüls, Cardona & Arnold 2012: E = 5435.696790865546875, p_φ, p_ψ; the axis is (0, 1, 0)."""
-    scene = load_scene("lie-group-benchmark")
-    top, start = scene.top, scene.start
-    assert (start.theta, start.phi) == (PI / 2, PI)
-    E = top.A * start.phidot**2 / 2 + top.C * start.omega3**2 / 2
-    assert Fraction("5435.696790865546875") == E
-    assert top.A * start.phidot == Fraction("-70.3124296875")
-    assert top.C * start.omega3 == Fraction("70.3125")
-
-
 def test_decimals_are_read_as_decimals_and_not_as_doubles(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(load_scene("sicm-kicked").to_toml(), "utf-8")

@@ -52,7 +52,6 @@ def load_fault(path: str | Path) -> Fault:
 
 
 BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
-KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
 
 
 @pytest.mark.parametrize(
@@ -63,7 +62,6 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("title", "titel", 2, "titel", 'did you mean "title"?'),
         ("format = 1", "format = 2", 1, "format", "the only format"),
         ("theta = 0.1", 'theta = "fast"', 10, "start.theta", 'unexpected "fast"'),
-        ("theta = 0.1", "theta = nan", 10, "start.theta", "finite, not nan"),
         ("time = 2", 'time = "2 rad"', 15, "span.time", "a unit here is s or ms"),
         ("A = 3.28e-4", "A = 0", 5, "top.A", "must be greater than 0"),
         ("gMR = 0.0456", "gMR = 0.0456\nmass = 1", 4, "top.distance", "missing for a top of A, C"),
@@ -124,7 +122,6 @@ def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling() -> None
         ("start.thta=1", "start.thta", 'did you mean "theta"?'),
         ("strat.theta=1", "strat", 'did you mean "start"?'),
         ("start.theta=nan", "start.theta", "finite, not nan"),
-        ("start.theta=", "start.theta", "ends too early"),
         ("start.theta=1\n[evil]\nx=1", "start.theta", "unexpected"),
         ("span.time=0", "span.time", "not 0"),
         ("start=1", "start", "a table"),

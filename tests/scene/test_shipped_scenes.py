@@ -4,7 +4,6 @@ import importlib.util
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import heavytop as ht
@@ -74,57 +73,6 @@ def test_it_meets_its_digits(name):
         end = 1.0 if quantity == "axis" else abs(getattr(trajectory, quantity)[-1])
         assert getattr(errors, quantity) <= bound * max(1.0, end), quantity
     assert errors.event_time is None or errors.event_time < bound * trajectory.t[-1]
-
-
-# --- what makes them special, by formulas of the books -----------------------------------------
-
-
-def test_the_marginal_top_spins_at_the_threshold():
-    """2 sqrt(A gMR)/C = 117.194006936 rad/s for the book's top, at 50 digits by another program."""
-    omega3 = float(ht.load_scene("sleeping-marginal").start.omega3)
-    assert omega3 == pytest.approx(117.194006935969, rel=1e-14)
-
-
-def test_the_pendulum_has_the_period_of_the_lemniscate():
-    """Let go from the horizontal it swings to and fro in 4 sqrt(A/gMR) K(m = 1/2), of which theta
-    sees half; K(1/2) = Gamma(1/4)^2/4 sqrt(pi) = 1.8540746773013719.
-    """
-    motion = shipped("planar-pendulum")
-    frequency = np.sqrt(9.80665 / 1.004)
-    assert 2 * motion.period == pytest.approx(4 * 1.8540746773013719 / frequency, rel=1e-15)
-
-
-def test_the_pendulum_rises_as_the_elementary_solution_says():
-    """theta = 2 arcsin sech(t sqrt(gMR/A)); any error grows as exp(t sqrt(gMR/A))."""
-    trajectory = ht.propagate(ht.load_scene("planar-asymptotic"))
-    x = np.sqrt(9.80665 / 1.004) * trajectory.t
-    exact = 2 * np.arctan2(1.0, np.sinh(x))
-    assert np.all(np.abs(trajectory.theta - exact) < 2e-15 * np.exp(x))
-    assert exact[-1] < 4e-4  # four orders of magnitude below the start
-
-
-def test_the_free_plate_goes_round_its_angular_momentum():
-    """The axis keeps its angle to L, and runs round it at |L|/A (Landau & Lifshitz, section 33)."""
-    scene = ht.load_scene("force-free")
-    theta, spin = np.radians(20), 20.0
-    across = 0.001 * 12.0  # A thetadot, along x at the start: phi is 0
-    momentum = np.array([across, 0, 0]) + 0.002 * spin * np.array(
-        [0, -np.sin(theta), np.cos(theta)]
-    )
-    trajectory = ht.propagate(scene)
-    along = trajectory.axis @ momentum
-    assert np.ptp(along) < 1e-15
-    period = 2 * np.pi * 0.001 / np.linalg.norm(momentum)
-    assert shipped("force-free").period == pytest.approx(period, rel=1e-14)
-
-
-def test_near_the_separatrix_the_period_is_a_logarithm():
-    """T = (1/w) ln(16/(1 - m)) to 1e-6 for 1 - m < 1e-6."""
-    motion = shipped("near-separatrix")
-    low, _, high = motion.roots
-    w, (_, mc) = np.sqrt((high - low) / 2), motion.modulus  # A = gMR = 1
-    assert float(mc) < 1e-6
-    assert motion.period == pytest.approx(np.log(16 / float(mc)) / w, rel=1e-6)
 
 
 # --- the page ----------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import heavytop as ht
 from heavytop.errors import BadScene, FoldedTiltWarning, ImpossibleStart
@@ -18,23 +19,9 @@ TOP = Top("1.2", "0.7", "2.5")
 NAMES = ("E", "E_prime", "p_phi", "p_psi")
 
 
-def about(axis: int, angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.eye(3)
-    others = [k for k in range(3) if k != axis]
-    turn[np.ix_(others, others)] = [[c, -s], [s, c]]
-    return turn
-
-
-def rotation(theta: float, phi: float, psi: float) -> np.ndarray:
-    return about(2, phi) @ about(0, theta) @ about(2, psi)
-
-
 def rotated(q: np.ndarray) -> np.ndarray:
-    """The matrix of a quaternion, by its products."""
-    w, v = q[0], q[1:]
-    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return ((w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross) / (q @ q)
+    """The matrix of a quaternion, scalar first."""
+    return Rotation.from_quat(q, scalar_first=True).as_matrix()
 
 
 def moving(start: State) -> tuple[np.ndarray, np.ndarray]:
@@ -70,12 +57,7 @@ def test_an_axis_on_the_vertical_moves_where_its_angular_velocity_says(q, omega)
     record, h = ht.Motion(TOP, start).at(np.array([0.0, 1e-6])), 1e-6
     R = rotated(np.array(q, float))
     later = rotated(np.array(record.quaternion[1]))
-    assert np.abs(later - R @ (np.eye(3) + h * spin_matrix(omega))).max() < 1e-10
-
-
-def spin_matrix(omega) -> np.ndarray:
-    x, y, z = omega
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    assert np.abs(later - R @ Rotation.from_rotvec(h * np.array(omega)).as_matrix()).max() < 1e-10
 
 
 def test_a_start_stays_exact_through_a_rotation() -> None:
@@ -136,7 +118,9 @@ def test_constants_without_energy_start_at_rest_and_turning_points_follow_from_e
 @pytest.mark.parametrize("spin", [{"psidot": 9}, {"omega3": -9}])
 def test_a_steady_start_stays_at_its_tilt(which, theta, spin) -> None:
     start = State.steady(TOP, theta, which=which, **spin)
-    assert ht.classify(TOP, start).kind == "uniform-precession"
+    verdict = ht.classify(TOP, start)
+    assert verdict.kind == "uniform-precession"
+    assert which in verdict.tags
     assert float(getattr(start, next(iter(spin)))) == next(iter(spin.values()))
     again = State.steady(TOP, theta, phidot=start.phidot)
     assert float(again.omega3) == pytest.approx(float(start.omega3), rel=1e-15)
@@ -148,7 +132,7 @@ def test_a_tilt_outside_is_the_same_motion_and_is_said(theta) -> None:
     with pytest.warns(FoldedTiltWarning, match="outside") as said:
         start = State(theta, thetadot="0.3", phi="0.2", psi=1, phidot="0.7", psidot=4)
     R, omega = moving(start)
-    assert np.abs(R - rotation(angle, 0.2, 1.0)).max() < 1e-13
+    assert np.abs(R - Rotation.from_euler("ZXZ", [0.2, angle, 1]).as_matrix()).max() < 1e-13
     node, axis = np.array([math.cos(0.2), math.sin(0.2), 0]), R[:, 2]
     assert np.abs(omega - (0.3 * node + 0.7 * np.eye(3)[2] + 4 * axis)).max() < 1e-13
     assert (str(said[0].message),) == start.notices
@@ -179,7 +163,6 @@ def test_the_least_energy_that_is_named_is_the_least(energy, unknown) -> None:
 
 
 HEAD = "format = 1\n[top]\nA = 1\nC = 0.5\ngMR = 2\n[start]\n"
-TURN = "[[1, 0, 0], [0, 0, -1], [0, 1, 0]]"
 WRONG = {  # what is wrong, the key that is named, and a word of its sentence
     "quaternion = [1, 0, 0]": ("quaternion", "4 numbers"),
     "quaternion = [0, 0, 0, 0]": ("quaternion", "not all zero"),
@@ -211,26 +194,17 @@ WRONG = {  # what is wrong, the key that is named, and a word of its sentence
     'steady = "slow"\ntheta = "pi/2"\nomega3 = 0': ("omega3", "not 0"),
     "steady = true\ntheta = 1": ("phidot", "missing"),
     "steady = true\ntheta = 1\nphidot = 0": ("phidot", "not 0"),
-    'theta = "1,000"': ("theta", "unexpected"),
-    'psidot = "3 kg"': ("psidot", "a unit here is rpm"),
-    "quaternions = [1, 0, 0, 0]": ("quaternions", 'did you mean "quaternion"?'),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("text", WRONG)
-def test_a_wrong_start_is_refused_in_one_sentence_with_what_would_be_right(text: str) -> None:
-    """With its place, its value and the rule; what is missing stands at its table."""
+def test_a_wrong_start_is_refused_by_one_fault_that_says_what_would_be_right(text: str) -> None:
     with pytest.raises(BadScene) as bad:
-        read_scene(HEAD + text, "mine.toml")
+        read_scene(HEAD + text)
+    (fault,) = bad.value.faults
     key, word = WRONG[text]
-    lines = [*HEAD.splitlines(), *text.splitlines()]
-    spelled = {line.partition(" = ")[0]: line.partition(" = ")[2] for line in text.splitlines()}
-    starts = [line.partition(" = ")[0] for line in lines]
-    number = (starts.index(key) if key in spelled else lines.index("[start]")) + 1
-    value = f" = {spelled[key]}" if key in spelled else ""
-    (sentence,) = str(bad.value).splitlines()
-    assert sentence.startswith(f"mine.toml:{number}: start.{key}{value}: ")
-    assert word in sentence.removeprefix(f"mine.toml:{number}: start.{key}{value}: ")
+    assert fault.key == f"start.{key}"
+    assert word in f"{fault.rule} {fault.hint}"
 
 
 def test_a_start_that_follows_from_a_wrong_top_is_read_all_the_same() -> None:
