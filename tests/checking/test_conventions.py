@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heavytop.checking.comparison import Comparison, octaves
+from heavytop.checking.comparison import Comparison
 from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Variant
 from heavytop.checking.judge import check
 from heavytop.checking.reading import read
@@ -78,17 +78,6 @@ def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatc
     assert of_another_problem(plants, "everything", 4)[0] == "named"
     monkeypatch.setattr("heavytop.checking.search.FIRST", np.inf)
     assert of_another_problem(plants, "everything", 4)[0] == "wrong"
-
-
-def test_every_octave_of_rows_counts_once():
-    """Of some rows, and of all, from which a start is to follow."""
-    rows, begins = octaves(20, most=2)
-    assert (rows.tolist(), begins.tolist()) == (
-        [0, 1, 2, 3, 4, 7, 8, 15, 16, 19],
-        [0, 1, 2, 4, 6, 8],
-    )
-    rows, begins = octaves(20, most=20)
-    assert (rows.tolist(), begins.tolist()) == ([*range(20)], [0, 1, 2, 4, 8, 16])
 
 
 def explanation(misfit, *names):

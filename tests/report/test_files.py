@@ -71,6 +71,16 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     assert "without a folder" not in str(stopped.value)
 
 
+def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("heavytop.plots.style.save", full)
+    with pytest.raises(StoppedEarly, match=rf"cannot write {tmp_path}: No space left"):
+        write_study(checked(ht.load_scene("sicm-kicked")), tmp_path)
+    assert names(tmp_path) == {"check.json"}
+
+
 ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "-j", "1")
 DRIFT = ("--methods", "taylor-axis", "--periods", "5")
 
