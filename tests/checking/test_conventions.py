@@ -1,8 +1,5 @@
 """Conventions: each is named where it was planted, none where it was not, and no wrong one."""
 
-from importlib import import_module
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -20,10 +17,9 @@ NAMES = [row.name for row in TABLE]
 
 
 @pytest.fixture
-def plants(monkeypatch):
+def plants(validation_script):
     """The plants of the validation script, which share no code with the package."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
-    return import_module("47_conventions")
+    return validation_script("47_conventions")
 
 
 ALONE = sorted({x for x in NAMES if "+" not in x} - {"time-origin", "another-number"})
