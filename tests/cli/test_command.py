@@ -67,6 +67,7 @@ def test_python_m_is_the_command_and_completed_as_it():
         (errors.BadScene(()), 3),
         (errors.EndedEarly("singular", None), 4),
         (errors.ForeignFile("x"), 3),
+        (errors.NotCertified("x"), 3),
         (errors.MissingPackage("strang", ["numba"]), 2),
         (errors.NoScheduler("x"), 2),
         (errors.WrongType("x"), 1),

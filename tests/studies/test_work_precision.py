@@ -28,20 +28,6 @@ KICKED = ht.load_scene("sicm-kicked")
 # --- errors ----------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def found():
-    methods = (
-        "auto", "taylor-axis", "taylor-cubic=1e-9", "taylor-lagrange=1e-9", "strang=25",
-        "dop853-cyrk=1e-6", "dop853-cyrk=1e-13",
-    )  # fmt: skip
-    return ht.work_precision(KICKED, methods=methods, periods=20, budget=600)
-
-
-def named(found, text):
-    points = {f"{p.method}={setting_of(p):.3g}": p for p in reversed(found.points)}
-    return points[text]
-
-
 def setting_of(point):
     return point.steps_a_period if point.tolerance is None else point.tolerance
 
