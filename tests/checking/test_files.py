@@ -75,6 +75,14 @@ def french(path):
     return table(path / "a.txt", header, columns, "\t", ",", "utf-16")
 
 
+def game_engine(path):
+    """Left-handed, y up, x, y, z, w, from space to body: the axes y and z change places."""
+    P = np.array([[1, 0, 0], [0, 0, 1], [0, 1, 0]])
+    turned = exact(T).quaternion
+    w, v = turned[:, 0], -turned[:, 1:] @ P.T  # a reflection turns the sense of every rotation
+    return table(path / "a.csv", ["t", "qx", "qy", "qz", "qw"], [T, *-v.T, w])
+
+
 def netcdf(path):
     """Packed degrees, with rows that are masked, and times that are dates."""
     theta = DEGREES[0].copy()
@@ -103,6 +111,7 @@ def off_zero(path):
 
 OWN = {
     french: ({"degrees", "rpm", "milliseconds"}, 11),
+    game_engine: ({"inverse-rotation"}, 0),
     netcdf: ({"degrees"}, 6),
     backwards_from_below: ({"from-below", "degrees"}, 11),
     off_zero: ({"time-origin"}, 11),
@@ -115,6 +124,11 @@ def test_a_file_of_such_a_kind_is_answered(make, tmp_path):
     sure, digits = OWN[make]
     assert names(found) == sure, str(found)
     assert found.digits >= digits
+
+
+def test_a_mirror_and_a_turn_that_do_the_same_are_both_given(tmp_path):
+    others = [{x.name for x in each} for each in check(game_engine(tmp_path), SCENE).alternatives]
+    assert {"y-up", "mirrored", "inverse-rotation"} in others
 
 
 def test_columns_of_any_name_have_units(tmp_path):
