@@ -24,8 +24,10 @@ def errors_at(trajectory, times):
     exact, seen = own_motion(trajectory).at(times, 30), trajectory(np.array(times))
     found = {}
     for name in ("axis", *ANGLES):
-        off = getattr(seen, name) - np.array([getattr(record, name) for record in exact])
-        sizes = np.linalg.norm(off.astype(float).reshape(len(times), -1), axis=1)
+        true = np.array([getattr(record, name) for record in exact])
+        with np.errstate(invalid="ignore"):  # NaN, where a run does not say it
+            off = (getattr(seen, name) - true).astype(float)
+        sizes = np.linalg.norm(off.reshape(len(times), -1), axis=1)
         found[name] = max(sizes[sizes == sizes], default=0.0)
     return found
 
