@@ -1,7 +1,5 @@
 """The command in this process: what it says, and how it ends where its run fails."""
 
-from __future__ import annotations
-
 from click.testing import CliRunner
 
 import heavytop.run.propagation
@@ -10,6 +8,13 @@ from heavytop.cli import app
 
 def heavytop_(*words):
     return CliRunner().invoke(app, [str(word) for word in words], env={"COLUMNS": "100"})
+
+
+def printed(*words):
+    """What a command says that ends well."""
+    found = heavytop_(*words)
+    assert found.exit_code == 0, found.output
+    return found.stdout
 
 
 def fail_with(monkeypatch, error):

@@ -2,6 +2,8 @@
 
 import os
 import signal
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -14,3 +16,10 @@ for name in ("COLUMNS", "LINES"):  # readline, which pytest imports, sets them f
 def interruptible():
     """nohup, or a job in the background, hands down SIGINT ignored, to this and every process."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def validation_script(monkeypatch):
+    """Import a script of validation/ by its name."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "validation"))
+    return import_module

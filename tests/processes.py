@@ -1,7 +1,5 @@
 """Processes that a test began by way of others: what they said of themselves, and their end."""
 
-from __future__ import annotations
-
 import os
 import time
 from pathlib import Path

@@ -1,8 +1,6 @@
 """A result file that is not what was written is refused before anything in it is believed."""
 
 import hashlib
-from importlib import import_module
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -60,9 +58,8 @@ def test_what_is_stored_is_read_by_everybody(path):
 
 
 @pytest.mark.slow
-def test_damaged_files_are_refused_unseen(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "validation"))
-    misses = import_module("43_fuzz").damage_misses
+def test_damaged_files_are_refused_unseen(validation_script, monkeypatch):
+    misses = validation_script("43_fuzz").damage_misses
     assert misses(seed=1, count=320) == []
     monkeypatch.setattr("heavytop.files.expect_sealed", lambda path: None)
     assert len(misses(seed=1, count=32)) > 16  # they are seen where no digest is checked

@@ -35,6 +35,16 @@ def test_import_contracts_are_kept():
             ("numpy", "heyoka", "sympy", "matplotlib"),
         ),
         ("import heavytop.run.propagation", ("matplotlib", "xarray")),
+        (
+            "from click.testing import CliRunner; from heavytop.cli import app;"
+            "assert CliRunner().invoke(app, ['classify', 'sicm-kicked']).stdout",
+            ("heyoka", "sympy", "scipy", "matplotlib", "xarray"),
+        ),
+        (
+            "from click.testing import CliRunner; from heavytop.cli import app;"
+            "assert CliRunner().invoke(app, ['doctor']).stdout",
+            ("heyoka", "sympy", "scipy", "matplotlib", "xarray"),
+        ),
     ],
 )
 def test_nothing_heavy_is_imported_before_it_is_needed(statement, absent):

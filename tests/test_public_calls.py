@@ -3,7 +3,6 @@
 import inspect
 import operator
 
-import numpy as np
 import pytest
 
 import heavytop as ht
@@ -96,53 +95,22 @@ def test_every_public_function_is_among_them():
         assert empty <= given.keys() <= own.keys()
 
 
-# --- junk of every kind, where much is taken -----------------------------------------------------
-
-JUNK = (
-    None, "x", "", "1e400", "1/0", b"x", float("nan"), float("inf"), -1, 0, 2.5, 1e140, -1e300,
-    10**400, True, 1j, [], {}, (1, 2), np.array([1.0, 2.0]), np.array(1.0), np.float32(1), object(),
-)  # fmt: skip
-TAKING = {
-    ht.Top: (NEEDED["Top"], "A C gMR"),
-    ht.State: ({"theta": 1}, "theta phidot omega3"),
-    ht.Scene: (NEEDED["Scene"], "samples quantities digits title time"),
-    ht.classify_many: (NUMBERS | {"psidot": 1}, "theta tags"),
-    ht.facts: ({"motion": TOP}, "start"),
-    ht.propagate: ({"scene": SCENE}, "formulation projected step_limit progress"),
-    ht.atlas: (PLANE, "x only folder progress"),
-    ht.drift: (DRIFT, "methods ensemble seed folder progress"),
-    ht.stress: (STRESS, "progress"),
-    ht.resume: ({"folder": "no such folder"}, "jobs"),
-    MOTION.at: ({"t": 1, "digits": 30}, "t digits"),
-    MOTION.interval: ({"name": "theta", "t": 1, "digits": 15}, "t digits"),
-    RUN.__call__: ({}, "t"),
+OPTIONS = {
+    "Scene": "quantities events samples digits title",
+    "atlas": "only folder progress",
+    "drift": "methods periods ensemble samples seed folder progress",
+    "propagate": "formulation tolerance projected step_limit progress",
+    "stress": "budget time_limit step_limit folder progress",
+    "resume": "jobs progress",
 }
-CALLS = [
-    (function, given, each)
-    for function, (given, places) in TAKING.items()
-    for each in places.split()
-]
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize(
-    ("function", "given", "place"), CALLS, ids=[f"{f.__qualname__} {p}" for f, _, p in CALLS]
-)
-def test_junk_is_refused_or_served(function, given, place, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    raw = []
-    for value in JUNK:
-        try:
-            function(**given | {place: value})
-        except ht.HeavyTopError:
-            continue
-        except Exception as error:
-            raw.append(f"{value!r:.40}: {type(error).__name__}: {error}")
-    assert raw == []
-
-
-# --- what is told ------------------------------------------------------------------------------
+@pytest.mark.parametrize("name", OPTIONS)
+def test_an_option_of_no_use_is_refused_by_name(name):
+    for option in OPTIONS[name].split():
+        for wrong in (object(), 1j):
+            with pytest.raises(ht.HeavyTopError, match=option):
+                named(name)(**NEEDED[name] | {option: wrong})
 
 
 def test_what_is_of_another_type_is_a_type_error():

@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from heavytop.analytic.motion import Motion
-from heavytop.scene.scene import Scene
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
+from heavytop import Motion, Scene, State, Top
 
 NAMES = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 TOP = Top("3.28e-4", "6.6e-5", "0.0456")

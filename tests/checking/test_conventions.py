@@ -1,12 +1,9 @@
 """Conventions: each is named where it was planted, none where it was not, and no wrong one."""
 
-from importlib import import_module
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from heavytop.checking.comparison import Comparison, octaves
+from heavytop.checking.comparison import Comparison
 from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Variant
 from heavytop.checking.judge import check
 from heavytop.checking.reading import read
@@ -20,10 +17,9 @@ NAMES = [row.name for row in TABLE]
 
 
 @pytest.fixture
-def plants(monkeypatch):
+def plants(validation_script):
     """The plants of the validation script, which share no code with the package."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
-    return import_module("47_conventions")
+    return validation_script("47_conventions")
 
 
 ALONE = sorted({x for x in NAMES if "+" not in x} - {"time-origin", "another-number"})
@@ -78,17 +74,6 @@ def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatc
     assert of_another_problem(plants, "everything", 4)[0] == "named"
     monkeypatch.setattr("heavytop.checking.search.FIRST", np.inf)
     assert of_another_problem(plants, "everything", 4)[0] == "wrong"
-
-
-def test_every_octave_of_rows_counts_once():
-    """Of some rows, and of all, from which a start is to follow."""
-    rows, begins = octaves(20, most=2)
-    assert (rows.tolist(), begins.tolist()) == (
-        [0, 1, 2, 3, 4, 7, 8, 15, 16, 19],
-        [0, 1, 2, 4, 6, 8],
-    )
-    rows, begins = octaves(20, most=20)
-    assert (rows.tolist(), begins.tolist()) == ([*range(20)], [0, 1, 2, 4, 8, 16])
 
 
 def explanation(misfit, *names):

@@ -83,12 +83,6 @@ def game_engine(path):
     return table(path / "a.csv", ["t", "qx", "qy", "qz", "qw"], [T, *-v.T, w])
 
 
-def depression(path):
-    """The angle below the horizontal, and the azimuth from another axis."""
-    header = ["t", "azimuth (deg)", "elevation (deg)"]
-    return table(path / "a.csv", header, [T, DEGREES[1] + 40, DEGREES[0] - 90])
-
-
 def netcdf(path):
     """Packed degrees, with rows that are masked, and times that are dates."""
     theta = DEGREES[0].copy()
@@ -118,7 +112,6 @@ def off_zero(path):
 OWN = {
     french: ({"degrees", "rpm", "milliseconds"}, 11),
     game_engine: ({"inverse-rotation"}, 0),
-    depression: ({"degrees", "elevation", "from-below", "azimuth-origin"}, 11),
     netcdf: ({"degrees"}, 6),
     backwards_from_below: ({"from-below", "degrees"}, 11),
     off_zero: ({"time-origin"}, 11),

@@ -1,7 +1,5 @@
 """Scripts of claims made for a test."""
 
-from __future__ import annotations
-
 HEAD = """
 import os, time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What `validate` promises: every claim is found, measured and judged, whatever it does."""
 
-from __future__ import annotations
-
 import ast
 import json
 import math
@@ -174,6 +172,3 @@ def test_an_interrupt_is_answered_at_once_and_leaves_nothing_running(tmp_path):
         process.send_signal(signal.SIGINT)
         assert process.wait(20) != 0
     assert gone(int(pids.read_text()))
-
-
-# --- a script alone --------------------------------------------------------------------------

@@ -2,9 +2,6 @@
 
 import ast
 import re
-import sys
-from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -35,24 +32,21 @@ def test_there_are_such_numbers():
     assert len(set().union(*map(long_decimals, SCRIPTS))) > 30
 
 
-@cache
-def exact():
+@pytest.fixture
+def exact(validation_script):
     """omega_y of the Lie-group benchmark at both times, by the rigid body of the claims."""
-    sys.path.insert(0, str(VALIDATION))
-    rigid = import_module("rigid")
-    sys.path.pop(0)
-    body = rigid.Body(
+    body = validation_script("rigid").Body(
         ("15.234375", "0.46875", "15.234375"), "147.15", (0, 1, 0),
         (1, 0, 0, 0), ("0", "150", "-4.61538"),
     )  # fmt: skip
     return {t: at.omega[1] for t, at in zip(("0.01", "2"), body.at(("0.01", "2")), strict=True)}
 
 
-def test_what_exudyn_prints_is_as_far_from_exact_as_is_said():
+def test_what_exudyn_prints_is_as_far_from_exact_as_is_said(exact):
     rows = ROW.findall(PROVENANCE)
     assert len(rows) == 24
     for t, value, said in rows:
-        off = abs(exact()[t] - type(exact()[t])(value))
+        off = abs(exact[t] - type(exact[t])(value))
         assert f"{float(off):.1e}" == f"{float(said):.1e}", value
 
 

@@ -1,12 +1,8 @@
 """`heavytop certify`: a scene, a stored run, what is refused, and exit codes."""
 
 import json
-from dataclasses import replace
-
-import pytest
 
 import heavytop as ht
-from heavytop.results.certificate import Certificate
 
 from ..commands import heavytop_
 
@@ -31,32 +27,13 @@ def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
     known = json.loads(stored.stdout)
     assert known["schema"] == "heavytop/certify/1"
     assert known["bound"] == ht.certify(ht.propagate(ht.load_scene("sicm-dropped"))).bound
-    kept = Certificate.load(tmp_path / "proof" / "certify.json")
+    kept = ht.Certificate.load(tmp_path / "proof" / "certify.json")
     assert kept.bound == known["bound"]
     again = heavytop_("resume", tmp_path / "proof", "--json")
     assert json.loads(again.stdout)["bound"] == known["bound"]
 
 
-def test_a_stored_run_of_other_bits_is_refused(tmp_path):
-    run = ht.propagate(ht.load_scene("sicm-kicked"))
-    states = run.orbit.samples.states.copy()
-    states[200, 0] += 1e-13
-    wrong = replace(run.orbit, samples=run.orbit.samples._replace(states=states))
-    replace(run, orbit=wrong).save(tmp_path / "trajectory.nc")
-    found = heavytop_("certify", tmp_path)
+def test_a_form_without_certificates_is_refused():
+    found = heavytop_("certify", "sicm-kicked", "--formulation", "lagrange")
     assert found.exit_code == 3
-    assert "its samples are others" in found.stderr
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "says"),
-    [
-        (("sicm-kicked", "--formulation", "lagrange"), 3, "axis and attitude"),
-        (("sicm-kicked", "--set", "want.digits=30"), 3, "more digits than doubles"),
-    ],
-)
-def test_what_has_no_certificate_is_refused(words, code, says, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    found = heavytop_("certify", *words)
-    assert found.exit_code == code
-    assert says in " ".join(found.stderr.split())
+    assert "lagrange" in found.stderr

@@ -31,10 +31,7 @@ def test_a_folder_gets_every_file_the_document_names(tmp_path):
     printed = json.loads(result.stdout)
     assert printed["schema"] == "heavytop/run/1"
     assert printed == json.loads((folder / "run.json").read_text("utf-8"))
-    figures = ("overview", "angles", "potential", "phase", "errors")
-    names = {"run.json", "trajectory.nc"}
-    names |= {f"{figure}.{form}" for figure in figures for form in ("svg", "png")}
-    assert set(printed["files"].values()) == {path.name for path in folder.iterdir()} == names
+    assert set(printed["files"].values()) == {path.name for path in folder.iterdir()}
     assert f"heavytop: wrote {folder / 'trajectory.nc'}\n" in result.stderr
     assert "heavytop: run sicm-kicked\n" in result.stderr
 
@@ -46,7 +43,7 @@ def test_options_are_those_asked_for(tmp_path):
     assert document["final"]["t"] == 0.5
     assert document["scene"]["want"]["digits"] == 9
     assert document["plan"]["formulation"] == "lagrange"
-    assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".json", ".nc"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"run.json", "trajectory.nc"}
     assert quiet.stderr == ""
 
 

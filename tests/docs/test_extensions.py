@@ -1,10 +1,9 @@
-"""What the build of the pages makes of them: commands, verbs, notebooks and formulas."""
+"""What the build of the pages makes of them: commands, verbs and formulas."""
 
 import importlib
 import re
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -44,7 +43,7 @@ heavytop run in-text
 def extension(monkeypatch):
     pytest.importorskip("sphinx", reason="the pages are built with the extra docs")
     monkeypatch.syspath_prepend(EXTENSIONS)
-    for name in ("commands", "verbs", "public_names", "notebooks", "formulas"):
+    for name in ("commands", "verbs", "public_names", "formulas"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     return importlib.import_module
 
@@ -60,21 +59,6 @@ def test_commands_are_found_where_they_are_shown_as_such(commands):
     assert words == found
     readme = EXTENSIONS.parents[1] / "README.md"
     assert len(list(commands.shown(readme.read_text("utf-8")))) >= 5
-
-
-@pytest.mark.parametrize(
-    ("said", "run"),
-    [
-        ("drift top --periods 1e6 --methods a,b", "drift top --periods 30 --methods a,b"),
-        ("atlas top --x a=-20:20:2000", "atlas top --x a=-20:20:24"),
-        ("reference top --times 0:2:0.01", "reference top --times 0:2:0.01"),
-        ("resume study --scheduler tcp://192.168.0.2:8786  # later", "resume study"),
-        ("validate --proofs", "validate 39_flint"),
-        ("report my-scene.toml -o out/page.html", "report sicm-forward -o out/page.html"),
-    ],
-)
-def test_hours_become_seconds_and_the_verb_stays(commands, said, run):
-    assert " ".join(commands.less(f"heavytop {said}")[1:]) == run
 
 
 def test_the_reference_has_every_verb_with_all_it_takes(extension):
@@ -102,33 +86,7 @@ def test_the_page_has_the_exit_codes_of_the_command():
     assert {code: what.strip() for code, what in shown} == told
 
 
-# --- notebooks and formulas ----------------------------------------------------------------------
-
-
-def test_notebooks_are_copied_with_their_links_and_nothing_else_is_left(extension, tmp_path):
-    notebooks = extension("notebooks")
-    (tmp_path / "examples").mkdir()
-    (tmp_path / "examples" / "gone.ipynb").touch()
-    notebooks.copy(SimpleNamespace(srcdir=tmp_path))
-    names = {path.name for path in notebooks.EXAMPLES.glob("*.ipynb")}
-    assert names == {path.name for path in (tmp_path / "examples").iterdir()}
-    copied = (tmp_path / "examples" / "2-cusps-loops-waves.ipynb").read_text("utf-8")
-    assert "](../kicks.md)" in copied
-    assert "](../docs/" not in copied
-
-
-@pytest.mark.parametrize(
-    ("written", "built"),
-    [
-        ("[a](../examples/1.ipynb)", "[a](examples/1.ipynb)"),
-        ("[a](../../examples/1.ipynb)", "[a](../examples/1.ipynb)"),
-        ("[a](kicks.md)", "[a](kicks.md)"),
-    ],
-)
-def test_links_of_pages_lead_to_the_copies(extension, written, built):
-    source = [written]
-    extension("notebooks").lead(None, "page", source)
-    assert source == [built]
+# --- formulas ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

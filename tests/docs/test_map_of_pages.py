@@ -12,7 +12,6 @@ import pytest
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 SOURCE = ROOT / "src" / "heavytop"
-PARTS = ["Tutorials", "How-to guides", "Reference", "Explanation"]
 TREE = re.compile(r"^```\{toctree\}\n((?::[^\n]*\n)*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -31,12 +30,6 @@ def test_every_page_is_in_one_part_and_in_one_only():
     placed = Counter(page for index in every for page in pages_of(index))
     assert placed.keys() == every - {DOCS / "index.md"}
     assert set(placed.values()) == {1}
-
-
-def test_the_first_page_has_four_parts():
-    text = (DOCS / "index.md").read_text("utf-8")
-    assert re.findall(r"^:caption: (.*)$", text, re.MULTILINE) == PARTS
-    assert text.index("notebook-2.svg") < text.index("{toctree}")
 
 
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.md"])

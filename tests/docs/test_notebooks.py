@@ -16,37 +16,10 @@ NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
 CHECKS = Path(__file__).parent / "notebooks"
 MOST_CELLS = 40
 MARKED = "# Change these numbers: all that follows is computed from them."
-OTHERS = {  # of each notebook two other sets of numbers
-    "1-section-2.10": (
-        {'"0.1", -15, 140': '"0.4", 5, 220'},
-        {'"gMR": "0.0456"': '"gMR": "0.08"', "-15, 140": "0, 90"},
-    ),
-    "2-cusps-loops-waves": (
-        {'"0.1", 140': '"0.5", 200', "(-15, -3, 0, 3)": "(-8, -2, 0, 4)"},
-        {'"6.60e-5"': '"9e-5"', "(-15, -3, 0, 3)": "(-20, -5, 1, 2, 6)"},
-    ),
-    "3-sleeping-and-rising": (
-        {"140, 100": "200, 80", "map_spin = 60": "map_spin = 40"},
-        {'"0.0456"': '"0.02"', "140, 100": "120, 60", "map_spin = 60": "map_spin = 30",
-         '"0.175", "0.007"': '"0.15", "0.009"'},
-    ),
-    "4-energy-drift": (
-        {"nods = 1000": "nods = 400", "steps = 100": "steps = 150"},
-        {"sicm-kicked": "sicm-dropped", "1e-6": "1e-8", "nods = 1000": "nods = 300"},
-    ),
-    "5-phase-not-energy": (
-        {"sicm-kicked": "sicm-dropped"},
-        {"60, 200": "80, 120", "= 50, 50": "= 70, 30"},
-    ),
-    "6-your-own-atlas": (
-        {"spin = 100": "spin = 80", "400": "200", "leans = 20": "leans = 10"},
-        {'"0.0456"': '"0.03"', "spin = 100": "spin = 70", "0.080, 0.030": "0.050, 0.020"},
-    ),
-    "7-a-toy-top": (
-        {"(0.061,": "(0.110,", "(0.030,": "(0.040,", "turns = 20": "turns = 12", "= 15": "= 8"},
-        {"turns = 20": "turns = 35", "= 15": "= 25", "(240, 30)": "(120, 25)", "(0.025": "(0.035"},
-    ),
-}  # fmt: skip
+OTHERS = (  # two other sets of numbers of the last notebook
+    {"(0.061,": "(0.110,", "(0.030,": "(0.040,", "turns = 20": "turns = 12", "= 15": "= 8"},
+    {"turns = 20": "turns = 35", "= 15": "= 25", "(240, 30)": "(120, 25)", "(0.025": "(0.035"},
+)
 PYTHON = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
 TIME_LIMIT_S = 120  # of a cell
 
@@ -84,43 +57,12 @@ def test_a_notebook_is_committed_without_what_it_printed(path):
 
 
 @each_notebook
-def test_a_notebook_ends_with_exercises_and_their_solutions(path):
-    text = "\n\n".join(text for kind, text in cells(path) if kind == "markdown")
-    title, *_ = text.splitlines()
-    assert title.startswith("# ")
-    *_, last = re.split(r"^## +", text, flags=re.MULTILINE)
-    assert last.startswith("Exercises\n")
-    asked, solved = re.split(r"^### +Solutions$", last, flags=re.MULTILINE)
-    numbers = ["".join(re.findall(r"^(?:\*\*)?(\d)[.)]", part, re.M)) for part in (asked, solved)]
-    assert numbers in (["123"] * 2, ["1234"] * 2)
-
-
-@each_notebook
 def test_the_solutions_of_a_notebook_are_held_to(path):
     document, held = json.loads(path.read_text("utf-8")), checks(path)
     names = [cell["id"] for cell in document["cells"]]
     assert {*held} <= {*names}
     [start] = [i for i, (_, text) in enumerate(cells(path)) if "### Solutions" in text]
     assert sum(held.get(name, "").count("assert ") for name in names[start:]) >= 3
-
-
-@each_notebook
-def test_no_cell_of_a_notebook_asserts(path):
-    for kind, text in cells(path):
-        assert kind == "markdown" or not re.search(r"^\s*assert\b", text, re.M), text
-
-
-MEASURED = re.compile(r"(?<![\w.])\d+\.\d{3,}(?:e-?\d+)?(?![\w.])")
-
-
-@each_notebook
-def test_a_notebook_has_its_numbers_in_one_marked_cell_before_all_others(path):
-    codes = [text for kind, text in cells(path) if kind == "code"]
-    assert codes[1].startswith(MARKED + "\n")
-    assert all(re.match(r"(import|from) |$", line) for line in codes[0].splitlines())
-    given = set(MEASURED.findall(codes[1]))
-    for text in codes[2:]:  # no measured number stands twice
-        assert not given & set(MEASURED.findall(text)), text
 
 
 @each_notebook
@@ -159,13 +101,12 @@ def test_a_notebook_runs_and_does_what_its_text_says(path, tmp_path, monkeypatch
 
 @pytest.mark.slow
 @pytest.mark.processes
-@pytest.mark.parametrize("which", [0, 1])
-@pytest.mark.parametrize("path", NOTEBOOKS[6:], ids=lambda path: path.stem)
-def test_a_notebook_runs_with_other_numbers(path, which, tmp_path, monkeypatch):
+@pytest.mark.parametrize("changed", OTHERS)
+def test_a_notebook_runs_with_other_numbers(changed, tmp_path, monkeypatch):
     nbformat = pytest.importorskip("nbformat", reason="it comes with the extra docs")
-    notebook = nbformat.read(path, as_version=4)
+    notebook = nbformat.read(NOTEBOOKS[-1], as_version=4)
     [marked] = [cell for cell in notebook.cells if cell.source.startswith(MARKED)]
-    for old, new in OTHERS[path.stem][which].items():
+    for old, new in changed.items():
         assert old in marked.source
         marked.source = marked.source.replace(old, new)
     run(notebook, tmp_path, monkeypatch)

@@ -23,7 +23,6 @@ from .test_first_ten_minutes import follows
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 README = (ROOT / "README.md").read_text("utf-8")
-PRINTED = re.compile(r"<!-- begin (run .*?) -->")
 VARIES = ("cost", "errors", "event time")  # of the machine, or in the last digit
 SMALL = re.compile(r"-?\d(\.\d+)?e-1\d|-?0(?=\s|$)")
 
@@ -78,20 +77,12 @@ def stable(text):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", PRINTED.findall(README))
-def test_the_readme_shows_what_a_command_prints(words, tmp_path):
-    printed = stable(CliRunner().invoke(app, [*words.split(), "-o", str(tmp_path)]).stdout)
-    shown = README.split(f"<!-- begin {words} -->")[1].split("<!-- end")[0]
+def test_the_readme_shows_what_a_command_prints(tmp_path):
+    printed = stable(CliRunner().invoke(app, ["run", "sicm-kicked", "-o", str(tmp_path)]).stdout)
+    shown = README.split("<!-- begin run sicm-kicked -->")[1].split("<!-- end")[0]
     shown = stable(shown.replace("```text", "").replace("```", ""))
     assert follows(shown, printed)
     assert set(shown) <= {"…", *printed}  # to the last digit
-
-
-def test_the_readme_is_short_and_shows_a_run():
-    lines = README.splitlines()
-    assert len(lines) <= 110
-    assert all(len(line) <= 100 or line.startswith("|") for line in lines)
-    assert PRINTED.findall(README) == ["run sicm-kicked"]
 
 
 def test_the_scene_of_the_page_is_a_scene():
@@ -142,8 +133,6 @@ def test_the_first_change_of_contributing_is_a_scene_of_the_kind_it_says():
     scene = read_scene(dedent(text))
     verdict = Motion(scene.top, scene.start).verdict
     assert f'("{verdict.kind}", {verdict.tags!r})'.replace("'", '"') in page
-    for name in re.findall(r"`((?:tests|validation|docs|src)/[\w./-]+)`", page):
-        assert (ROOT / name).exists() or "half-tilted" in name, name
 
 
 def test_every_verb_is_named_in_the_readme():

@@ -59,21 +59,3 @@ def test_steps_lengthen_where_an_angle_grows():
     steps = steps_a_period(scene_of("sicm-kicked", 1000), "subsystem")
     assert {round(each) for each in steps} == {36}
     assert "keeps its 36." in TEXT
-
-
-def test_a_step_by_hand_is_right():
-    """By the recurrences of the page, with the length that it gives."""
-    [shown] = re.findall(r"order 20 takes the kicked SICM top over ([\d.]+) s", TEXT)
-    scene = load_scene("sicm-kicked")
-    orbit = propagate(scene, formulation="axis").orbit
-    state, g, l_z = orbit.checkpoints[0].state, orbit.parameters["g"], orbit.parameters["l_z"]
-    e, l = [state[:3]], [np.append(state[3:5], l_z)]  # noqa: E741 (as on the page)
-    for k in range(20):
-        e.append(sum(np.cross(l[j], e[k - j]) for j in range(k + 1)) / (k + 1))
-        l.append(g * np.array([-e[k][1], e[k][0], 0]) / (k + 1))
-    largest = [abs(np.append(e[k], l[k][:2])).max() for k in range(21)]
-    radius = min((largest[0] / largest[k]) ** (1 / k) for k in (19, 20))
-    h = radius * np.exp(-2 - 0.7 / 19)
-    assert h == pytest.approx(float(shown), abs=0.0005)
-    there = sum(h**k * e[k] for k in range(21))
-    assert abs(there - Motion(scene.top, scene.start).at(h).axis).max() < 1e-15

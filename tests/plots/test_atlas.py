@@ -1,7 +1,5 @@
 """The pictures of an atlas: kinds with their shares, what is held, and where the scene is."""
 
-from __future__ import annotations
-
 import pytest
 from matplotlib.colors import to_rgba
 

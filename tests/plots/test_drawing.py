@@ -1,7 +1,5 @@
 """`plot`: the axes given, the data of the thing, the keywords of its user, clear errors."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from dataclasses import replace
@@ -128,14 +126,6 @@ def test_a_title_stays_events_may_be_left_out_and_angles_be_in_degrees(things, a
     assert "θ [rad]" in checked.get_legend_handles_labels()[1]
     with pytest.raises(Impossible, match="unit: units out of"):
         run.plot(unit="furlong")
-
-
-@pytest.mark.parametrize("name", ["sleeping", "hanging", "at-rest"])
-def test_a_top_that_stands_still_is_drawn_over_time_and_touched(name, ax):
-    scene = ht.load_scene(name)
-    ht.Motion(scene.top, scene.start).plot(ax=ax)
-    assert ax.get_xlabel() == "t [s]"
-    assert any(line.get_label() == "after a push of 1 rad/s" for line in ax.lines)
 
 
 def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):

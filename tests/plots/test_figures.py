@@ -1,21 +1,17 @@
 """The figures of a run: events where they are, the curves of the book, every motion drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+import heavytop as ht
 from heavytop.plots.figures import run_figure, run_figures
 from heavytop.plots.style import save
-from heavytop.run.propagation import propagate
-from heavytop.run.verify import run_errors
-from heavytop.scene.scene import load_scene
 
 
 @pytest.fixture(scope="module")
 def kicked():
-    return propagate(load_scene("sicm-kicked"))
+    return ht.propagate(ht.load_scene("sicm-kicked"))
 
 
 def lines(ax, label):
@@ -27,7 +23,7 @@ def drawn(name, trajectory):
 
 
 def changed(*overrides):
-    return propagate(load_scene("sicm-kicked", overrides=overrides))
+    return ht.propagate(ht.load_scene("sicm-kicked", overrides=overrides))
 
 
 KINDS = (  # a scene of every kind that looks different
@@ -46,7 +42,7 @@ DRAWN = {name: (name,) for name in KINDS} | {
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_motion_can_be_drawn(name, tmp_path):
     scene, *overrides = DRAWN[name]
-    run = propagate(load_scene(scene, overrides=overrides))
+    run = ht.propagate(ht.load_scene(scene, overrides=overrides))
     for figure, draw in run_figures(run):
         save(draw(), tmp_path / f"{figure}.svg")
         text = (tmp_path / f"{figure}.svg").read_text("utf-8")
@@ -74,9 +70,9 @@ def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
     assert ax.get_title() == f"the first {12 * period:.4g} s of 60 s"
 
 
-@pytest.mark.parametrize("name", ["sleeping-unstable", "at-rest"])
+@pytest.mark.parametrize("name", ["sleeping-unstable", "hanging", "at-rest"])
 def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
-    run = propagate(load_scene(name))
+    run = ht.propagate(ht.load_scene(name))
     tilt = lines(drawn("theta", run), "after a push of 1 rad/s").get_ydata()
     assert np.ptp(tilt) > 0.01
     ax = drawn("sphere", run)
@@ -91,10 +87,6 @@ def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
         "θ [rad]", "φ [rad]", "ψ̇ [rad/s]",
     ]  # fmt: skip
     assert [ax.get_xlabel() for ax in panels] == ["", "", "t [s]"]
-    for ax, name in zip(panels, ("theta", "phi", "psidot"), strict=True):
-        t, shown = ax.lines[0].get_xydata().T
-        assert (t[0], t[-1]) == (0.0, 2.0)
-        np.testing.assert_array_equal(shown, getattr(kicked(t), name))
     with pytest.raises(ValueError, match="phi"):
         drawn("phi", changed('want.quantities=["theta"]', "want.events=[]"))
 
@@ -146,13 +138,13 @@ def test_a_separatrix_is_drawn_where_there_is_one_and_can_be_the_motion_itself(k
     over = changed("start.theta=0", "start.phidot=0", "start.thetadot=3", "start.psidot=60")
     curve = lines(drawn("phase", over), "separatrix")
     assert curve.get_xydata()[0].tolist() == [0.0, 0.0]
-    run = propagate(load_scene("separatrix"))
+    run = ht.propagate(ht.load_scene("separatrix"))
     assert off_curve(run, lines(drawn("phase", run), "separatrix, and the motion"), -1) < 1e-4
 
 
 def test_errors_are_those_of_the_run_and_zeros_stand_on_the_lower_edge(kicked):
     ax = drawn("errors", kicked)
-    document = run_errors(kicked)
+    document = ht.run_errors(kicked)
     for label, name in (("θ", "theta"), ("φ", "phi"), ("ψ", "psi")):
         largest = lines(ax, label).get_ydata()
         largest = largest[np.isfinite(largest)]  # from the first error on

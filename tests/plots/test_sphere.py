@@ -1,7 +1,5 @@
 """Views of the unit sphere: right-handed, circles of equal tilt, one colour for a kind."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure

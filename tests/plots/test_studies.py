@@ -1,7 +1,5 @@
 """Charts of studies: nothing is clipped, and every method is named."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

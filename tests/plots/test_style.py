@@ -1,7 +1,5 @@
 """Saving a figure: text taken as text, whole or not at all."""
 
-from __future__ import annotations
-
 import pytest
 from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure

@@ -1,8 +1,5 @@
 """A Chromium without a network, which tests tell what to do through a pipe."""
 
-from __future__ import annotations
-
-import base64
 import json
 import os
 import select
@@ -10,8 +7,6 @@ import shutil
 import subprocess
 import sys
 import time
-
-from matplotlib.image import imread
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
@@ -105,16 +100,6 @@ class Browser:
                 bad = not params["request"]["url"].startswith(("file:", "data:", "blob:"))
             if bad:
                 yield str(params)
-
-    def picture(self, path):
-        """The colours of what is on the screen, shape (rows, columns, 3), each 0 to 1."""
-        path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot")["data"]))
-        return imread(path)[..., :3]
-
-    def media(self, **features):
-        """Let the page be seen by somebody with these preferences, as prefers_color_scheme."""
-        found = [{"name": n.replace("_", "-"), "value": v} for n, v in features.items()]
-        self.ask("Emulation.setEmulatedMedia", features=found)
 
     def close(self):
         self.process.terminate()

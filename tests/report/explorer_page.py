@@ -5,8 +5,7 @@ import json
 SHOWN = "Boolean(window.explorer?.shown() && window.explorer.settled())"
 
 
-def opened(browser, html, fragment="", **features):
-    browser.media(**features)
+def opened(browser, html, fragment=""):
     browser.ask("Page.navigate", url="about:blank")
     browser.ask("Page.navigate", url=html.as_uri() + fragment)
     browser.until(f"document.readyState === 'complete' && {SHOWN}")

@@ -5,21 +5,15 @@ import json
 import h5netcdf
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import heavytop as ht
-from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.report.files import FIGURE_FILES, write_study
 from heavytop.results.run import PICTURES
 
+from ..commands import heavytop_, printed
+
 SHORT = ("--set", "span.time=0.3")
-
-
-def printed(*words):
-    found = CliRunner().invoke(app, [str(word) for word in words])
-    assert found.exit_code == 0, found.output
-    return found.stdout
 
 
 def names(folder):
@@ -71,6 +65,16 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     assert "without a folder" not in str(stopped.value)
 
 
+def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("heavytop.plots.style.save", full)
+    with pytest.raises(StoppedEarly, match=rf"cannot write {tmp_path}: No space left"):
+        write_study(checked(ht.load_scene("sicm-kicked")), tmp_path)
+    assert names(tmp_path) == {"check.json"}
+
+
 ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "-j", "1")
 DRIFT = ("--methods", "taylor-axis", "--periods", "5")
 
@@ -79,9 +83,7 @@ DRIFT = ("--methods", "taylor-axis", "--periods", "5")
 @pytest.mark.parametrize(("verb", "options"), [("atlas", ATLAS), ("drift", DRIFT), ("run", ())])
 def test_every_variable_of_a_file_says_what_it_is(verb, options, tmp_path):
     more = () if options else (*SHORT, "--digits", "20", "--no-figures")
-    done = CliRunner().invoke(
-        app, [verb, "sicm-kicked", *options, *more, "-q", "-o", str(tmp_path)]
-    )
+    done = heavytop_(verb, "sicm-kicked", *options, *more, "-q", "-o", tmp_path)
     assert done.exit_code in (0, 5), done.output
     assert lacking(tmp_path / ("trajectory.nc" if verb == "run" else f"{verb}.nc")) == []
 

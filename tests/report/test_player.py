@@ -1,25 +1,21 @@
 """The frames of a top are its motion; in a browser without a network it plays and can be turned."""
 
-from __future__ import annotations
-
 import base64
 import json
-import time
 from html import escape
 from unittest.mock import patch
 
 import numpy as np
 import pytest
 
+import heavytop as ht
 from heavytop.plots.figures import DrawnRun
 from heavytop.report.files import write_results
 from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import frames, tops
 from heavytop.results.run import PICTURES
-from heavytop.run.propagation import propagate
-from heavytop.scene.scene import load_scene
 
-from .browser import CHROMIUM, Browser, waited
+from .browser import waited
 from .conftest import BREAKING, HOSTILE
 
 
@@ -28,7 +24,7 @@ def columns(text, size):
 
 
 def run_of(name, *overrides):
-    return propagate(load_scene(name, overrides=overrides))
+    return ht.propagate(ht.load_scene(name, overrides=overrides))
 
 
 @pytest.mark.parametrize("name", ["sicm-kicked", "through-top"])
@@ -92,8 +88,6 @@ def test_a_run_in_many_digits_is_drawn_in_doubles():
 # --- in a browser ------------------------------------------------------------------------------
 
 PLAYER = "document.querySelector('.player').player"
-STATE = f"{PLAYER}.state()"
-CANVAS = "document.querySelector('.player > canvas')"
 LEGEND = "document.querySelector('.player .legend').innerText"
 
 
@@ -112,48 +106,13 @@ def page(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def html(page, tmp_path_factory):
-    written = tmp_path_factory.mktemp("page") / "report.html"
-    write_page(page, written)
-    return written
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory, html):
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed")
-    found = Browser(tmp_path_factory.mktemp("profile"))
-    opened(found, html)
-    yield found
-    found.close()
-
-
-def opened(browser, html, **features):
-    """The page as somebody with these preferences opens it; the browser is at its top."""
-    browser.media(**features)
-    browser.ask("Page.navigate", url=html.as_uri() + f"?{time.monotonic()}")
+def reported(browser, page, tmp_path_factory):
+    """The browser with the page of a report."""
+    html = tmp_path_factory.mktemp("page") / "report.html"
+    write_page(page, html)
+    browser.ask("Page.navigate", url=html.as_uri())
     browser.until("document.readyState === 'complete'")
     browser.until(f"Boolean({PLAYER})")
-
-
-def seen(browser, what=CANVAS):
-    """Bring something to the middle of the screen; where that is."""
-    browser.value(f"{what}.scrollIntoView({{ block: 'center' }})")
-    box = browser.value(f"JSON.parse(JSON.stringify({what}.getBoundingClientRect()))")
-    return {"x": box["left"] + box["width"] / 2, "y": box["top"] + box["height"] / 2}
-
-
-def click(browser, name):
-    browser.value(f"document.querySelector('[data-do={name}]').click()")
-
-
-@pytest.fixture
-def resting(browser):
-    """The first run at its start, at rest, in the middle of a large screen, as it is first seen."""
-    browser.media()
-    seen(browser)
-    browser.value(f"{PLAYER}.choose(0)")
-    browser.value(f"{PLAYER}.to(0)")
     return browser
 
 
@@ -164,25 +123,26 @@ CHOOSE = """(() => {
 })()"""
 
 
-def test_another_run_can_be_chosen_and_its_events_are_marked(resting):
+def test_another_run_can_be_chosen_and_its_events_are_marked(reported):
+    reported.value(f"{PLAYER}.to(0)")
     for choose, own, other in ((CHOOSE, "cusp", "rev"), (f"{PLAYER}.choose(0)", "rev", "cusp")):
-        resting.value(choose)
-        assert own in resting.value(LEGEND)
-        assert other not in resting.value(LEGEND)
-    click(resting, "event")
+        reported.value(choose)
+        assert own in reported.value(LEGEND)
+        assert other not in reported.value(LEGEND)
+    reported.value("document.querySelector('[data-do=event]').click()")
     words = "document.querySelector('.player output').textContent"
-    resting.until(f"{words}.includes('reversal of precession')")
+    reported.until(f"{words}.includes('reversal of precession')")
 
 
 def saved(path):
     return waited(path.is_file, path.name) and path.read_text("utf-8")
 
 
-def test_every_button_that_saves_saves_the_document_of_a_result(browser, page, tmp_path):
-    browser.ask("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+def test_every_button_that_saves_saves_the_document_of_a_result(reported, page, tmp_path):
+    reported.ask("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     buttons = "document.querySelectorAll('button[data-of]')"
-    assert browser.value(f"{buttons}.length") == len(page.sections)
-    browser.value(f"{buttons}.forEach((each) => each.click())")
+    assert reported.value(f"{buttons}.length") == len(page.sections)
+    reported.value(f"{buttons}.forEach((each) => each.click())")
     for section in page.sections:
         found = json.loads(saved(tmp_path / f"{section.ident}-data.json"))
         assert found == json.loads(json.dumps(section.result.document()))
@@ -194,7 +154,6 @@ def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):
     page = tmp_path / "notebook.html"
     frame = f'<iframe srcdoc="{escape(alone)}" width="600" height="700"></iframe>'
     page.write_text(f"<style>:root {{ color-scheme: dark }}</style>{frame}", "utf-8")
-    browser.ask("Emulation.setEmulatedMedia", features=[])
     browser.ask("Page.navigate", url=page.as_uri())
     inside = "document.querySelector('iframe')?.contentDocument"
     browser.until(f"{inside}?.querySelector('.player')?.player?.state().at > 1")

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.results.drift import Drift
 from heavytop.scene.quantities import MISSING
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=0.6"])
@@ -29,7 +28,7 @@ OTHER = STRANG | {
 
 
 def of(*methods):
-    return Drift(scene=SCENE.problem(), periods=10, ensemble=4, samples=2, seed=7, spread=0.01,
+    return ht.Drift(scene=SCENE.problem(), periods=10, ensemble=4, samples=2, seed=7, spread=0.01,
                  starts=(), methods=methods)  # fmt: skip
 
 

@@ -5,36 +5,28 @@ import json
 import numpy as np
 import pytest
 
-from heavytop.analytic.motion import Motion
-from heavytop.checking.judge import check
-from heavytop.claims import validate
+import heavytop as ht
 from heavytop.results.base import load_result
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import run_result
-from heavytop.run.propagation import propagate
-from heavytop.scene.scene import load_scene
-from heavytop.studies.atlas import atlas
-from heavytop.studies.certificate import certify
-from heavytop.studies.drift import drift
-from heavytop.studies.stress import stress
 
-KICKED = load_scene("sicm-kicked")
+KICKED = ht.load_scene("sicm-kicked")
 
 
 def checked():
     t = np.linspace(0, 2, 2001)
-    record = Motion(KICKED.top, KICKED.start).at(t * 1.0001)
-    return check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED)
+    record = ht.Motion(KICKED.top, KICKED.start).at(t * 1.0001)
+    return ht.check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED)
 
 
 MADE = {
-    "run.json": lambda: run_result(propagate(KICKED)),
-    "drift.json": lambda: drift(KICKED, methods=["strang"], periods=10, samples=4),
-    "stress.json": lambda: stress(cases=["cusp"], methods=["auto"]),
-    "atlas.json": lambda: atlas(KICKED, "phidot=-30:40:6", "theta=0.1:1.5:4"),
+    "run.json": lambda: run_result(ht.propagate(KICKED)),
+    "drift.json": lambda: ht.drift(KICKED, methods=["strang"], periods=10, samples=4),
+    "stress.json": lambda: ht.stress(cases=["cusp"], methods=["auto"]),
+    "atlas.json": lambda: ht.atlas(KICKED, "phidot=-30:40:6", "theta=0.1:1.5:4"),
     "check.json": checked,
-    "certify.json": lambda: certify(KICKED),
-    "validate.json": lambda: validate(["betsch-cone"]),
+    "certify.json": lambda: ht.certify(KICKED),
+    "validate.json": lambda: ht.validate(["betsch-cone"]),
 }
 
 

@@ -1,18 +1,14 @@
 """An atlas says of every pixel what is said of it alone, however the work is shared out."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 import xarray
 
 import heavytop as ht
 from heavytop.classification.arrays import VERDICT_NAMES
-from heavytop.errors import ForeignFile
 from heavytop.report.files import write_study
 from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
-from heavytop.studies.study import resume
 
 from .toy import drop_line
 
@@ -64,6 +60,7 @@ def test_pixels_are_what_their_motions_are_alone(rows):
     for i, j in zip(pick.integers(0, 29, 60), pick.integers(0, 33, 60), strict=True):
         motion = alone(plane_of(**AXES), i, j)
         assert VERDICT_NAMES[kind[i, j]] == motion.kind
+        assert motion.certified
         for name, own in (("theta_min", motion.theta_min), ("theta_max", motion.theta_max),
                           ("precession", motion.precession)):  # fmt: skip
             assert rows[name][i, j] == pytest.approx(own, rel=1e-13, abs=1e-13)
@@ -91,11 +88,9 @@ def test_impossible_pixels_are_counted_and_have_no_numbers():
 
 
 @pytest.mark.usefixtures("small_tiles")
-def test_tiles_workers_and_executors_change_nothing(rows):
-    assert same(rows, ht.atlas(KICKED, **AXES, jobs=1))
-    assert same(rows, ht.atlas(KICKED, **AXES, jobs=2))
-    with ThreadPoolExecutor(2) as pool:
-        assert same(rows, ht.atlas(KICKED, **AXES, executor=pool))
+def test_tiles_and_workers_change_nothing(rows):
+    for jobs in (1, 2):
+        assert same(rows, ht.atlas(KICKED, **AXES, jobs=jobs))
 
 
 @pytest.mark.usefixtures("small_tiles")
@@ -109,14 +104,6 @@ def test_an_atlas_is_read_whole_or_not_at_all(rows, tmp_path):
 
 
 # --- files ----------------------------------------------------------------------------------------
-
-
-def test_a_damaged_tile_is_refused_by_its_name(tmp_path):
-    ht.atlas(KICKED, **AXES, folder=tmp_path / "atlas", jobs=1)
-    study = tmp_path / "atlas" / "study.jsonl"
-    study.write_text(study.read_text().replace('"tile":"UEsD', '"tile":"UEsE', 1))
-    with pytest.raises(ForeignFile, match=r"tile .* is damaged"):
-        resume(tmp_path / "atlas")
 
 
 def test_the_map_is_netcdf_with_flags(rows, tmp_path):
@@ -140,11 +127,6 @@ def test_an_atlas_is_what_its_files_say(rows, tmp_path):
     read = ht.Atlas.load(tmp_path / "atlas.json")
     assert same(rows, read)
     assert read.document()["curves"] == rows.document()["curves"]
-    data = bytearray((tmp_path / "atlas.nc").read_bytes())
-    data[len(data) // 2] ^= 1
-    (tmp_path / "atlas.nc").write_bytes(data)
-    with pytest.raises(ht.ForeignFile, match=r"atlas\.nc"):
-        ht.Atlas.load(tmp_path / "atlas.json")
     (tmp_path / "atlas.nc").unlink()
     bare = ht.Atlas.load(tmp_path / "atlas.json")
     assert (bare.map, bare.figure()) == (None, None)
@@ -187,7 +169,6 @@ def test_the_double_nearest_pi_means_pi(gMR):
         ({"x": "phi=0:1:5"}, "x = .*phi.*one of theta"),
         ({"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "(?s)x = .*y = .*jobs"),
         ({"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "both set the spin"),
-        ({"only": "rows"}, "only.*kind"),
         ({"executor": 3}, "executor.*Executor"),
         ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "GB are needed in memory"),
     ],
@@ -195,5 +176,3 @@ def test_the_double_nearest_pi_means_pi(gMR):
 def test_what_is_wrong_is_said_before_anything_is_done(wrong, words):
     with pytest.raises(ht.BadScene, match=words):
         ht.atlas(KICKED, **{**AXES, **wrong})
-    with pytest.raises(ht.BadScene, match=r"scene.*a Scene"):
-        ht.atlas("sicm-kicked", **AXES)

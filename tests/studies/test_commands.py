@@ -1,7 +1,5 @@
 """The commands of studies: what they write, how they end, and that a killed one is finished."""
 
-from __future__ import annotations
-
 import json
 import random
 import re
@@ -10,19 +8,16 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from functools import cache
 
 import pytest
 
-from heavytop.results.stress import Stress, StressOutcome
-from heavytop.results.table import Row
 from heavytop.studies import study, workers
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases
 
 from ..commands import heavytop_
-from .toy import change_parameters, results
+from .toy import results
 
 PLANE = ("sicm-kicked", "--x", "phidot=-20:20:21", "--y", "psidot=-150:150:19")
 QUICK = {
@@ -42,11 +37,6 @@ LONG = {
     "atlas": ("sicm-kicked", "--x", "phidot=-20:20:900", "--y", "psidot=-150:150:900"),
 }  # fmt: skip
 ADDRESS = "tcp://192.0.2.1:8786"
-PLACES = {
-    "drift": "heavytop.studies.drift.drift",
-    "stress": "heavytop.studies.stress.stress",
-    "workprec": "heavytop.studies.work_precision.work_precision",
-}
 
 
 def started(*words):
@@ -63,11 +53,6 @@ def files(folder):
     changes = re.compile(rb'\n *"(command|us_per_period)": .*')
     there = (path for path in folder.iterdir() if path.name not in ("study.jsonl", "lock"))
     return results(folder), {path.name: changes.sub(b"", path.read_bytes()) for path in there}
-
-
-def read(text):
-    """The words of an output, however they were broken into lines."""
-    return " ".join(text.replace("│", " ").split())
 
 
 # --- what is written -------------------------------------------------------------------------
@@ -114,7 +99,7 @@ def test_json_is_one_document_with_its_files_and_what_is_finished_does_not_chang
         assert once == twice
 
 
-# --- killed, stopped, full -------------------------------------------------------------------
+# --- killed and stopped ----------------------------------------------------------------------
 
 DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "pixels_per_s", "jobs",
            "front", "cheapest", "files", "versions",
@@ -185,47 +170,7 @@ def test_whatever_ends_it_says_how_to_go_on(verb, number, tmp_path):
     assert "Traceback" not in err
 
 
-def full(*about):
-    raise OSError(28, "No space left on device", *map(str, about[1:]))
-
-
-def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatch):
-    monkeypatch.setattr("heavytop.plots.style.save", full)
-    done = heavytop_("drift", *QUICK["drift"], "-o", tmp_path)
-    assert done.exit_code == 4
-    assert f"cannot write {tmp_path}/drift.svg: No space left" in done.stderr
-    assert "heavytop resume" in done.stderr
-    kept = json.loads((tmp_path / "drift.json").read_text())
-    assert kept["methods"]
-    assert not any("svg" in name for name in kept["files"].values())
-    monkeypatch.undo()
-    assert heavytop_("resume", tmp_path).exit_code == 0
-    assert (tmp_path / "drift.svg").exists()
-
-
-# --- what is refused -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "key"),
-    [
-        (("drift", "sicm-kicked", "--methods", "dop854-scipy"), 2, "methods"),
-        (("drift", "sicm-kicked", "--periods", "0"), 2, "periods"),
-        (("drift", "separatrix"), 3, "start"),
-        (("workprec", "sicm-kicked", "--methods", "strang=-1"), 2, "methods"),
-        (("stress", "--cases", "cups"), 2, "cases"),
-        (("stress", "--step-limit", "0"), 2, "step_limit"),
-        (("resume", "."), 3, "neither"),
-    ],
-)
-def test_what_is_wrong_is_named_and_nothing_is_written(words, code, key, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    refused = heavytop_(*words)
-    assert refused.exit_code == code
-    assert key in read(refused.stderr)
-    assert "bug" not in refused.stderr
-    assert refused.stdout == ""
-    assert not list(tmp_path.iterdir())
+# --- what is refused, and listed -------------------------------------------------------------
 
 
 def test_another_study_or_other_versions_in_a_folder_are_refused(made, monkeypatch):
@@ -242,51 +187,14 @@ def test_another_study_or_other_versions_in_a_folder_are_refused(made, monkeypat
     assert files(folder) == before
 
 
-def test_a_study_with_a_method_that_is_none_is_refused_by_name(made, tmp_path):
-    file = tmp_path / "study.jsonl"
-    file.write_bytes((made("drift")[0] / file.name).read_bytes())
-    change_parameters(tmp_path, lambda known: known.update(methods=["no-such"]))
-    refused = heavytop_("resume", tmp_path)
-    assert refused.exit_code == 3, refused.output
-    assert str(file) in refused.stderr
-
-
-# --- how each ends ---------------------------------------------------------------------------
-
-
-def test_auto_silently_wrong_is_a_check_out_of_its_bound(made, monkeypatch):
-    found = Stress.load(made("stress")[0] / "stress.json")
-    off = {"outcome": StressOutcome.INACCURATE, "digits_lost": 5.0}
-    wrong = tuple(Row(run, **off) if run.method == "auto" else run for run in found.cases)
-    lost = Row(case="cusp", method="taylor-axis", reason="killed by SIGSEGV", lost=True)
-    for runs, code in ((wrong, 5), (found.cases, 0)):
-        shown = replace(found, cases=runs, skipped=(lost,))
-        monkeypatch.setattr(PLACES["stress"], lambda shown=shown, **_: shown)
-        result = heavytop_("stress")
-        assert result.exit_code == code
-        assert ("auto was silently wrong at cusp" in result.stderr) == (code == 5)
-        assert "killed by SIGSEGV: cusp/taylor-axis" in read(result.stdout)
-
-
-def test_what_the_budget_left_out_is_named_and_nothing_run_is_an_end_too_early():
-    nothing = heavytop_("stress", "--cases", "cusp", "--methods", "auto", "--budget", 0)
-    assert nothing.exit_code == 4
-    assert "the budget was spent: cusp/auto" in read(nothing.stdout)
-    assert "nothing was run" in nothing.stderr
-    pole = ("--set", "start.theta=0", "--set", "start.thetadot=1", "--json")
-    nothing = heavytop_("workprec", "sicm-kicked", "--methods", "taylor-lagrange=1e-9", *pole)
-    assert nothing.exit_code == 4
-    (left,) = json.loads(nothing.stdout)["skipped"]
-    assert "cannot start at a pole" in left["reason"]
-
-
 def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
     monkeypatch.setattr(
         "heavytop.comparison.methods.find_spec", lambda name: None if name == "numba" else name
     )
-    missing = heavytop_("drift", *QUICK["drift"][:-1], "strang")
-    assert missing.exit_code == 2
-    assert "pip install '.[rivals]'" in missing.stderr
+    alone, beside = (heavytop_("drift", *QUICK["drift"][:-1], x) for x in ("strang", "strang,auto"))
+    assert (alone.exit_code, beside.exit_code) == (2, 0)
+    assert "pip install '.[rivals]'" in alone.stderr
+    assert "pip install '.[rivals]'" in beside.stdout
 
 
 def test_the_cases_are_listed_with_what_they_are():

@@ -39,16 +39,6 @@ def test_a_run_that_is_taken_up_again_has_the_same_bits():
         assert list(first.rows) + rows_of(study, task, written) == rows
 
 
-def test_the_projected_axis_form_keeps_the_phase_and_the_textbook_form_loses_it():
-    """A cyclic angle in the state ruins the step control; projection beats Brouwer's law."""
-    names = ["taylor-lagrange", "taylor-axis", "taylor-axis-projected"]
-    found = ht.drift(KICKED, methods=names, periods=20_000, samples=13, ensemble=2)
-    lagrange, plain, projected = found.methods
-    assert lagrange.phase_s[-1] > 1e-7 > 1e-9 > plain.phase_s[-1] > 10 * projected.phase_s[-1]
-    assert lagrange.phase_exponent > 2 > plain.phase_exponent
-    assert projected.phase_exponent < 1
-
-
 # --- what is asked ---------------------------------------------------------------------------
 
 
@@ -123,24 +113,17 @@ def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
     assert spans == [1e4, 1e6]
 
 
-def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    monkeypatch.setattr(
-        "heavytop.comparison.methods.find_spec", lambda name: None if name == "numba" else name
-    )
-    found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)
-    assert "pip install '.[rivals]'" in found["strang"].skipped
-    assert found["taylor-axis"].energy
+def test_a_motion_without_nutation_is_refused():
+    with pytest.raises(ht.BadScene, match="start"):
+        ht.drift(ht.load_scene("separatrix"))
 
 
-# --- what comes out --------------------------------------------------------------------------
+# --- members ---------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def three():
     return ht.drift(KICKED, methods=METHODS, periods=60, samples=6, ensemble=3)
-
-
-# --- members ---------------------------------------------------------------------------------
 
 
 def columns(each):

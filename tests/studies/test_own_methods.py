@@ -3,21 +3,15 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
-from heavytop.studies.drift import advance, drift_parameters
-from heavytop.studies.methods import method, stress_method
-from heavytop.studies.steppers import set_up
-from heavytop.studies.stress_cases import cases, reference
-from heavytop.studies.stress_runs import judge, run_case
 
 from .. import integrators
 from ..commands import heavytop_
-from ..integrators import munthe_kaas, product, rk4, semi_implicit_euler, variational
+from ..integrators import on_the_group, rk4
 from .toy import change_parameters
 
 RK4 = Path(integrators.__file__).read_text()
@@ -51,54 +45,18 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
     assert exact.axis[-1] < 1e-12
 
 
-THREE = (
-    ht.Method(semi_implicit_euler, setting=1600, formulation="quaternion"),
-    ht.Method(munthe_kaas, setting=200, formulation="rotation"),
-    ht.Method(variational, setting=400, formulation="rotation"),
-)
-
-
-def own_momenta(scene, states):
-    """p_phi and p_psi over A of states, by quaternions turned and matrices multiplied."""
-    inertia = np.array([1.0, 1.0, float(scene.top.C / scene.top.A)])
-    for y in np.array(states):
-        spin, attitude = inertia * y[-3:], y[:-3]
-        if attitude.size == 4:
-            back = attitude * (1, -1, -1, -1)
-            space = product(product(attitude, np.array([0.0, *spin])), back)[3]
-        else:
-            space = attitude.reshape(3, 3)[2] @ spin
-        yield space, spin[2]
+TWO = (ht.Method(rk4, setting=200), replace(on_the_group, setting=400))
 
 
 @pytest.mark.slow
-def test_three_methods_of_ones_own_go_through_every_study(scene):
-    """Their momenta are sums of their own states, and their orders 1, 4 and 2."""
-    found = ht.drift(scene, methods=THREE, periods=3, samples=3)
-    parameters, _ = drift_parameters(scene, THREE, periods=3, ensemble=1,
-                                     samples=4, seed=0, jobs=1)  # fmt: skip
-    for each, order in zip(found.methods, (1, 4, 2), strict=True):
-        assert each.order == pytest.approx(order, abs=0.15)
-        rows = [row for chunk in advance(parameters, f"{each.name}/0000", None)
-                for row in chunk.rows]  # fmt: skip
-        begin = set_up(scene, method(each.name)).stepper.begin()
-        first, *others = own_momenta(scene, [begin.state, *(row["state"] for row in rows)])
-        for k, name in enumerate(("p_phi", "p_psi")):
-            off = [(now[k] - first[k]) / abs(first[k]) for now in others]
-            assert [row["invariants"][name] for row in rows] == pytest.approx(off, abs=1e-13)
-    euler, kutta, discrete = found.methods
-    assert discrete.p_phi[-1] < 1e-11 < kutta.p_phi[-1] < euler.p_phi[-1]  # which it keeps
-    assert max(kutta.invariants.orthogonality) < 1e-11  # a rotation stays one
-    diagram = ht.work_precision(scene, methods=THREE, periods=1, budget=60)
-    assert {p.method for p in diagram.points} == {each.name for each in found.methods}
-    orders = diagram.document()["orders"]
-    assert [orders[each.name] for each in (kutta, discrete)] == pytest.approx([4, 2], abs=0.2)
-    outcomes = []
-    for own_method in THREE:
-        chosen, truth = stress_method(own.register(own_method)), reference("ten-periods")
-        run = run_case(cases()["ten-periods"], chosen, truth, 10**6)
-        outcomes.append(str(judge(run, truth, "ten-periods", chosen).outcome))
-    assert outcomes == ["diverged", "ok", "ok"]  # Euler's has turned by a radian too much
+def test_methods_of_ones_own_have_their_orders_in_every_study(scene):
+    """The one on the group keeps the spin, and a rotation a rotation."""
+    plain, lie = ht.drift(scene, methods=TWO, periods=3, samples=3).methods
+    assert (plain.order, lie.order) == pytest.approx((4, 2), abs=0.15)
+    assert max(lie.p_psi[-1], *lie.invariants.orthogonality) < 1e-11 < plain.p_psi[-1]
+    diagram = ht.work_precision(scene, methods=TWO, periods=1, budget=60)
+    assert {point.method for point in diagram.points} == {plain.name, lie.name}
+    assert diagram.document()["orders"][plain.name] == pytest.approx(4, abs=0.2)
 
 
 def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(scene):
@@ -162,15 +120,6 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
     assert said == ["it did not return within 15 s", None, None]
 
 
-@pytest.mark.slow
-@pytest.mark.processes
-def test_stress_names_what_a_method_does(mine, monkeypatch):
-    monkeypatch.setattr("heavytop.studies.stress.SET_UP_S", 15.0)
-    methods = ["auto", f"{mine}:rk4=200", f"{mine}:hangs", f"{mine}:dop853=1e-10"]
-    found = ht.stress(cases=["cusp"], methods=methods, time_limit=5)
-    assert found["cusp", "auto"].outcome == "ok"
-    assert found["cusp", "mine.py:hangs"].outcome == "time-limit"
-    lost = [found["cusp", f"mine.py:{name}"].digits_lost for name in ("rk4=200", "dop853=1e-10")]
-    assert lost[0] > max(2, lost[1])
+def test_a_stress_test_takes_no_function_that_stands_in_no_file():
     with pytest.raises(Impossible, match="must stand in a file"):
         ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])

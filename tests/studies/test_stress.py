@@ -1,12 +1,9 @@
 """Stress: what a case allows, what is counted, how a run is judged: each against another way."""
 
-from __future__ import annotations
-
 import math
 import os
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import heavytop as ht
@@ -20,7 +17,6 @@ from heavytop.run.planning import plan
 from heavytop.run.span import closed_form_of
 from heavytop.run.start import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
-from heavytop.studies.stress import stress
 from heavytop.studies.stress_cases import CaseReference, cases, reference
 from heavytop.studies.stress_runs import CaseRun, judge, missed_events, run_case, run_row
 
@@ -53,9 +49,6 @@ CONDITIONS = {
 @pytest.mark.parametrize("name", CONDITIONS)
 def test_the_condition_is_that_of_integrated_variational_equations(name):
     assert 0.9 < reference(name).condition / CONDITIONS[name] < 1.01
-
-
-# --- how many events there are ---------------------------------------------------------------
 
 
 # --- how a run is judged ---------------------------------------------------------------------
@@ -105,14 +98,6 @@ def refuses(f, y, h):
     raise ValueError("no luck")
 
 
-def gives_nan(f, y, h):
-    return y * np.nan
-
-
-def gives_two(f, y, h):
-    return y[:2]
-
-
 def explodes(f, y, h):
     return y * 1e200
 
@@ -121,8 +106,6 @@ def explodes(f, y, h):
     ("function", "outcome", "said"),
     [
         (refuses, StressOutcome.METHOD_ERROR, "it raises ValueError: no luck"),
-        (gives_nan, StressOutcome.METHOD_ERROR, "it returns nan"),
-        (gives_two, StressOutcome.METHOD_ERROR, "it returns an array of shape (2,), not (5,)"),
         (explodes, StressOutcome.DIVERGED, "the numbers are no longer finite"),
         (euler, StressOutcome.DIVERGED, ""),
     ],
@@ -267,7 +250,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
     monkeypatch.setattr("heavytop.studies.stress.run_task", os.abort)
     monkeypatch.setattr("heavytop.studies.stress.reference", lambda name: None)
-    got = stress(cases=["cusp"], methods=["auto"])
+    got = ht.stress(cases=["cusp"], methods=["auto"])
     [skipped] = got.skipped
     assert skipped.lost
     assert "abort() takes no arguments" in skipped.reason
@@ -278,29 +261,29 @@ def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
 def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
     """What goes on takes a hundredth of a second, so that the limit is far on any machine."""
     methods = ["lsoda-scipy-lagrange", "taylor-axis"]
-    got = stress(cases=["start-at-top"], methods=methods, time_limit=4.0)
+    got = ht.stress(cases=["start-at-top"], methods=methods, time_limit=4.0)
     assert [str(run.outcome) for run in got.cases] == ["time-limit", "ok"]
     assert got["start-at-top", "lsoda-scipy-lagrange"].note == "killed after 4 s"
 
 
 @pytest.mark.processes
 def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
-    got = stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
+    got = ht.stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
     assert not got.cases
     assert [s.method for s in got.skipped] == ["auto", "taylor-axis"]
     assert {(s.case, s.reason) for s in got.skipped} == {("cusp", "the budget was spent")}
     methods = ["lsoda-scipy-lagrange", "lsoda-scipy"]
-    one = stress(cases=["start-at-top"], methods=methods, budget=1.0, time_limit=2.0)
+    one = ht.stress(cases=["start-at-top"], methods=methods, budget=1.0, time_limit=2.0)
     assert [str(run.outcome) for run in one.cases] == ["time-limit"]  # begun within the budget
     assert [s.reason for s in one.skipped] == ["the budget was spent"]
 
 
 def test_a_test_that_is_resumed_has_the_budget_it_was_begun_with(tmp_path):
-    stress(cases=["cusp"], methods=["auto"], budget=0, folder=tmp_path)
+    ht.stress(cases=["cusp"], methods=["auto"], budget=0, folder=tmp_path)
     resumed = ht.resume(tmp_path)
     assert not resumed.cases
     assert resumed.limits["budget_s"] == 0
-    stress(cases=["cusp"], methods=["auto"], budget=60, folder=tmp_path)  # it may be changed
+    ht.stress(cases=["cusp"], methods=["auto"], budget=60, folder=tmp_path)  # it may be changed
     assert ht.resume(tmp_path).limits["budget_s"] == 60
 
 

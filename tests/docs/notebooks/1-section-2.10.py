@@ -22,10 +22,6 @@ assert motion.theta_min < turns_back < motion.theta_max
 reversals = trajectory.events.theta[np.array(trajectory.events.kind) == "reversal"]
 assert np.max(np.abs(reversals - turns_back)) < 1e-14
 
-# %% cell-32
-assert errors.theta < 1e-13
-assert errors.phi < 1e-12
-
 # %% cell-34
 assert abs(period / motion.period - 1) < 1e-13
 

@@ -32,9 +32,6 @@ assert max(mine.energy) < 1e-13
 assert mine.phase_s[-1] is None
 assert abs(mine.phase_exponent - 1) < 0.01
 
-# %% run-errors
-assert errors.theta < 1e-13
-
 # %% turning-point
 assert 20 * at_turn < between
 
