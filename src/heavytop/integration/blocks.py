@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON, DoubleDouble, add
@@ -39,7 +38,7 @@ FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to 
 LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
-LEAST_TIME = float(np.finfo(float).tiny)
+BEYOND = 1 + 1e-9  # of the way to the last sample, lest a zero there lie a rounding behind it
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,14 +76,12 @@ class Checkpoint:
 class Block:
     """A block of steps as it was seen: at samples, at zeros of events, and at its end.
 
-    `elapsed` is its length [s], and `singular` says that no finite step follows.
+    `singular` says that no finite step follows.
     """
 
     samples: Seen
     hits: tuple[Seen, ...]
     end: Checkpoint
-    elapsed: float
-    steps: int
     singular: bool
 
 
@@ -147,7 +144,7 @@ class Integrator:
         return found
 
     def cautious_step(self, start: Checkpoint, far: float) -> float | None:
-        """Return a bound for the first steps of a run, as `Engine` does [s]; later none."""
+        """Return a bound for the first steps of a run, in its own unit of time; later none."""
         if start.steps:
             return None
         own, constants = self.engine, self.own_constants
@@ -156,8 +153,7 @@ class Integrator:
             constants = {name: float(x) for name, x in constants.items()}
         own.load(constants)
         state = (start.state / self._units).astype(np.float64)
-        bound = own.cautious_step(state, self._own_time(far))
-        return None if bound is None else bound / float(self.pace)
+        return own.cautious_step(state, self._own_time(far))
 
     def block(
         self,
@@ -165,36 +161,28 @@ class Integrator:
         steps: int,
         far: float,
         samples: Array = NEVER,
-        longest: float | None = None,
+        reach: float = math.inf,
     ) -> Block:
-        """Take natural steps and sample them.
+        """Take natural steps, so many or until the last sample is passed, and sample them.
 
         Parameters
         ----------
         start : Checkpoint
-        steps, far, longest
+        steps, far
             As for `Engine.leg`.
         samples : ndarray, shape (k,), optional
             Monotonic times, none of them before the start [s].
+        reach : float
+            How far the steps will hardly go [s]: later samples are looked for only if they do.
         """
-        forward = np.copysign(1.0, far)
-        since = forward * start.local(samples)
-        later = since > 0  # by rounding the first may be before
-        new = later.copy()
-        new[1:] &= since[1:] != since[:-1]
-        legs, state = self._legs(start.state, steps, far, forward * since[new], longest)
+        legs, state = self._legs(start, steps, far, samples, reach)
         rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
-        place = np.cumsum(new)
-        place = place[place <= len(rows)]  # the block did not reach the others
-        reached = samples[: place.size]
+        reached = samples[: len(rows)]
         hits = zip(*([hit.after(since) for hit in leg.hits] for since, leg in legs), strict=True)
-        end, elapsed = self._end(start, legs, state)
         return Block(
-            samples=Seen(reached, 0 * reached, np.concatenate((start.state[None], rows))[place]),
+            samples=Seen(reached, 0 * reached, rows),
             hits=tuple(self._zeros(Seen.join(each)).after(start.time) for each in hits),
-            end=end,
-            elapsed=elapsed,
-            steps=end.steps - start.steps,
+            end=self._end(start, legs, state),
             singular=legs[-1][1].singular,
         )
 
@@ -205,8 +193,7 @@ class Integrator:
 
         Times and states of the polynomials are in the run's own unit of time.
         """
-        longest = self.cautious_step(start, far)
-        legs, state = self._legs(start.state, steps, far, NEVER, longest, keep=True)
+        legs, state = self._legs(start, steps, far, NEVER, keep=True)
         parts = []
         for begun, leg in legs:
             assert leg.polynomials is not None
@@ -214,16 +201,17 @@ class Integrator:
             later = add((since, np.full(leg.steps, begun[1])), (words[:, 0], words[:, 1]))
             part = leg.polynomials._replace(begun=np.stack(later, axis=-1), restarted=since)
             parts.append(part)
-        end, _ = self._end(start, legs, state)
-        return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), end
+        return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), self._end(
+            start, legs, state
+        )
 
     def _legs(
         self,
-        state: Array,
+        start: Checkpoint,
         steps: int,
         far: float,
-        times: Array,
-        longest: float | None,
+        samples: Array,
+        reach: float = math.inf,
         *,
         keep: bool = False,
     ) -> tuple[list[tuple[DoubleDouble, Leg]], Array]:
@@ -232,42 +220,41 @@ class Integrator:
         And the state after them. A run that is not projected has one leg; of another the projected
         state behind each is where the next begins.
         """
-        engine, project, far = self.engine, self.projection, self._own_time(far)
+        engine, project, pace = self.engine, self.projection, self.pace
+        bound = longest = self.cautious_step(start, far)
         engine.load(self.own_constants)
-        state, times = state / self._units, times * self.pace
-        bound = longest = None if longest is None else longest * float(self.pace)
-        if project is None:
-            leg = engine.leg(state, steps, far, times, longest, keep=keep)
-            return [((0.0, 0.0), leg)], leg.state
+        far, reach, times = self._own_time(far), reach * pace, start.local(samples) * pace
+        state, stride = start.state / self._units, project.stride if project else steps
         distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
-        begun, taken, done, mean, reach, ended = (0.0, 0.0), 0, 0, 0.0, math.inf, False
+        begun: DoubleDouble = (engine.number(0.0), engine.number(0.0))
+        taken, done, mean, ended = 0, 0, 0.0, False
         while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
-            count = min(project.stride, steps - taken)
-            for within in (reach, math.inf):  # samples are looked for so far, and farther if it is
+            count = min(stride, steps - taken)
+            for within in (reach, math.inf):
                 last = bisect_right(distances, abs(begun[0]) + within, done)
-                local, place = _since(begun, times[done:last], far)
-                leg = engine.leg(state, count, rest, local, bound, keep=keep)
+                local = (times[done:last] - begun[0]) - begun[1]
+                stop = BEYOND * abs(float(local[-1])) if done < last == times.size else math.inf
+                leg = _sampled(engine, state, count, rest, local, bound, stop=stop, keep=keep)
                 length = abs(leg.elapsed[0])
-                if not length > 0.9 * within:
+                if stop < math.inf or not length > 0.9 * within:
                     break
-            if place is not None:
-                leg = leg._replace(rows=leg.rows[place[place < len(leg.rows)]])
-            state = project(leg.state)
             legs.append((begun, leg))
+            state = project(leg.state) if project else leg.state
             taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
-            mean, reach = mean or length / count, 2 * length
-            bound, begun = project.longest(mean, len(legs), longest), add(begun, leg.elapsed)
+            if project:
+                mean, reach = mean or length / count, 2 * length
+                bound = project.longest(mean, len(legs), longest)
+            begun = add(begun, leg.elapsed)
         return legs, state
 
     def _end(
         self, start: Checkpoint, legs: Sequence[tuple[DoubleDouble, Leg]], state: Array
-    ) -> tuple[Checkpoint, float]:
-        """Return where the legs of a block end, with a state, and how long they are [s]."""
-        (begun, last), pace = legs[-1], self.pace
+    ) -> Checkpoint:
+        """Return where the legs of a block end, with a state."""
+        begun, last = legs[-1]
         high, low = add(begun, last.elapsed)
-        time = add(start.time, (high / pace, low / pace))
-        steps = start.steps + sum(leg.steps for _, leg in legs)
-        return Checkpoint(time, state * self._units, steps), float(high / pace)
+        time = add(start.time, (high / self.pace, low / self.pace))
+        return Checkpoint(time, state * self._units, start.steps + sum(x.steps for _, x in legs))
 
     def _zeros(self, found: Seen) -> Seen:
         """Return zeros, which are in the run's own unit of time, in seconds."""
@@ -278,16 +265,16 @@ class Integrator:
         return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
 
 
-def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArray[np.intp] | None]:
-    """Return times since a leg began, all of them after that and different, and where each is.
+def _sampled(
+    engine: Engine, state: Array, steps: int, far: float, times: Array, bound: Any, **how: Any
+) -> Leg:
+    """Return a leg with a row for each time that it reached.
 
-    Two that rounding has made equal are one; where there are none, no places are returned.
+    heyoka wants times that differ and are after the start; by rounding they may be neither.
     """
-    if not times.size:
-        return times, None
-    local = (times - begun[0]) - begun[1]
-    local = np.where(local * far > 0, local, math.copysign(LEAST_TIME, far))
-    if local.size < 2 or (np.diff(np.abs(local)) > 0).all():
-        return local, None
-    sizes, place = np.unique(np.abs(local), return_inverse=True)
-    return np.copysign(sizes, far), place
+    new = times * far > 0
+    new[1:] &= times[1:] != times[:-1]
+    leg = engine.leg(state, steps, far, times[new], bound, **how)
+    place = np.cumsum(new)
+    place = place[place <= len(leg.rows)]
+    return leg._replace(rows=np.concatenate((state[None], leg.rows))[place])

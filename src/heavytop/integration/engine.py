@@ -42,7 +42,8 @@ HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits,
 ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
 NEVER = np.empty(0)  # no times
 STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
-NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
+_OUTCOMES = hy.taylor_outcome
+NATURAL = frozenset({_OUTCOMES.step_limit, _OUTCOMES.time_limit, _OUTCOMES.cb_stop})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
@@ -187,7 +188,6 @@ class Engine:
         system = System.of(formulation, bits, events)
         self._loaded = system.loaded
         self._zeros: list[tuple[int, float, bytes]] = []  # event function, time, state
-        self._seeing = [True]  # empty while no zero is to be kept
         self._busy = Lock()
         start, pars = ([self.number(0.0)] * len(x) for x in (system.equations, system.loaded))
         if bits == DOUBLE:
@@ -198,7 +198,7 @@ class Engine:
                 tol=tolerance,
                 high_accuracy=tolerance < EPSILON,
                 nt_events=[
-                    hy.nt_event(zero, _recorder(self._zeros, self._seeing, i))
+                    hy.nt_event(zero, _recorder(self._zeros, i))
                     for i, zero in enumerate(system.zeros)
                 ],
             )
@@ -229,6 +229,7 @@ class Engine:
         samples: Array = NEVER,
         longest: float | None = None,
         *,
+        stop: float = math.inf,
         keep: bool = False,
     ) -> Leg:
         """Take natural steps from a state and sample their Taylor polynomials.
@@ -245,17 +246,19 @@ class Engine:
             Monotonic times since the leg's start, none of them 0 [s].
         longest : float, optional
             The longest step to take [s].
+        stop : float
+            A length of time [s]: the step that goes beyond it is the last.
         keep : bool
             Whether the polynomials are wanted, instead of samples and zeros.
         """
-        outcome, taken, rows, kept = self._away(state, steps, far, samples, longest, keep)
+        outcome, taken, rows, kept = self._away(state, steps, far, samples, longest, stop, keep)
         if taken == steps or outcome in NATURAL:
             elapsed = self._taylor.dtime
             return Leg(self._own.copy(), elapsed, taken, rows, self._hits(), polynomials=kept)
         if taken == 0:
             nothing = self.number(0.0), self.number(0.0)
             return Leg(state.copy(), nothing, 0, rows[:0], self._hits(), True, kept)
-        finite = self.leg(state, taken, far, samples, longest, keep=keep)
+        finite = self.leg(state, taken, far, samples, longest, stop=stop, keep=keep)
         return finite._replace(singular=True)
 
     def cautious_step(self, state: Array, far: float) -> float | None:
@@ -304,6 +307,7 @@ class Engine:
         far: float,
         samples: Array,
         longest: float | None,
+        stop: float,
         keep: bool,
     ) -> tuple[Any, int, Array, Polynomials | None]:
         """Return how the steps ended, how many there were, rows at the samples, polynomials."""
@@ -312,6 +316,8 @@ class Engine:
         how, end = {"max_steps": steps, "max_delta_t": bound}, self.number(far)
         if keep:
             return self._kept(end, how)
+        if stop < math.inf:
+            how["callback"] = lambda taylor: abs(taylor.time) <= stop
         if samples.size == 0:
             result = self._taylor.propagate_until(end, **how)
             return result[0], result[3], self.nothing, None
@@ -321,7 +327,7 @@ class Engine:
         return result[0], result[3], result[5][1 : 1 + samples.size], None
 
     def _kept(self, end: Any, how: dict[str, Any]) -> tuple[Any, int, Array, Polynomials]:
-        """Take steps to an end, and keep their polynomials; zeros are not looked at."""
+        """Take steps to an end, and keep their polynomials."""
         taylor, rows = self._taylor, list[bytes]()
         written = taylor.tc  # each step writes there
         begun, length = [taylor.dtime], list[float]()  # of each step, and where the last one ended
@@ -332,13 +338,7 @@ class Engine:
             length.append(taylor.last_h)
             return True
 
-        self._seeing.clear()
-        try:
-            outcome, _, _, taken, *_ = taylor.propagate_until(
-                end, write_tc=True, callback=kept, **how
-            )
-        finally:
-            self._seeing.append(True)
+        outcome, _, _, taken, *_ = taylor.propagate_until(end, write_tc=True, callback=kept, **how)
         coefficients = np.frombuffer(b"".join(rows[:taken])).reshape(taken, *written.shape)
         times = np.array(begun[:taken]).reshape(-1, 2)
         found = Polynomials(coefficients, times, np.array(length[:taken]), np.zeros(taken))
@@ -370,14 +370,10 @@ class Engine:
         return abs(bound)
 
 
-def _recorder(
-    found: list[tuple[int, float, bytes]], seeing: list[bool], event: int
-) -> Callable[..., None]:
+def _recorder(found: list[tuple[int, float, bytes]], event: int) -> Callable[..., None]:
     """Return what heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(taylor: Any, t: float, _sign: int) -> None:
-        if not seeing:
-            return
         taylor.update_d_output(t)
         found.append((event, t, taylor.d_output.tobytes()))
 

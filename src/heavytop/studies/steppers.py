@@ -215,7 +215,7 @@ class TaylorStepper:
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
         done = self._block(self._checkpoint(at))
-        if done.singular or done.steps == 0:
+        if done.singular or done.end.steps == at.steps:
             raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
         return self._state(done.end)
 
@@ -230,12 +230,7 @@ class TaylorStepper:
         return (t, 0.0)
 
     def _block(self, start: Checkpoint, samples: Array = NEVER) -> Block:
-        longest = None if start.steps else self._first_steps
-        return self.engine.block(start, start.block_steps, self.far, samples, longest)
-
-    @cached_property
-    def _first_steps(self) -> float | None:
-        return self.engine.cautious_step(self.start, self.far)
+        return self.engine.block(start, start.block_steps, self.far, samples)
 
     def _checkpoint(self, at: StepperState) -> Checkpoint:
         return Checkpoint(at.time, np.array(at.state), at.steps)
