@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from heavytop.integration.engine import (
     Array,
     Engine,
     Leg,
-    Polynomials,
     Seen,
     engine,
     reals,
@@ -83,6 +82,27 @@ class Block:
     hits: tuple[Seen, ...]
     end: Checkpoint
     singular: bool
+
+
+class Polynomials(NamedTuple):
+    """Taylor polynomials of steps, in the unit of time in which they were taken.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (k, n, order + 1)
+        Of n states, in the time since the beginning of each step.
+    begun : ndarray, shape (k, 2)
+        When each began, since the block's start, as double-doubles.
+    length : ndarray, shape (k,)
+        Of each step.
+    restarted : ndarray, shape (k,)
+        When time was last set to zero before each, since the block's start.
+    """
+
+    coefficients: Array
+    begun: Array
+    length: Array
+    restarted: Array
 
 
 class Integrator:
@@ -193,17 +213,25 @@ class Integrator:
 
         Times and states of the polynomials are in the run's own unit of time.
         """
-        legs, state = self._legs(start, steps, far, NEVER, keep=True)
-        parts = []
-        for begun, leg in legs:
-            assert leg.polynomials is not None
-            since, words = np.full(leg.steps, begun[0]), leg.polynomials.begun
-            later = add((since, np.full(leg.steps, begun[1])), (words[:, 0], words[:, 1]))
-            part = leg.polynomials._replace(begun=np.stack(later, axis=-1), restarted=since)
-            parts.append(part)
-        return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), self._end(
-            start, legs, state
+        kept = list[tuple[Array, DoubleDouble, float]]()
+
+        def keep(taylor: Any) -> bool:
+            kept.append((taylor.tc.copy(), taylor.dtime, taylor.last_h))
+            return True
+
+        legs, state = self._legs(start, steps, far, NEVER, on_step=keep)
+        begun, restarted = list[DoubleDouble](), list[float]()
+        for since, leg in legs:
+            ends = [end for _, end, _ in kept[len(begun) : len(begun) + leg.steps - 1]]
+            begun += [add(since, end) for end in [(0.0, 0.0), *ends]]
+            restarted += [since[0]] * leg.steps
+        found = Polynomials(
+            coefficients=np.array([tc for tc, _, _ in kept]),
+            begun=np.array(begun),
+            length=np.array([length for _, _, length in kept]),
+            restarted=np.array(restarted),
         )
+        return found, self._end(start, legs, state)
 
     def _legs(
         self,
@@ -212,8 +240,7 @@ class Integrator:
         far: float,
         samples: Array,
         reach: float = math.inf,
-        *,
-        keep: bool = False,
+        on_step: Callable[[Any], bool] | None = None,
     ) -> tuple[list[tuple[DoubleDouble, Leg]], Array]:
         """Return the legs of a block in the run's own unit of time, each with when it began.
 
@@ -233,10 +260,12 @@ class Integrator:
             for within in (reach, math.inf):
                 last = bisect_right(distances, abs(begun[0]) + within, done)
                 local = (times[done:last] - begun[0]) - begun[1]
-                stop = BEYOND * abs(float(local[-1])) if done < last == times.size else math.inf
-                leg = _sampled(engine, state, count, rest, local, bound, stop=stop, keep=keep)
+                to_the_end = done < last == times.size
+                if to_the_end:
+                    on_step = _until(BEYOND * abs(float(local[-1])))
+                leg = _sampled(engine, state, count, rest, local, bound, on_step)
                 length = abs(leg.elapsed[0])
-                if stop < math.inf or not length > 0.9 * within:
+                if to_the_end or not length > 0.9 * within:
                     break
             legs.append((begun, leg))
             state = project(leg.state) if project else leg.state
@@ -265,16 +294,19 @@ class Integrator:
         return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
 
 
-def _sampled(
-    engine: Engine, state: Array, steps: int, far: float, times: Array, bound: Any, **how: Any
-) -> Leg:
+def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array, *how: Any) -> Leg:
     """Return a leg with a row for each time that it reached.
 
     heyoka wants times that differ and are after the start; by rounding they may be neither.
     """
     new = times * far > 0
     new[1:] &= times[1:] != times[:-1]
-    leg = engine.leg(state, steps, far, times[new], bound, **how)
+    leg = engine.leg(state, steps, far, times[new], *how)
     place = np.cumsum(new)
     place = place[place <= len(leg.rows)]
     return leg._replace(rows=np.concatenate((state[None], leg.rows))[place])
+
+
+def _until(end: float) -> Callable[[Any], bool]:
+    """Return what tells after each step whether another is to follow."""
+    return lambda taylor: abs(taylor.time) <= end

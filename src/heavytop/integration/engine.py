@@ -36,6 +36,7 @@ from heavytop.integration.system import System
 
 T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
+OnStep = Callable[[Any], bool]
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
@@ -107,27 +108,6 @@ class Seen(NamedTuple):
         return Seen(*add(since, (self.t, self.t_low)), self.states) if any(begun) else self
 
 
-class Polynomials(NamedTuple):
-    """Taylor polynomials of steps, in the unit of time in which they were taken.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (k, n, order + 1)
-        Of n states, in the time since the beginning of each step.
-    begun : ndarray, shape (k, 2)
-        When each began, since the block's start, as double-doubles.
-    length : ndarray, shape (k,)
-        Of each step.
-    restarted : ndarray, shape (k,)
-        When time was last set to zero before each, since the block's start.
-    """
-
-    coefficients: Array
-    begun: Array
-    length: Array
-    restarted: Array
-
-
 class Leg(NamedTuple):
     """What natural steps in a row left behind; times are since their start.
 
@@ -145,8 +125,6 @@ class Leg(NamedTuple):
         Its zeros.
     singular : bool
         Whether the next step would have left the finite numbers.
-    polynomials : Polynomials or None
-        Of the steps, where they were to be kept.
     """
 
     state: Array
@@ -155,7 +133,6 @@ class Leg(NamedTuple):
     rows: Array
     hits: tuple[Seen, ...]
     singular: bool = False
-    polynomials: Polynomials | None = None
 
 
 class Engine:
@@ -228,9 +205,7 @@ class Engine:
         far: float,
         samples: Array = NEVER,
         longest: float | None = None,
-        *,
-        stop: float = math.inf,
-        keep: bool = False,
+        on_step: OnStep | None = None,
     ) -> Leg:
         """Take natural steps from a state and sample their Taylor polynomials.
 
@@ -246,20 +221,17 @@ class Engine:
             Monotonic times since the leg's start, none of them 0 [s].
         longest : float, optional
             The longest step to take [s].
-        stop : float
-            A length of time [s]: the step that goes beyond it is the last.
-        keep : bool
-            Whether the polynomials are wanted, instead of samples and zeros.
+        on_step : callable, optional
+            Called after each step with heyoka's integrator, which has the Taylor coefficients of
+            the step in ``tc`` where no samples are wanted; without a true answer that was the last.
         """
-        outcome, taken, rows, kept = self._away(state, steps, far, samples, longest, stop, keep)
+        outcome, taken, rows = self._away(state, steps, far, samples, longest, on_step)
         if taken == steps or outcome in NATURAL:
-            elapsed = self._taylor.dtime
-            return Leg(self._own.copy(), elapsed, taken, rows, self._hits(), polynomials=kept)
+            return Leg(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
         if taken == 0:
             nothing = self.number(0.0), self.number(0.0)
-            return Leg(state.copy(), nothing, 0, rows[:0], self._hits(), True, kept)
-        finite = self.leg(state, taken, far, samples, longest, stop=stop, keep=keep)
-        return finite._replace(singular=True)
+            return Leg(state.copy(), nothing, 0, rows[:0], self._hits(), singular=True)
+        return self.leg(state, taken, far, samples, longest, on_step)._replace(singular=True)
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].
@@ -307,42 +279,19 @@ class Engine:
         far: float,
         samples: Array,
         longest: float | None,
-        stop: float,
-        keep: bool,
-    ) -> tuple[Any, int, Array, Polynomials | None]:
-        """Return how the steps ended, how many there were, rows at the samples, polynomials."""
+        on_step: OnStep | None,
+    ) -> tuple[Any, int, Array]:
+        """Return how the steps ended, how many there were, and rows at the samples."""
         self._begin(state)
         bound = self.number(math.inf if longest is None else longest)
-        how, end = {"max_steps": steps, "max_delta_t": bound}, self.number(far)
-        if keep:
-            return self._kept(end, how)
-        if stop < math.inf:
-            how["callback"] = lambda taylor: abs(taylor.time) <= stop
+        how, end = {"max_steps": steps, "max_delta_t": bound, "callback": on_step}, self.number(far)
         if samples.size == 0:
-            result = self._taylor.propagate_until(end, **how)
-            return result[0], result[3], self.nothing, None
+            result = self._taylor.propagate_until(end, write_tc=on_step is not None, **how)
+            return result[0], result[3], self.nothing
         grid = np.empty(samples.size + 2, self._own.dtype)
         grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
         result = self._taylor.propagate_grid(grid, **how)
-        return result[0], result[3], result[5][1 : 1 + samples.size], None
-
-    def _kept(self, end: Any, how: dict[str, Any]) -> tuple[Any, int, Array, Polynomials]:
-        """Take steps to an end, and keep their polynomials."""
-        taylor, rows = self._taylor, list[bytes]()
-        written = taylor.tc  # each step writes there
-        begun, length = [taylor.dtime], list[float]()  # of each step, and where the last one ended
-
-        def kept(_: Any) -> bool:
-            rows.append(written.tobytes())
-            begun.append(taylor.dtime)
-            length.append(taylor.last_h)
-            return True
-
-        outcome, _, _, taken, *_ = taylor.propagate_until(end, write_tc=True, callback=kept, **how)
-        coefficients = np.frombuffer(b"".join(rows[:taken])).reshape(taken, *written.shape)
-        times = np.array(begun[:taken]).reshape(-1, 2)
-        found = Polynomials(coefficients, times, np.array(length[:taken]), np.zeros(taken))
-        return outcome, taken, self.nothing, found
+        return result[0], result[3], result[5][1 : 1 + samples.size]
 
     def _hits(self) -> tuple[Seen, ...]:
         return tuple([self._hits_of(event) for event in range(len(self.events))])
