@@ -294,13 +294,13 @@ class Engine:
         return result[0], result[3], result[5][1 : 1 + samples.size]
 
     def _hits(self) -> tuple[Seen, ...]:
-        return tuple([self._hits_of(event) for event in range(len(self.events))])
-
-    def _hits_of(self, event: int) -> Seen:
-        found = [zero for zero in self._zeros if zero[0] == event]
-        t = np.array([t for _, t, _ in found], dtype=float)
-        states = np.frombuffer(b"".join([state for _, _, state in found]))
-        return Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size))
+        """Return the zeros found, of each event function."""
+        hits = []
+        for event, _ in enumerate(self.events):
+            t = np.array([t for e, t, _ in self._zeros if e == event], dtype=float)
+            states = np.frombuffer(b"".join([x for e, _, x in self._zeros if e == event]))
+            hits.append(Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size)))
+        return tuple(hits)
 
     def _without_echo(self, state: Array, bound: float) -> float:
         """Return the size of a bound, halved until the first step loses no zero to its start [s].
