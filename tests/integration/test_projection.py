@@ -134,6 +134,15 @@ def test_legs_lose_no_time(whole):
         assert low.any()
 
 
+@pytest.mark.parametrize("projected", [False, True])
+def test_the_last_step_is_the_one_that_passes_the_end(projected):
+    run = ht.propagate(scene(70, wants=ALL), formulation="axis", projected=projected)
+    (integrator, _), last = integrator_of(run), run.orbit.checkpoints[-1]
+    left = run.orbit.steps - last.steps
+    before, behind = (integrator.block(last, n, 1e4).end.time[0] for n in (left - 1, left))
+    assert before <= run.orbit.end < behind
+
+
 @pytest.mark.parametrize("samples", [[], [0.3], np.linspace(0.01, 60, 999)])
 def test_what_nobody_looks_at_is_the_same(samples):
     """Legs without events and samples take a shorter way: to the same bits."""
