@@ -121,8 +121,9 @@ def test_legs_lose_no_time(whole):
     wanted = begun[0] + np.array([1.0, 1.7])
     both = integrator.block(start, 21 * stride, 1e4, wanted)
     local = (wanted - begun[0]) - begun[1]
-    mean = engine.leg(start.state, stride, 1e4).elapsed[0] / stride
-    even = mean * (1 - EVEN_STEPS * (20 * GOLDEN % 1))
+    longest = integrator.cautious_step(start, 1e4)
+    mean = engine.leg(start.state, stride, 1e4, longest=longest).elapsed[0] / stride
+    even = min(mean * (1 - EVEN_STEPS * (20 * GOLDEN % 1)), longest)
     second = engine.leg(state, stride, 1e4, local, even)
     assert np.array_equal(both.samples.states, second.rows)
     assert both.end.time == add(begun, second.elapsed)
@@ -133,22 +134,32 @@ def test_legs_lose_no_time(whole):
         assert low.any()
 
 
+@pytest.mark.parametrize("projected", [False, True])
+def test_the_last_step_is_the_one_that_passes_the_end(projected):
+    run = ht.propagate(scene(70, wants=ALL), formulation="axis", projected=projected)
+    (integrator, _), last = integrator_of(run), run.orbit.checkpoints[-1]
+    left = run.orbit.steps - last.steps
+    before, behind = (integrator.block(last, n, 1e4).end.time[0] for n in (left - 1, left))
+    assert before <= run.orbit.end < behind
+
+
 @pytest.mark.parametrize("samples", [[], [0.3], np.linspace(0.01, 60, 999)])
 def test_what_nobody_looks_at_is_the_same(samples):
     """Legs without events and samples take a shorter way: to the same bits."""
     run = ht.propagate(scene(700, "want.events=[]"), formulation="cubic", projected=True)
     integrator, start = integrator_of(run)
-    block = integrator.block(start, 1980, 1e4, np.array(samples))
-    state, elapsed, mean, even = start.state, (0.0, 0.0), None, None
+    block = integrator.block(start, 1980, 1e4, np.array([*samples, 9e3]))
+    longest = even = integrator.cautious_step(start, 1e4)
+    state, elapsed, mean = start.state, (0.0, 0.0), None
     stride = integrator.projection.stride
     strides = [stride] * (1980 // stride) + [1980 % stride]
     for k, steps in enumerate(strides, start=1):
         leg = integrator.engine.leg(state, steps, 1e4, longest=even)
         mean = mean or leg.elapsed[0] / steps
-        even = mean * (1 - EVEN_STEPS * (k * GOLDEN % 1))
+        even = min(mean * (1 - EVEN_STEPS * (k * GOLDEN % 1)), longest)
         state, elapsed = integrator.projection(leg.state), add(elapsed, leg.elapsed)
     assert np.array_equal(block.end.state, state)
-    assert (block.end.time, block.steps) == (elapsed, 1980)
+    assert (block.end.time, block.end.steps) == (elapsed, 1980)
     assert block.samples.t.size == np.sum(np.array(samples) < elapsed[0])
 
 

@@ -17,8 +17,8 @@ from heavytop.certificate.system import CERTIFIED
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import UNIT, add
-from heavytop.integration.blocks import Checkpoint, Integrator
-from heavytop.integration.engine import Polynomials, engine
+from heavytop.integration.blocks import Checkpoint, Integrator, Polynomials
+from heavytop.integration.engine import engine
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import isfinite
 from operator import methodcaller
 from typing import Any, Final
@@ -69,7 +70,7 @@ def lambdified(
     (Fraction(1, 6), Fraction(-1, 2))
     """
     names = [str(x) for x in arguments]
-    writer = _Writer(names, number, functions, ordered)
+    writer = _Writer(names, number, {**functions}, ordered)
     for expression in sp.flatten(expressions):
         writer.count(sp.sympify(expression))
     returned = writer.written(expressions)
@@ -105,21 +106,17 @@ def evaluated(
     return values
 
 
+@dataclass
 class _Writer:
     """Python code of expressions, in which what is used twice is a line of its own."""
 
-    def __init__(
-        self,
-        names: Sequence[str],
-        number: Callable[[int], Any],
-        functions: Functions,
-        ordered: bool,
-    ) -> None:
-        self.names, self.number, self.ordered = {*names}, number, ordered
-        self.known: dict[str, Any] = {**functions}
-        self.uses: Counter[Any] = Counter()
-        self.operations: dict[Any, tuple[str, Sequence[Any]]] = {}
-        self.lines: list[str] = []
+    names: Sequence[str]
+    number: Callable[[int], Any]
+    known: dict[str, Any]
+    ordered: bool
+    uses: Counter[Any] = field(default_factory=Counter)
+    operations: dict[Any, tuple[str, Sequence[Any]]] = field(default_factory=dict)
+    lines: list[str] = field(default_factory=list)
 
     def count(self, node: Any) -> None:
         """Count one more use of an expression, and those of its parts the first time."""

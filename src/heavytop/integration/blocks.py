@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON, DoubleDouble, add
@@ -27,7 +26,6 @@ from heavytop.integration.engine import (
     Array,
     Engine,
     Leg,
-    Polynomials,
     Seen,
     engine,
     reals,
@@ -39,7 +37,7 @@ FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to 
 LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
-LEAST_TIME = float(np.finfo(float).tiny)
+BEYOND = 1 + 1e-9  # of the way to the last sample, lest a zero there lie a rounding behind it
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +75,34 @@ class Checkpoint:
 class Block:
     """A block of steps as it was seen: at samples, at zeros of events, and at its end.
 
-    `elapsed` is its length [s], and `singular` says that no finite step follows.
+    `singular` says that no finite step follows.
     """
 
     samples: Seen
     hits: tuple[Seen, ...]
     end: Checkpoint
-    elapsed: float
-    steps: int
     singular: bool
+
+
+class Polynomials(NamedTuple):
+    """Taylor polynomials of steps, in the unit of time in which they were taken.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (k, n, order + 1)
+        Of n states, in the time since the beginning of each step.
+    begun : ndarray, shape (k, 2)
+        When each began, since the block's start, as double-doubles.
+    length : ndarray, shape (k,)
+        Of each step.
+    restarted : ndarray, shape (k,)
+        When time was last set to zero before each, since the block's start.
+    """
+
+    coefficients: Array
+    begun: Array
+    length: Array
+    restarted: Array
 
 
 class Integrator:
@@ -147,7 +164,7 @@ class Integrator:
         return found
 
     def cautious_step(self, start: Checkpoint, far: float) -> float | None:
-        """Return a bound for the first steps of a run, as `Engine` does [s]; later none."""
+        """Return a bound for the first steps of a run, in its own unit of time; later none."""
         if start.steps:
             return None
         own, constants = self.engine, self.own_constants
@@ -156,8 +173,7 @@ class Integrator:
             constants = {name: float(x) for name, x in constants.items()}
         own.load(constants)
         state = (start.state / self._units).astype(np.float64)
-        bound = own.cautious_step(state, self._own_time(far))
-        return None if bound is None else bound / float(self.pace)
+        return own.cautious_step(state, self._own_time(far))
 
     def block(
         self,
@@ -165,36 +181,28 @@ class Integrator:
         steps: int,
         far: float,
         samples: Array = NEVER,
-        longest: float | None = None,
+        reach: float = math.inf,
     ) -> Block:
-        """Take natural steps and sample them.
+        """Take natural steps, so many or until the last sample is passed, and sample them.
 
         Parameters
         ----------
         start : Checkpoint
-        steps, far, longest
+        steps, far
             As for `Engine.leg`.
         samples : ndarray, shape (k,), optional
             Monotonic times, none of them before the start [s].
+        reach : float
+            How far the steps will hardly go [s]: later samples are looked for only if they do.
         """
-        forward = np.copysign(1.0, far)
-        since = forward * start.local(samples)
-        later = since > 0  # by rounding the first may be before
-        new = later.copy()
-        new[1:] &= since[1:] != since[:-1]
-        legs, state = self._legs(start.state, steps, far, forward * since[new], longest)
+        legs, state = self._legs(start, steps, far, samples, reach)
         rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
-        place = np.cumsum(new)
-        place = place[place <= len(rows)]  # the block did not reach the others
-        reached = samples[: place.size]
+        reached = samples[: len(rows)]
         hits = zip(*([hit.after(since) for hit in leg.hits] for since, leg in legs), strict=True)
-        end, elapsed = self._end(start, legs, state)
         return Block(
-            samples=Seen(reached, 0 * reached, np.concatenate((start.state[None], rows))[place]),
+            samples=Seen(reached, 0 * reached, rows),
             hits=tuple(self._zeros(Seen.join(each)).after(start.time) for each in hits),
-            end=end,
-            elapsed=elapsed,
-            steps=end.steps - start.steps,
+            end=self._end(start, legs, state),
             singular=legs[-1][1].singular,
         )
 
@@ -205,69 +213,77 @@ class Integrator:
 
         Times and states of the polynomials are in the run's own unit of time.
         """
-        longest = self.cautious_step(start, far)
-        legs, state = self._legs(start.state, steps, far, NEVER, longest, keep=True)
-        parts = []
-        for begun, leg in legs:
-            assert leg.polynomials is not None
-            since, words = np.full(leg.steps, begun[0]), leg.polynomials.begun
-            later = add((since, np.full(leg.steps, begun[1])), (words[:, 0], words[:, 1]))
-            part = leg.polynomials._replace(begun=np.stack(later, axis=-1), restarted=since)
-            parts.append(part)
-        end, _ = self._end(start, legs, state)
-        return Polynomials(*map(np.concatenate, zip(*parts, strict=True))), end
+        kept = list[tuple[Array, DoubleDouble, float]]()
+
+        def keep(taylor: Any) -> bool:
+            kept.append((taylor.tc.copy(), taylor.dtime, taylor.last_h))
+            return True
+
+        legs, state = self._legs(start, steps, far, NEVER, on_step=keep)
+        begun, restarted = list[DoubleDouble](), list[float]()
+        for since, leg in legs:
+            ends = [end for _, end, _ in kept[len(begun) : len(begun) + leg.steps - 1]]
+            begun += [add(since, end) for end in [(0.0, 0.0), *ends]]
+            restarted += [since[0]] * leg.steps
+        found = Polynomials(
+            coefficients=np.array([tc for tc, _, _ in kept]),
+            begun=np.array(begun),
+            length=np.array([length for _, _, length in kept]),
+            restarted=np.array(restarted),
+        )
+        return found, self._end(start, legs, state)
 
     def _legs(
         self,
-        state: Array,
+        start: Checkpoint,
         steps: int,
         far: float,
-        times: Array,
-        longest: float | None,
-        *,
-        keep: bool = False,
+        samples: Array,
+        reach: float = math.inf,
+        on_step: Callable[[Any], bool] | None = None,
     ) -> tuple[list[tuple[DoubleDouble, Leg]], Array]:
         """Return the legs of a block in the run's own unit of time, each with when it began.
 
         And the state after them. A run that is not projected has one leg; of another the projected
         state behind each is where the next begins.
         """
-        engine, project, far = self.engine, self.projection, self._own_time(far)
+        engine, project, pace = self.engine, self.projection, self.pace
+        bound = longest = self.cautious_step(start, far)
         engine.load(self.own_constants)
-        state, times = state / self._units, times * self.pace
-        bound = longest = None if longest is None else longest * float(self.pace)
-        if project is None:
-            leg = engine.leg(state, steps, far, times, longest, keep=keep)
-            return [((0.0, 0.0), leg)], leg.state
+        far, reach, times = self._own_time(far), reach * pace, start.local(samples) * pace
+        state, stride = start.state / self._units, project.stride if project else steps
         distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
-        begun, taken, done, mean, reach, ended = (0.0, 0.0), 0, 0, 0.0, math.inf, False
+        begun: DoubleDouble = (engine.number(0.0), engine.number(0.0))
+        taken, done, mean, ended = 0, 0, 0.0, False
         while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
-            count = min(project.stride, steps - taken)
-            for within in (reach, math.inf):  # samples are looked for so far, and farther if it is
+            count = min(stride, steps - taken)
+            for within in (reach, math.inf):
                 last = bisect_right(distances, abs(begun[0]) + within, done)
-                local, place = _since(begun, times[done:last], far)
-                leg = engine.leg(state, count, rest, local, bound, keep=keep)
+                local = (times[done:last] - begun[0]) - begun[1]
+                to_the_end = done < last == times.size
+                if to_the_end:
+                    on_step = _until(BEYOND * abs(float(local[-1])))
+                leg = _sampled(engine, state, count, rest, local, bound, on_step)
                 length = abs(leg.elapsed[0])
-                if not length > 0.9 * within:
+                if to_the_end or not length > 0.9 * within:
                     break
-            if place is not None:
-                leg = leg._replace(rows=leg.rows[place[place < len(leg.rows)]])
-            state = project(leg.state)
             legs.append((begun, leg))
+            state = project(leg.state) if project else leg.state
             taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
-            mean, reach = mean or length / count, 2 * length
-            bound, begun = project.longest(mean, len(legs), longest), add(begun, leg.elapsed)
+            if project:
+                mean, reach = mean or length / count, 2 * length
+                bound = project.longest(mean, len(legs), longest)
+            begun = add(begun, leg.elapsed)
         return legs, state
 
     def _end(
         self, start: Checkpoint, legs: Sequence[tuple[DoubleDouble, Leg]], state: Array
-    ) -> tuple[Checkpoint, float]:
-        """Return where the legs of a block end, with a state, and how long they are [s]."""
-        (begun, last), pace = legs[-1], self.pace
+    ) -> Checkpoint:
+        """Return where the legs of a block end, with a state."""
+        begun, last = legs[-1]
         high, low = add(begun, last.elapsed)
-        time = add(start.time, (high / pace, low / pace))
-        steps = start.steps + sum(leg.steps for _, leg in legs)
-        return Checkpoint(time, state * self._units, steps), float(high / pace)
+        time = add(start.time, (high / self.pace, low / self.pace))
+        return Checkpoint(time, state * self._units, start.steps + sum(x.steps for _, x in legs))
 
     def _zeros(self, found: Seen) -> Seen:
         """Return zeros, which are in the run's own unit of time, in seconds."""
@@ -278,16 +294,19 @@ class Integrator:
         return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
 
 
-def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArray[np.intp] | None]:
-    """Return times since a leg began, all of them after that and different, and where each is.
+def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array, *how: Any) -> Leg:
+    """Return a leg with a row for each time that it reached.
 
-    Two that rounding has made equal are one; where there are none, no places are returned.
+    heyoka wants times that differ and are after the start; by rounding they may be neither.
     """
-    if not times.size:
-        return times, None
-    local = (times - begun[0]) - begun[1]
-    local = np.where(local * far > 0, local, math.copysign(LEAST_TIME, far))
-    if local.size < 2 or (np.diff(np.abs(local)) > 0).all():
-        return local, None
-    sizes, place = np.unique(np.abs(local), return_inverse=True)
-    return np.copysign(sizes, far), place
+    new = times * far > 0
+    new[1:] &= times[1:] != times[:-1]
+    leg = engine.leg(state, steps, far, times[new], *how)
+    place = np.cumsum(new)
+    place = place[place <= len(leg.rows)]
+    return leg._replace(rows=np.concatenate((state[None], leg.rows))[place])
+
+
+def _until(end: float) -> Callable[[Any], bool]:
+    """Return what tells after each step whether another is to follow."""
+    return lambda taylor: abs(taylor.time) <= end

@@ -36,13 +36,15 @@ from heavytop.integration.system import System
 
 T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
+OnStep = Callable[[Any], bool]
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
 NEVER = np.empty(0)  # no times
 STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
-NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
+_OUTCOMES = hy.taylor_outcome
+NATURAL = frozenset({_OUTCOMES.step_limit, _OUTCOMES.time_limit, _OUTCOMES.cb_stop})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
@@ -106,27 +108,6 @@ class Seen(NamedTuple):
         return Seen(*add(since, (self.t, self.t_low)), self.states) if any(begun) else self
 
 
-class Polynomials(NamedTuple):
-    """Taylor polynomials of steps, in the unit of time in which they were taken.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (k, n, order + 1)
-        Of n states, in the time since the beginning of each step.
-    begun : ndarray, shape (k, 2)
-        When each began, since the block's start, as double-doubles.
-    length : ndarray, shape (k,)
-        Of each step.
-    restarted : ndarray, shape (k,)
-        When time was last set to zero before each, since the block's start.
-    """
-
-    coefficients: Array
-    begun: Array
-    length: Array
-    restarted: Array
-
-
 class Leg(NamedTuple):
     """What natural steps in a row left behind; times are since their start.
 
@@ -144,8 +125,6 @@ class Leg(NamedTuple):
         Its zeros.
     singular : bool
         Whether the next step would have left the finite numbers.
-    polynomials : Polynomials or None
-        Of the steps, where they were to be kept.
     """
 
     state: Array
@@ -154,7 +133,6 @@ class Leg(NamedTuple):
     rows: Array
     hits: tuple[Seen, ...]
     singular: bool = False
-    polynomials: Polynomials | None = None
 
 
 class Engine:
@@ -187,7 +165,6 @@ class Engine:
         system = System.of(formulation, bits, events)
         self._loaded = system.loaded
         self._zeros: list[tuple[int, float, bytes]] = []  # event function, time, state
-        self._seeing = [True]  # empty while no zero is to be kept
         self._busy = Lock()
         start, pars = ([self.number(0.0)] * len(x) for x in (system.equations, system.loaded))
         if bits == DOUBLE:
@@ -198,7 +175,7 @@ class Engine:
                 tol=tolerance,
                 high_accuracy=tolerance < EPSILON,
                 nt_events=[
-                    hy.nt_event(zero, _recorder(self._zeros, self._seeing, i))
+                    hy.nt_event(zero, _recorder(self._zeros, i))
                     for i, zero in enumerate(system.zeros)
                 ],
             )
@@ -228,8 +205,7 @@ class Engine:
         far: float,
         samples: Array = NEVER,
         longest: float | None = None,
-        *,
-        keep: bool = False,
+        on_step: OnStep | None = None,
     ) -> Leg:
         """Take natural steps from a state and sample their Taylor polynomials.
 
@@ -245,18 +221,17 @@ class Engine:
             Monotonic times since the leg's start, none of them 0 [s].
         longest : float, optional
             The longest step to take [s].
-        keep : bool
-            Whether the polynomials are wanted, instead of samples and zeros.
+        on_step : callable, optional
+            Called after each step with heyoka's integrator, which has the Taylor coefficients of
+            the step in ``tc`` where no samples are wanted; without a true answer that was the last.
         """
-        outcome, taken, rows, kept = self._away(state, steps, far, samples, longest, keep)
+        outcome, taken, rows = self._away(state, steps, far, samples, longest, on_step)
         if taken == steps or outcome in NATURAL:
-            elapsed = self._taylor.dtime
-            return Leg(self._own.copy(), elapsed, taken, rows, self._hits(), polynomials=kept)
+            return Leg(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
         if taken == 0:
             nothing = self.number(0.0), self.number(0.0)
-            return Leg(state.copy(), nothing, 0, rows[:0], self._hits(), True, kept)
-        finite = self.leg(state, taken, far, samples, longest, keep=keep)
-        return finite._replace(singular=True)
+            return Leg(state.copy(), nothing, 0, rows[:0], self._hits(), singular=True)
+        return self.leg(state, taken, far, samples, longest, on_step)._replace(singular=True)
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].
@@ -304,54 +279,28 @@ class Engine:
         far: float,
         samples: Array,
         longest: float | None,
-        keep: bool,
-    ) -> tuple[Any, int, Array, Polynomials | None]:
-        """Return how the steps ended, how many there were, rows at the samples, polynomials."""
+        on_step: OnStep | None,
+    ) -> tuple[Any, int, Array]:
+        """Return how the steps ended, how many there were, and rows at the samples."""
         self._begin(state)
         bound = self.number(math.inf if longest is None else longest)
-        how, end = {"max_steps": steps, "max_delta_t": bound}, self.number(far)
-        if keep:
-            return self._kept(end, how)
+        how, end = {"max_steps": steps, "max_delta_t": bound, "callback": on_step}, self.number(far)
         if samples.size == 0:
-            result = self._taylor.propagate_until(end, **how)
-            return result[0], result[3], self.nothing, None
+            result = self._taylor.propagate_until(end, write_tc=on_step is not None, **how)
+            return result[0], result[3], self.nothing
         grid = np.empty(samples.size + 2, self._own.dtype)
         grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
         result = self._taylor.propagate_grid(grid, **how)
-        return result[0], result[3], result[5][1 : 1 + samples.size], None
-
-    def _kept(self, end: Any, how: dict[str, Any]) -> tuple[Any, int, Array, Polynomials]:
-        """Take steps to an end, and keep their polynomials; zeros are not looked at."""
-        taylor, rows = self._taylor, list[bytes]()
-        written = taylor.tc  # each step writes there
-        begun, length = [taylor.dtime], list[float]()  # of each step, and where the last one ended
-
-        def kept(_: Any) -> bool:
-            rows.append(written.tobytes())
-            begun.append(taylor.dtime)
-            length.append(taylor.last_h)
-            return True
-
-        self._seeing.clear()
-        try:
-            outcome, _, _, taken, *_ = taylor.propagate_until(
-                end, write_tc=True, callback=kept, **how
-            )
-        finally:
-            self._seeing.append(True)
-        coefficients = np.frombuffer(b"".join(rows[:taken])).reshape(taken, *written.shape)
-        times = np.array(begun[:taken]).reshape(-1, 2)
-        found = Polynomials(coefficients, times, np.array(length[:taken]), np.zeros(taken))
-        return outcome, taken, self.nothing, found
+        return result[0], result[3], result[5][1 : 1 + samples.size]
 
     def _hits(self) -> tuple[Seen, ...]:
-        return tuple([self._hits_of(event) for event in range(len(self.events))])
-
-    def _hits_of(self, event: int) -> Seen:
-        found = [zero for zero in self._zeros if zero[0] == event]
-        t = np.array([t for _, t, _ in found], dtype=float)
-        states = np.frombuffer(b"".join([state for _, _, state in found]))
-        return Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size))
+        """Return the zeros found, of each event function."""
+        hits = []
+        for event, _ in enumerate(self.events):
+            t = np.array([t for e, t, _ in self._zeros if e == event], dtype=float)
+            states = np.frombuffer(b"".join([x for e, _, x in self._zeros if e == event]))
+            hits.append(Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size)))
+        return tuple(hits)
 
     def _without_echo(self, state: Array, bound: float) -> float:
         """Return the size of a bound, halved until the first step loses no zero to its start [s].
@@ -370,14 +319,10 @@ class Engine:
         return abs(bound)
 
 
-def _recorder(
-    found: list[tuple[int, float, bytes]], seeing: list[bool], event: int
-) -> Callable[..., None]:
+def _recorder(found: list[tuple[int, float, bytes]], event: int) -> Callable[..., None]:
     """Return what heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(taylor: Any, t: float, _sign: int) -> None:
-        if not seeing:
-            return
         taylor.update_d_output(t)
         found.append((event, t, taylor.d_output.tobytes()))
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from heavytop.errors import Outcome
 from heavytop.integration.blocks import Block, Checkpoint, Integrator
-from heavytop.integration.engine import ABOVE, Array, Seen
+from heavytop.integration.engine import Array, Seen
 
 Keep = Callable[[Callable[[], "Orbit"]], object]
 
@@ -75,8 +75,7 @@ class Orbit:
             asked = np.concatenate((late, t[block == k]))
             if asked.size:
                 start = self.checkpoints[k]
-                longest = taking.cautious_step(start, far)
-                seen = taking.block(start, start.block_steps, far, asked, longest)
+                seen = taking.block(start, start.block_steps, far, asked)
                 parts.append(seen.samples)
                 late = asked[seen.samples.t.size :]  # by rounding: the next block begins there
         return Seen.join(parts).where(np.argsort(order, kind="stable"))
@@ -171,48 +170,21 @@ class _Journey:
 
     def advance(self) -> Outcome | None:
         """Run one block; tell how the integration ended, if it did."""
-        seen = self._observed()
+        start, reach = self.place, math.inf
+        if len(self.checkpoints) > 1:
+            before = self.checkpoints[-2]
+            length = abs(float(start.time[0] - before.time[0])) / (start.steps - before.steps)
+            reach = 2 * length * start.block_steps
+        waiting = self.samples[self.done :]
+        seen = self.integrator.block(start, start.block_steps, self.far, waiting, reach)
         self.blocks.append(seen)
         self.done += seen.samples.t.size
         if self.done == self.samples.size:
             return Outcome.FINISHED
-        if seen.singular or seen.steps == 0:
+        if seen.singular or seen.end.steps == start.steps:
             return Outcome.SINGULAR
         self.checkpoints.append(seen.end)
         return None
-
-    def _observed(self) -> Block:
-        """Run a block of full length, or of hardly more steps than it takes to the end.
-
-        How far the steps will reach is guessed from those before. A wrong guess costs another
-        run of the block and changes nothing.
-        """
-        start, far, waiting = self.place, self.far, self.samples[self.done :]
-        longest = self.integrator.cautious_step(start, far)
-        remaining = abs(start.local(waiting)).astype(np.float64)
-        end, full = float(remaining[-1]), start.block_steps
-        length = self._step_before(longest) if full > 1 else end
-        steps = min(full, math.ceil(1.1 * end / length) + 2)
-        while True:
-            reach = min(1.1 * steps * length, end)
-            asked = waiting[remaining <= reach]
-            seen = self.integrator.block(start, steps, far, asked, longest)
-            reached, taken = abs(seen.elapsed), seen.steps
-            length = reached / taken if taken else length
-            if reached > reach and reach < end:
-                continue  # the steps grew: look again, at all samples of the block
-            if reached >= end or steps == full or seen.singular:
-                return seen
-            steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
-
-    def _step_before(self, longest: float | None) -> float:
-        """Return the mean step of the block before, or about the first of all [s]."""
-        start = self.place
-        if len(self.checkpoints) == 1:
-            return (longest or abs(self.far)) / ABOVE
-        before = self.checkpoints[-2]
-        elapsed = abs(float(start.time[0] - before.time[0]))
-        return elapsed / (start.steps - before.steps)
 
     def orbit(self, outcome: Outcome) -> Orbit:
         """Return what has been seen so far.

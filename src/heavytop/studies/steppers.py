@@ -33,7 +33,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import Context, context
-from heavytop.exact.pairs import EPSILON, Array, DoubleDouble, add
+from heavytop.exact.pairs import EPSILON, Array, DoubleDouble
 from heavytop.integration.bits import DOUBLE, digits_of, named, precision
 from heavytop.integration.blocks import Block, Checkpoint, Integrator
 from heavytop.integration.engine import NEVER, text
@@ -105,8 +105,8 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
         theta = str(scene.start.theta)
         raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
     if not method.is_rival:
-        kind = PreciseStepper if method.bits > DOUBLE else TaylorStepper
-        stepper = kind(integrator_of(chosen, parameters, start), start, FARTHEST_PERIODS * period)
+        taylor = integrator_of(chosen, parameters, start)
+        stepper = TaylorStepper(taylor, start, FARTHEST_PERIODS * period)
         return MethodRun(stepper, reference, period)
     state, top = tuple(start.state.tolist()), top_constants(scene.top)
     problem = InitialValueProblem(chosen.equations, parameters, state, period=period, top=top)
@@ -194,7 +194,7 @@ def why_no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
 
 @dataclass(frozen=True, eq=False)
 class TaylorStepper:
-    """The Taylor integrator in doubles, with the very blocks of steps of a trajectory.
+    """The Taylor integrator, with the very blocks of steps of a trajectory.
 
     Attributes
     ----------
@@ -214,51 +214,26 @@ class TaylorStepper:
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
-        done = self._block(self._checkpoint(at))
-        if done.singular or done.steps == 0:
+        done = self._block(at)
+        if done.singular or done.end.steps == at.steps:
             raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
         return self._state(done.end)
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state, from its Taylor polynomials."""
-        local = [add(t, (-at.time[0], -at.time[1])) for t in times]
-        inside = np.array([high + low for high, low in local])
-        return self._block(self._checkpoint(replace(at, time=(0.0, 0.0))), inside).samples.states
+        """Return the states at times in the block after a state, as `as_stored` has them."""
+        number = self.engine.engine.number
+        wanted = np.array([number(high) + number(low) for high, low in times])
+        return np.array([as_stored(row) for row in self._block(at, wanted).samples.states])
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
-    def _block(self, start: Checkpoint, samples: Array = NEVER) -> Block:
-        longest = None if start.steps else self._first_steps
-        return self.engine.block(start, start.block_steps, self.far, samples, longest)
-
-    @cached_property
-    def _first_steps(self) -> float | None:
-        return self.engine.cautious_step(self.start, self.far)
-
-    def _checkpoint(self, at: StepperState) -> Checkpoint:
-        return Checkpoint(at.time, np.array(at.state), at.steps)
-
-    def _state(self, at: Checkpoint) -> StepperState:
-        return StepperState(at.time, tuple(at.state.tolist()), (), at.steps, at.steps)
-
-
-class PreciseStepper(TaylorStepper):
-    """The Taylor integrator in more bits than doubles have; its states are decimal texts."""
-
-    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times in the block after a state, as texts."""
+    def _block(self, at: StepperState, samples: Array = NEVER) -> Block:
         number = self.engine.engine.number
-        wanted = np.array([number(high) + number(low) for high, low in times])
-        seen = self._block(self._checkpoint(at), wanted).samples
-        return np.array([as_stored(row) for row in seen.states])
-
-    def _checkpoint(self, at: StepperState) -> Checkpoint:
-        number = self.engine.engine.number
-        state = np.array([number(x) for x in at.state])
-        high, low = at.carry
-        return Checkpoint((number(high), number(low)), state, at.steps)
+        high, low = map(number, at.carry)
+        start = Checkpoint((high, low), np.array([number(x) for x in at.state]), at.steps)
+        return self.engine.block(start, start.block_steps, self.far, samples)
 
     def _state(self, at: Checkpoint) -> StepperState:
         (high, low), first = at.time, float(at.time[0])
