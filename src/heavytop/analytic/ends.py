@@ -127,14 +127,14 @@ def _since_u1(n: Nutations, sin2: Array, cos2: Array) -> tuple[Array, Array]:
 
 
 def carlson(x: Array, y: Array, p: Array) -> tuple[Array, Array]:
-    """Return R_F(x, y, 1), and R_J(x, y, 1, p) where (p − x)(p − y)(p − 1) ≥ 0.
+    """Return R_F(x, y, 1) and R_J(x, y, 1, p), where x ≤ p ≤ y ≤ 1 or x ≤ y ≤ 1 ≤ p ≤ 2.
 
     Of p there may be rows.
 
     Examples
     --------
-    >>> print(*carlson(np.array([0.0]), np.array([0.5]), np.array([3.0])))
-    [1.85407468] [1.24706575]
+    >>> print(*carlson(np.array([0.0]), np.array([0.5]), np.array([2.0])))
+    [1.85407468] [1.74284193]
     """
     z, total, scale = np.ones_like(x), np.zeros_like(p), 1.0
     spread = np.sqrt(np.maximum((p - x) * (p - y) * (p - z), 0.0))
