@@ -72,6 +72,15 @@ def test_counts_are_those_of_the_tally(starts):
     assert held > (400 if starts is nasty else 900)
 
 
+def test_beside_a_cusp_reversals_are_left_open():
+    """A kick from below that leads to a cusp above, but for a rounding: 2 reversals or none."""
+    kicks = 2 * 0.0456 / (6.6e-5 * 140) * (1 + np.linspace(-1e-14, 1e-14, 60))
+    start = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456, "theta": 0.1, "thetadot": 0.0}
+    start |= {"phi": 0.0, "psi": 0.0, "phidot": kicks, "psidot": 140 - kicks * np.cos(0.1)}
+    start = {name: np.broadcast_to(x, 60) for name, x in start.items()}
+    assert np.isnan(ends_many(start, np.full(60, 2.0)).counts["reversal"]).all()
+
+
 @pytest.mark.parametrize("time", [5.0, -5.0])
 def test_an_exact_pass_of_a_pole_is_a_jump(time):
     """A planar pendulum that goes round, and a top that passes the upper vertical each time."""
