@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber, Outcome
 from heavytop.run.counts import tally
 from heavytop.run.ensemble import Ensemble
+from heavytop.scene.quantities import Need
 
 from ..motions import BOOK
 
@@ -37,6 +39,36 @@ def test_as_one_at_a_time(formulation):
             mine = (many.zeros.which == i) & (many.zeros.event == k)
             assert many.count(event)[i] == one.events.count(event)
             assert many.zeros.t[mine] == pytest.approx(one.events.of(event).t, abs=1e-11)
+
+
+@pytest.mark.parametrize("name", FORMULATIONS)
+def test_the_ends_have_what_the_form_gives(name):
+    """φ and ψ with their turns, and the attitude; nan where the form gives a tilt alone."""
+    start = {"theta": THETA, "phi": 0.3, "psi": -0.5, "phidot": PHIDOT, "psidot": OMEGA3}
+    found = ht.propagate_many(**SICM, **start, time=TIME, formulation=name)
+    full, gives = ht.propagate_many(**SICM, **start, time=TIME).final, FORMULATIONS[name].gives
+    for i in range(37):
+        one = {key: np.broadcast_to(x, 37)[i] for key, x in start.items()}
+        exact = ht.Motion(ht.Top(**SICM), ht.State(**one)).at(TIME[i])
+        for angle, need in (("theta", Need.TILT), ("phi", Need.PHI), ("psi", Need.PSI)):
+            x = getattr(found.final, angle)[i]
+            known = getattr(exact, angle) if gives >= need else np.nan
+            assert x == pytest.approx(float(known), abs=2e-11, nan_ok=True)
+    together = (found.final.quaternion * full.quaternion).sum(axis=1)
+    assert together == pytest.approx(1.0 if gives >= Need.PSI else np.full(37, np.nan), nan_ok=True)
+    assert found.final.axis == pytest.approx(full.axis, abs=1e-11, nan_ok=True) or gives < Need.PSI
+    assert not found.missed.any()
+
+
+@pytest.mark.parametrize("tilt", [1e-9, np.pi - 1e-9])
+def test_beside_a_pole_the_attitude_is_that_of_the_closed_form(tilt):
+    """There φ is known to 1e-7 only, and ψ by the axis form is so much less, or more."""
+    start = {"theta": tilt, "phidot": 3.0, "psidot": 140.0}
+    run = ht.propagate_many(**SICM, **start, time=2.0)
+    exact = ht.Motion(ht.Top(**SICM), ht.State(**start)).at(2.0)
+    assert abs(run.final.phi[0] - float(exact.phi)) > 1e-12
+    assert run.final.quaternion[0] == pytest.approx(exact.quaternion, abs=1e-12)
+    assert not run.missed[0]
 
 
 def test_what_is_impossible_is_singular_and_spoils_no_other():
@@ -131,10 +163,22 @@ def test_lost_digits_are_marked():
     start = {"theta": np.array([0.1, 1e-7]), "psidot": np.array([140.0, 90.0])}
     found = ht.propagate_many(**SICM, **start, time=8.0, events=("turning", "reversal"))
     starts = (ht.State(0.1, psidot=140), ht.State(1e-7, psidot=90))
-    off = abs(found.final.theta - [float(ht.Motion(BOOK, x).at(8, 40).theta) for x in starts])
+    exact = [ht.Motion(ht.Top(**SICM), x).at(8, 40) for x in starts]
+    off = abs(found.final.theta - [float(each.theta) for each in exact])
     assert off[1] > 1e-9  # or there would be nothing to see
-    assert (off <= found.error).all()
+    across = np.linalg.norm(found.final.axis - [[float(x) for x in y.axis] for y in exact], axis=1)
+    assert found.error == pytest.approx(np.maximum(off, across), rel=1e-6, abs=1e-13)
     assert found.missed.tolist() == [False, True]
+
+
+def test_a_lost_turn_is_marked():
+    """A pendulum that swings through the bottom and back: θ > π in Euler's angles, and φ stays."""
+    swing = {"theta": 1.0, "time": 2.1 * ht.Motion(BOOK, ht.State(1.0)).period}
+    axis, angles = (ht.propagate_many(**SICM, **swing, formulation=x) for x in ("axis", "lagrange"))
+    assert axis.final.phi == pytest.approx(2 * np.pi, abs=1e-12)
+    assert angles.final.phi == pytest.approx(0.0, abs=1e-12)
+    assert np.maximum(axis.error, angles.error) < 1e-12
+    assert (axis.missed[0], angles.missed[0]) == (False, True)
 
 
 def test_what_never_ends_has_a_limit(monkeypatch):
@@ -151,14 +195,34 @@ def fuzz(monkeypatch):
     return import_module("43_fuzz")
 
 
-@pytest.mark.parametrize(("seed", "stretch"), [(5, 1.0), (6, 40.0)])
-def test_no_top_is_wrong_beyond_what_its_run_says(fuzz, seed, stretch):
-    assert fuzz.many_misses(seed, 48, "axis", stretch) == []
+@pytest.mark.parametrize(
+    ("name", "stretch"), [("axis", 1.0), ("axis", 40.0), ("attitude", 1.0), ("cubic", 1.0)]
+)
+def test_no_top_is_wrong_beyond_what_its_run_says(fuzz, name, stretch):
+    assert fuzz.many_misses(5, 48, name, stretch) == []
 
 
-def test_an_estimate_that_is_too_small_is_found(fuzz, monkeypatch):
-    """Planted: errors a hundred thousandth of what they are said to be, and no marks."""
+@pytest.mark.parametrize("planted", [lambda error: error / 1e5, lambda error: error + 1e-12])
+def test_an_error_that_is_not_measured_is_found(fuzz, monkeypatch, planted):
     honest = Ensemble.error.func
-    monkeypatch.setattr(Ensemble, "error", property(lambda run: honest(run) / 1e5))
+    monkeypatch.setattr(Ensemble, "error", property(lambda run: planted(honest(run))))
+    assert len(fuzz.many_misses(6, 48, "axis", 40.0)) > 5
+
+
+def test_a_mark_that_lacks_is_found(fuzz, monkeypatch):
     monkeypatch.setattr(Ensemble, "missed", property(lambda run: np.zeros(run.end.size, bool)))
-    assert len(fuzz.many_misses(5, 48)) > 5
+    assert len(fuzz.many_misses(6, 48, "axis", 40.0)) > 5
+
+
+def test_the_mark_of_a_top_does_not_depend_on_who_measures_it(monkeypatch):
+    """In arrays or each by a motion: the same marks."""
+    given = {"theta": THETA, "phidot": PHIDOT, "omega3": OMEGA3, "time": 20 * TIME}
+    marks, errors = [], []
+    for promised in (1e-12, 0.0):
+        monkeypatch.setattr("heavytop.analytic.ends.PROMISED", promised)
+        found = ht.propagate_many(**SICM, **given, digits=13, events=("turning", "reversal"))
+        marks.append(found.missed.tolist())
+        errors.append(found.error)
+    assert marks[0] == marks[1]
+    assert 0 < sum(marks[0]) < 37
+    assert errors[0] == pytest.approx(errors[1], abs=1e-13)

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -187,10 +187,64 @@ def _compute_alone(columns: InputArrays, rest: Any, found: Array) -> int:
 def rows(starts: Starts) -> tuple[Array, ...]:
     """Least and greatest θ, period, precession and spin, and whether they are reliable.
 
-    Where θ does not nutate they mean nothing. Motions are seen so that g ≥ 0, and time is counted
-    in units of A, so that nothing is divided. As the cosine of a double other than 0 is
-    transcendental (Lindemann), P± vanish only where everything in them does, or where A = C and
-    ψ̇ = ∓φ̇.
+    Where θ does not nutate they mean nothing.
+    """
+    n = nutations(starts)
+    K, (at_bottom, at_top) = over_a_period(n)
+    period = 2 * K / n.w  # in units of A
+    carried, turned = n.kappa * period, abs(at_bottom) + abs(at_top)
+    precession, spun = at_bottom + at_top, n.sign * (carried + (at_bottom - at_top))
+    reliable = n.known & (n.error <= PROMISED)
+    for angle, size in ((precession, turned), (spun, turned + abs(carried))):
+        reliable = reliable & (n.error * size <= PROMISED * np.maximum(1.0, abs(angle)))
+    tilts = [tilt(n.sign, minus, plus) for plus, minus in (n.at_u1, n.at_u2)]
+    ends: tuple[Any, Any] = np.minimum(*tilts), np.maximum(*tilts)
+    found: Any = (*ends, starts.A * period, precession, spun, reliable)
+    return found  # type: ignore[no-any-return]
+
+
+class Nutations(NamedTuple):
+    """Motions as those of tops with A = 1 and g ≥ 0 that have other units of time.
+
+    Attributes
+    ----------
+    sign : ndarray
+        −1 where g < 0: seen from below.
+    b : ndarray
+        p_ψ.
+    P, at_u1, at_u2 : pairs of ndarrays
+        P±, and 1 ± u at the turning points.
+    down, up : ndarray
+        u₀ − u₁ and u₂ − u₀.
+    mc, w, kappa, speed : ndarray
+        1 − m; the rates of x and of what ψ is freed from; a bound of the speed of the axis.
+    error : ndarray
+        What is not known of the period, relative to it,
+    known : ndarray of bool
+        where that itself is known.
+    """
+
+    sign: Array
+    b: Array
+    P: Array
+    at_u1: Array
+    at_u2: Array
+    down: Array
+    up: Array
+    mc: Array
+    w: Array
+    kappa: Array
+    speed: Array
+    error: Array
+    known: Mask
+
+
+def nutations(starts: Starts) -> Nutations:
+    """What nutates from some starts.
+
+    Time is counted in units of A, so that nothing is divided. As the cosine of a double other than
+    0 is transcendental (Lindemann), P± vanish only where everything in them does, or where A = C
+    and ψ̇ = ∓φ̇.
     """
     A, C, by_rate = starts.A, starts.C, starts.held == "psidot"
     sign = np.where(starts.gMR < 0, -1.0, 1.0)
@@ -202,10 +256,10 @@ def rows(starts: Starts) -> tuple[Array, ...]:
     kinetic2 = speed * speed + turning * drift  # 2 (h − g u₀)
     size_b = abs(b) + (C * abs(starts.phidot) if by_rate else 0.0)
     exact = [by_rate & np.equal(A, C) & np.equal(spin, way * starts.phidot) for way in (-1, 1)]
-    plus, minus = (
+    plus, minus = P = np.stack([
         np.where(zero, 0.0, drift + way * b * height)
         for way, height, zero in ((1, low, exact[0]), (-1, high, exact[1]))
-    )
+    ])  # fmt: skip
     # f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³, and the surplus −f'(1)
     f0, f1 = sin2 * speed * speed, 2 * (b * drift - kinetic2 * u0 - g * sin2)
     f2 = 4 * (g - g * high) - kinetic2 - b * b
@@ -221,34 +275,31 @@ def rows(starts: Starts) -> tuple[Array, ...]:
     larger = (abs(gap) + np.sqrt(gap * gap + 8 * g * share)) / 2
     lead = np.where(gap >= 0, larger, 2 * g * share / larger)  # 2g (u₃ − 1)
     minus2 = np.where(gap >= 0, share / larger, larger / (2 * g))
-    climb = lead + 2 * g * high  # 2g d₃
-    plus2 = low + np.where(d1 < 0, f0 / -d1, f1) / climb
+    up = np.where(d1 < 0, f0 / -d1, f1) / (lead + 2 * g * high)  # over 2g d₃
+    plus2 = low + up
     plus1 = plus * plus / (plus2 * (4 * g + lead))
     reach = lead + 2 * g * minus1  # 2g (u₃ − u₁)
     mc, w = (lead + 2 * g * minus2) / reach, np.sqrt(reach) / 2
     # P±, once their signs are known, and f₁ add no more than a few times this
     error = SUM_ROUNDING * (4 * g + kinetic2 + size_b * size_b) / reach
     error = error + 2 * SUM_ROUNDING * size_surplus / (minus1 * larger) + PERIOD_ROUNDING
-    known = converged & starts.in_range
-    for P, height, zero in ((plus, low, exact[0]), (minus, high, exact[1])):
-        known = known & (zero | (abs(P) >= 4 * SUM_ROUNDING * (abs(drift) + size_b * height)))
-    p = np.stack((plus2 / plus1, minus2 / minus1))
+    known = converged & starts.in_range & ~impossible(A, C, starts.theta)
+    known &= (f0 > 0) | (abs(f1) > SUM_ROUNDING * size_f1)
+    for one, height, zero in ((plus, low, exact[0]), (minus, high, exact[1])):
+        known = known & (zero | (abs(one) >= 4 * SUM_ROUNDING * (abs(drift) + size_b * height)))
+    at_u1, at_u2 = np.stack((plus1, minus1)), np.stack((plus2, minus2))
+    kappa, fastest = omega3 * (A - C), np.sqrt(kinetic2 + 4 * g)
+    return Nutations(sign, b, P, at_u1, at_u2, -d1, up, mc, w, kappa, fastest, error, known)
+
+
+def over_a_period(n: Nutations) -> tuple[Array, Array]:
+    """K, and what Φ₊ and Φ₋ grow by in a period [rad]; an exact pass is a jump."""
+    mc, p = n.mc, n.at_u2 / n.at_u1
     K, third = complete(mc, p)
     if (small := mc < LEAST_MC).any():
         K[small], third[:, small] = complete(mc[small], p[:, small], MORE_STEPS)
-    period = 2 * K / w  # in units of A
-    at_bottom = np.where(plus == 0, pi, plus / (w * plus1) * third[0])  # an exact pass is a jump
-    at_top = np.where(minus == 0, pi * (minus2 == 0), minus / (w * minus1) * third[1])
-    carried, turned = omega3 * (A - C) * period, abs(at_bottom) + abs(at_top)
-    precession, spun = at_bottom + at_top, sign * (carried + (at_bottom - at_top))
-    reliable = known & (error <= PROMISED) & ((f0 > 0) | (abs(f1) > SUM_ROUNDING * size_f1))
-    reliable &= ~impossible(A, C, starts.theta)
-    for angle, size in ((precession, turned), (spun, turned + abs(carried))):
-        reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
-    tilts = _tilt(sign, minus1, plus1), _tilt(sign, minus2, plus2)
-    ends: tuple[Any, Any] = np.minimum(*tilts), np.maximum(*tilts)
-    found: Any = (*ends, A * period, precession, spun, reliable)
-    return found  # type: ignore[no-any-return]
+    jumps = pi * np.equal((n.at_u1[0], n.at_u2[1]), 0)
+    return K, np.where(n.P == 0, jumps, n.P / (n.w * n.at_u1) * third)
 
 
 def _heights(theta: Array, sign: Array) -> tuple[Array, Array]:
@@ -316,7 +367,7 @@ def complete(mc: Array, p: Array, steps: int = MEAN_STEPS) -> tuple[Array, Array
     return pi / 2 * 2.0**steps / mean, pi / 2 * (b + a * mean) / (mean * (mean + p))
 
 
-def _tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:
+def tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:
     """θ, seen from above, by its distance from the nearer pole, 2 arctan √(nearer/farther).
 
     That is found by the tangent of its eighth part, for which a series is short: sums, products and

@@ -132,7 +132,9 @@ def sample(
     full |= _limits_at_poles(form, rows, full, parameters, t)
     if form.phi_wraps:
         full |= _turned(form, full, parameters, near)
-    full |= _attitude(full)
+    if "quaternion_0" not in full:
+        parts = quaternion_of(full["theta"], full["phi"], full["psi"])
+        full |= {f"quaternion_{i}": part for i, part in enumerate(parts)}
     scalars = {name: full[name] for name in (*ANGLES, *RATES)}
     vectors = {
         name: np.stack([full.get(f"{name}_{i}", unknown) for i in indices], axis=-1)
@@ -223,15 +225,11 @@ def _spun(parameters: Parameters, t: Array) -> tuple[Array, Array]:
     return np.cos(turned) * c - np.sin(turned) * s, np.sin(turned) * c + np.cos(turned) * s
 
 
-def _attitude(full: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the quaternion of the angles where the formulation has none of its own."""
-    if "quaternion_0" in full:
-        return {}
-    half, phi, psi = full["theta"] / 2, full["phi"], full["psi"]
+def quaternion_of(theta: Array, phi: Array, psi: Array) -> tuple[Array, ...]:
+    """Return the attitude that angles mean, body to space, scalar first."""
     plus, minus = (phi + psi) / 2, (phi - psi) / 2
-    c, s = np.cos(half), np.sin(half)
-    parts = (c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus))
-    return {f"quaternion_{i}": part for i, part in enumerate(parts)}
+    c, s = np.cos(theta / 2), np.sin(theta / 2)
+    return c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)
 
 
 def _limits_at_poles(

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Any, NamedTuple, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heavytop.analytic.ends import Ends, ends_many
+from heavytop.analytic.many import motions_many
+from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import InputArrays, with_spin
 from heavytop.classification.many import impossible
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
-from heavytop.equations.gradients import invariants_of
 from heavytop.equations.lambdify import lambdified
-from heavytop.errors import BadScene, Impossible, Outcome
-from heavytop.integration.batch import Journey, Lane, Zeros, joined
-from heavytop.integration.outputs import Sample, event_function, invariants, sample
+from heavytop.errors import BadScene, HeavyTopError, Impossible, Outcome
+from heavytop.integration.batch import Journey, Lane, Zeros
+from heavytop.integration.outputs import Sample, quaternion_of, sample
+from heavytop.run.ensemble_events import Expected, counted, tallied
 from heavytop.run.estimates import DOUBLE_DIGITS
-from heavytop.run.outlook import Outlook, outlook
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -31,12 +36,8 @@ ENSEMBLE_NAME = "propagate_many"
 OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
 MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # some ten seconds: then a top is given up
-TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
-BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
-LEAST_SIZE = float(np.finfo(np.float64).tiny)
-SMALL_NUTATION = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
-SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
 _SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
+TOP, STATE = ("A", "C", "gMR"), ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,57 +81,76 @@ class Ensemble:
     start: Columns
 
     def __repr__(self) -> str:
-        missed = f"{np.count_nonzero(self.missed)} missed"
-        return f"<Ensemble: {self.shape} tops, {self.formulation.name}, {missed}>"
+        ended = f"{np.count_nonzero(self.ending != Lane.REACHED)} ended early"
+        return f"<Ensemble: {self.shape} tops, {self.formulation.name}, {ended}>"
 
     @cached_property
     def error(self) -> Array:
-        """About how far off the axis is at the end at most, and so θ [rad], shape (k,).
+        """How far off the closed form of the start the axis is at the end, and θ [rad], shape (k,).
 
-        From the rounding of the steps, by how much the invariants have moved, and how errors grow
-        from such a start; nan where the end was not reached.
+        Of the axis it is a length, and the larger of the two; nan where the end was not reached,
+        or there is no closed form. What `final`, this and `missed` need of the closed form is
+        computed when one of them is first read: in arrays, whose own rounding leaves some 1e-15 in
+        each period; where that leaves open whether a top has its `digits`, and where it has not,
+        by `heavytop.Motion`, one by one, which takes far longer.
         """
-        ahead = self._ahead
-        with np.errstate(all="ignore"):
-            error = (ahead.rounding + self._moved()) * ahead.growth
-            if not self.formulation.starts_at_pole:  # it is singular there
-                error /= ahead.near
-            if "w" in self.formulation.reading:  # its state is a height
-                sine = np.minimum(np.sin(self.start["theta"]), np.sin(self.final.theta))
-                error *= BY_HEIGHT * ahead.growth / sine**2
-        theta = self.final.theta
-        error = np.where((theta < 0) | (theta > np.pi), np.inf, np.fmin(error, np.pi))
-        error[self.ending != Lane.REACHED] = np.nan
-        return error
+        return self._off(self.final, self._exact)
 
     @cached_property
-    def missed(self) -> NDArray[np.bool_]:
-        """Which tops do not have what is asked, or may not, shape (k,).
+    def missed(self) -> Mask:
+        """Which tops do not have what is asked, shape (k,).
 
-        Their end was not reached, `error` is more than 10^-digits max(1, θ), or the number of an
-        event asked for is beyond doubles.
+        The end was not reached, `error` is more than 10^-digits max(1, θ), φ or ψ lacks a turn, the
+        number of an event is not that of the closed form, or there is none. An event within a
+        billionth of the span and of a period of the end may be on either side. Times of events are
+        not compared, nor digits of φ and ψ but for those of the axis.
         """
-        unsure = np.zeros(self.end.shape, dtype=bool)
+        run, exact = self.final, self._exact
+        missed = ~self._within(self.error + exact.doubt, run)
+        turned = np.fmax(abs(run.phi - exact.phi), abs(run.psi - exact.psi)) > 1
+        missed |= turned & (np.sin(exact.theta) > self.error)  # so far from a pole
         for event in self.events:
-            clear = abs(_clear(event, self._ahead))
-            unsure |= (clear != 0) & ~(clear > TOLD * self._ahead.rounding)
-        return unsure | ~(self.error <= 10.0**-self.digits * np.fmax(1.0, self.final.theta))
+            bounds, count = exact.counts[event].copy(), self.count(event)
+            for i in np.flatnonzero(np.isnan(bounds[0]) & ~missed).tolist():
+                bounds[:, i] = tallied(self._motion(i), float(self.end[i]), event)
+            missed |= ~((bounds[0] <= count) & (count <= bounds[1]))
+        return missed
 
     @cached_property
-    def _ahead(self) -> Outlook:
-        return outlook(self.start, self.end)
+    def _exact(self) -> Ends:
+        """The closed form at the ends, by `Motion` where the arrays do not show a run to be right.
 
-    def _moved(self) -> Array:
-        """By how much the invariants have moved, each beside the size of its terms."""
-        form, known = self.formulation, invariants_of(self.formulation)
-        named: Any = self.parameters
-        constants = [named[c.name] for c in known.constants]
-        first, _ = _binary(form, self.start)
-        ends = first, self.states
-        before, after = ([*invariants(form, y, named, self.end).values()] for y in ends)
-        sizes = np.max([known.sizes(*y.T, *constants) for y in ends], axis=0)
-        moved: Array = abs(np.subtract(after, before)) / np.maximum(sizes, LEAST_SIZE)
-        return moved.max(axis=0)  # type: ignore[no-any-return]
+        So what is said to be off is so by numbers known to all their digits.
+        """
+        found, run = ends_many(self.start, self.end), self._sample()
+        shown = self._within(self._off(run, found) + found.doubt, run)
+        for i in np.flatnonzero(~shown & (self.ending == Lane.REACHED)).tolist():
+            with suppress(HeavyTopError):  # there may be no closed form
+                there = self._motion(i).at(self.end[i])
+                found.theta[i], found.phi[i], found.psi[i] = there.theta, there.phi, there.psi
+                found.doubt[i] = 0.0
+        return found
+
+    def _motion(self, i: int) -> Motion:
+        """The motion of one top."""
+        numbers = {name: float(column[i]) for name, column in self.start.items()}
+        top = Top.of_numbers(*(numbers[name] for name in TOP))
+        return Motion(top, State(**{name: numbers[name] for name in STATE}))
+
+    def _within(self, error: Array, run: Sample) -> Mask:
+        """Where a run has its digits; not where that is not known."""
+        return error <= 10.0**-self.digits * np.fmax(1.0, run.theta)
+
+    def _off(self, run: Sample, exact: Ends) -> Array:
+        """How far off the axis of a run is, or its θ."""
+        sine, phi = np.sin(exact.theta), exact.phi
+        axis = np.stack((sine * np.sin(phi), -sine * np.cos(phi), np.cos(exact.theta)), axis=-1)
+        across: Array = np.linalg.norm(run.axis - axis, axis=-1)
+        return np.fmax(abs(run.theta - exact.theta), across)
+
+    def _sample(self, near: Any = None) -> Sample:
+        parameters: Any = self.parameters
+        return sample(self.formulation, self.states, parameters, self.end, near)
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
@@ -139,9 +159,20 @@ class Ensemble:
 
     @cached_property
     def final(self) -> Sample:
-        """The motion at the ends; φ and ψ are modulo 2π, or nan where the equations have none."""
-        parameters: Any = self.parameters
-        return sample(self.formulation, self.states, parameters, self.end)
+        """The motion at the ends; φ and ψ are continuous from the start.
+
+        The forms ``axis`` and ``attitude`` have them modulo 2π, and whole turns are those of the
+        closed form. The axis form does not integrate ψ: with its attitude it is the closed form's,
+        less by as much as φ is more. Other forms integrate both, but ``cubic``, of which they are
+        nan.
+        """
+        form, near = self.formulation, self._exact if self.formulation.phi_wraps else None
+        run = self._sample(near)
+        if near is None or "psi" in form.outputs:
+            return run
+        psi = near.psi - np.where(run.axis[:, 2] > 0, 1, -1) * (run.phi - near.phi)
+        quaternion = np.stack(quaternion_of(run.theta, run.phi, psi), axis=-1)
+        return replace(run, psi=psi, quaternion=quaternion)
 
     def count(self, event: str) -> NDArray[np.int64]:
         """How many zeros of an event function each top met, shape (k,).
@@ -197,9 +228,9 @@ def propagate_many(
     events : sequence of str
         Which zeros to find: turning, reversal.
     digits : int
-        Decimal digits of θ and the axis that are wanted at the ends: those that miss them, or may
-        have a wrong number of events, are marked in `Ensemble.missed`; `propagate` computes one
-        such top in as many bits as it takes.
+        Decimal digits of θ and the axis that are wanted at the ends: those that miss them, or have
+        a wrong number of events, are marked in `Ensemble.missed`; `propagate` computes one such top
+        in as many bits as it takes.
     jobs : int, optional
         Threads; by default one per processor. The results do not depend on it.
 
@@ -228,9 +259,8 @@ def propagate_many(
     that a top moves as in `propagate`, to rounding. ``validation/03_benchmarks.py`` measures both.
 
     Accuracy: ``tests/run/test_ensemble.py`` holds θ to 3e-12 and times of events to 1e-11 s
-    of those of `propagate`. It holds the axis to `Ensemble.error`
-    of the closed form, and every number of events that is not marked; ``validation/43_fuzz.py``
-    does it for thousands of tops.
+    of those of `propagate`; ``validation/43_fuzz.py`` holds the axis, every number of events and
+    the turns of thousands of tops, and `Ensemble.error`, to the closed form in balls.
 
     Examples
     --------
@@ -242,8 +272,8 @@ def propagate_many(
     (array([0.42694371, 0.10034198,        nan]), ['finished', 'finished', 'singular'])
     >>> found.count("turning")
     array([ 8, 10,  0])
-    >>> found.missed
-    array([False, False,  True])
+    >>> found.missed, found.final.phi.round(6)
+    (array([False, False,  True]), array([15.116964, 12.723297,       nan]))
     """
     digits = whole("digits", digits, 1, DOUBLE_DIGITS)
     jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
@@ -260,24 +290,20 @@ def propagate_many(
     broken = impossible(start["A"], start["C"], start["theta"])
     start["theta"] = np.where(broken, np.nan, start["theta"])  # such a lane is singular
     begun, parameters = _binary(form, start)
-    ahead = outlook(start, end) if events else None
-    zeros = [_Expected.of(event, start, ahead) for event in events] if ahead else []
+    zeros = [Expected.of(event, start) for event in events]
     first = np.full(end.shape, np.inf)
     for each in zeros:
         first = np.where(each.risky, np.minimum(first, each.short), first)
     journey = Journey(form, events, begun, parameters, (end, first), MOST_STEPS)
     run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
-    if ahead:
-        margin = ahead.rounding * ahead.growth / ahead.rate
-        run = replace(run, zeros=_counted(run, zeros, margin))
-    return run
+    return replace(run, zeros=counted(run, zeros)) if events else run
 
 
 def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
-    """The formulation of a name, and events that it has, if they are."""
+    """The formulation of a name, with φ and ψ if it can, and events that it has, if they are."""
     if not isinstance(events, Sequence):
         raise wrong_type("events", "names of events, in a row", events)
-    entry, faults = parse_options(
+    found, faults = parse_options(
         ENSEMBLE_NAME, {"formulation": formulation}, {"formulation": one_of(FORMULATIONS)}
     )
     if events:
@@ -286,7 +312,8 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
         faults += wrong
     if faults:
         raise BadScene(tuple(faults))
-    return entry["formulation"].build(), tuple(events)
+    entry = found["formulation"]
+    return entry.build("angles" if "angles" in entry.variants else None), tuple(events)
 
 
 def _binary(form: Formulation, start: Columns) -> tuple[Array, dict[str, Array]]:
@@ -296,7 +323,8 @@ def _binary(form: Formulation, start: Columns) -> tuple[Array, dict[str, Array]]
     rows = [np.broadcast_to(np.asarray(x, dtype=float), start["A"].shape) for x in values]
     count = len(form.states)
     names = (p.name for p in form.parameters)
-    return np.stack(rows[:count], axis=-1), dict(zip(names, rows[count:], strict=True))
+    constants = dict(zip(names, rows[count:], strict=True)) | _frame(form, start)
+    return np.stack(rows[:count], axis=-1), constants
 
 
 @cache
@@ -304,64 +332,16 @@ def _start_function(form: Formulation) -> Any:
     return lambdified((*form.start, *form.parameters.values()), _SYMBOLS)
 
 
-# --- events at the start and at the end --------------------------------------------------------
+def _frame(form: Formulation, start: Columns) -> dict[str, Array]:
+    """Mean rates, which quadratures of φ and ψ are freed from; those of the start if there is none.
 
-
-def _clear(event: str, ahead: Outlook) -> Array:
-    """How clearly motions have an event, as angle or height; not above 0 where they have none."""
-    return ahead.nods if event == "turning" else ahead.turns_back
-
-
-class _Expected(NamedTuple):
-    """What is known of an event before anything is integrated.
-
-    Attributes
-    ----------
-    never, begins : ndarray of bool, shape (k,)
-        Where there is none, and where the start is exactly one.
-    risky : ndarray of bool, shape (k,)
-        Where from the start a step may reach another one.
-    short : ndarray, shape (k,)
-        A time after the start in which there is no other [s].
+    Any are right, as in `propagate`.
     """
-
-    never: Mask
-    begins: Mask
-    risky: Mask
-    short: Array
-
-    @classmethod
-    def of(cls, event: str, start: Columns, ahead: Outlook) -> _Expected:
-        clear, short = _clear(event, ahead), SHORT / ahead.rate
-        if event == "turning":
-            begins = (clear > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
-            return cls(clear <= 0, begins, begins & (clear < SMALL_NUTATION), short)
-        begins = (clear > 0) & (start["phidot"] == 0)
-        sine, falling = np.sin(start["theta"]), abs(start["thetadot"])  # beside a pole or a cusp
-        with np.errstate(all="ignore"):
-            again = sine * falling / (falling**2 + abs(start["gMR"] / start["A"]) * sine**2)
-        return cls(clear <= 0, begins, begins, np.fmin(short, again / 2))
-
-
-def _counted(run: Ensemble, expected: list[_Expected], margin: Array) -> Zeros:
-    """The zeros that count: those exactly at the start or the end too, each once, and no others.
-
-    What is at the start is known from the numbers given; it may be found beside it, or not at all.
-    One that the error does not tell from the end, by a margin [s], is at the end.
-    """
-    found, parts, named = run.zeros, [], cast(Any, run.parameters)
-    for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
-        echo = known.begins[found.which]
-        echo &= abs(found.t) <= known.short[found.which] / 2
-        here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
-        last = np.zeros(run.end.size)
-        np.maximum.at(last, here.which, abs(here.t))
-        zero, slope = event_function(run.formulation, event, run.states, named, run.end)
-        with np.errstate(all="ignore"):
-            late = -zero / slope * np.sign(run.end)
-            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
-        parts.append(here)
-        for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
-            which = np.flatnonzero(where)
-            parts.append(Zeros(which, np.full(which.size, code), t[which]))
-    return joined(parts)
+    if not form.given:
+        return {}
+    nutating: Any = {name: x for name, x in start.items() if name not in ("phi", "psi")}
+    found = motions_many(**nutating)
+    means = found.precession / found.period, found.spin / found.period
+    own = start["phidot"], start["psidot"]
+    rates = (np.where(np.isfinite(x), x, y) for x, y in zip(means, own, strict=True))
+    return dict(zip((rate.name for rate in form.given), rates, strict=True))

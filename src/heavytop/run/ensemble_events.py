@@ -1,0 +1,106 @@
+"""Events of many tops: which there can be, exactly at the start and at the end, and how many."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.analytic.motion import Motion
+from heavytop.errors import HeavyTopError
+from heavytop.exact.pairs import EPSILON
+from heavytop.integration.batch import Zeros, joined
+from heavytop.integration.outputs import event_function
+from heavytop.run.counts import tally
+from heavytop.run.estimates import LOCAL_ROUNDING
+
+if TYPE_CHECKING:
+    from heavytop.run.ensemble import Ensemble
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SMALL_NUTATION = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
+SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
+
+
+class Expected(NamedTuple):
+    """What is known of an event before anything is integrated.
+
+    Attributes
+    ----------
+    never, begins : ndarray of bool, shape (k,)
+        Where there is exactly none, and where the start is exactly one.
+    risky : ndarray of bool, shape (k,)
+        Where from the start a step may reach another one.
+    short : ndarray, shape (k,)
+        A time after the start in which there is no other [s].
+    rate : ndarray, shape (k,)
+        The largest rate in the motion, about [1/s].
+    """
+
+    never: Mask
+    begins: Mask
+    risky: Mask
+    short: Array
+    rate: Array
+
+    @classmethod
+    @np.errstate(all="ignore")  # of what is no number nothing is known
+    def of(cls, event: str, start: Mapping[str, Array]) -> Expected:
+        """What is known of one from the starts."""
+        theta, thetadot, phidot = (start[name] for name in ("theta", "thetadot", "phidot"))
+        sine, cosine, g = np.sin(theta), np.cos(theta), start["gMR"] / start["A"]
+        b = start["C"] / start["A"] * (start["psidot"] + phidot * cosine)
+        rate = abs(b) + 2 * np.sqrt(abs(g)) + np.hypot(thetadot, phidot * sine)
+        short = SHORT / rate
+        if event == "turning":
+            pull = sine * (phidot**2 * cosine - b * phidot + g)  # θ̈
+            nods = abs(thetadot) / rate + abs(pull) / rate**2  # about how far, at least
+            begins = (nods > 0) & ((thetadot == 0) | (theta == 0))
+            return cls(nods <= 0, begins, begins & (nods < SMALL_NUTATION), short, rate)
+        drift = phidot * sine**2
+        above, below = (2 * b * np.square(f(theta / 2)) for f in (np.sin, np.cos))  # b (1 ∓ u)
+        never = ~((drift - above) * (drift + below) < 0) | ((thetadot == 0) & (phidot == 0))
+        begins = ~never & (phidot == 0)
+        again = sine * abs(thetadot) / (thetadot**2 + abs(g) * sine**2)  # beside a pole or a cusp
+        return cls(never, begins, begins, np.fmin(short, again / 2), rate)
+
+
+def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
+    """The zeros that count: those exactly at the start or the end too, each once, and no others.
+
+    What is at the start is known from the numbers given; it may be found beside it, or not at all.
+    One that rounding does not tell from the end, by a margin [s], is at the end.
+    """
+    found, parts, named = run.zeros, [], cast(Any, run.parameters)
+    for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
+        echo = known.begins[found.which]
+        echo &= abs(found.t) <= known.short[found.which] / 2
+        here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
+        last = np.zeros(run.end.size)
+        np.maximum.at(last, here.which, abs(here.t))
+        zero, slope = event_function(run.formulation, event, run.states, named, run.end)
+        with np.errstate(all="ignore"):
+            late = -zero / slope * np.sign(run.end)
+            nutations = abs(run.end) * known.rate / (2 * np.pi)
+            margin = EPSILON * LOCAL_ROUNDING * (1 + nutations) ** 1.5 / known.rate
+            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
+        parts.append(here)
+        for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
+            which = np.flatnonzero(where)
+            parts.append(Zeros(which, np.full(which.size, code), t[which]))
+    return joined(parts)
+
+
+def tallied(motion: Motion, end: float, event: str) -> tuple[float, float]:
+    """The least and the greatest number of events; nan where that is not known."""
+    with suppress(HeavyTopError):
+        if known := tally(motion, end, (event,)):
+            return known[event]
+        if motion.regime.steady:
+            return 0, 0
+    return np.nan, np.nan
