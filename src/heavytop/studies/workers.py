@@ -134,24 +134,27 @@ def count_sent(executor: Executor) -> int:
 def stop_signal(grace_s: float = GRACE_S) -> Iterator[threading.Event]:
     """An event that Ctrl-C or SIGTERM sets; the second signal does what it did before.
 
-    When the grace is over that one comes by itself, and ends this block wherever it is. A library
-    may swallow the KeyboardInterrupt: the event stays. Only the main thread can listen to signals,
-    and one that is ignored (nohup) stays ignored.
+    When the grace is over a Ctrl-C comes by itself, and ends this block wherever it is, but where
+    a process is being started. A library may swallow the KeyboardInterrupt: the event stays. Only
+    the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
     """
-    event, before = threading.Event(), dict[int, Any]()
-    main, again = threading.main_thread().ident, list[threading.Timer]()
+    event, again = threading.Event(), list[threading.Timer]()
+    here = threading.current_thread() is threading.main_thread()
+    numbers = (signal.SIGINT, signal.SIGTERM) if here else ()
+    before: dict[int, Any] = {number: signal.getsignal(number) for number in numbers}
 
     def stop(number: int, frame: FrameType | None) -> None:
         event.set()
         signal.signal(number, before[number])
-        if callable(before[number]) and hasattr(signal, "pthread_kill"):
-            again.append(threading.Timer(grace_s, signal.pthread_kill, (main, number)))
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if hasattr(signal, "pthread_kill"):
+            ours = threading.get_ident(), signal.SIGINT
+            again.append(threading.Timer(grace_s, signal.pthread_kill, ours))
             again[-1].start()
 
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            if signal.getsignal(number) is not signal.SIG_IGN:
-                before[number] = signal.signal(number, stop)
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, stop)
     try:
         yield event
     except KeyboardInterrupt:
@@ -160,8 +163,8 @@ def stop_signal(grace_s: float = GRACE_S) -> Iterator[threading.Event]:
     finally:
         for timer in again:
             timer.cancel()
-        for each, handler in before.items():
-            signal.signal(each, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 # --- calls with a limit of time --------------------------------------------------------------
