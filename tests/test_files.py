@@ -9,6 +9,7 @@ import xarray
 
 import heavytop as ht
 from heavytop.files import SEAL_BYTES, write_whole
+from heavytop.report.files import write_study
 
 SHORT = ht.load_scene("sicm-kicked", ["span.time=0.1"])
 
@@ -46,6 +47,15 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     with pytest.raises(OSError, match="full"):
         write_whole(path, half)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("result", "old")]
+
+
+def test_what_a_killed_writer_left_is_taken_away_and_nothing_else(tmp_path):
+    mine = [".12.notes.txt", ".x.drift.json", "12.drift.json"]
+    for name in (".12.drift.json", ".7.drift.nc", ".12.drift.png", *mine):
+        (tmp_path / name).write_text("half")
+    study = ht.drift(SHORT, methods=["taylor-axis"], periods=2, samples=2)
+    write_study(study, tmp_path, figures=False)
+    assert {path.name for path in tmp_path.iterdir()} == {*mine, "drift.json", "drift.nc"}
 
 
 def test_what_is_stored_is_read_by_everybody(path):

@@ -27,6 +27,7 @@ class Exit(IntEnum):
     ENDED_EARLY = 4
     OUT_OF_BOUND = 5
     INTERRUPTED = 130
+    CLOSED = 141
 
 
 class HeavyTopError(Exception):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from mmap import ACCESS_READ, mmap
@@ -53,6 +54,13 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         if isinstance(error, OSError) and error.errno:
             error.filename = str(path)  # as it is named at last; a full disk does not say where
         raise
+
+
+def remove_parts(folder: Path, names: Collection[str]) -> None:
+    """Remove what writers that were killed have left of files with these names."""
+    for path in folder.glob(".*"):
+        if (part := re.fullmatch(r"\.\d+\.(.+)", path.name)) and part[1] in names:
+            path.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -222,6 +222,20 @@ def test_an_interrupt_before_there_is_a_command_is_no_traceback():
 
 
 @pytest.mark.processes
+def test_an_interrupt_while_heyoka_is_imported_does_not_call_it_missing():
+    program = (
+        "import sys\n"
+        "class Pressed:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'heyoka': raise ImportError('failed') from KeyboardInterrupt()\n"
+        "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
+    )
+    words = [sys.executable, "-c", program, *QUICK]
+    found = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stderr) == (130, "heavytop: interrupted\n")
+
+
+@pytest.mark.processes
 def test_results_reach_a_file_while_a_bar_is_drawn(tmp_path):
     shown, stderr = pty.openpty()
     words = [sys.executable, "-m", "heavytop", "run", "sicm-kicked", "--no-figures", "--json"]
@@ -238,6 +252,31 @@ def test_a_closed_stdout_and_a_terminal_without_columns_are_no_bugs():
     assert subprocess.run(f"{words} >&-", shell=True, check=False).returncode == 0
     found = subprocess.run(f"COLUMNS=0 {words}", shell=True, check=True, capture_output=True)
     assert b"loops" in found.stdout
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("words", ["-h", "run -h", "scenes"])
+def test_what_nobody_reads_on_is_no_bug(words):
+    """As `head` leaves it: in a shell the code is that of a program which SIGPIPE ends."""
+    read, write = os.pipe()
+    os.close(read)
+    found = ended(*words.split(), stdout=write)
+    os.close(write)
+    assert (found.returncode, found.stderr) == (Exit.CLOSED, "")
+
+
+@pytest.mark.processes
+def test_an_interrupted_command_does_not_wait_for_what_takes_itself_apart():
+    """A thread that heyoka is still compiling in crashes an interpreter that ends around it."""
+    program = (
+        "import atexit, os, sys, threading, heavytop.cli as cli\n"
+        "atexit.register(os._exit, 99)\n"
+        "if sys.argv[1] == 'busy':\n"
+        "    threading.Thread(target=threading.Event().wait, daemon=True).start()\n"
+        "cli.app = lambda: sys.exit(cli.Exit.INTERRUPTED)\ncli.main()\n"
+    )
+    for state, code in {"busy": 130, "idle": 99}.items():
+        assert subprocess.run([sys.executable, "-c", program, state]).returncode == code
 
 
 def test_a_line_every_half_minute_says_how_much_is_done(capsys):

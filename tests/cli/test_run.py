@@ -1,12 +1,15 @@
 """``heavytop run``: what it prints and writes, and how it ends when it does not reach its end."""
 
 import json
+import re
 
 import pytest
 
 import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit
+from heavytop.integration.blocks import Integrator
+from heavytop.integration.orbit import Orbit, _Journey
 
 from ..commands import fail_with, heavytop_
 
@@ -80,30 +83,53 @@ def test_every_fault_of_a_scene_is_listed_with_its_line_and_no_folder_is_made(tm
     assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
 
 
-@pytest.mark.parametrize(
-    ("outcome", "code"), [("singular", Exit.ENDED_EARLY), ("interrupted", Exit.INTERRUPTED)]
-)
-def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(
-    tmp_path, monkeypatch, outcome, code
-):
+def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, monkeypatch):
     whole = heavytop.run.propagation.integrate_plan
 
     def integrate_plan(*arguments, **options):
-        raise errors.EndedEarly(outcome, whole(*arguments, **options))
+        raise errors.EndedEarly("singular", whole(*arguments, **options))
 
     monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)
     folder = tmp_path / "out"
     result = heavytop_(*KICKED, "--json", "-o", folder, "--no-figures")
-    assert result.exit_code == code
+    assert result.exit_code == Exit.ENDED_EARLY
     assert json.loads(result.stdout)["schema"] == "heavytop/run/1"
     assert (folder / "trajectory.nc").exists()
     assert f"the partial result is in {folder}" in result.stderr
-    assert (f"heavytop resume {folder}" in result.stderr) == (outcome == "interrupted")
-    assert (folder / "request.json").exists() == (outcome == "interrupted")
-    assert outcome in result.stderr
+    assert not (folder / "request.json").exists()
+    assert "singular" in result.stderr
     nowhere = heavytop_(*KICKED)
-    assert nowhere.exit_code == code
+    assert nowhere.exit_code == Exit.ENDED_EARLY
     assert "the partial result is above (-o DIR keeps it)" in nowhere.stderr
+
+
+def test_an_interrupted_run_is_kept_and_not_gone_through_again(tmp_path, monkeypatch):
+    """To compare its part would take as long as the run did."""
+    folder, long = tmp_path / "out", (*KICKED, "--set", "span.periods=1500", "--no-figures")
+
+    def stopped(*words):
+        with monkeypatch.context() as patched:
+            advance, calls = _Journey.advance, []
+
+            def struck(journey):
+                calls.append(journey)
+                if len(calls) == 3:
+                    raise KeyboardInterrupt
+                return advance(journey)
+
+            patched.setattr(_Journey, "advance", struck)
+            patched.setattr(Integrator, "polynomials", None)
+            patched.setattr(Orbit, "at", None)
+            return heavytop_(*long, *words)
+
+    kept = stopped("-o", folder, "--json")
+    assert (kept.exit_code, kept.stdout) == (Exit.INTERRUPTED, "")
+    assert re.match(r"heavytop: interrupted at t = \d+\.\d+ s; the partial", kept.stderr)
+    assert kept.stderr.endswith(f"resume with:\nheavytop resume {folder}\n")
+    part = heavytop.load_trajectory(folder / "trajectory.nc")
+    assert len(part.orbit.checkpoints) == 3  # the last block that was done is there
+    assert stopped().stderr.endswith("; nothing was kept\n")
+    assert heavytop_("resume", folder).exit_code == 0
 
 
 def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):

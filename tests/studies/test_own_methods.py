@@ -1,5 +1,6 @@
 """Methods of your own in every study: judged as all others; a stored study never starts one."""
 
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
+from heavytop.results.stress import Stress
 
 from .. import integrators
 from ..commands import heavytop_
@@ -123,3 +125,44 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
 def test_a_stress_test_takes_no_function_that_stands_in_no_file():
     with pytest.raises(Impossible, match="must stand in a file"):
         ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    "words",
+    ["drift sicm-kicked --periods 5 --samples 2", "workprec sicm-kicked --periods 2 --budget 30",
+     "stress --cases cusp"],
+)  # fmt: skip
+def test_a_method_of_ones_own_without_a_result_ends_any_study_with_4(words, mine):
+    methods = f"taylor-axis,{mine}:rk4=200,{mine}:raises=50"
+    found = heavytop_(*words.split(), "--methods", methods, "--no-figures")
+    assert found.exit_code == 4
+    last = found.stderr.splitlines()[-1]
+    assert last.startswith("heavytop: mine.py:raises")
+    assert last.endswith("it raises ValueError: no step")
+
+
+def test_a_method_of_ones_own_that_fails_now_and_then_has_results(scene):
+    point, row = {"method": "own:a", "setting": {}}, {"case": "x", "method": "own:a"}
+    found = ht.work_precision(scene, methods=["taylor-axis=1e-12"], periods=1, budget=20)
+    one = replace(found, points=(point,), skipped=({**point, "reason": "it returns nan"},))
+    assert not one.failures()
+    assert replace(one, points=()).failures() == {"own:a": "it returns nan"}
+    assert not replace(one, points=(), skipped=({"method": "strang", "reason": ""},)).failures()
+    bad, good = ({**row, "outcome": x, "note": "nan"} for x in ("method-error", "diverged"))
+    test = Stress(limits={}, hard={}, methods={}, cases=(bad, good))
+    assert not test.failures()
+    assert replace(test, cases=(bad, bad)).failures() == {"own:a": "nan"}
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+def test_a_method_that_never_returns_leaves_time_for_others_in_the_budget(scene, mine):
+    methods, began = [f"{mine}:hangs", "taylor-axis"], time.monotonic()
+    found = ht.work_precision(scene, methods=methods, periods=2, budget=20)
+    assert time.monotonic() - began < 60  # not the two minutes of a method that compiles
+    assert {point.method for point in found.points} == {"taylor-axis"}
+    first, *others = (each.reason for each in found.skipped if each.method == "mine.py:hangs")
+    assert first.startswith("it did not return within 1")
+    assert others
+    assert all("took too long" in reason for reason in others)

@@ -143,6 +143,40 @@ def test_after_an_interrupted_call_the_next_one_has_its_own_answer(process):
     assert process.call(abs, -2) == 2
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(("looks", "grace"), [(False, 0.2), (True, 0.4)])
+def test_what_does_not_look_at_the_stop_is_interrupted_after_the_grace(number, looks, grace):
+    handlers = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
+    began, last = time.monotonic(), None
+    Timer(0.1, os.kill, (os.getpid(), number)).start()
+    with workers.stop_signal(grace) as stop:
+        while not (looks and stop.is_set()) and time.monotonic() < began + 60:
+            time.sleep(0.01)
+        last = time.monotonic()
+    assert stop.is_set()
+    assert (last is not None) == looks  # cut off in the loop, or at its end
+    assert time.monotonic() - began < 30
+    assert handlers == [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
+    time.sleep(0.5)  # what ended in time is not interrupted afterwards
+
+
+def test_a_process_that_is_being_started_is_not_cut_off():
+    """It would say so in a traceback of its own."""
+    done = False
+    with workers.stop_signal(0.2):
+        with workers.starting():
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(0.5)
+            done = True
+        time.sleep(60)
+    assert done
+
+
+def test_an_interrupt_of_no_signal_is_handed_on():
+    with pytest.raises(KeyboardInterrupt), workers.stop_signal():
+        raise KeyboardInterrupt
+
+
 def starts_a_process():
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         return pool.apply(os.getpid)

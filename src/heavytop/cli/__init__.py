@@ -8,6 +8,7 @@ import gc
 import os
 import signal
 import sys
+import threading
 from io import TextIOWrapper
 from typing import Final
 
@@ -69,5 +70,9 @@ def main() -> None:
     except OSError as fault:  # of the help
         print_error(f"cannot write: {fault.strerror}")
         raise SystemExit(Exit.ENDED_EARLY) from None
+    except SystemExit as end:
+        if end.code == Exit.INTERRUPTED and threading.active_count() > 1:
+            os._exit(Exit.INTERRUPTED)  # a thread that is still in heyoka crashes what ends
+        raise
     finally:
         gc.freeze()  # else all modules are looked through once more before the process ends

@@ -28,7 +28,7 @@ from heavytop.text import harmless
 EXIT_CODES: Final = (
     "Exit codes: 0 ok; 1 a bug; 2 a bad option, or a missing optional package; 3 a bad scene, data "
     "or result file, or the folder of another study; 4 ended early, the partial result is kept; "
-    "5 a check is out of its bound; 130 interrupted."
+    "5 a check is out of its bound; 130 interrupted; 141 nobody reads the output on."
 )
 DEFAULT_SCENE: Final = "sicm-kicked"
 PROGRESS_S: Final = 30.0  # between two lines of progress
@@ -87,6 +87,16 @@ class Verbs(click.Group):
         except click.Abort:  # Ctrl-C, outside of a verb
             sys.exit(Exit.INTERRUPTED)
 
+    def make_context(self, *words: Any, **more: Any) -> click.Context:
+        """Return the context of a command line; it may print the help."""
+        with while_it_is_read():
+            return super().make_context(*words, **more)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Call the verb that a command line names."""
+        with while_it_is_read():
+            return super().invoke(ctx)
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the verbs in the order of the help."""
         return [*self.verbs]
@@ -104,6 +114,17 @@ class Verbs(click.Group):
             short_help=text.partition("\n")[0],
             epilog=EXIT_CODES,
         )
+
+
+@contextmanager
+def while_it_is_read() -> Iterator[None]:
+    """End where nobody reads stdout any more, as `head` leaves it; click would call it a bug."""
+    try:
+        yield
+    except BrokenPipeError:
+        with suppress(OSError):  # what is left in the buffer goes nowhere, and fails no more
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise click.exceptions.Exit(Exit.CLOSED) from None
 
 
 def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:

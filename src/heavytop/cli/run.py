@@ -104,7 +104,10 @@ def resume(
 def run_request(
     request: Request, folder: Path | None, progress: Progress | None, *, force: bool = False
 ) -> CommandResult:
-    """Do what is asked, or what is left of it; what cannot be run touches no folder."""
+    """Do what is asked, or what is left of it; what cannot be run touches no folder.
+
+    Of a run that is interrupted nothing is made: comparing it would take as long as it did.
+    """
     from heavytop.report.files import REQUEST, open_run, write_results
     from heavytop.results.run import run_result
     from heavytop.run.planning import planned
@@ -116,13 +119,14 @@ def run_request(
         folder.mkdir(parents=True, exist_ok=True)
     with nullcontext() if folder is None else open_run(folder, request, force=force):
         run, early = integrate(request, motion, plan, folder, progress)
-        resumable = early is not None and early.outcome is Outcome.INTERRUPTED
+        if early is not None and early.outcome is Outcome.INTERRUPTED:
+            why = f"interrupted at t = {early.trajectory.orbit.end:.6g} s"
+            raise errors.StoppedEarly(errors.Stop.INTERRUPTED, why, folder)
         if folder is None:
             result = run_result(run)
         else:
-            result = write_results(run, folder, figures=request.figures and not resumable)
-            if not resumable:
-                (folder / REQUEST).unlink(missing_ok=True)
+            result = write_results(run, folder, figures=request.figures)
+            (folder / REQUEST).unlink(missing_ok=True)
     return CommandResult(result, problems_of(result, early, folder))
 
 
@@ -161,10 +165,7 @@ def problems_of(
     if early is not None:
         where = "above (-o DIR keeps it)" if folder is None else f"in {folder}"
         at = f"at t = {early.trajectory.orbit.end:.6g} s"
-        why = f"ended early {at}: {early}; the partial result is {where}"
-        if folder is not None and early.outcome is Outcome.INTERRUPTED:
-            why += f"; resume with:\n{errors.resuming(folder)}"
-        yield early.exit, why
+        yield early.exit, f"ended early {at}: {early}; the partial result is {where}"
         return
     if result.missed_digits:
         digits = result.scene["want"]["digits"]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -27,7 +26,7 @@ from heavytop.errors import (
     StoppedEarly,
     is_interrupt,
 )
-from heavytop.files import as_json, locked, write_document
+from heavytop.files import as_json, locked, remove_parts, write_document
 from heavytop.results.base import Result, not_as_written, typed
 from heavytop.results.classification import plan_summary
 from heavytop.results.run import PICTURES, RunResult, run_result
@@ -140,9 +139,7 @@ def open_run(folder: Path, request: Request, *, force: bool = False) -> Iterator
         try:
             if not force:
                 _expect_same(folder, request)
-            for path in folder.glob(".*"):  # of a writer that was killed
-                if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in RUN_FILES:
-                    path.unlink(missing_ok=True)
+            remove_parts(folder, RUN_FILES)
             if force or not (folder / REQUEST).exists():
                 _remove(folder, RUN_FILES)
                 request.write(folder)
@@ -316,6 +313,7 @@ def write_study(
     place, kind = Path(folder), kind_of(found)
     with _writing(found, place):
         place.mkdir(parents=True, exist_ok=True)
+        remove_parts(place, [f"{kind}.{form}" for form in ("json", "nc", *PICTURE_FORMATS)])
         files = {"document": f"{kind}.json", **found.save_data(place)}
         found = replace(found, files=files)
         found.save(place / files["document"])

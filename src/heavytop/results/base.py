@@ -130,12 +130,18 @@ class Result(Plotted):
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """What is wrong with it: exit codes, and a sentence for each."""
+        for method, why in self.failures().items():
+            yield Exit.ENDED_EARLY, f"{method}: {why}"
         if self.table and not getattr(self, self.table):
             yield Exit.ENDED_EARLY, "nothing was run"
 
     def unrun(self) -> Sequence[str]:
         """Methods, if none of them was run."""
         return ()
+
+    def failures(self) -> Mapping[str, str]:
+        """Methods of one's own that gave nothing, and why."""
+        return {}
 
     def numbers(self) -> Table:
         """Its numbers as one table: that of `to_pandas` and of CSV."""

@@ -146,9 +146,8 @@ class Drift(Result):
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Own methods that were skipped, and runs that ended early."""
+        yield from super().problems()
         for each in self.methods:
-            if each.skipped and ":" in each.name:  # of one's own
-                yield Exit.ENDED_EARLY, f"{each.name}: {each.skipped}"
             for number, why in each.ended.items():
                 yield Exit.ENDED_EARLY, f"{each.name}, start {number}, ended early: {why}"
 
@@ -156,6 +155,10 @@ class Drift(Result):
         """The methods, if all of them were skipped."""
         every = all(each.skipped for each in self.methods)
         return [each.name for each in self.methods] if every else ()
+
+    def failures(self) -> Mapping[str, str]:
+        """Methods of one's own that were not run, and why."""
+        return {x.name: x.skipped for x in self.methods if x.skipped and ":" in x.name}
 
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write ``drift.nc``.

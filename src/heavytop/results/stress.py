@@ -168,6 +168,15 @@ class Stress(Result):
         size: tuple[float, float] = plots("studies").stress_size(self)
         return size
 
+    def failures(self) -> Mapping[str, str]:
+        """Methods of one's own that failed or were killed in every case, and how in the first."""
+        bad = (StressOutcome.METHOD_ERROR, StressOutcome.TIME_LIMIT)
+        ended, found = {x.method for x in self.cases if x.outcome not in bad}, dict[str, str]()
+        for each in (*self.cases, *self.skipped):
+            if ":" in each.method and each.method not in ended:
+                found.setdefault(each.method, each.get("note") or each.reason)
+        return found
+
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Auto was silently wrong, or nothing was run."""
         yield from super().problems()

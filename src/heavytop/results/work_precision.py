@@ -150,6 +150,14 @@ class WorkPrecision(Result):
         """The methods, if none of them was run."""
         return () if self.points else [each.method for each in self.skipped]
 
+    def failures(self) -> Mapping[str, str]:
+        """Methods of one's own that have no point, and why their first setting has none."""
+        measured, found = {point.method for point in self.points}, dict[str, str]()
+        for each in self.skipped:
+            if ":" in each.method and each.method not in measured:
+                found.setdefault(each.method, each.reason)
+        return found
+
     @property
     def _error(self) -> str:
         axis = any(point["measures"] == "axis" for point in self.points)

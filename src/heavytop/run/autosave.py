@@ -15,6 +15,7 @@ from heavytop.run.trajectory import Trajectory
 SAVE_S = 10.0  # between two saves of a trajectory on its way
 SAVE_SHARE = 20.0  # times as long as a save takes, until the next one
 UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
+WHOLE = (Outcome.FINISHED, Outcome.SINGULAR)
 
 
 @dataclass
@@ -33,7 +34,8 @@ class Checkpoints:
 
     def at_last(self, orbit: Orbit) -> None:
         """Save the orbit at the end of its steps, before what is made of it takes its time."""
-        if time.monotonic() - self.saved >= UNSAVED_S and orbit.outcome in ("finished", "singular"):
+        long = time.monotonic() - self.saved >= UNSAVED_S
+        if orbit.outcome is Outcome.INTERRUPTED or (long and orbit.outcome in WHOLE):
             self._save(orbit)
 
     def _save(self, orbit: Orbit) -> None:

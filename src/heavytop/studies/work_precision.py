@@ -35,7 +35,7 @@ from heavytop.studies.methods import (
 )
 from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
 from heavytop.studies.study import Progress
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, stop_signal
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, stop_signal
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
@@ -152,7 +152,6 @@ def work_precision(
     """
     check_callable("progress", progress)
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
-
     with Journal.open(folder, parameters) as journal:
         return complete(journal, budget=float(budget), on_progress=progress)
 
@@ -212,14 +211,12 @@ def complete(
             done, count = (1.0 if journal.record(ROUNDS).ended else fraction), len(asked)
             on_progress(Progress(done, int(done * count), count))
 
-    try:
-        with stop_signal(at_once=True) as stop, closing(TIMED_WORKER):
-            show(0.0)
-            derived = {each.formulation: _derived(each.formulation) for each in asked}
-            runs = Rounds(journal, asked, budget, began)
-            runs.take(show)
-    except KeyboardInterrupt:
-        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder) from None
+    with stop_signal() as stop, closing(TIMED_WORKER):
+        show(0.0)
+        derived = {each.formulation: _derived(each.formulation) for each in asked}
+        (runs := Rounds(journal, asked, budget, began)).take(show)
+    if stop.is_set():
+        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder)
     rows = runs.rows
     return WorkPrecision(
         scene=parameters["scene"],
@@ -295,18 +292,28 @@ class Rounds:
             if (slow := self.too_slow.get(each.name)) and not known:
                 raise IntegrationFailed(f"not started: {slow} took too long")
             if start == 0:
-                _expect_return(self.starts[0], each, self.periods, limit)
+                self._expect_return(each, limit)
             known[start] = first_run(self._run(start, each), self.periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             self.refused[each] = " ".join(str(refusal).split())
-            if isinstance(refusal, TooSlow):
+            if isinstance(refusal, TooSlow | TimedOut):
                 self.too_slow[each.name] = each.label
                 self.refused[each] += f": more than {limit:g} s for a run"
             return
         if known[start]["seconds"][0] <= SHORT_RUN_S:
             self._time(start, each)
         self.journal.append(task, Chunk(rows=[known[start]], done=True))
+
+    def _expect_return(self, each: MethodEntry, limit: float) -> None:
+        """Let a method of one's own go first in a process that can be killed, if that can load it.
+
+        It may take half of the time that is left to get ready: others want some too.
+        """
+        if mine := own.origins([each.name]):
+            ready_s = min(SET_UP_S, max(limit, (self.deadline - clock()) / 2))
+            asked = self.starts[0], each.text, mine, self.periods, limit
+            TIMED_WORKER.call(_try, *asked, timeout=ready_s + 2 * limit)
 
     def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
         spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())
@@ -318,13 +325,6 @@ class Rounds:
         run = self._run(start, each)
         _, _, seconds = walk(run.stepper, _end(run, self.periods), clock=clock)
         self.rows[each][start]["seconds"].append(seconds)
-
-
-def _expect_return(scene: Scene, each: MethodEntry, periods: float, limit: float) -> None:
-    """Let a method of one's own go first in a process that can be killed, if that can load it."""
-    if mine := own.origins([each.name]):
-        patience = SET_UP_S + 2 * limit
-        TIMED_WORKER.call(_try, scene, each.text, mine, periods, limit, timeout=patience)
 
 
 def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: float) -> None:

@@ -25,6 +25,7 @@ from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
+GRACE_S: Final = 0.5  # after Ctrl-C, for what is done to be written down
 TIMEOUT_S: Final = 10.0  # until a scheduler answers, and until there is a worker
 
 T = TypeVar("T")
@@ -130,29 +131,40 @@ def count_sent(executor: Executor) -> int:
 
 
 @contextmanager
-def stop_signal(*, at_once: bool = False) -> Iterator[threading.Event]:
+def stop_signal(grace_s: float = GRACE_S) -> Iterator[threading.Event]:
     """An event that Ctrl-C or SIGTERM sets; the second signal does what it did before.
 
-    With `at_once` it raises KeyboardInterrupt too, which a library may swallow: the event stays.
-    Only the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
+    When the grace is over a Ctrl-C comes by itself, and ends this block wherever it is, but where
+    a process is being started. A library may swallow the KeyboardInterrupt: the event stays. Only
+    the main thread can listen to signals, and one that is ignored (nohup) stays ignored.
     """
-    event, before = threading.Event(), dict[int, Any]()
+    event, again = threading.Event(), list[threading.Timer]()
+    here = threading.current_thread() is threading.main_thread()
+    numbers = (signal.SIGINT, signal.SIGTERM) if here else ()
+    before: dict[int, Any] = {number: signal.getsignal(number) for number in numbers}
 
     def stop(number: int, frame: FrameType | None) -> None:
         event.set()
         signal.signal(number, before[number])
-        if at_once:
-            raise KeyboardInterrupt
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if hasattr(signal, "pthread_kill"):
+            ours = threading.get_ident(), signal.SIGINT
+            again.append(threading.Timer(grace_s, signal.pthread_kill, ours))
+            again[-1].start()
 
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            if signal.getsignal(number) is not signal.SIG_IGN:
-                before[number] = signal.signal(number, stop)
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, stop)
     try:
         yield event
+    except KeyboardInterrupt:
+        if not event.is_set():
+            raise
     finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)
+        for timer in again:
+            timer.cancel()
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 # --- calls with a limit of time --------------------------------------------------------------
@@ -197,7 +209,7 @@ class TimedWorker:
             raise
         if not ended:
             self.close()
-            raise TimedOut(f"it did not return within {timeout:g} s")
+            raise TimedOut(f"it did not return within {timeout:.3g} s")
         fault = future.exception()
         if fault is None or isinstance(fault, HeavyTopError):
             return cast(T, future.result())
