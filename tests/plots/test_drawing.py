@@ -188,7 +188,7 @@ def test_of_the_other_studies_the_numbers_are_drawn(things):
     [lost] = drawn("Stress").images
     assert lost.get_array().tolist() == [[0.5, 9.0]]
     ahead = drawn("Check", "phase").lines[0].get_ydata()
-    assert ahead.tolist() == things["Check"].curves["phase"].tolist()
+    assert ahead.tolist() == [*things["Check"].curves["phase"]]
     assert drawn("Check").get_yscale() == "log"
 
 
