@@ -24,7 +24,6 @@ from heavytop.scene.arguments import (
     Range,
     Reader,
     Refused,
-    expect,
     one_of,
     parse_names,
     parse_options,
@@ -32,7 +31,7 @@ from heavytop.scene.arguments import (
     shown,
 )
 from heavytop.scene.quantities import QUANTITIES, component_names
-from heavytop.scene.scene import Scene
+from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import EVENTS
 
 REFERENCE_SCHEMA: Final = "heavytop/reference/1"
@@ -170,7 +169,7 @@ def reference(
     ----------
     As of `Motion`.
     """
-    expect("scene", scene, Scene)
+    expect_scene(scene)
     file = scene.name
     readers: dict[str, Reader] = {
         "times": times_of,

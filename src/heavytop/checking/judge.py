@@ -18,7 +18,7 @@ from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.pairs import UNIT
 from heavytop.results.check import CHECKED_QUANTITIES, Check, Finding
 from heavytop.scene.quantities import ANGLES, RATES
-from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
+from heavytop.scene.scene import Scene, expect_scene, load_scene, read_scene
 from heavytop.scene.scene_file import EVENTS
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -209,9 +209,7 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     if scene is None:
         rule = "give the scene of the data, or a file with only its [top]"
         raise BadScene((Fault("check", None, "scene", "", rule, "--scene sicm-kicked"),))
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, "check")
-    return scene.top, scene.start
+    return expect_scene(scene).top, scene.start
 
 
 def _remark_angles(c: Comparison) -> list[str]:

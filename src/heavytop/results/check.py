@@ -91,7 +91,7 @@ class Check(Result):
     scene: Mapping[str, Any]
     origin: str
     data: Any
-    errors: Mapping[str, Any]
+    errors: Any
     growth: Mapping[str, float | None]
     events: Mapping[str, Any]
     condition: float

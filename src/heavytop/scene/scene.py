@@ -288,10 +288,9 @@ def _place_fault(fault: Fault, lines: Mapping[str, int], changed: Collection[str
     return replace(fault, line=lines.get(fault.key, lines.get(fault.key.partition(".")[0])))
 
 
-def no_scene(what: object, verb: str) -> BadScene:
-    """What is raised where something that is no scene, such as a name, is given to a function."""
-    hint = "load_scene gives one by its name"
-    return BadScene((Fault(verb, None, "scene", arguments.shown(what), "a Scene", hint),))
+def expect_scene(scene: object) -> Scene:
+    """Return an argument that is a scene; `WrongType` where it is none, but a name, say."""
+    return arguments.expect("scene", scene, Scene, "load_scene gives one by its name")
 
 
 # --- files -----------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ from heavytop.results.atlas import Atlas
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
-from heavytop.scene.scene import Scene, no_scene, scene_of
+from heavytop.scene.scene import Scene, expect_scene, scene_of
 from heavytop.studies.atlas_plane import ROLES, Axis, Mask, Plane, curves
 from heavytop.studies.journal import Chunk, Journal, Parameters, canonical_json
 from heavytop.studies.study import Progress, run
@@ -275,8 +275,7 @@ def atlas(
     Accuracy: ``tests/studies/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone.
     """
     arguments.check_callable("progress", progress)
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, KIND)
+    expect_scene(scene)
     given = {"x": x, "y": y, "only": only, "jobs": jobs, "executor": executor}
     given = {name: each for name, each in given.items() if each is not None or name in "xy"}
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)

@@ -18,10 +18,10 @@ from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
+from heavytop.errors import HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
-from heavytop.scene.arguments import Range, check_callable, parse_options
+from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
@@ -31,9 +31,9 @@ from heavytop.studies.methods import (
     is_auto,
     method,
     plan_auto,
-    read_methods,
+    read_methods_of,
 )
-from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
+from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk
 from heavytop.studies.study import Progress
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, stop_signal
 
@@ -159,11 +159,7 @@ def work_precision(
 
 def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
     """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
-    file = str(getattr(scene, "name", "workprec"))
-    values, faults = parse_options(file, options, WORK_LIMITS)
-    names, wrong = read_methods(file, methods, _checked)
-    if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
-        raise BadScene(tuple(faults))
+    names, values = read_methods_of(scene, methods, options, WORK_LIMITS, _checked)
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
                   "periods": values["periods"], **own.as_parameters(names),
                   "versions": versions()}  # fmt: skip
