@@ -276,8 +276,7 @@ def atlas(
     """
     arguments.check_callable("progress", progress)
     expect_scene(scene)
-    given = {"x": x, "y": y, "only": only, "jobs": jobs, "executor": executor}
-    given = {name: each for name, each in given.items() if each is not None or name in "xy"}
+    given = {"x": x, "y": y} | arguments.there(only=only, jobs=jobs, executor=executor)
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
     if not faults:
         what = "kind" if only else "rows"

@@ -90,7 +90,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     read, faults = parse_options(
         scene.name, {"over": over}, {"over": partial(read_range, count=_FEW)}
     )
-    if faults := [*faults, *wrong]:
+    if faults := [*wrong, *faults]:
         raise BadScene(tuple(faults))
     key, points = read["over"]
     rows = tuple(_row(scene, key, x, names) for x in points)

@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
+from functools import cache
 from itertools import chain, product, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
@@ -253,7 +254,7 @@ class Rounds:
         self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
         self.refused: dict[MethodEntry, str] = {}
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
-        self.ready: dict[tuple[int, MethodEntry], MethodRun] = {}
+        self.ready = cache(lambda start, each: set_up(self.starts[start], each))
 
     def take(self, show: Callable[[float], object]) -> None:
         """Take all rounds, unless their times are stored."""
@@ -272,11 +273,6 @@ class Rounds:
                 for start, row in runs.items():
                     row["seconds"] = known[each.text][str(start)]
 
-    def _run(self, start: int, each: MethodEntry) -> MethodRun:
-        if (start, each) not in self.ready:
-            self.ready[start, each] = set_up(self.starts[start], each)
-        return self.ready[start, each]
-
     def _first(self, start: int, each: MethodEntry) -> None:
         known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
         if self.journal.record(task).ended:
@@ -292,7 +288,7 @@ class Rounds:
                 raise IntegrationFailed(f"not started: {slow} took too long")
             if start == 0:
                 _expect_return(self.starts[0], each, self.periods, limit)
-            known[start] = first_run(self._run(start, each), self.periods, limit)
+            known[start] = first_run(self.ready(start, each), self.periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             self.refused[each] = " ".join(str(refusal).split())
@@ -311,7 +307,7 @@ class Rounds:
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        run = self._run(start, each)
+        run = self.ready(start, each)
         _, _, seconds = walk(run.stepper, _end(run, self.periods), clock=clock)
         self.rows[each][start]["seconds"].append(seconds)
 
