@@ -80,7 +80,7 @@ STILL = ht.load_scene("separatrix")
     [
         ("drift", {"periods": True, "ensemble": 2.0, "samples": None, "seed": 1.5,
                    "methods": ["x", "strang=0"]}),
-        ("drift", {"periods": 0, "scene": "sicm-kicked", "methods": ["x"]}),
+        ("drift", {"periods": 0, "scene": STILL, "methods": ["x"]}),
         ("drift", {"methods": []}),
         ("work_precision", {"periods": "9", "budget": float("nan"),
                             "methods": ["auto=0", 3, "strang=x", f"auto={'1' * 5000}"]}),

@@ -339,13 +339,10 @@ def problem_of(error: BaseException) -> Problem:
 
 def refuse_options(error: BaseException) -> None:
     """Blame options by their names, where nothing else is wrong."""
-    if isinstance(error, errors.BadScene):
-        keys = ["changes" if each.file == "--set" else each.key for each in error.faults]
-        why = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
-    elif isinstance(error, errors.Impossible):
-        keys, why = [name for name, _ in error.broken], str(error)
-    else:
+    if not isinstance(error, errors.Impossible):
         return
+    keys = ["changes" if each.file == "--set" else each.key for each in error.faults]
+    why = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
     context = click.get_current_context()
     options = {each.name: each.opts[-1] for each in context.command.params if each.name != "scene"}
     names = dict.fromkeys(name for key in keys for name in key.split(", "))

@@ -112,14 +112,12 @@ def read_argument(name: str, value: object, read: Reader) -> Any:
     >>> read_argument("digits", "x", Range(1, 10, whole=True))
     Traceback (most recent call last):
     ...
-    heavytop.errors.Impossible: digits: a whole number from 1 to 10, not "x"
+    heavytop.errors.Impossible: digits = "x": a whole number from 1 to 10
     """
-    try:
-        return read(value)
-    except Refused as wrong:
-        raise Impossible([(name, f"{wrong}, not {shown(value)}")]) from None
-    except NotANumber as wrong:
-        raise Impossible([(name, str(wrong))]) from None
+    values, faults = parse_options("", {name: value}, {name: read})
+    if faults:
+        raise Impossible(faults)
+    return values[name]
 
 
 def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
@@ -337,10 +335,9 @@ def exact_numbers(
 ) -> dict[str, Any]:
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = parse_options("", given, readers)
-    broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
-    broken += broken_names(way, tuple(name for name in given if name in readers))
-    if broken:
-        raise refused(broken)
+    broken = broken_names(way, tuple(name for name in given if name in readers))
+    if faults or broken:
+        raise refused((*faults, *broken))
     return values
 
 

@@ -262,7 +262,8 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     if wrong or in_tables:
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
         wrong += [_place_fault(fault, lines, changed) for fault in in_tables]
-        raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
+        wrong.sort(key=lambda fault: fault.line or 0)
+        raise BadScene(wrong)
     return Scene(**values, name=Path(where).stem)
 
 

@@ -141,9 +141,9 @@ def faults_of(
     """Return what is wrong with values, each with its place."""
     shown = {key: arguments.shown(value) for key, value in given.items()}
     return [
-        Fault(file, None, table + key, shown.get(key, ""), rule)
-        for key, rule in error.broken
-        if key != starts.WITHOUT_TOP  # the faults of the top say why
+        replace(fault, file=file, key=table + fault.key, value=shown.get(fault.key, ""))
+        for fault in error.faults
+        if fault.key != starts.WITHOUT_TOP  # the faults of the top say why
     ]
 
 

@@ -208,7 +208,7 @@ def read_solids(value: object) -> tuple[Solid, ...]:
         try:
             found.append(each if isinstance(each, Solid) else solid(**each))
         except ImpossibleTop as broken:
-            wrong.append(f"of solid {number} {broken}")
+            wrong += [f"of solid {number} {fault}" for fault in broken.faults]
     if wrong:
         raise Refused("; ".join(wrong))
     return tuple(found)

@@ -67,7 +67,7 @@ def _named(name: str) -> MethodEntry:
         return every.get(name) or comparison.named(name)
     except Impossible as wrong:
         if ":" in name:
-            raise Refused(wrong.broken[0][1]) from None
+            raise Refused(wrong.faults[0].rule) from None
         rule = f"auto, one of your own (mine.py:rk4) or one of {', '.join(every)}"
         raise Refused(rule, nearest(name, (AUTO, *every))) from None
 
@@ -151,7 +151,7 @@ def read_methods(file: str, methods: Any, read: Callable[[str], T]) -> tuple[lis
         try:
             name = own.register(each)
         except Impossible as wrong:
-            raise Refused("; ".join(rule for _, rule in wrong.broken)) from None
+            raise Refused("; ".join(fault.rule for fault in wrong.faults)) from None
         if given.setdefault(name, each) != each:
             raise Refused(f'{name}: another method has this name: give one Method(…, name="…")')
         return read(name)
