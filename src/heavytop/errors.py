@@ -36,7 +36,18 @@ class HeavyTopError(Exception):
     """What a command exits with."""
 
 
-class NotANumber(HeavyTopError, ValueError):
+class Refused(HeavyTopError, ValueError):
+    """A value that an option does not take: the rule, and a hint at what may have been meant."""
+
+    def __init__(self, rule: str, hint: str = "") -> None:
+        super().__init__(rule, hint)
+        self.rule, self.hint = rule, hint
+
+    def __str__(self) -> str:
+        return f"{self.rule} ({self.hint})" if self.hint else self.rule
+
+
+class NotANumber(Refused):
     """A value that is not an exact finite real number; the message says the rule."""
 
 

@@ -221,12 +221,12 @@ def test_with_axes_pyplot_is_not_even_imported():
 
 def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
     with pytest.raises(
-        Impossible, match=r'what: one of loop, .*, phase \(did you mean "phase"\?\)'
+        Impossible, match=r'what = ".*": one of loop, .*, phase \(did you mean "phase"\?\)'
     ):
         MOTION.plot("phases")
-    with pytest.raises(Impossible, match=r"what: one of loop, .*, phase$"):
+    with pytest.raises(Impossible, match=r"what = \".*\": one of loop, .*, phase$"):
         MOTION.plot("errors")  # there are none
-    with pytest.raises(Impossible, match="what: one of energy, phase_s"):
+    with pytest.raises(Impossible, match=r"what = .*: one of energy, phase_s"):
         things["Drift"].plot("loop")
     with pytest.raises(Impossible, match="there is nothing to draw"):
         replace(things["Drift"], methods=()).plot()

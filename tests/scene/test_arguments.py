@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene
-from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
+from heavytop.errors import BadScene, Refused
+from heavytop.scene.arguments import Range, one_of, parse_names, parse_options
 from heavytop.studies.drift import drift_parameters
 from heavytop.studies.work_precision import diagram_parameters, settings
 

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.refine import balls_in
-from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
+from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber, Refused
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
 from heavytop.exact.number import rational
@@ -23,7 +23,6 @@ from heavytop.files import write_document, write_text
 from heavytop.scene.arguments import (
     Range,
     Reader,
-    Refused,
     one_of,
     parse_names,
     parse_options,

@@ -25,13 +25,13 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import BadScene, Fault, MissingPackage
+from heavytop.errors import BadScene, Fault, MissingPackage, Refused
 from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Range, Reader, Refused
+from heavytop.scene.arguments import Range, Reader
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene, expect_scene
 

@@ -17,13 +17,13 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
-from heavytop.errors import Fault, Impossible, NotANumber, WrongType
+from heavytop.errors import Fault, Impossible, Refused, WrongType
 from heavytop.exact import Exact
 from heavytop.exact.parse import written
 from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
 
 T = TypeVar("T")
-Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber
+Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused`
 
 _MOST_SHOWN: Final = 60  # characters of a value, in a message
 _PLAIN: Final = str, bytes, numbers.Number, Exact, type(None)  # shown by their value
@@ -128,17 +128,6 @@ def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
 # --- options and lists of names --------------------------------------------------------------
 
 
-class Refused(ValueError):
-    """A value that an option does not take: the rule, and a hint at what may have been meant."""
-
-    def __init__(self, rule: str, hint: str = "") -> None:
-        super().__init__(rule, hint)
-        self.rule, self.hint = rule, hint
-
-    def __str__(self) -> str:
-        return f"{self.rule} ({self.hint})" if self.hint else self.rule
-
-
 def parse_options(
     file: str, given: Mapping[str, object], readers: Mapping[str, Reader], table: str = ""
 ) -> tuple[dict[str, Any], list[Fault]]:
@@ -159,8 +148,6 @@ def parse_options(
             values[key] = readers[key](value)
         except Refused as wrong:
             faults.append(Fault(file, None, table + key, shown(value), wrong.rule, wrong.hint))
-        except NotANumber as wrong:
-            faults.append(Fault(file, None, table + key, shown(value), str(wrong)))
     return values, faults
 
 
@@ -173,7 +160,7 @@ class Range:
     >>> Range(1, 1024, whole=True)(2.5)
     Traceback (most recent call last):
     ...
-    heavytop.scene.arguments.Refused: a whole number from 1 to 1024
+    heavytop.errors.Refused: a whole number from 1 to 1024
     """
 
     least: float

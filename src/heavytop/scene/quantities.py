@@ -16,9 +16,9 @@ from enum import IntEnum
 from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
-from heavytop.errors import Impossible
+from heavytop.errors import Impossible, Refused
 from heavytop.exact import Exact, parse
-from heavytop.scene.arguments import Reader, Refused
+from heavytop.scene.arguments import Reader
 from heavytop.text import nearest
 
 ANGLES: Final = ("theta", "phi", "psi")

@@ -14,10 +14,10 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Final
 
-from heavytop.errors import Fault, Impossible
+from heavytop.errors import Fault, Impossible, Refused
 from heavytop.exact import Exact
 from heavytop.scene import arguments, starts
-from heavytop.scene.arguments import NumberText, Range, Reader, Refused
+from heavytop.scene.arguments import NumberText, Range, Reader
 from heavytop.scene.quantities import QUANTITY_READERS, WANTED
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top

@@ -20,14 +20,14 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import SIGN_BITS, SceneSigns
 from heavytop.classification.kinds import RULES, Criterion
-from heavytop.errors import BadScene, NoClosedForm, NotANumber
+from heavytop.errors import BadScene, NoClosedForm, NotANumber, Refused
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT
 from heavytop.exact.parse import UNITS_OF
 from heavytop.results.base import Result
 from heavytop.results.table import Fact
-from heavytop.scene.arguments import Reader, Refused, one_of, parse_options
+from heavytop.scene.arguments import Reader, one_of, parse_options
 from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF, Quantity, quantity_of
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import TABLES

@@ -12,12 +12,12 @@ from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.errors import BadScene, Fault, Impossible
+from heavytop.errors import BadScene, Fault, Impossible, Refused
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import bits_of, why_not
 from heavytop.run.planning import plan_steps
 from heavytop.run.span import closed_form_of
-from heavytop.scene.arguments import Reader, Refused, one_of, parse_names, parse_options
+from heavytop.scene.arguments import Reader, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest
 
