@@ -61,6 +61,11 @@ class Impossible(HeavyTopError, ValueError):
     def __str__(self) -> str:
         return "; ".join(f"{name}: {rule}" for name, rule in self.broken)
 
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The same as of a scene."""
+        return tuple(Fault("", None, name, "", rule) for name, rule in self.broken)
+
 
 class ImpossibleTop(Impossible):
     """Moments with which nothing moves: A is not positive, or C is negative."""
@@ -99,7 +104,7 @@ class Fault:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
         what = f"{self.key} = {self.value}" if self.value else self.key
         hint = f" ({self.hint})" if self.hint else ""
-        return harmless(f"{place}: {what}: {self.rule}{hint}")
+        return harmless(f"{place}: {what}: {self.rule}{hint}".removeprefix(": "))
 
 
 @dataclass(eq=False)

@@ -93,7 +93,7 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     assert (found.exit_code, undone.exit_code) == (5, 0)
     assert [each["name"] for each in document["conventions"]] == ["y-up"]
     assert document["digits_as_given"] < 1 < 12 < document["digits"]
-    assert heavytop_(*words, "--as", "up").exit_code == 3
+    assert heavytop_(*words, "--as", "up").exit_code == 2
 
 
 @pytest.mark.parametrize("wanted", [["theta", "phi"], ["rates"]])

@@ -7,8 +7,16 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene
-from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
+from heavytop.errors import BadScene, Impossible
+from heavytop.scene.arguments import (
+    Range,
+    Refused,
+    gathering,
+    one_of,
+    parse_names,
+    parse_options,
+    whole,
+)
 from heavytop.studies.drift import drift_parameters
 from heavytop.studies.work_precision import diagram_parameters, settings
 
@@ -33,6 +41,18 @@ def test_what_is_no_number_or_out_of_bounds_is_refused(value):
         with pytest.raises(Refused, match="number from"):
             number(value)
     assert (REAL(0.5), REAL(1e6), WHOLE(2**63 - 1)) == (0.5, 1e6, 2**63 - 1)
+
+
+def test_what_several_functions_refuse_is_raised_at_once_and_of_one_alone_as_it_is():
+    with pytest.raises(BadScene) as found, gathering([("unit", "none")]) as attempt:
+        attempt(ht.load_scene, "sicm-kicked", ["start.x=1", "start.y=1"])
+        assert attempt(whole, "jobs", 3, 1) == 3
+        attempt(whole, "seed", 0, 1)
+    assert [each.key for each in found.value.faults] == ["unit", "start.x", "start.y", "seed"]
+    assert str(found.value).splitlines()[-1] == "seed: a whole number, at least 1, not 0"
+    with pytest.raises(Impossible) as found, gathering() as attempt:
+        attempt(whole, "seed", 0, 1)
+    assert found.value.broken == [("seed", "a whole number, at least 1, not 0")]
 
 
 def test_what_is_right_is_kept_where_something_is_wrong():

@@ -101,6 +101,17 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     >>> [(row["start.psidot"], round(row["theta_max"], 4)) for row in rows]
     [(100.0, 1.1117), (200.0, 0.1233), (300.0, 0.1086)]
     """
+    key, points, names = read_request(scene, over, facts)
+    rows = tuple(_row(scene, key, x, names) for x in points)
+    if all(row["kind"] is None for row in rows):
+        scene.changed(key, points[0])  # which says why not
+    return Sweep(scene=scene.problem(), over=key, rows=rows)
+
+
+def read_request(
+    scene: Scene, over: str, facts: Sequence[str]
+) -> tuple[str, Sequence[float], list[str]]:
+    """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
     expect("scene", scene, Scene, "load_scene gives one")
     names, faults = parse_names(
         scene.name, "facts", facts, one_of({name: name for name in FOUND_FACTS})
@@ -111,10 +122,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
         faults.append(Fault(scene.name, None, "over", shown(over), str(wrong)))
     if faults:
         raise BadScene(tuple(faults))
-    rows = tuple(_row(scene, key, x, names) for x in points)
-    if all(row["kind"] is None for row in rows):
-        scene.changed(key, points[0])  # which says why not
-    return Sweep(scene=scene.problem(), over=key, rows=rows)
+    return key, points, names
 
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:
