@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
 
 from heavytop.doctor import versions
-from heavytop.errors import BadScene, HeavyTopError
+from heavytop.errors import HeavyTopError, refuse
 from heavytop.results.table import Row
 from heavytop.results.validation import THIS_PROJECT, Validation
 from heavytop.scene.arguments import (
@@ -284,8 +284,7 @@ def validate(
     known = {name: name for each in every.values() for name in (each.id, each.script)}
     _, wrong = parse_options(KIND, {"jobs": jobs}, {"jobs": Range(1, math.inf, whole=True)})
     asked, faults = parse_names(KIND, "names", names, one_of(known))
-    if faults := [*wrong, *faults * (names not in ((), []))]:
-        raise BadScene(tuple(faults))
+    refuse(wrong, faults * (names not in ((), [])))
 
     def wanted(each: Claim) -> bool:
         by_name = each.id in asked or each.script in asked

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -121,6 +122,12 @@ class BadScene(HeavyTopError, ValueError):
 
     def __str__(self) -> str:
         return "\n".join(str(fault) for fault in self.faults)
+
+
+def refuse(*found: Iterable[Fault]) -> None:
+    """Raise a BadScene of all faults, if there are any."""
+    if faults := tuple(chain.from_iterable(found)):
+        raise BadScene(faults)
 
 
 class NoClosedForm(HeavyTopError):

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.refine import balls_in
-from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
+from heavytop.errors import Fault, ForeignFile, Impossible, NotANumber, refuse
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
 from heavytop.exact.number import rational
@@ -194,11 +194,7 @@ def reference(
 
 
 def read_request(
-    scene: Scene,
-    times: str | Sequence[Number],
-    quantities: Sequence[str] = ("theta", "phi", "psi"),
-    digits: int = 20,
-    events: Sequence[str] = (),
+    scene: Scene, times: Any, quantities: Sequence[str], digits: int, events: Sequence[str]
 ) -> tuple[tuple[Fraction, ...], int, list[Any], list[str]]:
     """What is asked, as `reference` needs it: times, digits, quantities, kinds of events."""
     expect("scene", scene, Scene)
@@ -214,8 +210,7 @@ def read_request(
     if scene.top.C == 0 and spun and not (wrong or unknown):
         rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
         strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
-    if faults := [*wrong, *unknown, *strange]:
-        raise BadScene(tuple(faults))
+    refuse(wrong, unknown, strange)
     return options["times"], options["digits"], wanted, kinds
 
 

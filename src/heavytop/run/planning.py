@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import Fault, refuse
 from heavytop.exact import PI
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
@@ -114,8 +114,7 @@ def planned(
     name, why = formulation, f"{formulation}: asked for by name"
     if auto:
         name, why = _least_formulation(expected)
-    if faults := [*_faults(expected, name)]:
-        raise BadScene(tuple(faults))
+    refuse(_faults(expected, name))
     found = _formulated(expected, name, why)
     if auto and not projected:
         found = choose_precision(expected, found)
@@ -134,8 +133,7 @@ def planned(
 def read_options(scene: Scene, **given: Any) -> dict[str, Any]:
     """The options of a plan; what is wrong with them is a BadScene, that of digits too."""
     known, wrong = parse_options(scene.name, there(**given), PLAN_OPTIONS)
-    if wrong:
-        raise BadScene(tuple(wrong))
+    refuse(wrong)
     return known
 
 

@@ -22,7 +22,7 @@ from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.doctor import versions
-from heavytop.errors import BadScene, MissingPackage
+from heavytop.errors import MissingPackage, refuse
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.span import closed_form_of
@@ -161,8 +161,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     file = str(getattr(scene, "name", KIND))
     values, faults = parse_options(file, options, DRIFT_OPTIONS)
     names, wrong = read_methods(file, methods, _checked)
-    if faults := [*faults, *why_no_nutation(file, scene, "a drift study"), *wrong]:
-        raise BadScene(tuple(faults))
+    refuse(faults, why_no_nutation(file, scene, "a drift study"), wrong)
     jobs = values.pop("jobs")
     texts = [_auto(scene, values["periods"]) if name == AUTO else name for name in names]
     parameters = {

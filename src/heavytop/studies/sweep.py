@@ -8,13 +8,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Final
 
-from heavytop.errors import BadScene, Fault, NotANumber
+from heavytop.errors import refuse
 from heavytop.files import write_text
 from heavytop.results.base import Chart, Result
 from heavytop.results.table import Table
-from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown
+from heavytop.scene.arguments import expect, one_of, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.find import (
     FOUND_FACTS,
@@ -113,16 +114,12 @@ def read_request(
 ) -> tuple[str, Sequence[float], list[str]]:
     """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
     expect("scene", scene, Scene, "load_scene gives one")
-    names, faults = parse_names(
-        scene.name, "facts", facts, one_of({name: name for name in FOUND_FACTS})
-    )
-    try:
-        key, points = read_range(expect("over", over, str), _FEW)
-    except (Refused, NotANumber) as wrong:
-        faults.append(Fault(scene.name, None, "over", shown(over), str(wrong)))
-    if faults:
-        raise BadScene(tuple(faults))
-    return key, points, names
+    known = one_of({name: name for name in FOUND_FACTS})
+    names, faults = parse_names(scene.name, "facts", facts, known)
+    given = {"over": expect("over", over, str)}
+    values, wrong = parse_options(scene.name, given, {"over": partial(read_range, count=_FEW)})
+    refuse(faults, wrong)
+    return *values["over"], names
 
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:

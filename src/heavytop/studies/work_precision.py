@@ -18,7 +18,7 @@ from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
+from heavytop.errors import HeavyTopError, Stop, StoppedEarly, refuse
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, check_callable, parse_options
@@ -162,8 +162,7 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Paramete
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, WORK_LIMITS)
     names, wrong = read_methods(file, methods, _checked)
-    if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
-        raise BadScene(tuple(faults))
+    refuse(faults, why_no_nutation(file, scene, "a work-precision diagram"), wrong)
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
                   "periods": values["periods"], **own.as_parameters(names),
                   "versions": versions()}  # fmt: skip
