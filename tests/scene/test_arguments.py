@@ -44,10 +44,14 @@ def test_what_is_no_number_or_out_of_bounds_is_refused(value):
 
 
 def test_what_several_functions_refuse_is_raised_at_once_and_of_one_alone_as_it_is():
-    with pytest.raises(BadScene) as found, gathering([("unit", "none")]) as attempt:
-        attempt(ht.load_scene, "sicm-kicked", ["start.x=1", "start.y=1"])
-        assert attempt(whole, "jobs", 3, 1) == 3
-        attempt(whole, "seed", 0, 1)
+    def gather():
+        with gathering([("unit", "none")]) as attempt:
+            attempt(ht.load_scene, "sicm-kicked", ["start.x=1", "start.y=1"])
+            assert attempt(whole, "jobs", 3, 1) == 3
+            attempt(whole, "seed", 0, 1)
+
+    with pytest.raises(BadScene) as found:
+        gather()
     assert [each.key for each in found.value.faults] == ["unit", "start.x", "start.y", "seed"]
     assert str(found.value).splitlines()[-1] == "seed: a whole number, at least 1, not 0"
     with pytest.raises(Impossible) as found, gathering() as attempt:
