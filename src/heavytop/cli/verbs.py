@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
-from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, read_scene
+from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, print_error, read_scene
 from heavytop.errors import Exit, Impossible
 from heavytop.scene.arguments import Broken, gathering
 from heavytop.text import harmless
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
 
+ALL_TAKE: Final = "about ten minutes"  # of which stress and workprec have four each
 PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
@@ -216,7 +217,11 @@ def run_all(scene: Scene, place: Path) -> dict[str, str]:
     from heavytop.report.files import write_results, write_study
 
     missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
-    for name in ("run", "drift", "workprec", "stress", "atlas", "validate"):
+    every = ("run", "drift", "workprec", "stress", "atlas", "validate")
+    if not option("quiet"):
+        said = f"{scene.name}: {', '.join(every)} with their defaults, {ALL_TAKE}"
+        print_error(f"no folder of results: {said}")
+    for name in every:
         note(f"running {name}")
         study = getattr(ht, {"run": "propagate", "workprec": "work_precision"}.get(name, name))
         (folder := place / name).mkdir()
