@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -123,6 +124,12 @@ class ImpossibleStart(Impossible):
 
 class BadScene(Impossible):
     """A scene that cannot be run, or what is asked of it cannot."""
+
+
+def refuse(*found: Iterable[Fault]) -> None:
+    """Raise a BadScene of all faults, if there are any."""
+    if faults := tuple(chain.from_iterable(found)):
+        raise BadScene(faults)
 
 
 class NoClosedForm(HeavyTopError):

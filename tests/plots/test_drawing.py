@@ -126,7 +126,7 @@ def test_a_title_stays_events_may_be_left_out_and_angles_be_in_degrees(things, a
     assert ends[1] == 1000 * ends[0] > 0
     checked = things["Check"].plot(ax=Figure().subplots(), unit="deg")
     assert "θ [rad]" in checked.get_legend_handles_labels()[1]
-    with pytest.raises(Impossible, match="unit: units out of"):
+    with pytest.raises(Impossible, match="unit: furlong: units are"):
         run.plot(unit="furlong")
 
 

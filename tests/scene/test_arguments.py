@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene, Refused
-from heavytop.scene.arguments import Range, one_of, parse_names, parse_options
+from heavytop.errors import BadScene, Impossible, Refused
+from heavytop.scene.arguments import Range, gathering, one_of, parse_names, parse_options, whole
 from heavytop.studies.drift import drift_parameters
 from heavytop.studies.work_precision import diagram_parameters, settings
 
@@ -33,6 +33,22 @@ def test_what_is_no_number_or_out_of_bounds_is_refused(value):
         with pytest.raises(Refused, match="number from"):
             number(value)
     assert (REAL(0.5), REAL(1e6), WHOLE(2**63 - 1)) == (0.5, 1e6, 2**63 - 1)
+
+
+def test_what_several_functions_refuse_is_raised_at_once_and_of_one_alone_as_it_is():
+    def gather():
+        with gathering([("unit", "none")]) as attempt:
+            attempt(ht.load_scene, "sicm-kicked", ["start.x=1", "start.y=1"])
+            assert attempt(whole, "jobs", 3, 1) == 3
+            attempt(whole, "seed", 0, 1)
+
+    with pytest.raises(BadScene) as found:
+        gather()
+    assert [each.key for each in found.value.faults] == ["unit", "start.x", "start.y", "seed"]
+    assert str(found.value).splitlines()[-1] == "seed = 0: a whole number, at least 1"
+    with pytest.raises(Impossible) as found, gathering() as attempt:
+        attempt(whole, "seed", 0, 1)
+    assert str(found.value) == "seed = 0: a whole number, at least 1"
 
 
 def test_what_is_right_is_kept_where_something_is_wrong():

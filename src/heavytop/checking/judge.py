@@ -91,10 +91,8 @@ def check(
     the energy to 2 %, and data of the closed form to 14 digits; ``validation/47_conventions.py``
     counts what is said of planted conventions.
     """
+    expect_conventions(undone)
     given = read(data, columns)
-    if unknown := sorted({*undone} - {row.name for row in TABLE}):
-        rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
-        raise BadScene(tuple(Fault("check", None, "as", name, rule) for name in unknown))
     comparison = Comparison(given, *_motion_of(scene, given))
     if undone:
         comparison = undo_names(comparison, undone)
@@ -185,6 +183,13 @@ def _undo_what_is_sure(
             return [*findings(some), Finding(*agent)], judged, agent[1]
     other = "" if verdict.alike else "".join(step.sentence for step in numbers)
     return findings(sure), undo(comparison, steps), other
+
+
+def expect_conventions(undone: Sequence[str]) -> None:
+    """Refuse what is the name of no convention."""
+    if unknown := sorted({*undone} - {row.name for row in TABLE}):
+        rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
+        raise BadScene(tuple(Fault("check", None, "undone", name, rule) for name in unknown))
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:

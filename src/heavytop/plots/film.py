@@ -25,7 +25,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import BadScene, Fault, MissingPackage, Refused
+from heavytop.errors import BadScene, Fault, MissingPackage, Refused, refuse
 from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
@@ -161,8 +161,7 @@ def film(
     known, wrong = arguments.parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
     )
-    if wrong:
-        raise BadScene(tuple(wrong))
+    refuse(wrong)
     place: Path = known["path"]
     (width, height), form, rate = known["size"], place.suffix.lower(), known["fps"]
     if form == ".mp4":

@@ -15,7 +15,7 @@ from typing import Any, Final
 from heavytop.classification import kinds
 from heavytop.classification.classify import general_reason
 from heavytop.classification.kinds import Criterion, Kind
-from heavytop.errors import BadScene, Fault, NotANumber
+from heavytop.errors import Fault, NotANumber, refuse
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
 from heavytop.files import write_text
@@ -118,8 +118,7 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     if place.suffix.lower() != ".html":
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     write_text(place, rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([])))
     return place
 

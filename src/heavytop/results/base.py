@@ -114,8 +114,10 @@ class Result(Plotted):
                 object.__setattr__(self, each.name, as_rows(getattr(self, each.name)))
 
     def __repr__(self) -> str:
-        label, text = next(self.facts(), ("", ""))
-        return f"<{type(self).__name__} {label}: {text}>"
+        scene, fact = getattr(self, "scene", None) or {}, ": ".join(next(self.facts(), ()))
+        rows = next((table.line for table in self.tables()), "")
+        head = " of ".join(filter(None, (type(self).__name__, scene.get("name"))))
+        return harmless(f"<{head}: {'; '.join(filter(None, (fact, rows)))}>")
 
     def facts(self) -> Iterator[Fact]:
         """Labels, and what they say."""

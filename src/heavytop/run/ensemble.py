@@ -16,7 +16,7 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.equations.lambdify import lambdified
-from heavytop.errors import BadScene, Impossible, Outcome
+from heavytop.errors import Impossible, Outcome, refuse
 from heavytop.integration.batch import Journey, Lane, Zeros, joined
 from heavytop.integration.outputs import Sample, event_function, invariants, sample
 from heavytop.run.estimates import DOUBLE_DIGITS
@@ -284,8 +284,7 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
         known = {event: event for event in ("turning", "reversal")}
         events, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known))
         faults += wrong
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     return entry["formulation"].build(), tuple(events)
 
 

@@ -10,14 +10,15 @@ import math
 import numbers
 import operator
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
-from heavytop.errors import Fault, Impossible, Refused, WrongType
+from heavytop.errors import BadScene, Fault, Impossible, Refused, WrongType
 from heavytop.exact import Exact
 from heavytop.exact.parse import written
 from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
@@ -126,6 +127,31 @@ def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
 
 
 # --- options and lists of names --------------------------------------------------------------
+
+
+@contextmanager
+def gathering(broken: Broken | None = None) -> Iterator[Callable[..., Any]]:
+    """Let functions refuse what they are given; all that is wrong is raised at the end, at once.
+
+    >>> with gathering() as attempt:
+    ...     attempt(whole, "jobs", 0, 1), attempt(whole, "seed", 7, 1)
+    Traceback (most recent call last):
+    ...
+    heavytop.errors.Impossible: jobs = 0: a whole number, at least 1
+    """
+    refusals = [Impossible(broken)] if broken else []
+
+    def attempt(function: Callable[..., Any], *given: Any, **options: Any) -> Any:
+        try:
+            return function(*given, **options)
+        except Impossible as refusal:
+            refusals.append(refusal)
+
+    yield attempt
+    if len(refusals) > 1:
+        raise BadScene(fault for each in refusals for fault in each.faults)
+    if refusals:
+        raise refusals[0]
 
 
 def parse_options(

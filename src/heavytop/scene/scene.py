@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from heavytop.errors import BadScene, Fault, Impossible
+from heavytop.errors import BadScene, Fault, Impossible, refuse
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
@@ -115,8 +115,7 @@ class Scene(Shown):
         if "reaction" in values.get("quantities", ()) and body and body.mass is None:
             rule = "missing: the force on the pivot needs mass and distance"
             faults.append(Fault(name, None, "top.mass", "", rule))
-        if faults:
-            raise BadScene(tuple(faults))
+        refuse(faults)
         arguments.set_fields(self, values)
 
     def __repr__(self) -> str:
@@ -175,8 +174,7 @@ class Scene(Shown):
             _refuse(self.name, "a number of the top or of the start, as start.psidot", key=key)
         _displace(tables[table], name, value)
         values, faults = scene_file.read_tables(self.name, tables)
-        if faults:
-            raise BadScene(tuple(faults))
+        refuse(faults)
         return Scene(**values, name=self.name)
 
     def problem(self) -> dict[str, Any]:

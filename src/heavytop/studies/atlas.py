@@ -25,7 +25,7 @@ from heavytop.classification.arrays import IMPOSSIBLE, TAG_NAMES, VERDICT_DETAIL
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.doctor import usable_cpus, versions
-from heavytop.errors import BadScene, Fault, ForeignFile
+from heavytop.errors import Fault, ForeignFile, refuse
 from heavytop.results.atlas import Atlas
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
@@ -282,8 +282,7 @@ def atlas(
         what = "kind" if only else "rows"
         plane = Plane(scene, values["x"], values["y"])
         faults += _impossible(plane, what, folder is None)
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     how = {"executor": executor, "on_progress": progress}
     with Journal.open(folder, _parameters(plane, what)) as journal:
         return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)

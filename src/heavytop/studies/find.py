@@ -20,7 +20,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import SIGN_BITS, SceneSigns
 from heavytop.classification.kinds import RULES, Criterion
-from heavytop.errors import BadScene, NoClosedForm, NotANumber, Refused
+from heavytop.errors import BadScene, NoClosedForm, NotANumber, Refused, refuse
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT
@@ -156,8 +156,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     expect_scene(scene)
     readers: dict[str, Reader] = {"vary": read_range, "so_that": _read_wish}
     read, faults = parse_options(scene.name, {"vary": vary, "so_that": so_that}, readers)
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     (key, points), (name, relation, wanted) = read["vary"], read["so_that"]
     motion_at = cache(partial(motion_of, scene, key))
     if not any(map(motion_at, points)):

@@ -12,7 +12,7 @@ from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.errors import BadScene, Fault, Impossible, Refused
+from heavytop.errors import Fault, Impossible, Refused, refuse
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import bits_of, why_not
 from heavytop.run.planning import plan_steps
@@ -178,8 +178,7 @@ def read_methods_of(
     if motion.period is None:
         rule = f"no nutation period to count: {motion.kind}"
         faults.append(Fault(file, None, "start", "", rule, "a top that nutates is needed"))
-    if faults := [*faults, *wrong]:
-        raise BadScene(tuple(faults))
+    refuse(faults, wrong)
     return names, values
 
 

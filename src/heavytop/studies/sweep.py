@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Final
 
-from heavytop.errors import BadScene
+from heavytop.errors import refuse
 from heavytop.results.base import Chart, Result
 from heavytop.results.table import Table
-from heavytop.scene.arguments import one_of, parse_names, parse_options
+from heavytop.scene.arguments import expect, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.studies.find import (
     FOUND_FACTS,
@@ -84,19 +84,24 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     >>> [(row["start.psidot"], round(row["theta_max"], 4)) for row in rows]
     [(100.0, 1.1117), (200.0, 0.1233), (300.0, 0.1086)]
     """
-    expect_scene(scene)
-    known = one_of({name: name for name in FOUND_FACTS})
-    names, wrong = parse_names(scene.name, "facts", facts, known)
-    read, faults = parse_options(
-        scene.name, {"over": over}, {"over": partial(read_range, count=_FEW)}
-    )
-    if faults := [*wrong, *faults]:
-        raise BadScene(tuple(faults))
-    key, points = read["over"]
+    key, points, names = read_request(scene, over, facts)
     rows = tuple(_row(scene, key, x, names) for x in points)
     if all(row["kind"] is None for row in rows):
         scene.changed(key, points[0])  # which says why not
     return Sweep(scene=scene.problem(), over=key, rows=rows)
+
+
+def read_request(
+    scene: Scene, over: str, facts: Sequence[str]
+) -> tuple[str, Sequence[float], list[str]]:
+    """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
+    expect_scene(scene)
+    known = one_of({name: name for name in FOUND_FACTS})
+    names, faults = parse_names(scene.name, "facts", facts, known)
+    given = {"over": expect("over", over, str)}
+    values, wrong = parse_options(scene.name, given, {"over": partial(read_range, count=_FEW)})
+    refuse(faults, wrong)
+    return *values["over"], names
 
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:
