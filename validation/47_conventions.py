@@ -217,6 +217,12 @@ def origin(x, phi, psi):
     return found | {n: x[n] + a for n, a in (("phi", phi), ("psi", psi)) if n in x}
 
 
+def in_unit_of_time(x, seconds, rng):
+    """The times in another unit, and the rates too, or not."""
+    rates = (*STATE[3:], "omega", "omega_body") if rng.random() < 0.5 else ()
+    return scaled(scaled(x, 1 / seconds, "t"), seconds, *rates)
+
+
 # Of each convention: the forms of data that it may be planted in, and the plant. They are planted
 # in this order: a unit comes last, and an origin is one of the package's angles.
 PLANTS = {
@@ -240,7 +246,8 @@ PLANTS = {
     "rpm": (ANGULAR[1:], lambda x, **_: scaled(x, 30 / np.pi, "thetadot", "phidot", "psidot")),
     "degrees": (ANGULAR, lambda x, **_: scaled(x, 180 / np.pi, *FORMS["angles and rates"])),
     "time-scale": (ALL, lambda x, rng, **_: x | {"t": x["t"] * rng.choice([0.5, 2])}),
-    "milliseconds": (ALL, lambda x, **_: x | {"t": 1000 * x["t"]}),
+    **{name: (ALL, lambda x, rng, seconds=seconds, **_: in_unit_of_time(x, seconds, rng))
+       for name, seconds in (("milliseconds", 1e-3), ("minutes", 60), ("hours", 3600))},
     "spin-sign": (ALL, None), "spin-held": (ALL, None), "gravity-sign": (ALL, None),
     "gyroscopic-sign": (ALL, None), "no-gyroscopic-term": (ALL, None),
     "inertia-about-centre": (ALL, None), "motor": (SPINNING, None), "friction": (SPINNING, None),

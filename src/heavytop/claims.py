@@ -22,10 +22,17 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
 
 from heavytop.doctor import versions
-from heavytop.errors import BadScene, HeavyTopError
+from heavytop.errors import HeavyTopError, refuse
 from heavytop.results.table import Row
 from heavytop.results.validation import THIS_PROJECT, Validation
-from heavytop.scene.arguments import check_callable, one_of, parse_names, path_of, whole
+from heavytop.scene.arguments import (
+    Range,
+    check_callable,
+    one_of,
+    parse_names,
+    parse_options,
+    path_of,
+)
 from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
@@ -272,13 +279,12 @@ def validate(
     ({'passed': 1, 'failed': 0, 'skipped': 0}, ())
     """
     check_callable("progress", progress)
-    jobs = whole("jobs", jobs, 1)
     place = None if scripts is None else str(path_of("scripts", scripts).resolve())
     every = load_claims(place)
     known = {name: name for each in every.values() for name in (each.id, each.script)}
+    _, wrong = parse_options(KIND, {"jobs": jobs}, {"jobs": Range(1, math.inf, whole=True)})
     asked, faults = parse_names(KIND, "names", names, one_of(known))
-    if faults and names not in ((), []):
-        raise BadScene(tuple(faults))
+    refuse(wrong, faults * (names not in ((), [])))
 
     def wanted(each: Claim) -> bool:
         by_name = each.id in asked or each.script in asked

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -37,7 +38,18 @@ class HeavyTopError(Exception):
     """What a command exits with."""
 
 
-class NotANumber(HeavyTopError, ValueError):
+class Refused(HeavyTopError, ValueError):
+    """A value that an option does not take: the rule, and a hint at what may have been meant."""
+
+    def __init__(self, rule: str, hint: str = "") -> None:
+        super().__init__(rule, hint)
+        self.rule, self.hint = rule, hint
+
+    def __str__(self) -> str:
+        return f"{self.rule} ({self.hint})" if self.hint else self.rule
+
+
+class NotANumber(Refused):
     """A value that is not an exact finite real number; the message says the rule."""
 
 
@@ -47,38 +59,14 @@ class WrongType(HeavyTopError, TypeError):
     exit = Exit.BUG
 
 
-@dataclass(eq=False)
-class Impossible(HeavyTopError, ValueError):
-    """Values that break a rule; `broken` lists (name, rule) for each one that does.
-
-    Attributes
-    ----------
-    broken : sequence of (str, str)
-        The names of the values, and the rules.
-    """
-
-    broken: Sequence[tuple[str, str]]
-
-    def __str__(self) -> str:
-        return "; ".join(f"{name}: {rule}" for name, rule in self.broken)
-
-
-class ImpossibleTop(Impossible):
-    """Moments with which nothing moves: A is not positive, or C is negative."""
-
-
-class ImpossibleStart(Impossible):
-    """A start that no motion has, with the nearest possible value."""
-
-
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing wrong with a scene: where it stands, what it says, which rule it breaks.
+    """One thing that is wrong: where it stands, what it says, which rule it breaks.
 
     Attributes
     ----------
     file : str
-        The file, or what else holds it, such as ``--set``.
+        The file, or what else holds it, such as ``--set``; empty for the argument of a call.
     line : int or None
         Its line there.
     key, value : str
@@ -97,15 +85,20 @@ class Fault:
     hint: str = ""
 
     def __str__(self) -> str:
-        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        line = "" if self.line is None else f":{self.line}"
+        place = f"{self.file}{line}: " if self.file else ""
         what = f"{self.key} = {self.value}" if self.value else self.key
         hint = f" ({self.hint})" if self.hint else ""
-        return harmless(f"{place}: {what}: {self.rule}{hint}")
+        return harmless(f"{place}{what}: {self.rule}{hint}")
 
 
-@dataclass(eq=False)
-class BadScene(HeavyTopError, ValueError):
-    """A scene that cannot be run; `faults` lists everything wrong with it at once.
+class Impossible(HeavyTopError, ValueError):
+    """Values that break rules; `faults` lists all of them at once.
+
+    Parameters
+    ----------
+    broken : iterable of Fault or (str, str)
+        What is wrong, or the name of a value and the rule that it breaks.
 
     Attributes
     ----------
@@ -113,10 +106,31 @@ class BadScene(HeavyTopError, ValueError):
         What is wrong: file, line, key, value, rule and hint of each.
     """
 
-    faults: tuple[Fault, ...]
+    def __init__(self, broken: Iterable[Fault | tuple[str, str]]) -> None:
+        pairs = (x if isinstance(x, Fault) else Fault("", None, x[0], "", x[1]) for x in broken)
+        self.faults = tuple(pairs)
+        super().__init__(self.faults)
 
     def __str__(self) -> str:
-        return "\n".join(str(fault) for fault in self.faults)
+        return "\n".join(map(str, self.faults))
+
+
+class ImpossibleTop(Impossible):
+    """Moments with which nothing moves: A is not positive, or C is negative."""
+
+
+class ImpossibleStart(Impossible):
+    """A start that no motion has, with the nearest possible value."""
+
+
+class BadScene(Impossible):
+    """A scene that cannot be run, or what is asked of it cannot."""
+
+
+def refuse(*found: Iterable[Fault]) -> None:
+    """Raise a BadScene of all faults, if there are any."""
+    if faults := tuple(chain.from_iterable(found)):
+        raise BadScene(faults)
 
 
 class NoClosedForm(HeavyTopError):

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from heavytop.checking.comparison import Comparison
-from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Variant
+from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, OMEGAS, TABLE, Variant
 from heavytop.checking.judge import check
-from heavytop.checking.reading import read
+from heavytop.checking.reading import TIME_UNITS, read
 from heavytop.checking.search import Explanation, Undoing, judge, undo_names
 from heavytop.errors import BadScene
+from heavytop.scene.quantities import RATES
 
 from .made import SCENE, exact
 
@@ -32,6 +33,18 @@ def test_a_convention_that_is_planted_alone_is_named(plants, name):
     scene = plants.random_scene(rng)
     data, form = plants.planted(scene, "exact", (name,), rng)
     assert plants.verdict(data, scene, (name,))[0] == "named", form
+
+
+@pytest.mark.parametrize("form", ["angles and rates", "attitude and ω"])
+@pytest.mark.parametrize(("name", "seconds"), TIME_UNITS.items())
+def test_times_and_rates_of_one_unit_of_time_are_that_unit_alone(plants, name, seconds, form):
+    """Rates a minute are nearly rates in degrees: 60 is nearly 180/π."""
+    scene = plants.random_scene(np.random.default_rng(8))
+    every = plants.trajectory(scene, "exact")
+    data = {"t": every["t"] / seconds} | {x: every[x] for x in plants.FORMS[form]}
+    rates = {x: seconds * data[x] for x in data if x in (*RATES, *OMEGAS)}
+    for some in (data | rates, data | rates | {"t": every["t"]}):
+        assert plants.verdict(some, scene, (name,))[0] == "named"
 
 
 @pytest.mark.slow
@@ -102,7 +115,7 @@ def test_only_what_all_good_explanations_share_is_sure(found, sure, alike):
 def test_a_world_that_is_mirrored_or_upside_down_with_the_body_is_both():
     q = exact(T).quaternion * [1, 1, -1, -1]
     found = check({"t": T, "quaternion": q}, SCENE)
-    others = [{x.name for x in each} for each in found.alternatives]
+    others = [set(each.names) for each in found.alternatives]
     assert (found.conventions, {"mirrored"} in others, {"z-down"} in others) == ((), True, True)
 
 

@@ -163,6 +163,13 @@ def test_elevations_are_tilts_in_their_own_unit():
         assert "elevation" in data.declared
 
 
+def test_a_unit_of_a_header_declares_the_convention_of_what_it_measures():
+    """A milliradian is a thousandth, as a millisecond is."""
+    for t, declared in (("t [ms]", "milliseconds"), ("t [min]", "minutes"), ("t [s]", None)):
+        data = read({t: range(5), "theta [mrad]": [1] * 5, "phidot [rad/min]": [1] * 5})
+        assert [*data.declared] == [declared] * bool(declared)
+
+
 def test_what_is_not_understood_is_listed_and_stops_nothing():
     more = {"phi": np.ones(5, complex), "qx": [1] * 5, "time": [1] * 5, "omega": [2] * 5}
     found = read(FIVE | {"theta": [1] * 5, "note": ["a"] * 5} | more)

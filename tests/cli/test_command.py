@@ -126,6 +126,32 @@ def test_a_bad_word_is_a_usage_error_that_names_its_option(words, option, tmp_pa
     assert option in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("words", "code", "named"),
+    [
+        ("run sicm-kicked --digits x --tolerance y", 2, "--digits --tolerance"),
+        ("find sicm-kicked", 2, "--vary --so-that"),
+        ("run sicm-kicked --digits 0 --formulation x", 2, "digits=0 formulation=x"),
+        ("plan sicm-kicked --digits 0 --formulation x", 2, "digits=0 formulation=x"),
+        ("run sicm-kicked --unit el,oz -o /proc/x/y --set top.A=-1", 2, "el oz /proc/x/y top.A=-1"),
+        ("classify nosuch --unit el", 3, "nosuch el"),
+        ("sweep sicm-kicked --over k=1:2:3 --facts x -o x.png", 2, "over=k facts=x x.png"),
+        ("reference sicm-kicked --times 0:1:0 --unit deg --events cups", 2,
+         "times=0:1:0 unit events=cups"),
+        ("check x.csv --digits -1 --as x --scene nosuch", 3, "digits undone=x nosuch"),
+        ("check x.csv --digits -1 --as x --set top.A=1", 2, "--digits --as --set"),
+        ("report {here} --set top.A=1 {here}/nosuch", 2, "places changes"),
+        ("validate x --jobs 0", 2, "names=x jobs=0"),
+    ],
+)  # fmt: skip
+def test_all_that_is_wrong_is_said_at_once(words, code, named, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    fail_with(monkeypatch, AssertionError("integrated"))
+    result = heavytop_(*words.format(here=tmp_path).split())
+    said = result.stderr.replace(" = ", "=").replace('"', "")
+    assert (result.exit_code, [x for x in named.split() if x not in said]) == (code, [])
+
+
 def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_file(tmp_path):
     file = tmp_path / "mine.toml"
     text = heavytop_("scenes", "sicm-kicked").stdout
@@ -147,7 +173,7 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(place, tm
     place = place.format(file=tmp_path / "file")
     result = heavytop_(*QUICK, "-o", place, "-v")
     assert result.exit_code == Exit.USAGE
-    assert f"Invalid value for -o: cannot write {place}" in result.stderr
+    assert f"Invalid value for --output: folder: cannot write {place}" in result.stderr
     assert "run sicm-kicked" not in result.stderr
 
 

@@ -1,6 +1,7 @@
 """The verbs that judge and show: what ``check`` and ``validate`` print, and leave with."""
 
 import json
+import re
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -76,7 +77,7 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     assert (found.exit_code, undone.exit_code) == (5, 0)
     assert [each["name"] for each in document["conventions"]] == ["y-up"]
     assert document["digits_as_given"] < 1 < 12 < document["digits"]
-    assert heavytop_(*words, "--as", "up").exit_code == 3
+    assert heavytop_(*words, "--as", "up").exit_code == 2
 
 
 @pytest.mark.parametrize("wanted", [["theta", "phi"], ["rates"]])
@@ -151,9 +152,22 @@ def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
     names = [f"{study}.json" for study in ("run", "stress", "atlas", "validate")]
     assert [Path(name).name for name in written["results"]] == names
     assert [each["study"] for each in written["missing"]] == ["drift", "workprec"]
+    assert "run, drift, workprec, stress, atlas, validate with their defaults" in found.stderr
     assert "not on the page: drift" in found.stderr
     assert "not on the page: workprec" in found.stderr
     assert {path.name for path in tmp_path.iterdir()} == {"report.html"}
+
+
+def test_what_a_page_without_folders_takes_is_said_before_anything_runs(monkeypatch, tmp_path):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("heavytop.propagate", stop, raising=False)
+    found = heavytop_("report", "-o", tmp_path)
+    assert found.exit_code == 130
+    first = found.stderr.splitlines()[0]
+    assert re.search("sicm-kicked: run, drift, .* validate with their defaults, about", first)
+    assert "defaults" not in heavytop_("report", "-o", tmp_path, "-q").stderr
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import pytest
@@ -83,6 +83,22 @@ def test_no_text_becomes_markup_or_script_or_acts_on_a_terminal():
     assert shown.count("<script>alert(1)</script> [red]x[/red] \\[bold] \\x1b[31m") == 3
     assert "<script>" not in some.html()
     assert some.html().count("&lt;script&gt;") == 3
+
+
+def test_a_result_says_on_one_line_of_what_it_is_and_from_where_to_where_its_numbers_go():
+    rows = [{"method": "a", "energy": 2e-9}, {"method": "b", "energy": 1e-7}]
+    rows.append({"method": "c", "energy": None})
+
+    class Drifts(Some):
+        def tables(self):
+            yield Table(self.runs, ("method", "energy"))
+
+    assert (
+        repr(Drifts(name="one", runs=rows)) == "<Drifts: name: one; a, b, c: energy 2e-09 to 1e-07>"
+    )
+    named = replace(Drifts(name="one", runs=rows[:1]), command=None)
+    object.__setattr__(named, "scene", {"name": "kicked"})
+    assert repr(named) == "<Drifts of kicked: name: one; a: energy 2e-09>"
 
 
 @pytest.mark.parametrize("bound", [1.41e-15, 1.7e-15, 0.5, 9.91e-9])

@@ -50,6 +50,21 @@ def test_samples_at_turning_points_do_not_hide_the_phase():
     assert at_samples.max() < 1e-12 < missed_digits(run)["theta"]
 
 
+@pytest.mark.parametrize(("digits", "off"), [(12, (1e-9, 1e-7)), (20, (0, 1e-25))])
+def test_beside_a_pole_phi_is_as_uncertain_as_its_rate_makes_it(digits, off):
+    """As docs/precision.md says: no compared time falls into the pass, and nothing is named."""
+    start = ht.State("1e-6", phidot=10**6, psidot=1 - 10**6)
+    run = ht.propagate(ht.Scene(ht.Top(1, "0.5", 2), start, time=20, digits=digits))
+    form, events = run.own.closed_form, run.events
+    if events.own is None:
+        found = abs(events.phi - form.at(events.t, t_lo=events.t_low).phi)
+    else:
+        exact = form.at(run.numbers(events.own["t"]), 40)
+        found = abs(run.numbers(events.own["phi"]) - [each.phi for each in exact])
+    assert off[0] < found.max() < off[1]
+    assert missed_digits(run) == {}
+
+
 def with_late_events(run, late):
     """The run as if it had found its events so much later [s]."""
     found = replace(run)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene
-from heavytop.scene.arguments import Range, Refused, one_of, parse_names
+from heavytop.errors import BadScene, Impossible, Refused
+from heavytop.scene.arguments import Range, gathering, one_of, parse_names, parse_options, whole
 from heavytop.studies.drift import drift_parameters
 from heavytop.studies.work_precision import diagram_parameters, settings
 
@@ -33,6 +33,34 @@ def test_what_is_no_number_or_out_of_bounds_is_refused(value):
         with pytest.raises(Refused, match="number from"):
             number(value)
     assert (REAL(0.5), REAL(1e6), WHOLE(2**63 - 1)) == (0.5, 1e6, 2**63 - 1)
+
+
+def test_what_several_functions_refuse_is_raised_at_once_and_of_one_alone_as_it_is():
+    def gather():
+        with gathering([("unit", "none")]) as attempt:
+            attempt(ht.load_scene, "sicm-kicked", ["start.x=1", "start.y=1"])
+            assert attempt(whole, "jobs", 3, 1) == 3
+            attempt(whole, "seed", 0, 1)
+
+    with pytest.raises(BadScene) as found:
+        gather()
+    assert [each.key for each in found.value.faults] == ["unit", "start.x", "start.y", "seed"]
+    assert str(found.value).splitlines()[-1] == "seed = 0: a whole number, at least 1"
+    with pytest.raises(Impossible) as found, gathering() as attempt:
+        attempt(whole, "seed", 0, 1)
+    assert str(found.value) == "seed = 0: a whole number, at least 1"
+
+
+def test_what_is_right_is_kept_where_something_is_wrong():
+    readers = {"periods": REAL, "seed": WHOLE, "form": one_of({"axis": 5, "cubic": 6})}
+    given = {"periods": 2, "seed": 0, "form": "axes", "sed": 1}
+    values, faults = parse_options("some", given, readers)
+    assert values == {"periods": 2.0}
+    assert [(f.file, f.key, f.value, f.hint) for f in faults] == [
+        ("some", "seed", "0", ""),
+        ("some", "form", '"axes"', 'did you mean "axis"?'),
+        ("some", "sed", "1", 'did you mean "seed"?'),
+    ]
 
 
 def test_names_are_read_in_their_order_and_every_other_is_told():
@@ -68,7 +96,7 @@ STILL = ht.load_scene("separatrix")
     [
         ("drift", {"periods": True, "ensemble": 2.0, "samples": None, "seed": 1.5,
                    "methods": ["x", "strang=0"]}),
-        ("drift", {"periods": 0, "scene": "sicm-kicked", "methods": ["x"]}),
+        ("drift", {"periods": 0, "scene": STILL, "methods": ["x"]}),
         ("drift", {"methods": []}),
         ("work_precision", {"periods": "9", "budget": float("nan"),
                             "methods": ["auto=0", 3, "strang=x", f"auto={'1' * 5000}"]}),

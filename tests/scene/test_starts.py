@@ -153,9 +153,9 @@ LOW = {  # too little energy for these, by what is missing of the constants
 def test_the_least_energy_that_is_named_is_the_least(energy, unknown) -> None:
     with pytest.raises(ImpossibleStart) as bad:
         State.from_constants(TOP, **LOW[unknown], **{energy: -99})
-    ((name, rule),) = bad.value.broken
-    assert name == energy
-    least = float(re.findall(r"at least (\S+)", rule)[0])
+    (fault,) = bad.value.faults
+    assert fault.key == energy
+    least = float(re.findall(r"at least (\S+)", fault.rule)[0])
     made = constants(State.from_constants(TOP, **LOW[unknown], **{energy: least + 1e-9}))
     assert all(float(made[n]) == pytest.approx(x, rel=1e-9) for n, x in LOW[unknown].items())
     with pytest.raises(ImpossibleStart):

@@ -39,7 +39,7 @@ BROKEN = [
 def test_what_is_impossible_is_refused_with_every_fault(make, values, broken) -> None:
     with pytest.raises(ImpossibleTop) as error:
         make(**(GOOD[make] | values))
-    assert {name for name, _ in error.value.broken} == broken
+    assert {fault.key for fault in error.value.faults} == broken
     assert all(name in str(error.value) for name in broken)
 
 

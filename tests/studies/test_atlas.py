@@ -176,3 +176,5 @@ def test_the_double_nearest_pi_means_pi(gMR):
 def test_what_is_wrong_is_said_before_anything_is_done(wrong, words):
     with pytest.raises(ht.BadScene, match=words):
         ht.atlas(KICKED, **{**AXES, **wrong})
+    with pytest.raises(ht.WrongType, match="scene: a Scene"):
+        ht.atlas("sicm-kicked", **AXES)

@@ -7,8 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.classification.many import classify_many
-from heavytop.errors import NotANumber
-from heavytop.scene.arguments import Refused
+from heavytop.errors import NotANumber, Refused
 from heavytop.studies.atlas_plane import MOST_VALUES, Axis, Plane, curves
 
 KICKED = ht.load_scene("sicm-kicked")

@@ -56,7 +56,8 @@ def test_methods_of_ones_own_have_their_orders_in_every_study(scene):
     plain, lie = ht.drift(scene, methods=TWO, periods=3, samples=3).methods
     assert (plain.order, lie.order) == pytest.approx((4, 2), abs=0.15)
     assert max(lie.p_psi[-1], *lie.invariants.orthogonality) < 1e-11 < plain.p_psi[-1]
-    diagram = ht.work_precision(scene, methods=TWO, periods=1, budget=60)
+    grids = [replace(each, setting=None) for each in TWO]
+    diagram = ht.work_precision(scene, methods=grids, periods=1, budget=600)
     assert {point.method for point in diagram.points} == {plain.name, lie.name}
     assert diagram.document()["orders"][plain.name] == pytest.approx(4, abs=0.2)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import METHODS
+from heavytop.comparison import METHODS, own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.bits import bits_of
@@ -21,6 +21,8 @@ from heavytop.studies.drift import perturbed_start
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
 from heavytop.studies.work_precision import BEFORE_END, first_run, settings
+
+from ..integrators import rk4
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -231,6 +233,15 @@ def test_the_ladder_holds_every_formulation_precision_and_rival():
         assert len(known.grid) == 1 if name.endswith(one) else len(known.grid) >= 6
         assert list(known.grid) == sorted(known.grid, reverse=not known.fixed)
         assert all(known.least <= setting <= known.most for setting in known.grid)
+
+
+@pytest.mark.parametrize(
+    ("setting", "typed", "tried"),
+    [(200, "", [200]), (200, "=50", [50]), (None, "", [12.5 * 2**k for k in range(8)])],
+)
+def test_a_method_of_ones_own_has_the_setting_that_it_has_or_a_grid(setting, typed, tried):
+    name = own.register(own.Method(rk4, setting=setting))
+    assert [each.setting for each in settings(name + typed, KICKED, 20)] == tried
 
 
 def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypatch):

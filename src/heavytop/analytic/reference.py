@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.refine import balls_in
-from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
+from heavytop.errors import Fault, ForeignFile, Impossible, NotANumber, Refused, refuse
 from heavytop.exact import Exact, Number
 from heavytop.exact.balls import Interval
 from heavytop.exact.number import rational
@@ -23,8 +23,6 @@ from heavytop.files import write_document, write_text
 from heavytop.scene.arguments import (
     Range,
     Reader,
-    Refused,
-    expect,
     one_of,
     parse_names,
     parse_options,
@@ -32,7 +30,7 @@ from heavytop.scene.arguments import (
     shown,
 )
 from heavytop.scene.quantities import QUANTITIES, component_names
-from heavytop.scene.scene import Scene
+from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import EVENTS
 
 REFERENCE_SCHEMA: Final = "heavytop/reference/1"
@@ -170,22 +168,7 @@ def reference(
     ----------
     As of `Motion`.
     """
-    expect("scene", scene, Scene)
-    file = scene.name
-    readers: dict[str, Reader] = {
-        "times": times_of,
-        "digits": Range(2, MOST_PRINTED_DIGITS, whole=True),
-    }
-    options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
-    wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
-    kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
-    spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
-    if scene.top.C == 0 and spun and not (wrong or unknown):
-        rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
-        strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
-    if faults := [*wrong, *unknown, *strange]:
-        raise BadScene(tuple(faults))
-    exact, digits = options["times"], options["digits"]
+    exact, digits, wanted, kinds = read_request(scene, times, quantities, digits, events)
     motion = Motion(scene.top, scene.start)
     motion.require_proof()
     names = [name for _, names in wanted for name in names]
@@ -206,6 +189,27 @@ def reference(
         balls = found.times(first, last, digits + PROVED_DIGITS)
         happened += [(kind, Interval.of(t).rounded(digits)) for t in balls]
     return Reference(scene, digits, columns, tuple(happened))
+
+
+def read_request(
+    scene: Scene, times: Any, quantities: Sequence[str], digits: int, events: Sequence[str]
+) -> tuple[tuple[Fraction, ...], int, list[Any], list[str]]:
+    """What is asked, as `reference` needs it: times, digits, quantities, kinds of events."""
+    expect_scene(scene)
+    file = scene.name
+    readers: dict[str, Reader] = {
+        "times": times_of,
+        "digits": Range(2, MOST_PRINTED_DIGITS, whole=True),
+    }
+    options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
+    wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
+    kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
+    spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
+    if scene.top.C == 0 and spun and not (wrong or unknown):
+        rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
+        strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
+    refuse(wrong, unknown, strange)
+    return options["times"], options["digits"], wanted, kinds
 
 
 def times_of(times: object) -> tuple[Fraction, ...]:

@@ -14,7 +14,7 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 
 from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrapped
-from heavytop.checking.reading import Array, matrices, norm
+from heavytop.checking.reading import TIME_UNITS, Array, matrices, norm
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.top import Top
@@ -69,8 +69,10 @@ Change = dict[str, Callable[[Array], Any]]
 
 
 def _changed(c: Comparison, change: Change) -> Comparison:
-    """Other values of some quantities."""
-    return c.updated(**{x: f(c.values[x]) for x, f in change.items() if x in c.values})
+    """Other values of some quantities, and other times."""
+    there = c.values
+    c = _at_times(c, change["t"](c.data.t)) if "t" in change else c
+    return c.updated(**{x: f(there[x]) for x, f in change.items() if x in there})
 
 
 def _map(*variants: tuple[str, Change]) -> Undo:
@@ -79,7 +81,7 @@ def _map(*variants: tuple[str, Change]) -> Undo:
     def undo(c: Comparison) -> Variants:
         before = [set[str]()]
         for words, change in variants:
-            if (names := change.keys() & c.values.keys()) not in before:
+            if (names := change.keys() & {"t", *c.values}) not in before:
                 before.append(names)
                 yield Variant(words, _changed(c, change))
 
@@ -88,6 +90,14 @@ def _map(*variants: tuple[str, Change]) -> Undo:
 
 def _all(function: Callable[[Array], Any], *names: str) -> Change:
     return dict.fromkeys(names, function)
+
+
+def _in_unit_of_time(name: str, seconds: float) -> Undo:
+    """Times, rates, or both in another unit of time."""
+    times: Change = {"t": lambda t: t * seconds}
+    rates = _all(lambda x: x / seconds, *RATES, *OMEGAS)
+    those, per = f"the times are in {name}", f"the rates are per {name.removesuffix('s')}"
+    return _map((those, times), (f"{those} and {per}", times | rates), (per, rates))
 
 
 def _scale_times(*factors: float) -> Undo:
@@ -328,11 +338,11 @@ def _fit(parts: Mapping[str, Sequence[float]]) -> Undo:
 
 # --- the table -----------------------------------------------------------------------------------
 
-SCALES: Final = (-1, 10, 0.1, 60, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
+SCALES: Final = (-1, 10, 0.1, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
 
 TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _shift_times),
-    Convention("milliseconds", "the times are in milliseconds{:.0}", _scale_times(1e-3)),
+    *(Convention(name, "{}", _in_unit_of_time(name, x)) for name, x in TIME_UNITS.items()),
     Convention("time-scale", "the times have to be multiplied by {}", _scale_times(2, 0.5),
                "origin"),
     Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin", 1.5,

@@ -12,16 +12,18 @@ from heavytop.checking import method
 from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison, wrapped
 from heavytop.checking.conventions import TABLE
 from heavytop.checking.reading import Array, Data, norm, read
-from heavytop.checking.search import Judgement, Undoing, explain, undo, undo_names
+from heavytop.checking.search import Explanation, Judgement, Undoing, explain, undo, undo_names
 from heavytop.doctor import versions
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.pairs import UNIT
-from heavytop.results.check import Check, Finding
+from heavytop.results.check import CHECKED_QUANTITIES, Check, Finding
 from heavytop.scene.quantities import ANGLES, RATES
-from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
+from heavytop.scene.scene import Scene, expect_scene, load_scene, read_scene
+from heavytop.scene.scene_file import EVENTS
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
+CHARTED: Final = 1000  # times of the curves in the document and in charts
 START_NUMBERS: Final = (*ANGLES, *RATES, "omega3")
 UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
 
@@ -89,10 +91,8 @@ def check(
     the energy to 2 %, and data of the closed form to 14 digits; ``validation/47_conventions.py``
     counts what is said of planted conventions.
     """
+    expect_conventions(undone)
     given = read(data, columns)
-    if unknown := sorted({*undone} - {row.name for row in TABLE}):
-        rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
-        raise BadScene(tuple(Fault("check", None, "as", name, rule) for name in unknown))
     comparison = Comparison(given, *_motion_of(scene, given))
     if undone:
         comparison = undo_names(comparison, undone)
@@ -104,13 +104,10 @@ def check(
     named = {each.name for each in found}
     declared = [Finding(x, "the header says so") for x in given.declared if x not in named]
     conventions = (*found, *declared)
-    alternatives = tuple(
-        tuple(Finding(x, step.sentence) for step in each.steps for x in step.names)
-        for each in verdict.alike
-    )
     assumed = [*given.remarks, *_remark_angles(judged), *(f"undone: {x}" for x in undone)]
     if verdict.alike:
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
+    charted = {"t": given.t, **curves, "phase_t": phase.t, "phase": phase.shifts}
     slip: dict[str, Any] = {}
     if conventions:
         slip = {"name": conventions[0].name, "sentence": conventions[0].sentence}
@@ -119,24 +116,29 @@ def check(
     return Check(
         scene=_scene_of(judged),
         data=_data_of(given),
-        top=judged.top,
-        start=judged.start,
         origin=comparison.origin,
-        errors={name: _size(given.t, curve) for name, curve in curves.items()},
+        errors=dict.fromkeys(CHECKED_QUANTITIES)
+        | {name: _size(given.t, curve) for name, curve in curves.items()}
+        | {"phase_s": phase.phase},
         digits=_digits(judged),
         digits_as_given=_digits(comparison),
-        phase=phase.phase,
         growth={"phase": phase.growth, **growth},
-        events=method.count_events(judged),
+        events=dict.fromkeys(EVENTS) | method.count_events(judged),
         condition=method.measure_condition(judged),
         conventions=conventions,
-        alternatives=alternatives,
+        alternatives=tuple(map(_alternative, verdict.alike)),
         method=method.describe_method(judged, curves, agent) | {"no_phase": phase.why},
         assumed=tuple(assumed),
         slip=slip or None,
-        curves={"t": given.t, **curves, "phase_t": phase.t, "phase": phase.shifts},
+        curves={name: x[:: -(-x.size // CHARTED) or 1].tolist() for name, x in charted.items()},
         versions=versions(),
     )
+
+
+def _alternative(found: Explanation) -> dict[str, Any]:
+    """Conventions that explain the data as well as others, and what they say, once."""
+    names = [name for step in found.steps for name in step.names]
+    return {"names": names, "sentence": "; ".join(dict.fromkeys(x.sentence for x in found.steps))}
 
 
 def _scene_of(judged: Comparison) -> dict[str, Any]:
@@ -183,6 +185,13 @@ def _undo_what_is_sure(
     return findings(sure), undo(comparison, steps), other
 
 
+def expect_conventions(undone: Sequence[str]) -> None:
+    """Refuse what is the name of no convention."""
+    if unknown := sorted({*undone} - {row.name for row in TABLE}):
+        rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
+        raise BadScene(tuple(Fault("check", None, "undone", name, rule) for name in unknown))
+
+
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:
     """The scene of a name, changed; or its top, where a file has nothing but a table [top]."""
     try:
@@ -205,9 +214,7 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     if scene is None:
         rule = "give the scene of the data, or a file with only its [top]"
         raise BadScene((Fault("check", None, "scene", "", rule, "--scene sicm-kicked"),))
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, "check")
-    return scene.top, scene.start
+    return expect_scene(scene).top, scene.start
 
 
 def _remark_angles(c: Comparison) -> list[str]:

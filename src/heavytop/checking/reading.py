@@ -38,7 +38,11 @@ READ_SHAPES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one va
     **dict.fromkeys(("thetadot", "phidot", "psidot", "elevationdot"), ()),
 }
 POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
-DECLARED: Final = {0.017453293: "degrees", 0.104719755: "rpm", 0.001: "milliseconds"}
+TIME_UNITS: Final = {"milliseconds": 1e-3, "minutes": 60.0, "hours": 3600.0}  # in s
+DECLARED: Final = {
+    ("angle", 0.017453293): "degrees", ("rate", 0.017453293): "degrees",
+    ("rate", 0.104719755): "rpm", **{("time", x): name for name, x in TIME_UNITS.items()},
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -203,7 +207,7 @@ def _declared(found: Mapping[str, Meaning]) -> tuple[list[str], list[str]]:
     for name, meaning in found.items():
         if meaning.unit and meaning.unit.factor != 1:
             units[meaning.unit].append(name)
-    declared = [DECLARED.get(round(unit.factor, 9), "") for unit in units]
+    declared = [DECLARED.get((unit.kind, round(unit.factor, 9)), "") for unit in units]
     declared += ["elevation" for meaning in found.values() if meaning.quantity == "elevation"]
     said = [f"{', '.join(names)} in {unit.text}" for unit, names in units.items()]
     named = [*dict.fromkeys(filter(None, declared))]

@@ -68,6 +68,25 @@ COMMON: Final = (
 )
 
 
+class Verb(click.Command):
+    """A command that refuses all of its options that are wrong at once."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the options; the first that is wrong is refused with all others."""
+        typed = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.BadParameter:
+            options, _, order = self.make_parser(ctx).parse_args(typed)
+            wrong = []
+            for each in click.core.iter_params_for_processing(order, self.get_params(ctx)):
+                try:
+                    each.handle_parse_result(ctx, options, [])
+                except click.BadParameter as refusal:
+                    wrong.append(refusal.format_message())
+            raise click.UsageError("\n".join(wrong), ctx) from None
+
+
 class Verbs(click.Group):
     """The group of all verbs; each names its function, and the one that this calls."""
 
@@ -106,7 +125,7 @@ class Verbs(click.Group):
         if name not in self.verbs:
             raise click.exceptions.NoSuchCommand(name, possibilities=self.verbs, ctx=ctx)
         takes, typed, text = read_verb(self.verbs[name])
-        return click.Command(
+        return Verb(
             name,
             callback=partial(invoke, self.verbs[name].split()[0], takes),
             params=[*typed, *COMMON],
@@ -152,23 +171,25 @@ def find_function(place: str) -> Any:
 def call(function: Any, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -> None:
     """Call a function with what was typed; write and print what it found."""
     from heavytop.results.base import command_line, typing
+    from heavytop.scene.arguments import gathering
     from heavytop.scene.quantities import SI, read_units, showing
 
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
     folder, path = given.get("folder"), given.get("path")
     if path is not None and not path.suffix:
         folder, path = path, None
-    if folder is not None:
-        expect_writable(folder)
+    with gathering() as attempt:
+        for name, place in (("folder", folder), ("path", path and path.parent)):
+            attempt(expect_writable, name, place)
+        units = SI if typed["unit"] is None else attempt(read_units, typed["unit"])
+        if place_of(takes) == "scene":
+            given["scene"] = attempt(read_scene, typed["scene"], typed["changes"])
     if path is not None:
-        expect_writable(path.parent)
         path.parent.mkdir(parents=True, exist_ok=True)
-    in_si = typed["unit"] is None or (typed["json"] and folder is path is None)
     with ExitStack() as stack:
         stack.enter_context(typing(command_line(click.get_current_context().obj)))
-        stack.enter_context(showing(SI if in_si else read_units(typed["unit"])))
-        if place_of(takes) == "scene":
-            given["scene"] = read_scene(typed["scene"], typed["changes"])
+        stack.enter_context(showing(SI if typed["json"] and folder is path is None else units))
+        if "scene" in given and place_of(takes) == "scene":
             note(f"{click.get_current_context().info_name} {given['scene'].name}")
         with ExitStack() as working:  # a bar that is still drawn would take stdout for itself
             if address := given.get("executor"):
@@ -331,14 +352,16 @@ def exit_with(problems: Iterable[Problem]) -> NoReturn:
     click.get_current_context().exit(worst)
 
 
-def expect_writable(folder: Path) -> None:
+def expect_writable(name: str, folder: Path | None) -> None:
     """Refuse a folder of -o in which nothing can be written, before time is spent."""
+    if folder is None:
+        return
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     try:
         TemporaryFile(dir=there).close()
     except OSError as error:
         why = f"cannot write {folder}: {error.strerror}"
-        raise click.BadParameter(why, param_hint="-o") from None
+        raise errors.Impossible([(name, why)]) from None
 
 
 # --- what goes wrong -------------------------------------------------------------------------
@@ -360,13 +383,10 @@ def problem_of(error: BaseException) -> Problem:
 
 def refuse_options(error: BaseException) -> None:
     """Blame options by their names, where nothing else is wrong."""
-    if isinstance(error, errors.BadScene):
-        keys = ["changes" if each.file == "--set" else each.key for each in error.faults]
-        why = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
-    elif isinstance(error, errors.Impossible):
-        keys, why = [name for name, _ in error.broken], str(error)
-    else:
+    if not isinstance(error, errors.Impossible):
         return
+    keys = ["changes" if each.file == "--set" else each.key for each in error.faults]
+    why = "\n".join(str(each).removeprefix(f"{each.file}: ") for each in error.faults)
     context = click.get_current_context()
     options = {each.name: each.opts[-1] for each in context.command.params if each.name != "scene"}
     names = dict.fromkeys(name for key in keys for name in key.split(", "))

@@ -53,7 +53,9 @@ def run(
         Relative error tolerance of a step in doubles, such as 1e-9; default: 2.2e-16.
     """
     from heavytop.report.files import Request
+    from heavytop.run.planning import read_options
 
+    read_options(scene, formulation=formulation, tolerance=tolerance, digits=digits)
     if digits is not None:
         scene = replace(scene, digits=digits)
     request = Request(scene, formulation, figures, tolerance)

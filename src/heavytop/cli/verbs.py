@@ -10,14 +10,16 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
-from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, read_scene
+from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, print_error, read_scene
 from heavytop.errors import Exit, Impossible
+from heavytop.scene.arguments import Broken, gathering
 from heavytop.text import harmless
 
 if TYPE_CHECKING:
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
 
+ALL_TAKE: Final = "about ten minutes"  # of which stress and workprec have four each
 PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
@@ -90,14 +92,15 @@ def reference(
     """
     from heavytop.analytic import reference
 
-    expect_ending(path, TABLE_ENDINGS)
+    broken = wrong_ending(path, TABLE_ENDINGS)
     if events and not (option("json") or (path is not None and path.suffix.lower() == ".json")):
-        raise Impossible([("events", "needs --json or -o x.json: no table has them")])
+        broken.append(("events", "needs --json or -o x.json: no table has them"))
     if option("unit"):
-        raise Impossible([("unit", "reference has SI alone, in which every digit is proved")])
-    return CommandResult(
-        reference.reference(scene, reference.read_times(times), events=events, **given)
-    )
+        broken.append(("unit", "reference has SI alone, in which every digit is proved"))
+    given |= {"times": reference.read_times(times), "events": events}
+    with gathering(broken) as attempt:
+        attempt(reference.read_request, scene, **given)
+    return CommandResult(reference.reference(scene, **given))
 
 
 def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Result:
@@ -110,14 +113,16 @@ def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = 
     """
     from heavytop.studies import sweep
 
-    expect_ending(path, ("", *TABLE_ENDINGS))
+    with gathering(wrong_ending(path, ("", *TABLE_ENDINGS))) as attempt:
+        attempt(sweep.read_request, scene, over, facts)
     return sweep.sweep(scene, over, facts)
 
 
-def expect_ending(path: Path | None, endings: Sequence[str]) -> None:
-    """Refuse a file whose name ends otherwise."""
-    if path is not None and path.suffix.lower() not in endings:
-        raise Impossible([("path", f"{path}: the name of a file in {', '.join(endings)}")])
+def wrong_ending(path: Path | None, endings: Sequence[str]) -> Broken:
+    """What is wrong with a file whose name ends otherwise."""
+    if path is None or path.suffix.lower() in endings:
+        return []
+    return [("path", f"{path}: the name of a file in {', '.join(filter(None, endings))}")]
 
 
 def check(
@@ -148,11 +153,14 @@ def check(
     """
     from heavytop.checking import judge
 
+    broken: Broken = []
     if digits is not None and not 0 <= digits < math.inf:
-        raise Impossible([("digits", f"{digits:g} is not a number of digits")])
+        broken.append(("digits", f"{digits:g} is not a number of digits"))
     if changes and scene is None:
-        raise Impossible([("changes", "needs a --scene to change")])
-    subject = None if scene is None else judge.subject(scene, changes)
+        broken.append(("changes", "needs a --scene to change"))
+    with gathering(broken) as attempt:
+        subject = None if scene is None else attempt(judge.subject, scene, changes)
+        attempt(judge.expect_conventions, given.get("undone", ()))
     return CommandResult(replace(judge.check(data, subject, **given), digits_required=digits))
 
 
@@ -176,10 +184,10 @@ def report(
     from heavytop.report.page import page_of, write_page
 
     folders = [Path(place) for place in places if Path(place).is_dir()]
-    if folders and changes:
-        raise Impossible([("changes", "needs a SCENE to change")])
-    if len(folders) < len(places) != 1:
-        raise Impossible([("places", "several folders, or one scene")])
+    broken: Broken = [("changes", "needs a SCENE to change")] * bool(folders and changes)
+    broken += [("places", "several folders, or one scene")] * (len(folders) < len(places) != 1)
+    if broken:
+        raise Impossible(broken)
     html = path or Path()
     if html.suffix.lower() != ".html":
         html.mkdir(parents=True, exist_ok=True)
@@ -209,7 +217,11 @@ def run_all(scene: Scene, place: Path) -> dict[str, str]:
     from heavytop.report.files import write_results, write_study
 
     missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
-    for name in ("run", "drift", "workprec", "stress", "atlas", "validate"):
+    every = ("run", "drift", "workprec", "stress", "atlas", "validate")
+    if not option("quiet"):
+        said = f"{scene.name}: {', '.join(every)} with their defaults, {ALL_TAKE}"
+        print_error(f"no folder of results: {said}")
+    for name in every:
         note(f"running {name}")
         study = getattr(ht, {"run": "propagate", "workprec": "work_precision"}.get(name, name))
         (folder := place / name).mkdir()

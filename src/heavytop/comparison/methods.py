@@ -290,15 +290,16 @@ def _own_entry(name: str) -> MethodEntry:
     """Return a method of one's own, which a person has named."""
     own = registered(name).method
     if own.solves:
-        row = partial(_by_tolerance, most=1e-1, grid=HALF_DECADES if own.compiled else DECADES)
+        row, grid = partial(_by_tolerance, most=1e-1), HALF_DECADES if own.compiled else DECADES
     else:
-        row = partial(_by_steps, grid=_OWN_STEPS)
+        row, grid = _by_steps, _OWN_STEPS
     body = own.formulation in BODY_FORMS
     return row(
         name,
         own.usual_setting,
         partial(own_stepper, own),
         order=own.order,
+        grid=grid if own.setting is None else (own.setting,),
         language=own.language,
         formulation="axis" if body else own.formulation,
         variables=own.formulation if body else "",

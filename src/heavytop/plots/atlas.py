@@ -98,7 +98,4 @@ def _areas(kind: NDArray[np.uint8]) -> set[int]:
 
 def _edges(axis: Known, count: int) -> NDArray[np.float64]:
     """The edges of so many pixels; the first and the last value are in the middle of theirs."""
-    low, high, share = axis["low"], axis["high"], (np.arange(count + 1) - 0.5) / max(1, count - 1)
-    if axis["log"]:
-        return np.asarray(low * (high / low) ** share)
-    return np.asarray(low + (high - low) * share)
+    return Axis.of_range(axis).at((np.arange(count + 1) - 0.5) / max(1, count - 1))

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from heavytop.errors import Impossible
 from heavytop.plots.figures import DRAW, MARK, DrawnRun
 from heavytop.plots.style import legend
-from heavytop.scene.arguments import Refused, expect, one_of
+from heavytop.scene.arguments import expect, one_of, read_argument
 from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
 
 Draw = Callable[..., Axes]
@@ -24,16 +24,13 @@ def plotted(
     charts = _charts(thing)
     if not charts:
         raise Impossible([("what", "there is nothing to draw")])
-    given = "unit"
-    try:
-        units = UNITS_SHOWN.get() if unit is None else read_units(expect("unit", unit, str))
-        given = "what"
-        draw = one_of(charts)(next(iter(charts)) if what is None else expect("what", what, str))
-    except Refused as wrong:
-        raise Impossible([(given, str(wrong))]) from None
+    units = UNITS_SHOWN.get() if unit is None else read_units(expect("unit", unit, str))
+    name = next(iter(charts)) if what is None else expect("what", what, str)
+    draw = read_argument("what", name, one_of(charts))
     with showing(units):
         if ax is not None:
-            return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
+            drawn: Axes = draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
+            return drawn
         return _shown_by_pyplot(draw, getattr(thing, "figure_size", None), looks)
 
 

@@ -25,15 +25,15 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import BadScene, Fault, MissingPackage
+from heavytop.errors import BadScene, Fault, MissingPackage, Refused, refuse
 from heavytop.files import write_whole
 from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Range, Reader, Refused, expect
+from heavytop.scene.arguments import Range, Reader
 from heavytop.scene.quantities import QUANTITIES
-from heavytop.scene.scene import Scene
+from heavytop.scene.scene import Scene, expect_scene
 
 SECONDS: Final = 10.0
 PATH_POINTS: Final = 2001  # of the path
@@ -155,14 +155,13 @@ def film(
     ...     made.stat().st_size > 1000
     True
     """
-    expect("scene", scene, Scene, "load_scene gives one")
+    expect_scene(scene)
     arguments.check_callable("progress", progress)
     given = arguments.there(seconds=seconds, rounds=rounds, time=time, speed=speed)
     known, wrong = arguments.parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS
     )
-    if wrong:
-        raise BadScene(tuple(wrong))
+    refuse(wrong)
     place: Path = known["path"]
     (width, height), form, rate = known["size"], place.suffix.lower(), known["fps"]
     if form == ".mp4":

@@ -325,7 +325,7 @@ def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     ax : matplotlib.axes.Axes
     found : Check
     """
-    curves = found.thinned
+    curves = {name: np.array(x, float) for name, x in found.curves.items()}
     ax.set_yscale("log")
     with showing(SI):  # which are of several units, as conditioning is
         labels = {name: error_of(name).heading for name in CHECKED_ERRORS}
@@ -346,6 +346,6 @@ def checked_phase(ax: Axes, found: Found, **looks: Any) -> Axes:
     ax : matplotlib.axes.Axes
     found : Check
     """
-    curves = found.thinned
+    curves = found.curves
     line(ax, curves["phase_t"], curves["phase"], looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
     return gridded(ax, "t [s]", "runs ahead by [s]")

@@ -15,7 +15,7 @@ from typing import Any, Final
 from heavytop.classification import kinds
 from heavytop.classification.classify import general_reason
 from heavytop.classification.kinds import Criterion, Kind
-from heavytop.errors import BadScene, Fault, NotANumber
+from heavytop.errors import Fault, NotANumber, refuse
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
 from heavytop.files import write_text
@@ -24,9 +24,9 @@ from heavytop.plots.sphere import PUSH, STILL_KINDS
 from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
-from heavytop.scene.arguments import expect, path_of
+from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import QUANTITIES, UNIT_OF
-from heavytop.scene.scene import Scene, load_scene
+from heavytop.scene.scene import Scene, expect_scene, load_scene
 from heavytop.scene.shipped import shipped_names
 
 FIRST_SCENE: Final = "sicm-kicked"
@@ -113,14 +113,12 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     True
     """
     begin = load_scene(FIRST_SCENE) if scene is None else scene
-    expect("scene", begin, Scene, "load_scene gives one")
     place = path_of("path", path)
-    faults = [*_beyond(begin)]
+    faults = [*_beyond(expect_scene(begin))]
     if place.suffix.lower() != ".html":
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     write_text(place, rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([])))
     return place
 

@@ -19,9 +19,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
 
 from heavytop.errors import Exit, ForeignFile
-from heavytop.files import write_document
+from heavytop.files import write_document, write_text
 from heavytop.results.registry import RESULTS
 from heavytop.results.table import Fact, Table, as_rows
+from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import Quantity, quantity_of
 from heavytop.text import Plotted, harmless
 
@@ -113,8 +114,10 @@ class Result(Plotted):
                 object.__setattr__(self, each.name, as_rows(getattr(self, each.name)))
 
     def __repr__(self) -> str:
-        label, text = next(self.facts(), ("", ""))
-        return f"<{type(self).__name__} {label}: {text}>"
+        scene, fact = getattr(self, "scene", None) or {}, ": ".join(next(self.facts(), ()))
+        rows = next((table.line for table in self.tables()), "")
+        head = " of ".join(filter(None, (type(self).__name__, scene.get("name"))))
+        return harmless(f"<{head}: {'; '.join(filter(None, (fact, rows)))}>")
 
     def facts(self) -> Iterator[Fact]:
         """Labels, and what they say."""
@@ -149,6 +152,10 @@ class Result(Plotted):
             return Table.of_rows(getattr(self, self.table), self.index)
         return next(self.tables(), Table.of_facts(self.facts()))._replace(keys=self.index)
 
+    def to_csv(self) -> str:
+        """Return its numbers as comma-separated values, with a header that has the units."""
+        return self.numbers().csv
+
     def to_pandas(self) -> pandas.DataFrame:
         """Return its numbers as a pandas DataFrame, units and names in its attributes."""
         return self.numbers().to_pandas()
@@ -175,13 +182,19 @@ class Result(Plotted):
         return getattr(plots(module), function)(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the result as JSON; `load` reads it.
+        """Write its numbers to a file whose name ends in ``.csv``, or all of it to one of JSON.
+
+        `load` reads that of JSON.
 
         Parameters
         ----------
         path : path
         """
-        write_document(Path(path), self.document())
+        place = path_of("path", path)
+        if place.suffix.lower() == ".csv":
+            write_text(place, self.to_csv())
+        else:
+            write_document(place, self.document())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Final, NamedTuple, Self
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass
+from typing import Any, ClassVar, Final, NamedTuple
 
 from heavytop.errors import Exit
 from heavytop.results.base import Chart, Result, draw, error_text
-from heavytop.results.table import Fact, as_rows
+from heavytop.results.table import Fact
 from heavytop.scene.quantities import ANGLES
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 from heavytop.text import harmless
 
-CHARTED: Final = 1000  # times of the curves in the document and in charts
 CHECKED_QUANTITIES: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
 EVENT_WORDS: Final = {"turning": "turning points", "reversal": "reversals", "cusp": "cusps"}
@@ -41,45 +35,41 @@ class Finding(NamedTuple):
     gain: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Check(Result):
     """What is to be said of a trajectory that somebody else computed.
 
     Attributes
     ----------
     scene : mapping
-        ``name`` is where the data are from; ``top`` and ``start`` as doubles.
-    top : Top or None
-        What spins. As `start` and `digits_required` it is None in a result that was loaded.
-    start : State or None
-        The start of the exact motion that the data are held against.
+        ``name`` is where the data are from; ``top`` and ``start``, as doubles, are those of the
+        exact motion that the data are held against.
     origin : {"scene", "first row", "fitted"}
         Where that start is from.
     data : mapping
         The ``file``, how many ``rows``, their ``span`` [s], of every one of the ``columns`` the
         quantity that was taken from it or None, and the quantities that were ``read_as``.
     errors : mapping from str to mapping
-        ``max``, ``rms`` and when the error is largest, ``t_max`` [s], by quantity, as far as the
-        data give it and conventions are undone: axis, theta, phi (precession), psi (spin) [rad];
-        energy E' of max(|E'|, gMR), p_phi and p_psi of the larger momentum.
+        ``max``, ``rms`` and when the error is largest, ``t_max`` [s], by quantity, with conventions
+        undone: axis, theta, phi (precession), psi (spin) [rad]; energy E' of max(|E'|, gMR), p_phi
+        and p_psi of the larger momentum. None where the data do not give it. ``phase_s`` says how
+        far the data run ahead [s].
     digits, digits_as_given : float
         Decimal digits [1] of all that is compared, where they are fewest: with the conventions
         undone, and as the data are.
     digits_required : float or None
-        Digits [1] that the data should have as they are.
-    phase : Phase or None
-        How far the data run ahead; None where they do not tell it.
+        Digits [1] that the data should have as they are; None in a result that was loaded.
     growth : mapping from str to (float or None)
         The powers [1] of time by which phase, axis and energy grow; None where that is not clear.
-    events : mapping from str to Count
-        Turning points, reversals and cusps.
+    events : mapping from str to (Count or None)
+        Turning points, reversals and cusps; None where the exact motion has none to count.
     condition : float
         How far the axis moves at most when every number of the problem changes in its last binary
         digit [rad].
     conventions : tuple of Finding
         Those that are sure, the one of the largest gain first; then those that headers declare.
-    alternatives : tuple of tuples of Finding
-        Where several explain the data alike: each of them.
+    alternatives : tuple of mappings
+        Where several explain the data alike: the ``names`` and the ``sentence`` of each.
     method : mapping
         Order, what is conserved, the floor of the precision, and a sentence.
     assumed : tuple of str
@@ -88,19 +78,20 @@ class Check(Result):
         The first of the conventions: its ``name`` and ``sentence``, ``error_before``, the RMS
         error of the data as they are (None where they fit no motion), and ``error_after``, what is
         left when all conventions are undone.
-    curves : mapping from str to array
-        The errors at the times ``t`` [s], in their units, and ``phase`` [s] at ``phase_t`` [s].
+    curves : mapping from str to sequence of float
+        The errors at the times ``t`` [s], in their units, and ``phase`` [s] at ``phase_t`` [s]: of
+        many rows some.
     """
 
     schema: ClassVar = "heavytop/check/1"
     heading: ClassVar = "Check"
     chart: ClassVar = Chart("studies.check_figure", "errors and phase over time", "curves")
-    left_out: ClassVar = ("top", "start", "phase", "curves", "digits_required")
+    left_out: ClassVar = ("digits_required",)
 
     scene: Mapping[str, Any]
     origin: str
     data: Any
-    errors: Mapping[str, Any]
+    errors: Any
     growth: Mapping[str, float | None]
     events: Mapping[str, Any]
     condition: float
@@ -111,10 +102,7 @@ class Check(Result):
     method: Any
     assumed: Sequence[str]
     slip: Any
-    top: Top | None = None
-    start: State | None = None
-    phase: Any = None
-    curves: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    curves: Mapping[str, Any]
     digits_required: float | None = None
 
     @property
@@ -128,47 +116,12 @@ class Check(Result):
         return {name: quantity or "" for name, quantity in self.data.columns.items()}
 
     @property
-    def thinned(self) -> dict[str, NDArray[Any]]:
-        """The curves at some of their times, as the document and charts have them."""
-        return {name: x[:: -(-x.size // CHARTED) or 1] for name, x in self.curves.items()}
+    def phase(self) -> Any:
+        """How far the data run ahead; None where they do not tell it."""
+        return self.errors.phase_s
 
     def __str__(self) -> str:
         return "\n".join(f"{name:14}  {text}" for name, text in self.facts())
-
-    def document(self) -> dict[str, Any]:
-        """Return the document heavytop/check/1; of long curves some rows."""
-        alike = [
-            {"names": [each.name for each in some], "sentence": _sentence(some)}
-            for some in self.alternatives
-        ]
-        errors = {**dict.fromkeys(CHECKED_QUANTITIES), **self.errors}
-        return super().document() | {
-            "errors": errors | {"phase_s": as_rows(self.phase)},
-            "events": {**dict.fromkeys(EVENT_WORDS), **self.events},
-            "alternatives": alike,
-            "curves": as_rows({name: x.tolist() for name, x in self.thinned.items()}),
-        }
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Self:
-        """Return the check that a document holds.
-
-        Parameters
-        ----------
-        document : mapping
-        """
-        found = as_rows(document)
-        errors, events = (
-            {name: x for name, x in found[key].items() if x is not None}
-            for key in ("errors", "events")
-        )
-        alternatives = [
-            [Finding(name, each.sentence) for name in each.names] for each in found.alternatives
-        ]
-        phase = errors.pop("phase_s", None)
-        told = {"errors": errors, "events": events, "alternatives": alternatives}
-        curves = {name: np.array(x, float) for name, x in found.curves.items()}
-        return replace(super().from_document({**found, **told}), phase=phase, curves=curves)
 
     def facts(self) -> Iterator[Fact]:
         """The verdict, how the data were read, their errors and events, and what explains them."""
@@ -183,16 +136,19 @@ class Check(Result):
             gain = "" if each.gain is None else f" (undoing it: misfit {each.gain:.1e} smaller)"
             yield "convention", f"{each.name}: {each.sentence}{gain}"
         for some in self.alternatives:
-            yield "could be", f"{_names(some)}: {_sentence(some)}"
+            yield "could be", f"{_names(some)}: {some.sentence}"
         given = f" ({self.digits_as_given:.1f} as given)" if self.conventions else ""
         yield "digits", f"{self.digits:.1f}{given}"
-        for name, size in self.errors.items():
+        for name, size in ((name, self.errors[name]) for name in CHECKED_QUANTITIES):
+            if size is None:
+                continue
             most, rms = error_text(name, size.max), error_text(name, size.rms)
             yield name, f"{most} at t = {size.t_max:g} s, RMS {rms}"
         yield from self._phase_in_words()
         for name, count in self.events.items():
-            lacks = name != "turning" and "phi" not in self.errors
-            yield EVENT_WORDS[name], "no φ in the data" if lacks else _count(count)
+            if count is not None:
+                lacks = name != "turning" and self.errors.phi is None
+                yield EVENT_WORDS[name], "no φ in the data" if lacks else _count(count)
         kept = (f"{x} {self.method[x]}" for x in CHECKED_QUANTITIES if self.method.get(x))
         yield "method", "; ".join([self.method.sentence, *kept])
         change = "effect of a change in the last binary digit of the problem"
@@ -238,14 +194,9 @@ class Check(Result):
             yield Exit.OUT_OF_BOUND, f"{wanted}; the data have {self.digits_as_given:.1f}"
 
 
-def _names(some: Sequence[Any]) -> str:
+def _names(some: Any) -> str:
     """Conventions that together explain the data."""
-    return " and ".join(each.name for each in some) or "none"
-
-
-def _sentence(some: Sequence[Any]) -> str:
-    """What they say, once."""
-    return "; ".join(dict.fromkeys(each.sentence for each in some))
+    return " and ".join(some.names) or "none"
 
 
 def _count(count: Any) -> str:

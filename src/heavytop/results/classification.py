@@ -210,8 +210,9 @@ def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = Non
     >>> planned(load_scene("sicm-kicked", ['want.quantities=["theta"]'])).plan.states
     2
     """
-    from heavytop.run.planning import plan
+    from heavytop.run.planning import plan, read_options
 
+    read_options(scene, formulation=formulation, digits=digits)
     if digits is not None:
         scene = replace(scene, digits=digits)
     return Planned(scene=scene.document(), plan=plan_summary(plan(scene, formulation)))

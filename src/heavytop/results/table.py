@@ -11,7 +11,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from heavytop.scene.quantities import Quantity, quantity_of
-from heavytop.text import harmless
+from heavytop.text import cut, harmless
 
 if TYPE_CHECKING:
     import pandas
@@ -22,6 +22,7 @@ Fact = tuple[str, str]
 FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
 ROW_STYLES: Final = {FAIL: "red"}
 FOLDED_AT: Final = 40  # letters of a cell: a longer text is folded at a terminal
+MOST_NAMED: Final = 100  # letters of names of rows, on one line
 MOST_SHOWN_DIGITS, FEWEST_SHOWN_DIGITS = 12, 3  # of the numbers of a table at a terminal
 
 
@@ -105,6 +106,22 @@ class Table(NamedTuple):
         """The cells of the rows as a person reads them."""
         of = self.quantities
         return [[of[n].text(row.get(n), digits) for n in self.columns] for row in self.rows]
+
+    @property
+    def line(self) -> str:
+        """What its rows are, and from where to where the numbers of each column go.
+
+        >>> rows = [{"method": "a", "energy": 1e-9}, {"method": "b", "energy": 1e-7}]
+        >>> Table(rows, ("method", "energy")).line
+        'a, b: energy 1e-09 to 1e-07'
+        """
+        of, words = self.quantities, []
+        for name in self.columns[1:]:
+            found = [x for row in self.rows if isinstance(x := row.get(name), int | float)]
+            ends = [of[name].text(end(found), FEWEST_SHOWN_DIGITS) for end in (min, max) if found]
+            words += [f"{of[name].heading} {' to '.join(dict.fromkeys(ends))}"] * bool(ends)
+        names = ", ".join(dict.fromkeys(texts[0] for texts in self.texts(FEWEST_SHOWN_DIGITS)))
+        return ": ".join(filter(None, (cut(names, MOST_NAMED), ", ".join(words))))
 
     @property
     def fails(self) -> bool:

@@ -19,7 +19,7 @@ from heavytop.classification.many import impossible
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import lambdified
-from heavytop.errors import BadScene, HeavyTopError, Impossible, Outcome
+from heavytop.errors import HeavyTopError, Impossible, Outcome, refuse
 from heavytop.integration.batch import Journey, Lane, Zeros
 from heavytop.integration.outputs import Sample, quaternion_of, sample
 from heavytop.run.ensemble_events import Expected, counted, tallied
@@ -310,8 +310,7 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
         known = {event: event for event in ("turning", "reversal")}
         events, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known))
         faults += wrong
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     entry = found["formulation"]
     return entry.build("angles" if "angles" in entry.variants else None), tuple(events)
 

@@ -9,23 +9,24 @@ invariants, more bits than doubles have. A run that misses all the same goes one
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import inf, log, log2, sqrt, tau
 from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import Fault, refuse
 from heavytop.exact import PI
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
 from heavytop.run.plan import Plan, Words
 from heavytop.run.span import closed_form_of, refusal, span, span_fault
-from heavytop.scene.arguments import Range, Reader, expect, one_of, parse_options
+from heavytop.scene.arguments import Range, Reader, expect, one_of, parse_options, there
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene
+from heavytop.scene.scene_file import TABLES
 from heavytop.text import duration
 
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
@@ -37,7 +38,6 @@ ONTO: Final = "projected onto"
 # times too far off by the rule: tried all the same, for runs mostly are better than it,
 PLAIN_HOPE: Final = 6.0  # and projection takes longer,
 HOPE: Final = 30.0  # bits far longer
-TOLERANCES: Final = Range(1e-20, 1e-2)  # of a step in doubles, relative
 FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
@@ -46,6 +46,11 @@ MANY_PERIODS: Final = 1e6  # if it has more than so many
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
 FORMULATION_OPTIONS: Final = {"auto": None, **FORMULATIONS}
+PLAN_OPTIONS: Final[Mapping[str, Reader]] = {
+    "formulation": one_of(FORMULATION_OPTIONS),
+    "tolerance": Range(1e-20, 1e-2),  # of a step in doubles, relative
+    "digits": TABLES["want"]["digits"],
+}
 
 
 def plan(
@@ -101,13 +106,7 @@ def planned(
 ) -> Plan:
     """The plan for a scene whose motion is at hand."""
     expect("projected", projected, bool)
-    options: dict[str, Any] = {"formulation": formulation}
-    readers: dict[str, Reader] = {"formulation": one_of(FORMULATION_OPTIONS)}
-    if tolerance is not None:
-        options["tolerance"], readers["tolerance"] = tolerance, TOLERANCES
-    known, wrong = parse_options(scene.name, options, readers)
-    if wrong:
-        raise BadScene(tuple(wrong))
+    known = read_options(scene, formulation=formulation, tolerance=tolerance)
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:
         return _nothing("class and period follow from it")
@@ -115,8 +114,7 @@ def planned(
     name, why = formulation, f"{formulation}: asked for by name"
     if auto:
         name, why = _least_formulation(expected)
-    if faults := [*_faults(expected, name)]:
-        raise BadScene(tuple(faults))
+    refuse(_faults(expected, name))
     found = _formulated(expected, name, why)
     if auto and not projected:
         found = choose_precision(expected, found)
@@ -130,6 +128,13 @@ def planned(
         found = _loosened(scene, found, known["tolerance"])
     climbs = auto and not projected and tolerance is None
     return completed_plan(expected, replace(found, auto=climbs))
+
+
+def read_options(scene: Scene, **given: Any) -> dict[str, Any]:
+    """The options of a plan; what is wrong with them is a BadScene, that of digits too."""
+    known, wrong = parse_options(scene.name, there(**given), PLAN_OPTIONS)
+    refuse(wrong)
+    return known
 
 
 def completed_plan(expected: Forecast, found: Plan) -> Plan:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault
 from heavytop.exact.decimals import Context, Number
-from heavytop.scene.scene import Scene, no_scene
+from heavytop.scene.scene import Scene, expect_scene
 
 
 def closed_form_of(scene: Scene) -> Motion:
@@ -13,11 +13,10 @@ def closed_form_of(scene: Scene) -> Motion:
 
     Raises
     ------
-    BadScene
+    WrongType
         It is no `Scene`, but a name, say.
     """
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, "heavytop")
+    expect_scene(scene)
     return Motion(scene.top, scene.start)
 
 

@@ -10,20 +10,21 @@ import math
 import numbers
 import operator
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
-from heavytop.errors import Fault, Impossible, NotANumber, WrongType
+from heavytop.errors import BadScene, Fault, Impossible, Refused, WrongType
 from heavytop.exact import Exact
 from heavytop.exact.parse import written
 from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
 
 T = TypeVar("T")
-Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber
+Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused`
 
 _MOST_SHOWN: Final = 60  # characters of a value, in a message
 _PLAIN: Final = str, bytes, numbers.Number, Exact, type(None)  # shown by their value
@@ -112,14 +113,12 @@ def read_argument(name: str, value: object, read: Reader) -> Any:
     >>> read_argument("digits", "x", Range(1, 10, whole=True))
     Traceback (most recent call last):
     ...
-    heavytop.errors.Impossible: digits: a whole number from 1 to 10, not "x"
+    heavytop.errors.Impossible: digits = "x": a whole number from 1 to 10
     """
-    try:
-        return read(value)
-    except Refused as wrong:
-        raise Impossible([(name, f"{wrong}, not {shown(value)}")]) from None
-    except NotANumber as wrong:
-        raise Impossible([(name, str(wrong))]) from None
+    values, faults = parse_options("", {name: value}, {name: read})
+    if faults:
+        raise Impossible(faults)
+    return values[name]
 
 
 def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
@@ -130,15 +129,29 @@ def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
 # --- options and lists of names --------------------------------------------------------------
 
 
-class Refused(ValueError):
-    """A value that an option does not take: the rule, and a hint at what may have been meant."""
+@contextmanager
+def gathering(broken: Broken | None = None) -> Iterator[Callable[..., Any]]:
+    """Let functions refuse what they are given; all that is wrong is raised at the end, at once.
 
-    def __init__(self, rule: str, hint: str = "") -> None:
-        super().__init__(rule, hint)
-        self.rule, self.hint = rule, hint
+    >>> with gathering() as attempt:
+    ...     attempt(whole, "jobs", 0, 1), attempt(whole, "seed", 7, 1)
+    Traceback (most recent call last):
+    ...
+    heavytop.errors.Impossible: jobs = 0: a whole number, at least 1
+    """
+    refusals = [Impossible(broken)] if broken else []
 
-    def __str__(self) -> str:
-        return f"{self.rule} ({self.hint})" if self.hint else self.rule
+    def attempt(function: Callable[..., Any], *given: Any, **options: Any) -> Any:
+        try:
+            return function(*given, **options)
+        except Impossible as refusal:
+            refusals.append(refusal)
+
+    yield attempt
+    if len(refusals) > 1:
+        raise BadScene(fault for each in refusals for fault in each.faults)
+    if refusals:
+        raise refusals[0]
 
 
 def parse_options(
@@ -161,8 +174,6 @@ def parse_options(
             values[key] = readers[key](value)
         except Refused as wrong:
             faults.append(Fault(file, None, table + key, shown(value), wrong.rule, wrong.hint))
-        except NotANumber as wrong:
-            faults.append(Fault(file, None, table + key, shown(value), str(wrong)))
     return values, faults
 
 
@@ -175,7 +186,7 @@ class Range:
     >>> Range(1, 1024, whole=True)(2.5)
     Traceback (most recent call last):
     ...
-    heavytop.scene.arguments.Refused: a whole number from 1 to 1024
+    heavytop.errors.Refused: a whole number from 1 to 1024
     """
 
     least: float
@@ -337,10 +348,9 @@ def exact_numbers(
 ) -> dict[str, Any]:
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = parse_options("", given, readers)
-    broken = [(each.key, str(Refused(each.rule, each.hint))) for each in faults]
-    broken += broken_names(way, tuple(name for name in given if name in readers))
-    if broken:
-        raise refused(broken)
+    broken = broken_names(way, tuple(name for name in given if name in readers))
+    if faults or broken:
+        raise refused((*faults, *broken))
     return values
 
 

@@ -16,9 +16,9 @@ from enum import IntEnum
 from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
-from heavytop.errors import Impossible
+from heavytop.errors import Impossible, Refused
 from heavytop.exact import Exact, parse
-from heavytop.scene.arguments import Reader, Refused
+from heavytop.scene.arguments import Reader
 from heavytop.text import nearest
 
 ANGLES: Final = ("theta", "phi", "psi")
@@ -51,14 +51,13 @@ def read_units(names: str) -> Units:
     >>> read_units("deg,ms")["s"]
     ('ms', 1000.0)
     """
-    found = {}
-    for name in (each.strip() for each in names.split(",")):
-        si = next((si for si, units in parse.UNITS_OF.items() if name in units), "")
-        if not si:
-            rule = Refused(f"units out of {', '.join(parse.UNITS)}", nearest(name, parse.UNITS))
-            raise Impossible([("unit", str(rule))])
-        found[si] = name, float(1 / parse.UNITS[name])
-    return found
+    asked = [each.strip() for each in names.split(",")]
+    if wrong := [name for name in asked if name not in parse.UNITS]:
+        hints = "; ".join(filter(None, (nearest(name, parse.UNITS) for name in wrong)))
+        rule = f"{', '.join(wrong)}: units are {', '.join(parse.UNITS)}"
+        raise Impossible([("unit", str(Refused(rule, hints)))])
+    of = {name: si for si, units in parse.UNITS_OF.items() for name in units}
+    return {of[name]: (name, float(1 / parse.UNITS[name])) for name in asked}
 
 
 @contextmanager

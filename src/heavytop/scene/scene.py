@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from heavytop.errors import BadScene, Fault, Impossible
+from heavytop.errors import BadScene, Fault, Impossible, refuse
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
@@ -115,8 +115,7 @@ class Scene(Shown):
         if "reaction" in values.get("quantities", ()) and body and body.mass is None:
             rule = "missing: the force on the pivot needs mass and distance"
             faults.append(Fault(name, None, "top.mass", "", rule))
-        if faults:
-            raise BadScene(tuple(faults))
+        refuse(faults)
         arguments.set_fields(self, values)
 
     def __repr__(self) -> str:
@@ -175,8 +174,7 @@ class Scene(Shown):
             _refuse(self.name, "a number of the top or of the start, as start.psidot", key=key)
         _displace(tables[table], name, value)
         values, faults = scene_file.read_tables(self.name, tables)
-        if faults:
-            raise BadScene(tuple(faults))
+        refuse(faults)
         return Scene(**values, name=self.name)
 
     def problem(self) -> dict[str, Any]:
@@ -262,7 +260,8 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     if wrong or in_tables:
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
         wrong += [_place_fault(fault, lines, changed) for fault in in_tables]
-        raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
+        wrong.sort(key=lambda fault: fault.line or 0)
+        raise BadScene(wrong)
     return Scene(**values, name=Path(where).stem)
 
 
@@ -288,10 +287,9 @@ def _place_fault(fault: Fault, lines: Mapping[str, int], changed: Collection[str
     return replace(fault, line=lines.get(fault.key, lines.get(fault.key.partition(".")[0])))
 
 
-def no_scene(what: object, verb: str) -> BadScene:
-    """What is raised where something that is no scene, such as a name, is given to a function."""
-    hint = "load_scene gives one by its name"
-    return BadScene((Fault(verb, None, "scene", arguments.shown(what), "a Scene", hint),))
+def expect_scene(scene: object) -> Scene:
+    """Return an argument that is a scene; `WrongType` where it is none, but a name, say."""
+    return arguments.expect("scene", scene, Scene, "load_scene gives one by its name")
 
 
 # --- files -----------------------------------------------------------------------------------

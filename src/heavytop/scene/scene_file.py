@@ -14,10 +14,10 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Final
 
-from heavytop.errors import Fault, Impossible
+from heavytop.errors import Fault, Impossible, Refused
 from heavytop.exact import Exact
 from heavytop.scene import arguments, starts
-from heavytop.scene.arguments import NumberText, Range, Reader, Refused
+from heavytop.scene.arguments import NumberText, Range, Reader
 from heavytop.scene.quantities import QUANTITY_READERS, WANTED
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
@@ -141,9 +141,9 @@ def faults_of(
     """Return what is wrong with values, each with its place."""
     shown = {key: arguments.shown(value) for key, value in given.items()}
     return [
-        Fault(file, None, table + key, shown.get(key, ""), rule)
-        for key, rule in error.broken
-        if key != starts.WITHOUT_TOP  # the faults of the top say why
+        replace(fault, file=file, key=table + fault.key, value=shown.get(fault.key, ""))
+        for fault in error.faults
+        if fault.key != starts.WITHOUT_TOP  # the faults of the top say why
     ]
 
 

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from heavytop.errors import ImpossibleTop
+from heavytop.errors import ImpossibleTop, Refused
 from heavytop.exact import PI, Exact, Number
-from heavytop.scene.arguments import Numbers, Refused, Way, exact_numbers, positive
+from heavytop.scene.arguments import Numbers, Way, exact_numbers, positive
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.text import nearest
 
@@ -208,7 +208,7 @@ def read_solids(value: object) -> tuple[Solid, ...]:
         try:
             found.append(each if isinstance(each, Solid) else solid(**each))
         except ImpossibleTop as broken:
-            wrong.append(f"of solid {number} {broken}")
+            wrong += [f"of solid {number} {fault}" for fault in broken.faults]
     if wrong:
         raise Refused("; ".join(wrong))
     return tuple(found)

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
-from heavytop.errors import ImpossibleStart
+from heavytop.errors import ImpossibleStart, Refused
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
 from heavytop.exact.number import ZERO
-from heavytop.scene.arguments import Numbers, Reader, Refused, Way, one_of, short
+from heavytop.scene.arguments import Numbers, Reader, Way, one_of, short
 from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.top import Top
 

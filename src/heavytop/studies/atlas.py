@@ -25,12 +25,12 @@ from heavytop.classification.arrays import IMPOSSIBLE, TAG_NAMES, VERDICT_DETAIL
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.doctor import usable_cpus, versions
-from heavytop.errors import BadScene, Fault, ForeignFile
+from heavytop.errors import Fault, ForeignFile, refuse
 from heavytop.results.atlas import Atlas
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
-from heavytop.scene.scene import Scene, no_scene, scene_of
+from heavytop.scene.scene import Scene, expect_scene, scene_of
 from heavytop.studies.atlas_plane import ROLES, Axis, Mask, Plane, curves
 from heavytop.studies.journal import Chunk, Journal, Parameters, canonical_json
 from heavytop.studies.study import Progress, run
@@ -275,17 +275,14 @@ def atlas(
     Accuracy: ``tests/studies/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone.
     """
     arguments.check_callable("progress", progress)
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, KIND)
-    given = {"x": x, "y": y, "only": only, "jobs": jobs, "executor": executor}
-    given = {name: each for name, each in given.items() if each is not None or name in "xy"}
+    expect_scene(scene)
+    given = {"x": x, "y": y} | arguments.there(only=only, jobs=jobs, executor=executor)
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
     if not faults:
         what = "kind" if only else "rows"
         plane = Plane(scene, values["x"], values["y"])
         faults += _impossible(plane, what, folder is None)
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     how = {"executor": executor, "on_progress": progress}
     with Journal.open(folder, _parameters(plane, what)) as journal:
         return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)

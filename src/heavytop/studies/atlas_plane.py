@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
+from heavytop.errors import Refused
 from heavytop.exact import Exact
 from heavytop.results.atlas import ROLES as ROLES
 from heavytop.results.table import Row
-from heavytop.scene.arguments import Refused
 from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest

@@ -22,17 +22,17 @@ from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.doctor import versions
-from heavytop.errors import BadScene, MissingPackage
+from heavytop.errors import MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import SERIES, Drift, growth
 from heavytop.run.span import closed_form_of
-from heavytop.scene.arguments import Range, check_callable, parse_options
+from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.journal import Chunk, Journal, Parameters
-from heavytop.studies.methods import AUTO, method, plan_auto, read_methods
-from heavytop.studies.steppers import MethodRun, measured_order, set_up, why_no_nutation
+from heavytop.studies.methods import AUTO, method, plan_auto, read_methods_of
+from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
@@ -158,11 +158,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     BadScene
         As of `drift`.
     """
-    file = str(getattr(scene, "name", KIND))
-    values, faults = parse_options(file, options, DRIFT_OPTIONS)
-    names, wrong = read_methods(file, methods, _checked)
-    if faults := [*faults, *why_no_nutation(file, scene, "a drift study"), *wrong]:
-        raise BadScene(tuple(faults))
+    names, values = read_methods_of(scene, methods, options, DRIFT_OPTIONS, _checked)
     jobs = values.pop("jobs")
     texts = [_auto(scene, values["periods"]) if name == AUTO else name for name in names]
     parameters = {

@@ -13,22 +13,23 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from itertools import pairwise
+from operator import attrgetter
 from typing import Any, ClassVar, Final, TypeAlias
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import SIGN_BITS, SceneSigns
 from heavytop.classification.kinds import RULES, Criterion
-from heavytop.errors import BadScene, NoClosedForm, NotANumber
+from heavytop.errors import BadScene, NoClosedForm, NotANumber, Refused, refuse
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT
 from heavytop.exact.parse import UNITS_OF
 from heavytop.results.base import Result
 from heavytop.results.table import Fact
-from heavytop.scene.arguments import Reader, Refused, expect, one_of, parse_options
-from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF, Quantity
-from heavytop.scene.scene import Scene
+from heavytop.scene.arguments import Reader, one_of, parse_options
+from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF, Quantity, quantity_of
+from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import TABLES
 from heavytop.text import nearest
 
@@ -58,13 +59,10 @@ def _per_weight(motion: Motion, power: int, factor: float) -> float | None:
 
 
 FOUND_FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {
-    "period": (lambda m: m.period, "s"),
-    "round": (lambda m: m.round, "s"),
-    "theta_min": (lambda m: m.theta_min, "rad"),
-    "theta_max": (lambda m: m.theta_max, "rad"),
-    "amplitude": (lambda m: m.amplitude, "rad"),
-    "precession": (lambda m: m.precession, "rad"),
-    "spin": (lambda m: m.spin, "rad"),
+    **{
+        name: (attrgetter(name), quantity_of(name).unit)
+        for name in ("period", "round", "theta_min", "theta_max", "amplitude", "precession", "spin")
+    },
     "ratio": (lambda m: _per_weight(m, 2, 1 / (4 * float(m.top.A))), ""),
     "round_estimate": (lambda m: _per_weight(m, 1, 2 * math.pi), "s"),
 }
@@ -155,11 +153,10 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     >>> [round(each.value, 6) for each in found.solutions], found.why
     ([156.855673], 'holds from 156.856 to 200 rad/s')
     """
-    expect("scene", scene, Scene, "load_scene gives one")
+    expect_scene(scene)
     readers: dict[str, Reader] = {"vary": read_range, "so_that": _read_wish}
     read, faults = parse_options(scene.name, {"vary": vary, "so_that": so_that}, readers)
-    if faults:
-        raise BadScene(tuple(faults))
+    refuse(faults)
     (key, points), (name, relation, wanted) = read["vary"], read["so_that"]
     motion_at = cache(partial(motion_of, scene, key))
     if not any(map(motion_at, points)):

@@ -12,11 +12,12 @@ from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.errors import Fault, Impossible
+from heavytop.errors import Fault, Impossible, Refused, refuse
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import bits_of, why_not
 from heavytop.run.planning import plan_steps
-from heavytop.scene.arguments import Refused, one_of, parse_names
+from heavytop.run.span import closed_form_of
+from heavytop.scene.arguments import Reader, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest
 
@@ -66,7 +67,7 @@ def _named(name: str) -> MethodEntry:
         return every.get(name) or comparison.named(name)
     except Impossible as wrong:
         if ":" in name:
-            raise Refused(wrong.broken[0][1]) from None
+            raise Refused(wrong.faults[0].rule) from None
         rule = f"auto, one of your own (mine.py:rk4) or one of {', '.join(every)}"
         raise Refused(rule, nearest(name, (AUTO, *every))) from None
 
@@ -150,12 +151,35 @@ def read_methods(file: str, methods: Any, read: Callable[[str], T]) -> tuple[lis
         try:
             name = own.register(each)
         except Impossible as wrong:
-            raise Refused("; ".join(rule for _, rule in wrong.broken)) from None
+            raise Refused("; ".join(fault.rule for fault in wrong.faults)) from None
         if given.setdefault(name, each) != each:
             raise Refused(f'{name}: another method has this name: give one Method(…, name="…")')
         return read(name)
 
     return parse_names(file, "methods", methods, found, (str, own.Method, Callable))
+
+
+def read_methods_of(
+    scene: Scene, methods: Any, options: Mapping[str, object], readers: Mapping[str, Reader],
+    read: Callable[[str], str],
+) -> tuple[list[str], dict[str, Any]]:  # fmt: skip
+    """Return methods and options of a study that counts nutation periods, or refuse all at once.
+
+    Raises
+    ------
+    BadScene
+        A method, or an option, is none; or nothing nutates.
+    WrongType
+        The scene is none.
+    """
+    motion, file = closed_form_of(scene), scene.name
+    values, faults = parse_options(file, options, readers)
+    names, wrong = read_methods(file, methods, read)
+    if motion.period is None:
+        rule = f"no nutation period to count: {motion.kind}"
+        faults.append(Fault(file, None, "start", "", rule, "a top that nutates is needed"))
+    refuse(faults, wrong)
+    return names, values
 
 
 # --- what is put under stress ----------------------------------------------------------------

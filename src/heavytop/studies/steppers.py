@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -40,10 +40,8 @@ from heavytop.integration.engine import NEVER, text
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import plan
-from heavytop.run.span import closed_form_of
 from heavytop.run.start import binary_start, integrator_of
 from heavytop.run.verify import ahead
-from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.scene.top import Top
 
@@ -166,27 +164,6 @@ def walk(
 def top_constants(top: Top) -> TopConstants:
     """Return what a method of one's own may read of a top."""
     return TopConstants(float(top.A), float(top.C), float(top.gMR))
-
-
-def why_no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
-    """Yield why a scene has no nutation periods to be counted.
-
-    Parameters
-    ----------
-    file : str
-        What the fault names.
-    scene : object
-    study : str
-        What would count them, for the hint: ``a drift study``.
-    """
-    if not isinstance(scene, Scene):
-        rule, hint = "a Scene", "load_scene gives one by its name"
-        yield Fault(file, None, "scene", shown(scene), rule, hint)
-        return
-    motion = closed_form_of(scene)
-    if motion.period is None:
-        rule = f"no nutation period to count: {motion.kind}"
-        yield Fault(file, None, "start", "", rule, f"{study} takes a top that nutates")
 
 
 # --- the Taylor integrator as a stepper ------------------------------------------------------

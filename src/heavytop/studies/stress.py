@@ -104,8 +104,7 @@ def stress(
     asked = stress_methods() if methods is None else methods
     chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
     known, no_methods = read_methods(KIND, asked, stress_method)
-    if faults := [*faults, *no_cases, *no_methods]:
-        raise errors.BadScene(tuple(faults))
+    errors.refuse(faults, no_cases, no_methods)
     names = list(dict.fromkeys(each.name for each in known))
     own.expect_anywhere(names)
     parameters = {

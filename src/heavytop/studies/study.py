@@ -221,8 +221,7 @@ def resume(
     if methods:
         from heavytop.studies.methods import read_methods
 
-        if faults := read_methods(str(path), methods, str)[1]:
-            raise errors.BadScene(tuple(faults))
+        errors.refuse(read_methods(str(path), methods, str)[1])
     for name, digest in parameters.get("own", {}).items():
         if own.registered(name).digest != digest:
             raise ForeignFile(f"{path}: {name} is not the code with which it was begun")

@@ -5,17 +5,16 @@ Nothing is integrated: each row is the closed form of one scene.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Final
 
-from heavytop.errors import BadScene, Fault, NotANumber
-from heavytop.files import write_text
+from heavytop.errors import refuse
 from heavytop.results.base import Chart, Result
 from heavytop.results.table import Table
-from heavytop.scene.arguments import Refused, expect, one_of, parse_names, path_of, shown
-from heavytop.scene.scene import Scene
+from heavytop.scene.arguments import expect, one_of, parse_names, parse_options
+from heavytop.scene.scene import Scene, expect_scene
 from heavytop.studies.find import (
     FOUND_FACTS,
     fact_quantity,
@@ -56,22 +55,6 @@ class Sweep(Result):
         about = {name: fact_quantity(name, ".8g") for name in self.rows[0]}
         yield Table(self.rows, [*about], meanings=about, left=0)
 
-    def to_csv(self) -> str:
-        """The rows as comma-separated values, with a header that has the units."""
-        return next(self.tables()).csv
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the rows to a file whose name ends in ``.csv``, or to one of JSON in SI.
-
-        Parameters
-        ----------
-        path : path
-        """
-        if path_of("path", path).suffix.lower() == ".csv":
-            write_text(path_of("path", path), self.to_csv())
-        else:
-            super().save(path)
-
 
 def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     """Facts of the motion over a range of one number of a scene.
@@ -101,20 +84,24 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     >>> [(row["start.psidot"], round(row["theta_max"], 4)) for row in rows]
     [(100.0, 1.1117), (200.0, 0.1233), (300.0, 0.1086)]
     """
-    expect("scene", scene, Scene, "load_scene gives one")
-    names, faults = parse_names(
-        scene.name, "facts", facts, one_of({name: name for name in FOUND_FACTS})
-    )
-    try:
-        key, points = read_range(expect("over", over, str), _FEW)
-    except (Refused, NotANumber) as wrong:
-        faults.append(Fault(scene.name, None, "over", shown(over), str(wrong)))
-    if faults:
-        raise BadScene(tuple(faults))
+    key, points, names = read_request(scene, over, facts)
     rows = tuple(_row(scene, key, x, names) for x in points)
     if all(row["kind"] is None for row in rows):
         scene.changed(key, points[0])  # which says why not
     return Sweep(scene=scene.problem(), over=key, rows=rows)
+
+
+def read_request(
+    scene: Scene, over: str, facts: Sequence[str]
+) -> tuple[str, Sequence[float], list[str]]:
+    """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
+    expect_scene(scene)
+    known = one_of({name: name for name in FOUND_FACTS})
+    names, faults = parse_names(scene.name, "facts", facts, known)
+    given = {"over": expect("over", over, str)}
+    values, wrong = parse_options(scene.name, given, {"over": partial(read_range, count=_FEW)})
+    refuse(faults, wrong)
+    return *values["over"], names
 
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:

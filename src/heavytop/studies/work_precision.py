@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
+from functools import cache
 from itertools import chain, product, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
@@ -18,10 +19,10 @@ from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
+from heavytop.errors import HeavyTopError, Stop, StoppedEarly
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
-from heavytop.scene.arguments import Range, check_callable, parse_options
+from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
@@ -31,9 +32,9 @@ from heavytop.studies.methods import (
     is_auto,
     method,
     plan_auto,
-    read_methods,
+    read_methods_of,
 )
-from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk, why_no_nutation
+from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk
 from heavytop.studies.study import Progress
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, stop_signal
 
@@ -111,7 +112,7 @@ def work_precision(
         ``NAME`` for all settings of a method, ``NAME=SETTING`` for one; ``auto`` is what `plan`
         chooses for 12 digits, ``auto=DIGITS`` for so many, up to 30. All names, which are what is
         tried when this is left out, are in `heavytop.studies.work_precision.WORK_METHODS`.
-        Those of your own are as in `heavytop.drift`.
+        Those of your own are as in `heavytop.drift`, with the setting that they have, if any.
     periods : float
         Nutation periods to go, from 1 to 1e6.
     budget : float
@@ -158,11 +159,7 @@ def work_precision(
 
 def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
     """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
-    file = str(getattr(scene, "name", "workprec"))
-    values, faults = parse_options(file, options, WORK_LIMITS)
-    names, wrong = read_methods(file, methods, _checked)
-    if faults := [*faults, *why_no_nutation(file, scene, "a work-precision diagram"), *wrong]:
-        raise BadScene(tuple(faults))
+    names, values = read_methods_of(scene, methods, options, WORK_LIMITS, _checked)
     parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
                   "periods": values["periods"], **own.as_parameters(names),
                   "versions": versions()}  # fmt: skip
@@ -254,7 +251,7 @@ class Rounds:
         self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
         self.refused: dict[MethodEntry, str] = {}
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
-        self.ready: dict[tuple[int, MethodEntry], MethodRun] = {}
+        self.ready = cache(lambda start, each: set_up(self.starts[start], each))
 
     def take(self, show: Callable[[float], object]) -> None:
         """Take all rounds, unless their times are stored."""
@@ -273,11 +270,6 @@ class Rounds:
                 for start, row in runs.items():
                     row["seconds"] = known[each.text][str(start)]
 
-    def _run(self, start: int, each: MethodEntry) -> MethodRun:
-        if (start, each) not in self.ready:
-            self.ready[start, each] = set_up(self.starts[start], each)
-        return self.ready[start, each]
-
     def _first(self, start: int, each: MethodEntry) -> None:
         known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
         if self.journal.record(task).ended:
@@ -293,7 +285,7 @@ class Rounds:
                 raise IntegrationFailed(f"not started: {slow} took too long")
             if start == 0:
                 self._expect_return(each, limit)
-            known[start] = first_run(self._run(start, each), self.periods, limit)
+            known[start] = first_run(self.ready(start, each), self.periods, limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             self.refused[each] = " ".join(str(refusal).split())
@@ -322,7 +314,7 @@ class Rounds:
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        run = self._run(start, each)
+        run = self.ready(start, each)
         _, _, seconds = walk(run.stepper, _end(run, self.periods), clock=clock)
         self.rows[each][start]["seconds"].append(seconds)
 
