@@ -26,7 +26,7 @@ PAGES = {  # how many commands there are, and the exit codes of those that end o
     "bring-your-integrator.md": (3, [3]),
     "check-a-trajectory.md": (4, [5]),
     "closed-form.md": (1, []),
-    "find.md": (1, []),
+    "find.md": (2, []),
     "sweep.md": (1, []),
 }
 
