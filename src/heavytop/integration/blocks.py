@@ -301,6 +301,8 @@ def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array,
     """
     new = times * far > 0
     new[1:] &= times[1:] != times[:-1]
+    if new.all():
+        return engine.leg(state, steps, far, times, *how)
     leg = engine.leg(state, steps, far, times[new], *how)
     place = np.cumsum(new)
     place = place[place <= len(leg.rows)]
