@@ -1,12 +1,14 @@
 """``heavytop run``: what it prints and writes, and how it ends when it does not reach its end."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit
+from heavytop.report.files import finished_run
 
 from ..commands import fail_with, heavytop_
 
@@ -34,7 +36,8 @@ def test_a_folder_gets_every_file_the_document_names(tmp_path):
     figures = ("overview", "angles", "potential", "phase", "errors")
     names = {"run.json", "trajectory.nc"}
     names |= {f"{figure}.{form}" for figure in figures for form in ("svg", "png")}
-    assert set(printed["files"].values()) == {path.name for path in folder.iterdir()} == names
+    assert set(printed["files"].values()) == names
+    assert {path.name for path in folder.iterdir()} == names | {"study.jsonl", "lock"}
     assert f"heavytop: wrote {folder / 'trajectory.nc'}\n" in result.stderr
     assert "heavytop: run sicm-kicked\n" in result.stderr
 
@@ -46,7 +49,8 @@ def test_options_are_those_asked_for(tmp_path):
     assert document["final"]["t"] == 0.5
     assert document["scene"]["want"]["digits"] == 9
     assert document["plan"]["formulation"] == "lagrange"
-    assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".json", ".nc"}
+    suffixes = {path.suffix for path in (tmp_path / "out").iterdir()}
+    assert suffixes == {".json", ".nc", ".jsonl", ""}
     assert quiet.stderr == ""
 
 
@@ -92,7 +96,7 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(
     whole = heavytop.run.propagation.integrate_plan
 
     def integrate_plan(*arguments, **options):
-        raise errors.EndedEarly(outcome, whole(*arguments, **options))
+        raise errors.EndedEarly(outcome, replace(whole(*arguments, **options), outcome=outcome))
 
     monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)
     folder = tmp_path / "out"
@@ -102,7 +106,7 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(
     assert (folder / "trajectory.nc").exists()
     assert f"the partial result is in {folder}" in result.stderr
     assert (f"heavytop resume {folder}" in result.stderr) == (outcome == "interrupted")
-    assert (folder / "request.json").exists() == (outcome == "interrupted")
+    assert (finished_run(folder) is None) == (outcome == "interrupted")
     assert outcome in result.stderr
     nowhere = heavytop_(*KICKED)
     assert nowhere.exit_code == code
@@ -118,7 +122,8 @@ def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
     assert stopped.exit_code == Exit.INTERRUPTED
     assert stopped.stderr.endswith(f"heavytop resume {folder}\n")
     assert heavytop_("resume", folder).exit_code == 0
-    assert {path.name for path in folder.iterdir()} == {"run.json", "trajectory.nc"}
+    there = {path.name for path in folder.iterdir()}
+    assert there == {"run.json", "trajectory.nc", "study.jsonl", "lock"}
     again = heavytop_("resume", folder, "--json")
     assert again.exit_code == 0
     assert again.stderr == f"heavytop: {folder}: this run is finished\n"

@@ -8,11 +8,9 @@ import xarray
 
 import heavytop as ht
 from heavytop.classification.arrays import VERDICT_NAMES
-from heavytop.errors import ForeignFile
 from heavytop.report.files import write_study
 from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
-from heavytop.studies.study import resume
 
 from .toy import drop_line
 
@@ -109,14 +107,6 @@ def test_an_atlas_is_read_whole_or_not_at_all(rows, tmp_path):
 
 
 # --- files ----------------------------------------------------------------------------------------
-
-
-def test_a_damaged_tile_is_refused_by_its_name(tmp_path):
-    ht.atlas(KICKED, **AXES, folder=tmp_path / "atlas", jobs=1)
-    study = tmp_path / "atlas" / "study.jsonl"
-    study.write_text(study.read_text().replace('"tile":"UEsD', '"tile":"UEsE', 1))
-    with pytest.raises(ForeignFile, match=r"tile .* is damaged"):
-        resume(tmp_path / "atlas")
 
 
 def test_the_map_is_netcdf_with_flags(rows, tmp_path):
