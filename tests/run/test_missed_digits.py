@@ -65,6 +65,14 @@ def test_beside_a_pole_phi_is_as_uncertain_as_its_rate_makes_it(digits, off):
     assert missed_digits(run) == {}
 
 
+@pytest.mark.slow
+def test_digits_are_met_whose_bound_is_no_double():
+    """10^-340 is smaller than any double, and so is how late an event is."""
+    run = ht.propagate(replace(KICKED, digits=340, time=ht.Exact.of("0.3"), periods=None))
+    assert len(run.events) == 2
+    assert missed_digits(run) == {}
+
+
 def with_late_events(run, late):
     """The run as if it had found its events so much later [s]."""
     found = replace(run)

@@ -187,9 +187,9 @@ def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
         late = _events_beyond(trajectory, own) if "event_time" in off else {}
     except NoClosedForm:
         return {}, 0.0
-    bound = 10.0**-trajectory.scene.digits
+    bound = _bound(trajectory)
     factors = [
-        float(off[fixed].max()) / (bound * _size(trajectory, name)) for name, off in apart.items()
+        float(off[fixed].max() / (bound * _size(trajectory, name))) for name, off in apart.items()
     ]
     return _beyond(trajectory, apart) | late, max(factors, default=0.0)
 
@@ -368,7 +368,7 @@ def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
     sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], slope[known], b or 1.0
     softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / abs(slope)  # 1/|θ̈| or 1/|φ̈|
     period = motion.period or 1 / (motion.growth or 1.0)
-    allowed = 10.0**-trajectory.scene.digits * (period + softness)
+    allowed = _bound(trajectory) * (period + softness)
     return abs(zero[known] / slope + later[known]), allowed
 
 
@@ -393,11 +393,15 @@ def _largest(apart: Mapping[str, Array]) -> dict[str, Number]:
     return {name: each.max() for name, each in apart.items()}
 
 
+def _bound(trajectory: Trajectory) -> Any:
+    """10^-digits, which beyond doubles may be smaller than any of them."""
+    ten: Any = 10.0 if trajectory.in_doubles else context(20).mpf(10)
+    return ten**-trajectory.scene.digits
+
+
 def _beyond(trajectory: Trajectory, apart: Mapping[str, Array]) -> dict[str, float]:
     """The largest errors of those quantities that are farther off than their digits allow."""
-    bound: Any = 10.0**-trajectory.scene.digits
-    if not trajectory.in_doubles:  # it may be smaller than any
-        bound = context(20).mpf(10) ** -trajectory.scene.digits
+    bound = _bound(trajectory)
     return {
         name: _double(error)
         for name, error in _largest(apart).items()
