@@ -259,7 +259,9 @@ class Integrator:
             count = min(stride, steps - taken)
             for within in (reach, math.inf):
                 last = bisect_right(distances, abs(begun[0]) + within, done)
-                local = (times[done:last] - begun[0]) - begun[1]
+                local = times[done:last]
+                if local.size:  # nearly all legs of a long run have none
+                    local = (local - begun[0]) - begun[1]
                 to_the_end = done < last == times.size
                 if to_the_end:
                     on_step = _until(BEYOND * abs(float(local[-1])))
@@ -299,10 +301,10 @@ def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array,
 
     heyoka wants times that differ and are after the start; by rounding they may be neither.
     """
+    if not times.size:
+        return engine.leg(state, steps, far, times, *how)
     new = times * far > 0
     new[1:] &= times[1:] != times[:-1]
-    if new.all():
-        return engine.leg(state, steps, far, times, *how)
     leg = engine.leg(state, steps, far, times[new], *how)
     place = np.cumsum(new)
     place = place[place <= len(leg.rows)]

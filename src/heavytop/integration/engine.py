@@ -297,8 +297,9 @@ class Engine:
         """Return the zeros found, of each event function."""
         hits = []
         for event, _ in enumerate(self.events):
-            t = np.array([t for e, t, _ in self._zeros if e == event], dtype=float)
-            states = np.frombuffer(b"".join([x for e, _, x in self._zeros if e == event]))
+            found = [zero for zero in self._zeros if zero[0] == event]
+            t = np.array([t for _, t, _ in found], dtype=float)
+            states = np.frombuffer(b"".join([state for _, _, state in found]))
             hits.append(Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size)))
         return tuple(hits)
 
