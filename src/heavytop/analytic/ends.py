@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from heavytop.analytic.events import COUNT_EDGE
 from heavytop.analytic.many import (
     MORE_STEPS,
     MOTIONS_AT_ONCE,
@@ -26,10 +27,10 @@ from heavytop.analytic.many import (
 from heavytop.classification.arrays import Array, Starts
 
 DUPLICATIONS: Final = 16  # each leaves a quarter of a difference, whose square is lost
-# of a period, for each period: so near the end an event may be on either side
-COUNT_EDGE: Final = 1e-9
-BLUR: Final = 1e-12  # of a height, beside what it swings over: by so much of a period times are off
-LEAST_SWING: Final = 1e-6  # of heights, and of the part of it in which one is told from an end
+HEIGHT_ROUNDING: Final = (
+    1e-12  # of a height, beside what it swings over: by so much of a period times are off
+)
+LEAST_COUNTED: Final = 1e-6  # of heights, and of the part of it in which one is told from an end
 NO_ZERO: Final = 2.0**-400  # instead of a sine of zero
 
 
@@ -178,8 +179,8 @@ def _counts(n: Nutations, starts: Starts, ahead: Array, K: Array, tau: Array) ->
     onward = np.where(starts.still, n.up == 0, n.sign * starts.thetadot * tau < 0)  # to u₂
     ahead = np.where(n.up == 0, 0.5, np.clip(ahead, 0.0, 0.5))
     lower = np.where(onward, 1 - ahead, ahead)
-    swing = np.where(swing < LEAST_SWING, np.nan, swing)
-    slack = COUNT_EDGE * (1 + end) + BLUR / swing
+    swing = np.where(swing < LEAST_COUNTED, np.nan, swing)
+    slack = COUNT_EDGE * (1 + end) + HEIGHT_ROUNDING / swing
     ends = np.stack((np.maximum(end - slack, 0.0), end + slack))
     turning = _until(ends, lower, np.where(onward, 0.5 - ahead, 0.5 + ahead))
     # φ̇ changes its sign where u = a/b: heights from u₁ and u₂
@@ -189,10 +190,10 @@ def _counts(n: Nutations, starts: Starts, ahead: Array, K: Array, tau: Array) ->
     one, other = np.mod(lower + part, 1.0), np.mod(lower - part, 1.0)
     one = np.where(starts.level, 0.0, one)
     least = np.minimum(down, up) / swing
-    sure = least > LEAST_SWING
+    sure = least > LEAST_COUNTED
     sure &= starts.level | (abs(np.rint((one, other)) - (one, other)).min(axis=0) > slack)
     reversal = np.where(sure, _until(ends, one, other), np.nan)
-    none = (n.P == 0).any(axis=0) | (n.b == 0) | (least < -LEAST_SWING)
+    none = (n.P == 0).any(axis=0) | (n.b == 0) | (least < -LEAST_COUNTED)
     none |= starts.still & starts.level
     counts: Array = np.vstack((turning, np.where(none, 0.0, reversal)))
     return counts

@@ -23,6 +23,8 @@ KINDS_OF_EVENTS: Final = (*EVENTS, "theta_min", "theta_max")
 """What can be counted: a cusp is a turning point too, but no theta_min or theta_max."""
 
 MOST_COUNTED: Final = 10**100
+# of a period, for each period: so near the end an event may be on either side
+COUNT_EDGE: Final = 1e-9
 MOST_LISTED: Final = 10_000_000
 EVENT_DIGITS: Final = 20
 AT_AN_END: Final = "an event and the end of the span"

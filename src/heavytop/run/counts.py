@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 from typing import Any, Final
 
+from heavytop.analytic.events import COUNT_EDGE
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.record import to_mpf
 from heavytop.classification import Kind
@@ -22,8 +23,6 @@ from heavytop.scene.scene_file import EVENTS
 
 TURNING: Final = ("theta_min", "theta_max", "cusp")
 KINDS_OF: Final = {"turning": TURNING, "reversal": ("reversal",), "cusp": ("cusp",)}
-# of a period, for each period: so near the end an event may be on either side
-COUNT_EDGE: Final = 1e-9
 AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
 

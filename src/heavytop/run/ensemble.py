@@ -37,7 +37,6 @@ OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the co
 MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # some ten seconds: then a top is given up
 _SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
-TOP, STATE = ("A", "C", "gMR"), ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,8 +133,8 @@ class Ensemble:
     def _motion(self, i: int) -> Motion:
         """The motion of one top."""
         numbers = {name: float(column[i]) for name, column in self.start.items()}
-        top = Top.of_numbers(*(numbers[name] for name in TOP))
-        return Motion(top, State(**{name: numbers[name] for name in STATE}))
+        top = Top.of_numbers(*(numbers.pop(name) for name in ("A", "C", "gMR")))
+        return Motion(top, State(**numbers))
 
     def _within(self, error: Array, run: Sample) -> Mask:
         """Where a run has its digits; not where that is not known."""
