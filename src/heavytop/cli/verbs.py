@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
 
-ALL_TAKE: Final = "about ten minutes"  # of which stress and workprec have four each
 PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
@@ -219,8 +218,8 @@ def run_all(scene: Scene, place: Path) -> dict[str, str]:
     missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
     every = ("run", "drift", "workprec", "stress", "atlas", "validate")
     if not option("quiet"):
-        said = f"{scene.name}: {', '.join(every)} with their defaults, {ALL_TAKE}"
-        print_error(f"no folder of results: {said}")
+        said = f"{scene.name}: {', '.join(every)} with their defaults"
+        print_error(f"no folder of results: {said}; stress and workprec may take four minutes each")
     for name in every:
         note(f"running {name}")
         study = getattr(ht, {"run": "propagate", "workprec": "work_precision"}.get(name, name))
