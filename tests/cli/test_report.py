@@ -166,7 +166,8 @@ def test_what_a_page_without_folders_takes_is_said_before_anything_runs(monkeypa
     found = heavytop_("report", "-o", tmp_path)
     assert found.exit_code == 130
     first = found.stderr.splitlines()[0]
-    assert re.search("sicm-kicked: run, drift, .* validate with their defaults; .* four minutes", first)
+    assert re.search("sicm-kicked: run, drift, .* validate with their defaults", first)
+    assert "four minutes" in first
     assert "defaults" not in heavytop_("report", "-o", tmp_path, "-q").stderr
 
 
