@@ -71,6 +71,16 @@ def test_beside_a_pole_the_attitude_is_that_of_the_closed_form(tilt):
     assert not run.missed[0]
 
 
+def test_a_close_pass_is_on_the_side_that_its_momenta_say():
+    top = {"A": 37325692.3315996, "C": 3652479.61803216, "gMR": -5695413.03844305}
+    start = {"theta": 3.34400873760287e-12, "phi": -1.01984036024358, "psidot": -0.173647340723830}
+    end = 9.5 * ht.Motion(ht.Top(**top), ht.State(**start)).period
+    found = ht.propagate_many(**top, **start, time=end)
+    exact = ht.Motion(ht.Top(**top), ht.State(**start)).at(end)
+    assert found.final.phi[0] == pytest.approx(exact.phi, abs=1e-3)
+    assert found.final.psi[0] == pytest.approx(exact.psi, abs=1e-3)
+
+
 def test_what_is_impossible_is_singular_and_spoils_no_other():
     given = {"A": [3.28e-4, -1.0, 1.0, 1.0], "C": [[6.6e-5], [-3.0]], "gMR": 0.0456}
     start = {"theta": [0.1, 0.1, 0.1, 4.0], "omega3": 140.0}
