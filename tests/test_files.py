@@ -8,9 +8,10 @@ import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.files import SEAL_BYTES, write_whole
+from heavytop.files import write_whole
 from heavytop.report.files import write_study
 
+SEAL_BYTES = 82
 SHORT = ht.load_scene("sicm-kicked", ["span.time=0.1"])
 
 
@@ -27,12 +28,12 @@ def test_a_digest_stands_behind_the_end_and_a_file_without_it_or_of_another_is_r
     assert whole == before + b"\nheavytop sha256 " + own.encode() + b"\n"
     for wrong in (before, b"", whole[:40]):
         path.write_bytes(wrong)
-        with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
+        with pytest.raises(ht.ForeignFile, match=r"a\.nc: not what was written"):
             ht.load_trajectory(path)
     path.write_bytes(whole)
     with h5py.File(path, "r+") as file:
         file["theta"][3] += 1e-9
-    with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
+    with pytest.raises(ht.ForeignFile, match=r"a\.nc: not what was written"):
         ht.load_trajectory(path)
 
 

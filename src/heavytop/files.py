@@ -14,9 +14,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, InUse
+from heavytop.text import harmless
 
-SEAL: Final = b"\nheavytop sha256 "
-SEAL_BYTES: Final = len(SEAL) + 2 * sha256().digest_size + 1
+FAULTS: Final = (
+    OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError
+)  # fmt: skip
+"""What reading a file raises that is not as it was written."""
+SEAL: Final = b"\nheavytop sha256 %b\n"
 
 
 def as_json(document: Mapping[str, Any]) -> str:
@@ -74,6 +78,23 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
 
 
 @contextmanager
+def not_as_written(path: object) -> Iterator[None]:
+    """Refuse a file by its name where what it holds is not what a command wrote.
+
+    Raises
+    ------
+    ForeignFile
+    """
+    try:
+        yield
+    except ForeignFile:
+        raise
+    except FAULTS as fault:
+        why = harmless(f"{type(fault).__name__}: {fault}")[:200]
+        raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from fault
+
+
+@contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Hold the lock of a folder; it ends with its holder, however that ends.
 
@@ -109,19 +130,19 @@ def locked(path: Path) -> Iterator[None]:
 # --- HDF5, which hangs or reads other numbers where bytes are damaged ------------------------
 
 
-def seal_of(data: Any) -> bytes:
-    """What stands behind the end of an HDF5 file, where no reader looks: its digest."""
-    return SEAL + sha256(data).hexdigest().encode() + b"\n"
+def digest(data: Any) -> bytes:
+    """The digest by which damage shows: of a file, or of a line."""
+    return sha256(data).hexdigest().encode()
 
 
 def write_sealed(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` make an HDF5 file and put its digest behind it, whole or not at all."""
+    """Let `write` make an HDF5 file, whole; its digest goes behind the end, where none reads."""
 
     def sealed(part: Path) -> None:
         write(part)
         with part.open("r+b") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
             file.seek(0, os.SEEK_END)
-            file.write(seal_of(data))
+            file.write(SEAL % digest(data))
 
     write_whole(path, sealed)
 
@@ -134,7 +155,8 @@ def expect_sealed(path: Path) -> None:
     ValueError, OSError
     """
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-        if data[-SEAL_BYTES:] != seal_of(memoryview(data)[:-SEAL_BYTES]):
+        end = len(data) - len(SEAL % digest(b""))
+        if data[end:] != SEAL % digest(memoryview(data)[:end]):
             raise ValueError("its digest is not there, or of something else: cut or changed")
 
 
@@ -149,13 +171,10 @@ def open_sealed(path: Path) -> Iterator[Any]:
     """
     import h5py
 
-    try:
+    with not_as_written(path):
         expect_sealed(path)
         with h5py.File(path, "r") as found:
             yield found
-    except Exception as fault:
-        why = getattr(fault, "strerror", None) or fault
-        raise ForeignFile(f"{path}: not a readable result file ({why})") from fault
 
 
 def array(file: Any, name: str) -> Any:

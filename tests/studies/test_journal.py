@@ -8,7 +8,7 @@ import pytest
 from heavytop.errors import ForeignFile
 from heavytop.studies.journal import Chunk, Journal
 
-from .toy import done
+from .toy import done, results
 
 pytestmark = pytest.mark.usefixtures("toys")
 
@@ -59,23 +59,45 @@ def test_every_difference_is_named(tmp_path):
         pass
 
 
-@pytest.mark.parametrize(
-    ("number", "line"),
-    [(1, "[]"), (1, '{"parameters": []}'), (1, '{"parameters": {"kind": "toy"}}'),
-     (3, ""), (3, '{"task": "henon/000"'), (3, '{"more": 1}')],
-)  # fmt: skip
-def test_a_line_that_cannot_be_read_is_refused_by_name(tmp_path, number, line):
+DAMAGES = {
+    "a number": lambda line: re.sub(rb"(\d)(?=[,}])", b"8", line.replace(b"8", b"7"), count=1),
+    "its digest": lambda line: line.replace(b'"sha256":"', b'"sha256":"0'),
+    "cut": lambda line: line[: len(line) // 2] + b"\n",
+    "gone": lambda line: b"\n",
+}
+
+
+@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_line_that_is_not_as_it_was_written_is_refused_by_name(tmp_path, number, damage):
     file = done(tmp_path / "study", PARAMETERS) / "study.jsonl"
-    lines = file.read_text().splitlines()
-    lines[number - 1] = line
-    file.write_text("\n".join([*lines, ""]))
-    with pytest.raises(ForeignFile, match=re.escape(f"{file}: line {number}: damaged")):
-        Journal.read(file.parent)
+    lines = file.read_bytes().splitlines(keepends=True)
+    lines[number - 1] = DAMAGES[damage](lines[number - 1])
+    file.write_bytes(b"".join(lines))
+    for read in (Journal.read, lambda folder: done(folder, PARAMETERS)):
+        with pytest.raises(ForeignFile, match=re.escape(f"{file}: line {number}: damaged")):
+            read(file.parent)
+    assert file.read_bytes() == b"".join(lines)
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_last_line_that_is_not_as_it_was_written_is_done_again(tmp_path, damage):
+    file = done(tmp_path / "study", PARAMETERS) / "study.jsonl"
+    whole, (*lines, last) = results(file.parent), file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join([*lines, DAMAGES[damage](last)]))
+    done(file.parent, PARAMETERS)
+    assert results(file.parent) == whole
+
+
+@pytest.mark.parametrize("text", ["", '{"sha256":"'])
+def test_where_no_first_line_is_whole_there_is_nothing_and_a_study_begins(tmp_path, text):
+    (tmp_path / "study.jsonl").write_text(text)
+    with pytest.raises(ForeignFile, match="there is neither a study nor a run"):
+        Journal.read(tmp_path)
+    assert results(done(tmp_path, PARAMETERS)) == results(done(tmp_path / "other", PARAMETERS))
 
 
 def test_a_folder_with_something_else_in_it_is_refused(tmp_path):
-    with pytest.raises(ForeignFile, match="not readable"):
-        Journal.read(tmp_path)
     (tmp_path / "thesis.tex").touch()
     with pytest.raises(ForeignFile, match=r"not the folder of a study \(thesis.tex\)"):
         done(tmp_path, PARAMETERS)

@@ -34,7 +34,9 @@ def change_parameters(path, change):
     first, *lines = (path / "study.jsonl").read_text().splitlines()
     line = json.loads(first)
     change(line["parameters"])
-    (path / "study.jsonl").write_text("\n".join([json.dumps(line), *lines, ""]))
+    del line["sha256"]
+    first = journal.sealed(journal.canonical_json(line).encode()).decode()
+    (path / "study.jsonl").write_text(first + "\n".join([*lines, ""]))
 
 
 def done(path, parameters, **how):
@@ -80,7 +82,7 @@ def tears(monkeypatch, cuts, do):
     def torn(file, line):
         left[0] -= 1
         if left[0] < 0:
-            text = journal.canonical_json(line).encode() + b"\n"
+            text = journal.sealed(journal.canonical_json(line).encode())
             file.write(text[: int(left[1] * len(text))])
             raise Killed
         return write(file, line)

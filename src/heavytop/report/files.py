@@ -26,8 +26,8 @@ from heavytop.errors import (
     StoppedEarly,
     is_interrupt,
 )
-from heavytop.files import as_json, locked, remove_parts, write_document
-from heavytop.results.base import Result, not_as_written, typed
+from heavytop.files import as_json, locked, not_as_written, remove_parts, write_document
+from heavytop.results.base import Result, typed
 from heavytop.results.classification import plan_summary
 from heavytop.results.run import PICTURES, RunResult, run_result
 from heavytop.results.table import Row

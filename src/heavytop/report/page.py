@@ -16,10 +16,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning
-from heavytop.files import write_text
+from heavytop.files import not_as_written, write_text
 from heavytop.report.files import kind_of, load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
-from heavytop.results.base import Result, load_result, not_as_written, typed
+from heavytop.results.base import Result, load_result, typed
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import PICTURES, RunResult
 from heavytop.results.table import Fact, Table

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from numpy.typing import NDArray
 
-from heavytop.files import expect_sealed, write_sealed
-from heavytop.results.base import Chart, Result, draw, given, not_as_written
+from heavytop.files import expect_sealed, not_as_written, write_sealed
+from heavytop.results.base import Chart, Result, draw, given
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import quantity_of
 

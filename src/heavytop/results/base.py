@@ -16,10 +16,10 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from heavytop.errors import Exit, ForeignFile
-from heavytop.files import write_document, write_text
+from heavytop.files import not_as_written, write_document, write_text
 from heavytop.results.registry import RESULTS
 from heavytop.results.table import Fact, Table, as_rows
 from heavytop.scene.arguments import path_of
@@ -30,11 +30,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from rich.console import Console, ConsoleOptions, RenderableType
-
-FAULTS: Final = (
-    OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError
-)  # fmt: skip
-"""What reading a file raises that is not as it was written."""
 
 # --- the command line ------------------------------------------------------------------------
 
@@ -273,23 +268,6 @@ def load_result(path: Path) -> Result:
     module, _, name = RESULTS[path.name].result.partition(".")
     found: Result = getattr(import_module(f"heavytop.results.{module}"), name).load(path)
     return found
-
-
-@contextmanager
-def not_as_written(path: object) -> Iterator[None]:
-    """Refuse a file by its name where what it holds is not what a command wrote.
-
-    Raises
-    ------
-    ForeignFile
-    """
-    try:
-        yield
-    except ForeignFile:
-        raise
-    except FAULTS as fault:
-        why = harmless(f"{type(fault).__name__}: {fault}")[:200]
-        raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from fault
 
 
 def command_of(path: Path) -> str | None:

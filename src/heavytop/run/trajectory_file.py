@@ -289,10 +289,10 @@ def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
 
 def _trajectory(file: Any) -> Trajectory:
     if (schema := attribute(file, "schema")) != TRAJECTORY_SCHEMA:
-        raise ForeignFile(f"schema = {schema!r:.60}: expected {TRAJECTORY_SCHEMA}")
+        raise ValueError(f"schema = {schema!r:.60}: expected {TRAJECTORY_SCHEMA}")
     if attribute(file, "source") == SceneMotion.source:
         told = "xarray reads the samples, heavytop.Motion has the motion at any time"
-        raise ForeignFile(f"of the closed form, nothing was integrated: {told}")
+        raise ValueError(f"of the closed form, nothing was integrated: {told}")
     scene, motion, chosen = _planned(file)
     outcome = Outcome(attribute(file, "outcome"))
     orbit = _orbit(file, chosen, outcome)

@@ -1,6 +1,7 @@
 """The journal of a study: its parameters in the first line of a file, then a line for each slice.
 
-``pandas.read_json("study.jsonl", lines=True)`` shows it. A line that a kill cut short is dropped.
+``pandas.read_json("study.jsonl", lines=True)`` shows it. Every line begins with its digest. A last
+line that a kill cut short is dropped.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from typing import IO, Any, Final, NamedTuple, Self
 
 from heavytop import errors
 from heavytop.errors import ForeignFile
-from heavytop.files import locked
+from heavytop.files import digest, locked
 from heavytop.results.base import typed
 from heavytop.scene.arguments import path_of
 
 Parameters = dict[str, Any]
 STUDY, LOCK = "study.jsonl", "lock"
+DIGEST: Final = b'{"sha256":"%b",'
 BUDGET: Final = "budget"
 """The name of a record without rows: its checkpoint is the time that a study may take [s]."""
 
@@ -84,6 +86,7 @@ class Journal:
         self.parameters: Parameters = json.loads(canonical_json(parameters))
         self.folder = folder
         self._file: IO[bytes] = BytesIO()
+        self._end = 0
         self._records: dict[str, TaskRecord] = {}
 
     @classmethod
@@ -95,21 +98,20 @@ class Journal:
         ForeignFile
             It is not the folder of a study, or damaged.
         """
-        path, number = Path(folder) / STUDY, 1
-        try:
-            with path.open("rb") as file:
-                journal = cls(json.loads(file.readline())["parameters"], Path(folder))
-                if not {"kind", "versions"} <= journal.parameters.keys():
-                    raise ValueError("no kind of study, or no versions")
-                place = file.tell()
-                for number, line in enumerate(file, 2):  # noqa: B007
-                    if line.endswith(b"\n"):  # a kill may have cut the last line short
-                        journal._add(place, **json.loads(line))
-                    place += len(line)
-        except OSError as fault:
-            raise ForeignFile(f"{path}: not readable ({fault.strerror})") from None
-        except (LookupError, TypeError, ValueError, AttributeError) as fault:
-            raise ForeignFile(f"{path}: line {number}: damaged ({fault})") from None
+        place = Path(folder)
+        if not (about := begun_with(place)):
+            raise ForeignFile(f"{place}: there is neither a study nor a run to go on with")
+        journal = cls(about["parameters"], place)
+        with (place / STUDY).open("rb") as file:
+            journal._end, size = len(file.readline()), os.fstat(file.fileno()).st_size
+            for number, line in enumerate(file, 2):
+                try:
+                    journal._add(journal._end, **read_line(line))
+                except (TypeError, ValueError) as fault:
+                    if journal._end + len(line) == size:  # a kill may have cut the last line short
+                        break
+                    raise ForeignFile(f"{place / STUDY}: line {number}: {fault}") from None
+                journal._end += len(line)
         return journal
 
     @classmethod
@@ -136,18 +138,18 @@ class Journal:
         path = path_of("folder", folder)
         if path.exists() and not path.is_dir():
             raise ForeignFile(f"{path}: not a folder")
-        others = sorted(each.name for each in path.glob("*") if each.name != LOCK)
-        if others and STUDY not in others:
+        others = sorted({each.name for each in path.glob("*")} - {STUDY, LOCK})
+        if others and not begun_with(path):
             names = ", ".join(others[:3])
             raise ForeignFile(f"{path}: not empty and not the folder of a study ({names})")
         path.mkdir(parents=True, exist_ok=True)
         with locked(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
-            end = (path / STUDY).read_bytes().rfind(b"\n") + 1
-            file.truncate(end)
-            if not end:
+            if not begun_with(path):
+                file.truncate(0)
                 _write_line(file, {"command": typed(), "parameters": parameters})
             journal = cls.read(path)
             journal.expect(parameters)
+            file.truncate(journal._end)
             journal._file = file
             try:
                 yield journal
@@ -175,7 +177,7 @@ class Journal:
         with path.open("rb") if path else nullcontext(self._file) as file:
             for place in self.record(task).places:
                 file.seek(place)
-                found += json.loads(file.readline())["rows"]
+                found += read_line(file.readline())["rows"]
         return found
 
     def append(self, task: str, chunk: Chunk) -> None:
@@ -201,6 +203,27 @@ class Journal:
         record.last = last._replace(rows=())
         record.seconds += last.seconds
         record.places.append(place)
+
+
+def begun_with(folder: Path) -> dict[str, Any]:
+    """The first line of a folder, its command and its parameters; empty where none is whole.
+
+    Raises
+    ------
+    ForeignFile
+        It is damaged.
+    """
+    path = folder / STUDY
+    try:
+        with path.open("rb") as file:
+            line = file.readline()
+        return read_line(line) if line.endswith(b"\n") else {}
+    except FileNotFoundError:
+        return {}
+    except OSError as fault:
+        raise ForeignFile(f"{path}: not readable ({fault.strerror})") from None
+    except ValueError as fault:
+        raise ForeignFile(f"{path}: line 1: {fault}") from None
 
 
 def keep_budget(journal: Journal, budget: float | None, default: float) -> float:
@@ -238,9 +261,28 @@ def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
     return () if a == b else (f"{name}: {a:.80} there, {b:.80} here",)
 
 
-def _write_line(file: IO[bytes], line: dict[str, Any]) -> int:
+def sealed(text: bytes) -> bytes:
+    """The line of a JSON object, the digest of what was there put first."""
+    return DIGEST % digest(text) + text[1:] + b"\n"
+
+
+def read_line(line: bytes) -> dict[str, Any]:
+    """What a line says, if it is as it was written.
+
+    Raises
+    ------
+    ValueError
+    """
+    text = b"{" + line[len(DIGEST % digest(b"")) : -1]
+    if line != sealed(text):
+        raise ValueError("damaged, its digest is of something else")
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def _write_line(file: IO[bytes], document: dict[str, Any]) -> int:
     """Append a line and wait until it is on the disk; return its place."""
-    place, rest = file.seek(0, os.SEEK_END), canonical_json(line).encode() + b"\n"
+    place, rest = file.seek(0, os.SEEK_END), sealed(canonical_json(document).encode())
     while rest:  # without a buffer, which would be tried again when a full disk is closed
         rest = rest[file.write(rest) :]
     if not isinstance(file, BytesIO):
