@@ -193,8 +193,8 @@ def test_a_disk_that_is_full_from_the_start_is_no_bug(tmp_path, monkeypatch):
     monkeypatch.setattr("heavytop.files.os.fsync", full)
     result = heavytop_(*QUICK, "-o", tmp_path / "out", "--no-figures")
     assert result.exit_code == Exit.ENDED_EARLY
-    request = tmp_path / "out" / "request.json"
-    assert result.stderr == f"heavytop: cannot write {request}: No space left on device\n"
+    journal = tmp_path / "out" / "study.jsonl"
+    assert result.stderr == f"heavytop: cannot write {journal}: No space left on device\n"
 
 
 def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):

@@ -10,6 +10,7 @@ from heavytop import errors
 from heavytop.cli import Exit
 from heavytop.integration.blocks import Integrator
 from heavytop.integration.orbit import Orbit, _Journey
+from heavytop.report.files import finished_run
 
 from ..commands import fail_with, heavytop_
 
@@ -34,7 +35,8 @@ def test_a_folder_gets_every_file_the_document_names(tmp_path):
     printed = json.loads(result.stdout)
     assert printed["schema"] == "heavytop/run/1"
     assert printed == json.loads((folder / "run.json").read_text("utf-8"))
-    assert set(printed["files"].values()) == {path.name for path in folder.iterdir()}
+    there = {path.name for path in folder.iterdir()}
+    assert there == {*printed["files"].values(), "study.jsonl", "lock"}
     assert f"heavytop: wrote {folder / 'trajectory.nc'}\n" in result.stderr
     assert "heavytop: run sicm-kicked\n" in result.stderr
 
@@ -46,7 +48,8 @@ def test_options_are_those_asked_for(tmp_path):
     assert document["final"]["t"] == 0.5
     assert document["scene"]["want"]["digits"] == 9
     assert document["plan"]["formulation"] == "lagrange"
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"run.json", "trajectory.nc"}
+    there = {path.name for path in (tmp_path / "out").iterdir()}
+    assert there == {"run.json", "trajectory.nc", "study.jsonl", "lock"}
     assert quiet.stderr == ""
 
 
@@ -96,7 +99,7 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, 
     assert json.loads(result.stdout)["schema"] == "heavytop/run/1"
     assert (folder / "trajectory.nc").exists()
     assert f"the partial result is in {folder}" in result.stderr
-    assert not (folder / "request.json").exists()
+    assert finished_run(folder) is not None
     assert "singular" in result.stderr
     nowhere = heavytop_(*KICKED)
     assert nowhere.exit_code == Exit.ENDED_EARLY
@@ -141,7 +144,8 @@ def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
     assert stopped.exit_code == Exit.INTERRUPTED
     assert stopped.stderr.endswith(f"heavytop resume {folder}\n")
     assert heavytop_("resume", folder).exit_code == 0
-    assert {path.name for path in folder.iterdir()} == {"run.json", "trajectory.nc"}
+    there = {path.name for path in folder.iterdir()}
+    assert there == {"run.json", "trajectory.nc", "study.jsonl", "lock"}
     again = heavytop_("resume", folder, "--json")
     assert again.exit_code == 0
     assert again.stderr == f"heavytop: {folder}: this run is finished\n"

@@ -146,7 +146,6 @@ def test_what_is_no_such_document_is_refused_by_its_name(tmp_path, text):
     path.write_text(text)
     with pytest.raises(ForeignFile, match=str(path)):
         Some.load(path)
-    assert base.command_of(path) is None
 
 
 def test_a_result_has_the_command_that_made_it_and_a_file_no_other(tmp_path):
@@ -154,7 +153,6 @@ def test_a_result_has_the_command_that_made_it_and_a_file_no_other(tmp_path):
     with base.typing("heavytop some"):
         assert Some.load(put(tmp_path)).command is None
         assert Some(name="a").command == "heavytop some"
-    assert base.command_of(put(tmp_path, command="heavytop some")) == "heavytop some"
 
 
 def test_rows_are_what_json_holds():

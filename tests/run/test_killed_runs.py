@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 import heavytop as ht
-import heavytop.report.files
 from heavytop.cli import Exit, app
 from heavytop.files import locked
-from heavytop.run import trajectory_file
+from heavytop.report import files as report_files
+from heavytop.studies.journal import sealed
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
@@ -66,8 +66,9 @@ def struck(place, count, number, words, *folder):
 
 
 def files(folder):
-    """What lies in a folder, without the times that a run took."""
-    found = {path.name: path.read_bytes() for path in folder.iterdir()}
+    """What lies in a folder, without the times that a run took, and the command."""
+    there = (path for path in folder.iterdir() if path.name not in ("study.jsonl", "lock"))
+    found = {path.name: path.read_bytes() for path in there}
     document = json.loads(found["run.json"])
     document["cost"] = document["cost"]["steps"]
     del document["command"]
@@ -179,12 +180,16 @@ def test_another_run_is_refused(first, words, told):
 
 
 def test_a_run_begun_by_other_versions_is_refused(first, monkeypatch, tmp_path):
-    (tmp_path / "trajectory.nc").write_bytes((first / "trajectory.nc").read_bytes())
-    here = trajectory_file.versions()
-    monkeypatch.setattr(trajectory_file, "versions", lambda: here | {"heyoka": "99"})
-    refused = heavytop_("resume", tmp_path)
-    assert refused.exit_code == 3
-    assert "heyoka" in refused.stderr
+    for name in ("study.jsonl", "trajectory.nc"):  # as if it had been killed
+        (tmp_path / name).write_bytes((first / name).read_bytes())
+    here = report_files.versions()
+    monkeypatch.setattr(report_files, "versions", lambda: here | {"heyoka": "99"})
+    for words in ("resume", "run sicm-kicked --no-figures"):
+        refused = heavytop_(words, tmp_path)
+        assert refused.exit_code == 3
+        assert 'versions.heyoka: "' in refused.stderr
+    (tmp_path / "run.json").write_bytes((first / "run.json").read_bytes())
+    assert heavytop_("run sicm-kicked --no-figures", tmp_path).exit_code == 0  # what is whole goes
 
 
 @pytest.mark.slow
@@ -193,16 +198,20 @@ def test_force_replaces(tmp_path):
     struck(DRAWN, 4, KILL, "run sicm-kicked -o", tmp_path)
     assert (tmp_path / "overview.svg").exists()
     assert heavytop_("run sicm-dropped --no-figures --force", tmp_path).exit_code == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"run.json", "trajectory.nc"}
+    assert files(tmp_path).keys() == {"run.json", "trajectory.nc"}
     assert json.loads((tmp_path / "run.json").read_text())["scene"]["name"] == "sicm-dropped"
+
+
+STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').decode()
 
 
 @pytest.mark.parametrize(
     ("name", "text", "forced", "told"),
     [
-        ("run.json", "{}", "", "run.json: of the format None, not heavytop/run/1"),
-        ("study.jsonl", "{}", "--force", "holds a study; a run needs a folder of its own"),
-        ("request.json", '{"mine": 1}', "", "request.json"),
+        ("run.json", "{}", "", "not the folder of a study (run.json) (--force replaces it)"),
+        ("study.jsonl", STUDY, "", "holds a study; a run needs a folder of its own"),
+        ("study.jsonl", STUDY, "--force", "holds a study; a run needs a folder of its own"),
+        ("study.jsonl", STUDY.replace("drift", "run"), "--force", "line 1: damaged"),
         ("overview.png", "mine", "", "overview.png"),
     ],
 )
@@ -215,6 +224,15 @@ def test_a_refusal_takes_nothing_away(tmp_path, name, text, forced, told):
     assert (tmp_path / name).read_text() == text
 
 
+def test_a_run_begins_where_a_journal_is_empty_and_beside_other_files(tmp_path):
+    (tmp_path / "study.jsonl").touch()  # of a disk that was full
+    (tmp_path / "thesis.tex").touch()
+    refused = heavytop_("resume", tmp_path)
+    assert (refused.exit_code, "neither a study nor a run" in refused.stderr) == (3, True)
+    assert heavytop_("run sicm-kicked --no-figures", tmp_path).exit_code == 0
+    assert files(tmp_path).keys() == {"run.json", "trajectory.nc", "thesis.tex"}
+
+
 def test_two_runs_do_not_write_one_folder(tmp_path):
     with locked(tmp_path / "lock"):
         refused = heavytop_("run sicm-kicked", tmp_path)
@@ -223,11 +241,14 @@ def test_two_runs_do_not_write_one_folder(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["request.json", "trajectory.nc"])
-def test_a_damaged_file_of_a_run_is_named(tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "told"), [("study.jsonl", "neither a study nor a run"), ("trajectory.nc",) * 2]
+)
+def test_a_damaged_file_of_a_run_is_named(tmp_path, name, told):
     struck(DRAWN, 1, KILL, "run sicm-kicked -o", tmp_path)
     (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:100])
     refused = heavytop_("resume", tmp_path)
     assert refused.exit_code == 3
-    assert name in refused.stderr
+    assert told in refused.stderr
+    assert heavytop_("run sicm-kicked", tmp_path).exit_code == 3
     assert heavytop_("run sicm-kicked --force --no-figures", tmp_path).exit_code == 0

@@ -47,7 +47,7 @@ def test_every_difference_is_named(tmp_path):
     del other["scene"]["title"]
     with pytest.raises(ForeignFile) as error, Journal.open(tmp_path, other):
         pass
-    assert str(error.value).partition("study: ")[2].split("; ") == [
+    assert str(error.value).partition("another toy: ")[2].split("; ") == [
         'options.names: ["a","b"] there, ["a","c"] here',
         "options.rate: 1 there, true here",
         "options.seed: nothing there, 0 here",

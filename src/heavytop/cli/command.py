@@ -215,10 +215,11 @@ def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
     scene = scene or DEFAULT_SCENE
     if scene in shipped_names() or not Path(scene).is_dir():
         return scenes.load_scene(scene, overrides=list(changes))
-    from heavytop.report.files import Request
+    from heavytop.studies.journal import begun_with
 
-    known = Request.read(Path(scene)).scene
-    return scenes.read_scene(known.to_toml(), f"{known.name}.toml", list(changes))
+    if not (run := begun_with(Path(scene)).get("run")):
+        raise errors.ForeignFile(f"{scene}: neither a scene nor the folder of a run")
+    return scenes.read_scene(run["text"], f"{run['name']}.toml", list(changes))
 
 
 # --- what is printed and written -------------------------------------------------------------

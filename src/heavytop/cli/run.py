@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -15,7 +14,6 @@ from heavytop.errors import EndedEarly, Exit, Outcome
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
-    from heavytop.report.files import Request
     from heavytop.results.run import RunResult
     from heavytop.run.exact import SceneMotion
     from heavytop.run.plan import Plan
@@ -52,14 +50,13 @@ def run(
     tolerance : float, optional
         Relative error tolerance of a step in doubles, such as 1e-9; default: 2.2e-16.
     """
-    from heavytop.report.files import Request
     from heavytop.run.planning import read_options
 
     read_options(scene, formulation=formulation, tolerance=tolerance, digits=digits)
     if digits is not None:
         scene = replace(scene, digits=digits)
-    request = Request(scene, formulation, figures, tolerance)
-    return run_request(request, folder, progress, force=force)
+    how: dict[str, Any] = {"figures": figures, "progress": progress, "force": force}
+    return run_in(folder, scene, formulation, tolerance, **how)
 
 
 def resume(
@@ -79,74 +76,77 @@ def resume(
     methods : sequence of str
         Your own methods that the study uses, named again: mine.py:rk4.
     """
-    from heavytop.report.files import DOCUMENT, REQUEST, TRAJECTORY, Request
-    from heavytop.results.base import command_of, typed, typing
+    from heavytop.report.files import finished_run
+    from heavytop.results.base import typed, typing
     from heavytop.results.registry import RESULTS
-    from heavytop.results.run import RunResult
+    from heavytop.scene.scene import read_scene
     from heavytop.studies import study
-    from heavytop.studies.journal import STUDY
+    from heavytop.studies.journal import begun_with
 
-    there = [x for x in (STUDY, REQUEST, DOCUMENT, TRAJECTORY) if (folder / x).exists()]
-    if not there:
-        raise errors.ForeignFile(f"{folder}: there is neither a study nor a run to go on with")
-    with typing(command_of(folder / there[0]) or typed()):  # that of the command that began it
-        if there[0] == STUDY:
+    begun = begun_with(folder)
+    with typing(begun.get("command") or typed()):  # that of the command that began it
+        if not (run := begun.get("run")):
             finished = any((folder / name).exists() for name in RESULTS)
             found = study.resume(folder, methods=methods, progress=progress, **workers)
             return CommandResult(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)
-        if there[0] == DOCUMENT:
-            known = RunResult.load(folder / DOCUMENT)
+        if known := finished_run(folder):
             code = Exit.OK if known.outcome == Outcome.FINISHED else Exit.ENDED_EARLY
             return CommandResult(known, [(code, f"{folder}: this run is {known.outcome}")])
-        request = Request.read(folder)
-        request.write(folder)
-        return run_request(replace(request, figures=request.figures and figures), folder, progress)
+        scene, asked = read_scene(run["text"], f"{run['name']}.toml"), begun["parameters"]
+        asked = {name: asked[name] for name in ("formulation", "tolerance")}
+        return run_in(folder, scene, figures=figures and run["figures"], progress=progress, **asked)
 
 
-def run_request(
-    request: Request, folder: Path | None, progress: Progress | None, *, force: bool = False
+def run_in(
+    folder: Path | None,
+    scene: Scene,
+    formulation: str,
+    tolerance: float | None,
+    *,
+    figures: bool,
+    progress: Progress | None,
+    force: bool = False,
 ) -> CommandResult:
-    """Do what is asked, or what is left of it; what cannot be run touches no folder.
-
-    Of a run that is interrupted nothing is made: comparing it would take as long as it did.
-    """
-    from heavytop.report.files import REQUEST, open_run, write_results
+    """Run a scene, or what is left of it; what cannot be run touches no folder."""
+    from heavytop.report.files import open_run, write_results
     from heavytop.results.run import run_result
     from heavytop.run.planning import planned
     from heavytop.run.span import closed_form_of
 
-    motion = closed_form_of(request.scene)
-    plan = planned(request.scene, motion, request.formulation, tolerance=request.tolerance)
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-    with nullcontext() if folder is None else open_run(folder, request, force=force):
-        run, early = integrate(request, motion, plan, folder, progress)
-        if early is not None and early.outcome is Outcome.INTERRUPTED:
-            why = f"interrupted at t = {early.trajectory.orbit.end:.6g} s"
-            raise errors.StoppedEarly(errors.Stop.INTERRUPTED, why, folder)
-        if folder is None:
-            result = run_result(run)
-        else:
-            result = write_results(run, folder, figures=request.figures)
-            (folder / REQUEST).unlink(missing_ok=True)
+    motion = closed_form_of(scene)
+    plan = planned(scene, motion, formulation, tolerance=tolerance)
+    if folder is None:
+        run, early = integrate(scene, motion, plan, None, progress)
+        result = run_result(run)
+    else:
+        asked = {"formulation": formulation, "tolerance": tolerance}
+        with open_run(folder, scene, asked, figures=figures, force=force):
+            run, early = integrate(scene, motion, plan, folder, progress)
+            result = write_results(run, folder, figures=figures)
     return CommandResult(result, problems_of(result, early, folder))
 
 
 def integrate(
-    request: Request, motion: Motion, plan: Plan, folder: Path | None, progress: Progress | None
+    scene: Scene, motion: Motion, plan: Plan, folder: Path | None, progress: Progress | None
 ) -> tuple[Trajectory | SceneMotion, EndedEarly | None]:
-    """Integrate a scene from where its folder has it; and why the trajectory is a part if it is."""
-    from heavytop.report.files import TRAJECTORY, load_part
+    """Integrate a scene from where its folder has it; and why the trajectory is a part if it is.
+
+    Raises
+    ------
+    StoppedEarly
+        Ctrl-C: the part is kept, and nothing is made of it.
+    """
+    from heavytop.report.files import TRAJECTORY
     from heavytop.run.exact import SceneMotion
     from heavytop.run.propagation import completed, integrate_plan
+    from heavytop.run.trajectory_file import load_trajectory
 
-    scene = request.scene
     if plan.formulation == "none":
         return SceneMotion(scene, motion, plan), None
-    part = None if folder is None else load_part(folder, scene)
+    checkpoint = None if folder is None else folder / TRAJECTORY
+    part = load_trajectory(checkpoint) if checkpoint and checkpoint.exists() else None
     if part is not None and part.outcome is Outcome.SINGULAR:
         return part, EndedEarly(part.outcome, part)
-    checkpoint = None if folder is None else folder / TRAJECTORY
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
@@ -154,6 +154,9 @@ def integrate(
                 return completed(part, progress=progress, checkpoint=checkpoint), None
             return integrate_plan(scene, motion, plan, progress, checkpoint=checkpoint), None
     except EndedEarly as early:
+        if early.outcome is Outcome.INTERRUPTED:  # comparing the part would take as long as it did
+            why = f"interrupted at t = {early.trajectory.orbit.end:.6g} s"
+            raise errors.StoppedEarly(errors.Stop.INTERRUPTED, why, folder) from None
         return early.trajectory, early
 
 

@@ -1,114 +1,46 @@
 """The files of results in their folders.
 
-Of a run first what is asked, at last its document. The request goes when all else is there: a
-folder with a request holds a run that is not whole, and its trajectory, if there is one, is as far
-as it went. Of a study its document, its data and its charts.
+Of a run first its journal, of one line, and at last its document: a folder without it goes on from
+its trajectory, if there is one. Of a study its document, its data and its charts.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from heavytop.doctor import versions
 from heavytop.errors import (
     ForeignFile,
     HeavyTopError,
     MissingPackage,
     NotDrawnWarning,
     Outcome,
-    Stop,
     StoppedEarly,
-    is_interrupt,
 )
-from heavytop.files import as_json, locked, not_as_written, remove_parts, write_document
-from heavytop.results.base import Result, typed
-from heavytop.results.classification import plan_summary
+from heavytop.files import locked, remove_parts
+from heavytop.results.base import Result
 from heavytop.results.run import PICTURES, RunResult, run_result
-from heavytop.results.table import Row
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.scene.scene_file import written
+from heavytop.studies.journal import LOCK, STUDY, Journal, Parameters, begun_with
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from heavytop.run.trajectory import Trajectory
-
-REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
+RUN, DOCUMENT, TRAJECTORY = "run", "run.json", "trajectory.nc"
 PICTURE_FORMATS: Final = ("svg", "png")
 FIGURE_FILES: Final = tuple(f"{name}.{form}" for name in PICTURES for form in PICTURE_FORMATS)
 UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 """What drawing raises of numbers that no picture can show."""
-RUN_FILES: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURE_FILES)
+RUN_FILES: Final = (DOCUMENT, TRAJECTORY, *FIGURE_FILES)
 
 # --- a run -----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """What a run is asked: a scene, its equations or auto, and whether figures are drawn."""
-
-    scene: Scene
-    formulation: str = "auto"
-    figures: bool = True
-    tolerance: float | None = None
-
-    @property
-    def question(self) -> dict[str, Any]:
-        """What makes it another run, whatever its scene is called."""
-        scene = json.loads(as_json(self.scene.document()))
-        parts = {name: scene[name] for name in ("top", "start", "span", "want")}
-        return {"scene": parts, "formulation": self.formulation, "tolerance": self.tolerance}
-
-    def write(self, folder: Path) -> None:
-        """Write it down."""
-        document = {
-            "schema": "heavytop/request/1",
-            "command": typed(),
-            "name": self.scene.name,
-            "scene": self.scene.to_toml(),
-            "formulation": self.formulation,
-            "figures": self.figures,
-            "tolerance": self.tolerance,
-        }
-        write_document(folder / REQUEST, document)
-
-    @classmethod
-    def read(cls, folder: Path) -> Request:
-        """What a folder says of its run: its request, or its document, or its trajectory.
-
-        Raises
-        ------
-        ForeignFile
-            It is missing or damaged.
-        """
-        if (folder / REQUEST).exists():
-            with not_as_written(folder / REQUEST):
-                found = Row(json.loads((folder / REQUEST).read_bytes()))
-                scene = read_scene(found.scene, where=f"{found.name}.toml")
-                return cls(scene, found.formulation, bool(found.figures), found.tolerance)
-        if (folder / DOCUMENT).exists():
-            result = RunResult.load(folder / DOCUMENT)
-            with not_as_written(folder / DOCUMENT):
-                scene = read_scene(scene_text(result.scene), f"{result.scene.name}.toml")
-                return cls.of_plan(scene, result.plan)
-        from heavytop.run.trajectory_file import load_interrupted
-
-        part = load_interrupted(folder / TRAJECTORY)
-        return cls.of_plan(part.scene, plan_summary(part.plan))
-
-    @classmethod
-    def of_plan(cls, scene: Scene, plan: Mapping[str, Any]) -> Request:
-        """What was asked of a scene, by the reasons of its plan."""
-        form, reasons = plan["formulation"], plan["reasons"]
-        chosen = form if f"{form}: asked for by name" in reasons else "auto"
-        given = any(reason.endswith(": asked for") for reason in reasons)
-        return cls(scene, chosen, tolerance=plan["tolerance"] if given else None)
 
 
 def scene_text(document: Mapping[str, Any]) -> str:
@@ -116,9 +48,28 @@ def scene_text(document: Mapping[str, Any]) -> str:
     return written({name: x for name, x in document.items() if name != "name" and x != ""})
 
 
+def finished_run(folder: Path) -> RunResult | None:
+    """The result that a folder has of its run; None where it is not at its end.
+
+    Raises
+    ------
+    ForeignFile
+        It is damaged.
+    """
+    path = folder / DOCUMENT
+    return RunResult.load(path) if path.exists() else None
+
+
 @contextmanager
-def open_run(folder: Path, request: Request, *, force: bool = False) -> Iterator[None]:
-    """Hold a folder for one run, whose request stands there from now on until it is whole.
+def open_run(
+    folder: Path,
+    scene: Scene,
+    asked: Mapping[str, Any],
+    *,
+    figures: bool = True,
+    force: bool = False,
+) -> Iterator[None]:
+    """Hold a folder for one run, which is another one if its scene is, or what is `asked` of it.
 
     What is left of the same run stays, to go on with; a whole one is taken away.
 
@@ -131,82 +82,40 @@ def open_run(folder: Path, request: Request, *, force: bool = False) -> Iterator
     StoppedEarly
         Ctrl-C, or a file that cannot be written: the folder goes on with the run.
     """
-    from heavytop.studies.journal import LOCK, STUDY
-
-    if (folder / STUDY).exists():
+    tables = {name: scene.document()[name] for name in ("top", "start", "span", "want")}
+    parameters = {"kind": RUN, "scene": tables, **asked, "versions": versions()}
+    about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
+    if begun_with(folder).get("parameters", parameters)["kind"] != RUN:
         raise ForeignFile(f"{folder}: holds a study; a run needs a folder of its own")
-    with locked(folder / LOCK):
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
         try:
-            if not force:
-                _expect_same(folder, request)
-            remove_parts(folder, RUN_FILES)
-            if force or not (folder / REQUEST).exists():
-                _remove(folder, RUN_FILES)
-                request.write(folder)
-            with _resumable(folder):
-                yield
-        finally:
-            if not (folder / REQUEST).exists():
-                (folder / LOCK).unlink(missing_ok=True)
+            with locked(folder / LOCK):
+                if force or _is_whole(folder, parameters):
+                    _remove(folder, (*RUN_FILES, STUDY))
+            stack.enter_context(Journal.open(folder, parameters, RUN_FILES, run=about))
+        except ForeignFile as fault:
+            raise ForeignFile(f"{fault} (--force replaces it)") from None
+        remove_parts(folder, RUN_FILES)
+        try:
+            yield
+        except OSError as fault:
+            raise StoppedEarly.unwritable(fault, folder, folder) from fault
 
 
-@contextmanager
-def _resumable(folder: Path) -> Iterator[None]:
-    """Keep the request of a run that is stopped on its way; of one that fails, if steps are done.
-
-    Raises
-    ------
-    StoppedEarly
-    """
-    try:
-        yield
-    except OSError as fault:
-        raise StoppedEarly.unwritable(fault, folder, folder) from fault
-    except BaseException as fault:
-        if is_interrupt(fault):
-            raise StoppedEarly(Stop.INTERRUPTED, "interrupted", folder) from None
-        if not (folder / TRAJECTORY).exists():  # it would fail again
-            (folder / REQUEST).unlink(missing_ok=True)
-        raise
+def _is_whole(folder: Path, parameters: Parameters) -> bool:
+    """Whether a folder has all of a run, with whatever versions it was made."""
+    if not begun_with(folder) or finished_run(folder) is None:
+        return False
+    journal = Journal.read(folder)
+    journal.expect(parameters | {"versions": journal.parameters["versions"]})
+    return True
 
 
 def _remove(folder: Path, names: Sequence[str]) -> None:
     """Take away the files of an earlier run."""
     for name in names:
         (folder / name).unlink(missing_ok=True)
-
-
-def _expect_same(folder: Path, request: Request) -> None:
-    """Refuse a folder that holds another run than the one that is asked."""
-    from heavytop.studies.journal import differences
-
-    there = [name for name in RUN_FILES if os.path.lexists(folder / name)]
-    if not there:
-        return
-    try:
-        if there[0] in FIGURE_FILES:
-            raise ForeignFile(f"{folder / there[0]}: not of a run of this package")
-        found = differences(Request.read(folder).question, request.question)
-    except ForeignFile as fault:
-        raise ForeignFile(f"{fault} (--force replaces it)") from None
-    if found:
-        raise ForeignFile(f"{folder}: holds another run: {'; '.join(found)} (--force replaces it)")
-
-
-def load_part(folder: Path, scene: Scene) -> Trajectory | None:
-    """What a folder has of the trajectory of a scene, by its plan; None where there is nothing.
-
-    Raises
-    ------
-    ForeignFile
-        It is damaged, or was begun with other versions.
-    """
-    from heavytop.run.trajectory_file import load_interrupted
-
-    if not (folder / TRAJECTORY).exists():
-        return None
-    part = load_interrupted(folder / TRAJECTORY)
-    return replace(part, scene=scene)  # a file does not have the name of its scene
 
 
 def load_run(result: RunResult, path: Path) -> Any:

@@ -270,16 +270,6 @@ def load_result(path: Path) -> Result:
     return found
 
 
-def command_of(path: Path) -> str | None:
-    """The command that a document, or the first line of a study, names, if one does."""
-    try:
-        text = path.read_bytes()
-        found = json.loads(text.partition(b"\n")[0] if path.suffix == ".jsonl" else text)["command"]
-    except (OSError, ValueError, LookupError, TypeError):
-        return None
-    return found if isinstance(found, str) else None
-
-
 # --- values as texts -------------------------------------------------------------------------
 
 

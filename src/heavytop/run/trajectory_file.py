@@ -21,7 +21,7 @@ import numpy as np
 from heavytop import __version__
 from heavytop.analytic.motion import Motion
 from heavytop.doctor import versions
-from heavytop.errors import ForeignFile, Outcome
+from heavytop.errors import Outcome
 from heavytop.files import array, attribute, open_sealed, write_sealed
 from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.integration.blocks import Checkpoint
@@ -263,28 +263,6 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     place = path_of("path", path)
     with open_sealed(place) as file:
         return _trajectory(file)
-
-
-def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
-    """Read a trajectory to go on with it, which takes what it was begun with.
-
-    Raises
-    ------
-    ForeignFile
-        As for `load_trajectory`; or it was begun with other versions, or on another processor.
-    """
-    with open_sealed(Path(path)) as file:
-        there = json.loads(attribute(file, "versions"))
-        found = _trajectory(file)
-    here = versions()
-    other = [
-        f"{name}: {there.get(name)} there, {here[name]} here"
-        for name in here
-        if there.get(name) != here[name]
-    ]
-    if other:
-        raise ForeignFile(f"{path}: begun with other versions ({'; '.join(other)})")
-    return found
 
 
 def _trajectory(file: Any) -> Trajectory:

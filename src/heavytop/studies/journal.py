@@ -116,10 +116,13 @@ class Journal:
 
     @classmethod
     @contextmanager
-    def open(cls, folder: object, parameters: Parameters) -> Iterator[Self]:
+    def open(
+        cls, folder: object, parameters: Parameters, files: Sequence[str] = (), **about: Any
+    ) -> Iterator[Self]:
         """Begin a study in a new or empty folder, or take up the one with these parameters.
 
-        Where there is no folder (None) it is in memory.
+        Where there is no folder (None) it is in memory. One that names its files may begin where
+        none of these is there. The first line says also what it is `about`.
 
         Raises
         ------
@@ -138,7 +141,8 @@ class Journal:
         path = path_of("folder", folder)
         if path.exists() and not path.is_dir():
             raise ForeignFile(f"{path}: not a folder")
-        others = sorted({each.name for each in path.glob("*")} - {STUDY, LOCK})
+        there = {each.name for each in path.glob("*")} - {STUDY, LOCK}
+        others = sorted(there.intersection(files or there))
         if others and not begun_with(path):
             names = ", ".join(others[:3])
             raise ForeignFile(f"{path}: not empty and not the folder of a study ({names})")
@@ -146,14 +150,16 @@ class Journal:
         with locked(path / LOCK), (path / STUDY).open("ab", buffering=0) as file:
             if not begun_with(path):
                 file.truncate(0)
-                _write_line(file, {"command": typed(), "parameters": parameters})
+                _write_line(file, {"command": typed(), "parameters": parameters, **about})
             journal = cls.read(path)
             journal.expect(parameters)
             file.truncate(journal._end)
             journal._file = file
             try:
                 yield journal
-            except KeyboardInterrupt:
+            except BaseException as fault:
+                if not errors.is_interrupt(fault):
+                    raise
                 raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", path) from None
 
     def expect(self, parameters: Parameters) -> None:
@@ -164,7 +170,8 @@ class Journal:
         ForeignFile
         """
         if found := differences(self.parameters, json.loads(canonical_json(parameters))):
-            raise ForeignFile(f"{self.folder}: holds another study: {'; '.join(found)}")
+            kind = self.parameters["kind"]
+            raise ForeignFile(f"{self.folder}: holds another {kind}: {'; '.join(found)}")
 
     def record(self, task: str) -> TaskRecord:
         """Return how far a task is; an empty record before it began."""
@@ -222,7 +229,7 @@ def begun_with(folder: Path) -> dict[str, Any]:
         return {}
     except OSError as fault:
         raise ForeignFile(f"{path}: not readable ({fault.strerror})") from None
-    except ValueError as fault:
+    except ForeignFile as fault:
         raise ForeignFile(f"{path}: line 1: {fault}") from None
 
 
@@ -271,11 +278,11 @@ def read_line(line: bytes) -> dict[str, Any]:
 
     Raises
     ------
-    ValueError
+    ForeignFile
     """
     text = b"{" + line[len(DIGEST % digest(b"")) : -1]
     if line != sealed(text):
-        raise ValueError("damaged, its digest is of something else")
+        raise ForeignFile("damaged, its digest is of something else")
     found: dict[str, Any] = json.loads(text)
     return found
 
@@ -283,8 +290,12 @@ def read_line(line: bytes) -> dict[str, Any]:
 def _write_line(file: IO[bytes], document: dict[str, Any]) -> int:
     """Append a line and wait until it is on the disk; return its place."""
     place, rest = file.seek(0, os.SEEK_END), sealed(canonical_json(document).encode())
-    while rest:  # without a buffer, which would be tried again when a full disk is closed
-        rest = rest[file.write(rest) :]
-    if not isinstance(file, BytesIO):
-        os.fsync(file.fileno())
+    try:
+        while rest:  # without a buffer, which would be tried again when a full disk is closed
+            rest = rest[file.write(rest) :]
+        if not isinstance(file, BytesIO):
+            os.fsync(file.fileno())
+    except OSError as fault:
+        fault.filename = file.name  # a full disk does not say where
+        raise
     return place
