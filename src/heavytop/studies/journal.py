@@ -201,8 +201,7 @@ class Journal:
                 (self.folder / STUDY).stat()  # what has gone would be written to all the same
             place = _write_line(self._file, line)
         except OSError as fault:
-            file = (self.folder or Path()) / STUDY
-            raise errors.StoppedEarly.unwritable(fault, file, self.folder) from fault
+            raise errors.StoppedEarly.unwritable(fault, Path(STUDY), self.folder) from fault
         self._add(place, **line)
 
     def _add(self, place: int, task: str, **chunk: Any) -> None:
