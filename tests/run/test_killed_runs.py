@@ -15,6 +15,8 @@ from heavytop.files import locked
 from heavytop.report import files as report_files
 from heavytop.studies.journal import sealed
 
+from ..commands import fail_with
+
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
 import os, pkgutil, signal, sys
@@ -231,6 +233,14 @@ def test_a_run_begins_where_a_journal_is_empty_and_beside_other_files(tmp_path):
     assert (refused.exit_code, "neither a study nor a run" in refused.stderr) == (3, True)
     assert heavytop_("run sicm-kicked --no-figures", tmp_path).exit_code == 0
     assert files(tmp_path).keys() == {"run.json", "trajectory.nc", "thesis.tex"}
+
+
+def test_a_run_that_fails_before_anything_is_stored_leaves_its_folder_to_others(tmp_path):
+    """Such as where heyoka is missing: what is installed then is another version."""
+    with pytest.MonkeyPatch.context() as patched:
+        fail_with(patched, ht.MissingPackage("a run", ["heyoka"]))
+        assert heavytop_("run sicm-kicked", tmp_path).exit_code == Exit.USAGE
+    assert heavytop_("run sicm-dropped --no-figures", tmp_path).exit_code == 0
 
 
 def test_two_runs_do_not_write_one_folder(tmp_path):

@@ -22,6 +22,7 @@ from heavytop.errors import (
     NotDrawnWarning,
     Outcome,
     StoppedEarly,
+    is_interrupt,
 )
 from heavytop.files import locked, remove_parts
 from heavytop.results.base import Result
@@ -71,7 +72,8 @@ def open_run(
 ) -> Iterator[None]:
     """Hold a folder for one run, which is another one if its scene is, or what is `asked` of it.
 
-    What is left of the same run stays, to go on with; a whole one is taken away.
+    What is left of the same run stays, to go on with; a whole one is taken away, and one that fails
+    before anything is stored does not stay.
 
     Raises
     ------
@@ -101,6 +103,11 @@ def open_run(
             yield
         except OSError as fault:
             raise StoppedEarly.unwritable(fault, folder, folder) from fault
+        except Exception as fault:
+            stopped = isinstance(fault, StoppedEarly) or is_interrupt(fault)
+            if not stopped and not (folder / TRAJECTORY).exists():  # it would fail again
+                (folder / STUDY).unlink(missing_ok=True)
+            raise
 
 
 def _is_whole(folder: Path, parameters: Parameters) -> bool:
