@@ -46,6 +46,9 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
         ["strang", "1230", "2.0e-09", "0.50(3)", "lost at 10", "lost", "3.0e-02"],
         ["short", MISSING, "2.0e-09", "bounded", "lost at 4", "1.40(2)", "3.0e-02"],
     ]
+    [bare] = of(SHORT).tables()
+    assert "us_per_period" in table.columns
+    assert "us_per_period" not in bare.columns  # its folder has no times
     assert [code for code, _ in found.problems()] == [4, 4]
     assert (found.unrun(), of(OTHER).unrun()) == ((), ["a.py:mine"])
 

@@ -231,7 +231,7 @@ def write_study(
         place.mkdir(parents=True, exist_ok=True)
         remove_parts(place, [f"{kind}.{form}" for form in ("json", "nc", *PICTURE_FORMATS)])
         files = {"document": f"{kind}.json", **found.save_data(place)}
-        found = replace(found, files=files)
+        found = replace(found, files=files, **found.timeless())
         found.save(place / files["document"])
         for form in PICTURE_FORMATS:
             (place / f"{kind}.{form}").unlink(missing_ok=True)

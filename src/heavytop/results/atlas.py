@@ -62,9 +62,9 @@ class Atlas(Result):
         Pieces of the boundaries between kinds, by ``name`` and their points ``x`` and ``y``; a
         single one where it is a point of the plane.
     pixels_per_s : float or None
-        Pixels computed here in a second, of all processes together [1/s].
+        Pixels computed here in a second, of all processes together [1/s]; None in its folder.
     jobs : int or None
-        Processes that computed them.
+        Processes that computed them; None in its folder.
     """
 
     schema: ClassVar = "heavytop/atlas/1"
@@ -140,6 +140,10 @@ class Atlas(Result):
         found = self.to_xarray().to_dataframe(dim_order=over)
         found.attrs = Table((), (*over, *map(str, self.to_xarray()))).to_pandas().attrs
         return found
+
+    def timeless(self) -> Mapping[str, Any]:
+        """Neither how fast it was nor with how many processes, which `resume` may change."""
+        return {"pixels_per_s": None, "jobs": None}
 
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write ``atlas.nc``, whole or not at all.

@@ -165,6 +165,10 @@ class Result(Plotted):
         names = (each.name for each in fields(self) if each.name not in self.left_out)
         return {"schema": self.schema, **{name: getattr(self, name) for name in names}}
 
+    def timeless(self) -> Mapping[str, Any]:
+        """Fields as its folder has them, without times: those of a resumed study are the same."""
+        return {}
+
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write its numbers beside its JSON; return names of files, by what they are."""
         return {}

@@ -75,13 +75,13 @@ class Drift(Result):
         The initial conditions of every start, as doubles [rad, rad/s]; first the scene's own.
     methods : tuple of mapping
         What was found of each, in the order asked: ``name``, ``formulation``, ``language``,
-        ``setting``, ``us_per_period`` [µs], mean ``steps`` of a run, why runs ``ended`` early by
-        the number of the start, why it was ``skipped``; at ``periods`` (times in nutation periods
-        of each run's own start) root mean squares over the starts of ``energy`` (E' relative to
-        max(|E'|, gMR)), ``p_phi``, ``p_psi``, other ``invariants``, ``phase_s`` [s] and
-        ``axis``, and the errors of every run, with their signs, as ``members``. None where the
-        formulation does not determine an error or cannot change it, and of the phase from where a
-        run is off by a twentieth of a period.
+        ``setting``, ``us_per_period`` [µs] (None in its folder), mean ``steps`` of a run, why runs
+        ``ended`` early by the number of the start, why it was ``skipped``; at ``periods`` (times
+        in nutation periods of each run's own start) root mean squares over the starts of
+        ``energy`` (E' relative to max(|E'|, gMR)), ``p_phi``, ``p_psi``, other ``invariants``,
+        ``phase_s`` [s] and ``axis``, and the errors of every run, with their signs, as
+        ``members``. None where the formulation does not determine an error or cannot change it,
+        and of the phase from where a run is off by a twentieth of a period.
         ``growth`` of energy and phase is an exponent of the time, "bounded", "changes sign",
         "lost" or None; ``energy_exponent``, ``phase_exponent`` and ``stderr`` are the numbers.
         Of a method of fixed steps its ``order``, published, or measured of one of your own; of
@@ -133,7 +133,8 @@ class Drift(Result):
         """The errors of every method at the last time."""
         about = {"name": quantity_of("scheme"), **{n: error_of(n) for n in ("energy", "axis")}}
         rows = [_last(each) for each in self.methods if each.skipped is None]
-        yield Table(rows, METHOD_COLUMNS, meanings=about)
+        kept = [n for n in METHOD_COLUMNS if n != "us_per_period" or any(row[n] for row in rows)]
+        yield Table(rows, kept, meanings=about)
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors that grow, of those that are not zero."""
@@ -159,6 +160,10 @@ class Drift(Result):
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that were not run, and why."""
         return {x.name: x.skipped for x in self.methods if x.skipped and ":" in x.name}
+
+    def timeless(self) -> Mapping[str, Any]:
+        """The methods without the time of a period."""
+        return {"methods": [{**each, "us_per_period": None} for each in self.methods]}
 
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write ``drift.nc``.
