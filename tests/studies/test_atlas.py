@@ -115,8 +115,8 @@ def test_the_double_nearest_pi_means_pi(gMR):
     for x, y in (("thetadot=-10:10:5", "omega3=0:200:5"), ("theta=2:pi:3", "omega3=0:200:5"),
                  ("p_phi=-0.0132:0.0132:5", "p_psi=-0.0132:0.0132:5")):  # fmt: skip
         found, plane = ht.atlas(scene, x, y, jobs=1), plane_of(x, y, scene)
-        where = np.broadcast_arrays(plane.at(*np.meshgrid(plane.x.values, plane.y.values))["theta"])
-        for i, j in np.argwhere(np.broadcast_to(where[0], plane.shape) == np.pi):
+        theta = plane.at(*np.meshgrid(plane.x.values, plane.y.values))["theta"]
+        for i, j in np.argwhere(np.broadcast_to(theta, plane.shape) == np.pi):
             motion = alone(plane, i, j, theta="pi")
             assert VERDICT_NAMES[found["kind"][i, j]] == (motion.kind if motion else "impossible")
             if motion is None:
