@@ -1,6 +1,6 @@
 """A stress test says what the marks mean, what failed, and whether auto was silently wrong."""
 
-from heavytop.results.stress import NO_RUN, Stress
+from heavytop.results.stress import NO_RUN, Stress, silently_wrong
 from heavytop.results.table import Row
 
 RUN = Row(NO_RUN, case="cusp", method="auto", formulation="auto", outcome="ok", digits_lost=0.5)
@@ -34,3 +34,13 @@ def test_its_exit_code_is_that_of_what_auto_did():
     assert [code for code, _ in wrong.problems()] == [5]
     assert wrong.document()["auto"] == {"run": True, "silently_wrong": ["cusp"]}
     assert of(RUN).to_pandas().loc[("cusp", "auto"), "digits_lost"] == 0.5
+
+
+def test_only_a_run_that_says_nothing_is_silently_wrong_and_chance_is_counted_as_nothing_to_tell():
+    for wrong, more in (
+        (False, {"digits_lost": 1.9}), (True, {"digits_lost": 2.1}), (True, {"untold": True}),
+        (True, {"outcome": "diverged"}), (False, {"outcome": "diverged", "named": True}),
+    ):  # fmt: skip
+        assert silently_wrong(Row(RUN, **more)) == wrong
+    counts = of(Row(RUN, untold=True)).counts()["auto"]
+    assert {word: n for word, n in counts.items() if n} == {"nothing-to-tell": 1}

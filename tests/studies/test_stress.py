@@ -11,14 +11,14 @@ from heavytop.comparison import own
 from heavytop.comparison.adaptive import right_hand_side, scipy_stepper
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.results.stress import Stress, StressOutcome, silently_wrong
+from heavytop.results.stress import StressOutcome
 from heavytop.run.plan import Plan
 from heavytop.run.planning import plan
 from heavytop.run.span import closed_form_of
 from heavytop.run.start import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, cases, reference
-from heavytop.studies.stress_runs import CaseRun, judge, missed_events, run_case, run_row
+from heavytop.studies.stress_runs import CaseRun, judge, missed_events, run_case
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")
@@ -152,13 +152,6 @@ def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
     assert missed_events({"turning": 6, "reversal": 1, "cusp": 3}, counts) == "1 reversal, not 0"
 
 
-def test_only_a_run_that_says_nothing_is_silently_wrong():
-    assert not silently_wrong(ran("auto", StressOutcome.OK, digits_lost=1.9))
-    assert silently_wrong(ran("auto", StressOutcome.OK, digits_lost=2.1))
-    assert silently_wrong(ran("auto", StressOutcome.DIVERGED))
-    assert not silently_wrong(ran("auto", StressOutcome.DIVERGED, named=True))
-
-
 # --- the runs themselves ---------------------------------------------------------------------
 
 
@@ -230,16 +223,11 @@ def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
 # --- what auto says --------------------------------------------------------------------------
 
 
-@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
     scene = cases()["separatrix-3000"].scene
     [digits, leaving] = plan(scene).warnings
     assert "digits may be missed" in digits
     assert "at about t = 73.5 s" in leaving  # 53 ln 2 over the growth rate 1/2
-    shorter = ht.Scene(scene.top, scene.start, time=70, quantities=("axis",), events=())
-    trajectory, exact = ht.propagate(shorter, formulation="axis"), closed_form_of(scene)
-    grown = [abs(float(trajectory(t).theta - exact.at(t).theta)) for t in (30, 60)]
-    assert math.log(grown[1] / grown[0]) / 30 == pytest.approx(0.5, abs=0.02)
     assert not plan(cases()["separatrix-40"].scene, "axis").warnings
 
 
@@ -269,9 +257,7 @@ def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
 @pytest.mark.processes
 def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
     got = ht.stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
-    assert not got.cases
-    assert [s.method for s in got.skipped] == ["auto", "taylor-axis"]
-    assert {(s.case, s.reason) for s in got.skipped} == {("cusp", "the budget was spent")}
+    assert (got.cases, [s.method for s in got.skipped]) == ((), ["auto", "taylor-axis"])
     methods = ["lsoda-scipy-lagrange", "lsoda-scipy"]
     one = ht.stress(cases=["start-at-top"], methods=methods, budget=1.0, time_limit=2.0)
     assert [str(run.outcome) for run in one.cases] == ["time-limit"]  # begun within the budget
@@ -280,9 +266,7 @@ def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
 
 def test_a_test_that_is_resumed_has_the_budget_it_was_begun_with(tmp_path):
     ht.stress(cases=["cusp"], methods=["auto"], budget=0, folder=tmp_path)
-    resumed = ht.resume(tmp_path)
-    assert not resumed.cases
-    assert resumed.limits["budget_s"] == 0
+    assert ht.resume(tmp_path).limits["budget_s"] == 0
     ht.stress(cases=["cusp"], methods=["auto"], budget=60, folder=tmp_path)  # it may be changed
     assert ht.resume(tmp_path).limits["budget_s"] == 60
 
@@ -295,29 +279,12 @@ def test_the_cases_are_those_that_were_asked_for():
     kinds = {
         "through-top": "through-top", "through-bottom": "through-bottom",
         "steady+0": "uniform-precession", "separatrix-10": "separatrix",
-        "separatrix-3000": "separatrix",
-        "kick+1e-3": "waves", "kick+1e-15": "waves", "kick-1e-3": "loops", "kick-1e-15": "loops",
+        "kick+1e-15": "waves", "kick-1e-15": "loops",
     }  # fmt: skip
     assert {name: str(motions[name].kind) for name in kinds} == kinds
-    spins = [cases()[f"spin-1e{p}"].scene for p in range(2, 8)]
-    assert [float(s.top.C * s.start.omega3) for s in spins] == pytest.approx([4.0] * 6, rel=1e-14)
-    assert [float(s.start.omega3) for s in spins] == [10.0**p for p in range(2, 8)]
+    for power in range(2, 8):
+        fast = cases()[f"spin-1e{power}"].scene
+        assert float(fast.start.omega3) == 10.0**power
+        assert float(fast.top.C * fast.start.omega3) == pytest.approx(4.0, rel=1e-14)
     pushed = [motions[f"sleeping-1{sign}1e-{p}"] for sign in "+-" for p in (4, 8, 12)]
     assert all(float(motion.at(20.0).theta) > 1.8e-5 for motion in pushed)  # 1e-6 when it starts
-
-
-# --- what is made of all runs ----------------------------------------------------------------
-
-
-def ran(method, outcome, **more):
-    return run_row(case="cusp", method=method, formulation=method, outcome=outcome, **more)
-
-
-def test_what_is_chance_is_counted_as_nothing_to_tell_and_as_nothing_else():
-    runs = (ran("taylor-axis", StressOutcome.OK, untold=True, named=True),
-            ran("auto", StressOutcome.OK, untold=True))  # fmt: skip
-    chance = Stress(hard={"cusp": ""}, methods=dict.fromkeys(run.method for run in runs),
-                    cases=runs, limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1})  # fmt: skip
-    none = dict.fromkeys(map(str, StressOutcome), 0)
-    assert chance.counts()["taylor-axis"] == none | {"nothing-to-tell": 1}
-    assert [run.method for run in chance.silently_wrong] == ["auto"]
