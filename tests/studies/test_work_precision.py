@@ -23,6 +23,7 @@ from heavytop.studies.steppers import set_up
 from heavytop.studies.work_precision import BEFORE_END, first_run, settings
 
 from ..integrators import rk4
+from ..report.conftest import POINT
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -30,19 +31,10 @@ KICKED = ht.load_scene("sicm-kicked")
 # --- errors ----------------------------------------------------------------------------------
 
 
-def setting_of(point):
-    return point.steps_a_period if point.tolerance is None else point.tolerance
-
-
-def started(number):
-    """The kicked top from one of the starts of every diagram of it."""
-    return ht.Scene(KICKED.top, perturbed_start(KICKED.start, 0, number), periods=1)
-
-
 @pytest.mark.parametrize(("text", "number"), [("taylor-axis=1e-06", 0), ("strang=25", 5)])
 def test_an_error_is_the_distance_from_the_closed_form(text, number):
     """Stepped here by the method's own stepper, and held against the closed form in doubles."""
-    scene = started(number)
+    scene = ht.Scene(KICKED.top, perturbed_start(KICKED.start, 0, number), periods=1)
     made = set_up(scene, method(text))
     end = made.stepper.output_time((20 - BEFORE_END) * made.period)
     place = made.stepper.begin()
@@ -71,10 +63,8 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
 )
 def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(text, digits, periods):
     (found,) = settings(text, KICKED, periods)
-    chosen = ht.plan(
-        ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=("axis",), events=(),
-                 samples=2, digits=digits)
-    )  # fmt: skip
+    asked = {"periods": periods, "quantities": ("axis",), "events": (), "samples": 2}
+    chosen = ht.plan(ht.Scene(KICKED.top, KICKED.start, digits=digits, **asked))
     assert found.name == text
     assert (found.formulation, found.projected) == (chosen.formulation, chosen.projected)
     assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
@@ -85,13 +75,9 @@ def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(text, digits, pe
 
 def made(us, axis, theta=None, name="taylor-axis"):
     theta = axis if theta is None else theta
-    return Row(
-        method=name, formulation="axis", language="compiled by heyoka", tolerance=2.2e-16,
-        steps_a_period=None, bits=53, measures="theta" if axis is None else "axis", rival=False,
-        us_per_period=us, us_spread=0.1, rhs_evaluations=100, error=theta if axis is None else axis,
-        error_spread=0.0, starts=8, theta_error=theta, energy_error=1e-15, setup_s=0.1, runs=2,
-        periods=10.0, steps=100, phase_error=1e-9, warned={}, has_order=True,
-    )  # fmt: skip
+    numbers = {"method": name, "us_per_period": us, "theta_error": theta, "rival": False}
+    measured = {"measures": "theta" if axis is None else "axis", "error": axis or theta}
+    return Row(POINT | numbers | measured | {"tolerance": 2.2e-16, "steps_a_period": None})
 
 
 def diagram_of(points, skipped=()):
@@ -102,9 +88,8 @@ def diagram_of(points, skipped=()):
 def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
     draw = random.Random(3)
     for _ in range(50):
-        points = [
-            made(draw.choice((1, 2, 3, 5, 8)), 10.0 ** -draw.randint(1, 6)) for _ in range(12)
-        ]
+        works = [draw.choice((1, 2, 3, 5, 8)) for _ in range(12)]
+        points = [made(us, 10.0 ** -draw.randint(1, 6)) for us in works]
         known = [(point.us_per_period, point.error) for point in points]
         unbeaten = [
             (us, off)
@@ -166,9 +151,8 @@ def toys(monkeypatch):
 
 def measured(costs, periods=2.0, budget=10_000, folder=None):
     """A diagram of strang at settings that are taken for the seconds of a block."""
-    methods = [f"strang={cost!r}" for cost in costs]
-    asked = {"methods": methods, "periods": periods, "budget": budget, "folder": folder}
-    return ht.work_precision(KICKED, **asked)
+    methods, how = [f"strang={cost!r}" for cost in costs], {"budget": budget, "folder": folder}
+    return ht.work_precision(KICKED, methods=methods, periods=periods, **how)
 
 
 def test_settings_are_run_in_turn_from_every_start_in_every_round(toys):
@@ -213,7 +197,7 @@ def test_nothing_is_begun_after_the_budget(toys):
 
 def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(toys):
     found = measured([1.0, 4.0, 5.0, 6.0], periods=5.0, budget=2400.0)
-    assert [setting_of(point) for point in found.points] == [1.0]
+    assert [point.steps_a_period for point in found.points] == [1.0]
     assert [each.reason for each in found.skipped] == [
         "stopped at t = 3 s after 12 s: more than 10 s for a run",
         "not started: strang=4 took too long",

@@ -19,7 +19,7 @@ from heavytop.doctor import versions
 from heavytop.studies import study, workers
 
 from . import toy
-from .toy import TOYS, alive, results
+from .toy import TOYS, alive, lines, results, wait_for
 
 pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 
@@ -70,25 +70,17 @@ def done(path, **how):
 def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(scheduler, tmp_path):
     """One of them is killed in the middle: what it was at is done again by the other."""
     place, address = scheduler
-    log, seen = tmp_path / "log", []
-    log.touch()
+    log = tmp_path / "log"
     with ExitStack() as stack:
-        two = [
-            stack.enter_context(worker(place, address, TOY_LOG=str(log), TOY_PAUSE="0.01"))
-            for _ in range(2)
-        ]
+        slow = {"TOY_LOG": str(log), "TOY_PAUSE": "0.01"}
+        two = [stack.enter_context(worker(place, address, **slow)) for _ in range(2)]
 
         def kill(progress):
-            seen.append(progress)
-            pids = {int(line.split()[-1]) for line in log.read_text().splitlines()}
-            if len(pids) == 2 and two[0].poll() is None:
+            if len({pid for *_, pid in lines(log)}) == 2 and two[0].poll() is None:
                 two[0].kill()
 
         executor = stack.enter_context(workers.executor_at(address, timeout_s=60))
-        end = time.monotonic() + 60
-        while executor.workers < 2:
-            assert time.monotonic() < end, (place / "dask.log").read_text()
-            time.sleep(0.05)
+        wait_for(lambda: executor.workers == 2)
         there = done(tmp_path / "there", executor=executor, on_progress=kill)
         assert two[0].poll() == -9
     assert there == done(tmp_path / "here")
@@ -114,10 +106,8 @@ def process():
 def test_a_call_that_hangs_is_killed_and_the_next_one_is_done(process):
     first = process.call(os.getpid)
     assert process.call(os.getpid, timeout=60) == first != os.getpid()
-    began = time.monotonic()
     with pytest.raises(workers.TimedOut):
         process.call(time.sleep, 600, timeout=0.5)
-    assert time.monotonic() - began < 60  # it would sleep for ten times as long
     assert not alive(first)
     second = process.call(os.getpid)
     assert second != first
