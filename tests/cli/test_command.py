@@ -90,32 +90,21 @@ def test_exit_codes(error, code):
         ("runn sicm-kicked", "Did you mean 'run'?"),
         ("atlas", "SCENE"),
         ("atlas sicm-kicked", "--x"),
-        ("find sicm-kicked", "--vary"),
-        ("sweep sicm-kicked --over start.phidot=1:2:3", "--facts"),
-        ("reference sicm-kicked", "--times"),
         ("film sicm-kicked", "-o"),
-        ("explore", "-o"),
         ("run sicm-kicked --verbos", "--verbos"),
         ("run sicm-kicked --set start.phidot 14", "14"),
         ("run sicm-kicked --set start.phidot", "--set"),
         ("run sicm-kicked --set start.phidto=3", "--set"),
-        ("run sicm-kicked --digits 0", "--digits"),
-        ("plan sicm-kicked --formulation hamilton", "--formulation"),
-        ("stress --cases cup", "--cases"),
         ("stress --cases cusp,,auto", "--cases"),
         ("stress --step-limit 0", "--step-limit"),
         ("drift sicm-kicked --methods x --periods 0", "--periods and --methods"),
         ("workprec sicm-kicked --methods strang=-1", "--methods"),
         ("classify sicm-kicked --unit furlong", "--unit"),
-        ("reference sicm-kicked --times 0:1:1 --unit deg", "--unit"),
         ("find sicm-kicked --vary psidot=1:2 --so-that round=1", "--vary"),
         ("sweep sicm-kicked --over start.psidot=1:2:2 --facts x", "--facts"),
         ("check x.csv --columns Zeit", "--columns"),
-        ("sweep sicm-kicked --over start.psidot=1:2:2 --facts round -o x.txt", "-o"),
         ("check x.csv --digits nan", "--digits"),
-        ("check x.csv --set start.phidot=-14", "--set"),
         ("film sicm-kicked -o x.gif --size=80x", "--size"),
-        ("validate hold-on", "hold-on"),
     ],
 )
 def test_a_bad_word_is_a_usage_error_that_names_its_option(words, option, tmp_path, monkeypatch):
@@ -132,7 +121,6 @@ def test_a_bad_word_is_a_usage_error_that_names_its_option(words, option, tmp_pa
         ("run sicm-kicked --digits x --tolerance y", 2, "--digits --tolerance"),
         ("find sicm-kicked", 2, "--vary --so-that"),
         ("run sicm-kicked --digits 0 --formulation x", 2, "digits=0 formulation=x"),
-        ("plan sicm-kicked --digits 0 --formulation x", 2, "digits=0 formulation=x"),
         ("run sicm-kicked --unit el,oz -o /proc/x/y --set top.A=-1", 2, "el oz /proc/x/y top.A=-1"),
         ("classify nosuch --unit el", 3, "nosuch el"),
         ("sweep sicm-kicked --over k=1:2:3 --facts x -o x.png", 2, "over=k facts=x x.png"),
@@ -157,24 +145,18 @@ def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_fi
     text = heavytop_("scenes", "sicm-kicked").stdout
     file.write_text(text, "utf-8")
     result = heavytop_("plan", file, "--set", "start.phi=x")
-    assert result.exit_code == Exit.USAGE
-    assert "Invalid value for --set: " in result.stderr
-    assert "mine" not in result.stderr
+    assert (result.exit_code, "mine" in result.stderr) == (Exit.USAGE, False)
     file.write_text(text.replace("theta  = 0.1", 'theta = "x"'), "utf-8")
     result = heavytop_("plan", file, "--set", "start.phi=x")
-    assert result.exit_code == Exit.BAD_SCENE
-    assert "mine.toml:" in result.stderr
+    assert (result.exit_code, "mine.toml:" in result.stderr) == (Exit.BAD_SCENE, True)
     assert "\n--set: start.phi" in result.stderr
 
 
-@pytest.mark.parametrize("place", ["{file}", "/proc/nowhere/out"])
-def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(place, tmp_path):
-    (tmp_path / "file").touch()
-    place = place.format(file=tmp_path / "file")
-    result = heavytop_(*QUICK, "-o", place, "-v")
-    assert result.exit_code == Exit.USAGE
-    assert f"Invalid value for --output: folder: cannot write {place}" in result.stderr
-    assert "run sicm-kicked" not in result.stderr
+@pytest.mark.parametrize("place", [__file__, "/proc/nowhere/out"])
+def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(place, monkeypatch):
+    fail_with(monkeypatch, AssertionError("integrated"))
+    result = heavytop_(*QUICK, "-o", place)
+    assert (result.exit_code, place in result.stderr) == (Exit.USAGE, True)
 
 
 def test_bugs_are_one_line_without_a_traceback(tmp_path, monkeypatch):
@@ -193,8 +175,7 @@ def test_a_disk_that_is_full_from_the_start_is_no_bug(tmp_path, monkeypatch):
     monkeypatch.setattr("heavytop.files.os.fsync", full)
     result = heavytop_(*QUICK, "-o", tmp_path / "out", "--no-figures")
     assert result.exit_code == Exit.ENDED_EARLY
-    journal = tmp_path / "out" / "study.jsonl"
-    assert result.stderr == f"heavytop: cannot write {journal}: No space left on device\n"
+    assert f"cannot write {tmp_path / 'out'}" in result.stderr
 
 
 def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
@@ -219,8 +200,8 @@ def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
 def test_where_what_is_printed_goes_to_a_full_disk_it_is_told(words):
     with FULL.open("w") as full:
         found = ended(*words.split(), stdout=full)
-    assert found.returncode == Exit.ENDED_EARLY
-    assert found.stderr == "heavytop: cannot write: No space left on device\n"
+    told = "heavytop: cannot write: No space left on device\n"
+    assert (found.returncode, found.stderr) == (Exit.ENDED_EARLY, told)
 
 
 @pytest.mark.processes
@@ -235,38 +216,30 @@ def test_without_a_home_a_locale_or_colours():
 
 
 @pytest.mark.processes
-def test_an_interrupt_before_there_is_a_command_is_no_traceback():
+@pytest.mark.parametrize(
+    ("module", "error", "told"),
+    [("heavytop.cli.command", "KeyboardInterrupt", ""),
+     ("heyoka", "ImportError('failed') from KeyboardInterrupt()", "heavytop: interrupted\n")],
+)  # fmt: skip
+def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error, told):
+    """Nor does it call missing what it kept from being imported."""
     program = (
         "import sys\n"
         "class Pressed:\n"
         "    def find_spec(self, name, *_):\n"
-        "        if name == 'heavytop.cli.command': raise KeyboardInterrupt\n"
-        "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
-    )
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True)
-    assert (found.returncode, found.stderr) == (130, b"")
-
-
-@pytest.mark.processes
-def test_an_interrupt_while_heyoka_is_imported_does_not_call_it_missing():
-    program = (
-        "import sys\n"
-        "class Pressed:\n"
-        "    def find_spec(self, name, *_):\n"
-        "        if name == 'heyoka': raise ImportError('failed') from KeyboardInterrupt()\n"
+        f"        if name == {module!r}: raise {error}\n"
         "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
     )
     words = [sys.executable, "-c", program, *QUICK]
     found = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert (found.returncode, found.stderr) == (130, "heavytop: interrupted\n")
+    assert (found.returncode, found.stderr) == (130, told)
 
 
 @pytest.mark.processes
 def test_results_reach_a_file_while_a_bar_is_drawn(tmp_path):
     shown, stderr = pty.openpty()
-    words = [sys.executable, "-m", "heavytop", "run", "sicm-kicked", "--no-figures", "--json"]
     with (tmp_path / "out").open("wb") as out:
-        assert subprocess.run(words, stdout=out, stderr=stderr).returncode == 0
+        assert ended(*QUICK, "--json", stdout=out, stderr=stderr).returncode == 0
     os.close(stderr)
     os.close(shown)
     assert json.loads((tmp_path / "out").read_bytes())["schema"] == "heavytop/run/1"

@@ -1,7 +1,6 @@
 """The verbs that judge and show: what ``check`` and ``validate`` print, and leave with."""
 
 import json
-import re
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -14,7 +13,7 @@ import heavytop as ht
 from heavytop.cli import verbs
 
 from ..claims.own_claims import FAKE, script
-from ..commands import heavytop_
+from ..commands import heavytop_, printed
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -22,56 +21,47 @@ KICKED = ht.load_scene("sicm-kicked")
 # --- check ---------------------------------------------------------------------------------------
 
 
+def table(path, **columns):
+    """The words that judge a table of the kicked top."""
+    header, rows = ",".join(columns), np.stack([*columns.values()], axis=1)
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.17g")
+    return ("check", path, "--scene", "sicm-kicked")
+
+
+T = np.linspace(0, 2, 201)
+RECORD = ht.Motion(KICKED.top, KICKED.start).at(T)
+
+
 @pytest.fixture
 def mine(tmp_path):
-    """The words that judge a table of the kicked top, its angles as they are."""
-    t = np.linspace(0, 2, 201)
-    record = ht.Motion(KICKED.top, KICKED.start).at(t)
-    path = tmp_path / "mine.csv"
-    rows = np.stack([t, record.theta, record.phi], axis=1)
-    np.savetxt(path, rows, delimiter=",", header="Zeit,theta,phi", comments="", fmt="%.17g")
-    return ("check", path, "--scene", "sicm-kicked", "--columns", "t=Zeit")
+    """Its angles as they are."""
+    words = table(tmp_path / "mine.csv", Zeit=T, theta=RECORD.theta, phi=RECORD.phi)
+    return (*words, "--columns", "t=Zeit")
 
 
 def test_document_and_chart_are_written_into_a_folder_and_put_on_a_page(mine, tmp_path):
-    found = heavytop_(*mine, "-o", tmp_path / "out", "--json")
-    assert found.exit_code == 0, found.output
+    found = json.loads(printed(*mine, "-o", tmp_path / "out", "--json"))
+    assert found["command"].startswith("heavytop check ")
+    assert found["versions"]["numpy"]
     written = json.loads((tmp_path / "out" / "check.json").read_text("utf-8"))
     assert written["files"].keys() == {"document", "chart_svg", "chart_png"}
-    assert json.loads(found.stdout).items() <= written.items()
-    page = tmp_path / "page.html"
-    assert heavytop_("report", tmp_path / "out", "-o", page).exit_code == 0
-    assert "effect of a change in the last binary digit" in page.read_text("utf-8")
-    assert heavytop_(*mine, "-o", tmp_path / "out").exit_code == 0  # another check takes its place
+    assert found.items() <= written.items()
+    printed("report", tmp_path / "out", "-o", tmp_path / "page.html")
+    assert "effect of a change in the last" in (tmp_path / "page.html").read_text("utf-8")
+    printed(*mine, "-o", tmp_path / "out")  # another check takes its place
 
 
-def test_the_document_has_what_was_asked_and_who_answered(mine):
-    found = heavytop_(*mine, "--json", "--digits", 13)
-    document = json.loads(found.stdout)
-    assert (found.exit_code, document["schema"]) == (0, "heavytop/check/1")
-    assert document["command"].startswith("heavytop check ")
-    assert document["versions"]["numpy"]
-    assert (document["digits"] > 14, document["slip"]) == (True, None)
-
-
-def test_of_another_start_no_convention_is_named(mine, tmp_path):
-    found = heavytop_(*mine, "--set", "start.phidot=-14.9", "--json")
-    assert found.exit_code == 0, found.output
-    document = json.loads(found.stdout)
-    assert document["conventions"] == document["alternatives"] == []
+def test_a_change_is_of_the_scene_or_of_a_top_without_a_start(mine, tmp_path):
+    document = json.loads(printed(*mine, "--set", "start.phidot=-14.9", "--json"))
     assert document["scene"]["start"]["phidot"] == -14.9
     (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
-    alone = heavytop_(*mine[:3], tmp_path / "top.toml", *mine[4:], "--set", "top.gMR=0.0456")
-    assert "fitted: theta = 0.1, " in alone.stdout, alone.output
+    alone = printed(*mine[:3], tmp_path / "top.toml", *mine[4:], "--set", "top.gMR=0.0456")
+    assert "fitted: theta = 0.1, " in alone
 
 
 def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked(tmp_path):
-    t = np.linspace(0, 2, 201)
-    x, y, z = ht.Motion(KICKED.top, KICKED.start).at(t).axis.T
-    path = tmp_path / "mine.csv"
-    rows = np.stack([t, x, z, -y], axis=1)
-    np.savetxt(path, rows, delimiter=",", header="t,x,y,z", comments="", fmt="%.17g")
-    words = ("check", path, "--scene", "sicm-kicked", "--digits", 12, "--json")
+    x, y, z = RECORD.axis.T
+    words = (*table(tmp_path / "mine.csv", t=T, x=x, y=z, z=-y), "--digits", 12, "--json")
     found, undone = heavytop_(*words), heavytop_(*words, "--as", "y-up")
     document = json.loads(found.stdout)
     assert (found.exit_code, undone.exit_code) == (5, 0)
@@ -80,12 +70,11 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     assert heavytop_(*words, "--as", "up").exit_code == 2
 
 
-@pytest.mark.parametrize("wanted", [["theta", "phi"], ["rates"]])
+@pytest.mark.parametrize("wanted", [("theta", "phi"), ("rates",)])
 def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
-    ht.propagate(replace(KICKED, quantities=tuple(wanted))).save(tmp_path / "trajectory.nc")
-    found = heavytop_("check", tmp_path / "trajectory.nc", "--digits", 12)
-    assert found.exit_code == 0, found.output
-    assert "of the scene: theta = 0.1, phidot = -15" in found.stdout
+    ht.propagate(replace(KICKED, quantities=wanted)).save(tmp_path / "trajectory.nc")
+    found = printed("check", tmp_path / "trajectory.nc", "--digits", 12)
+    assert "of the scene: theta = 0.1, phidot = -15" in found
 
 
 def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
@@ -102,14 +91,11 @@ def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
 @pytest.mark.processes
 def test_claims_are_measured_stored_and_found_again(tmp_path):
     words = ("validate", "betsch-cone", "betsch-cone", "--json", "-o", tmp_path / "made" / "here")
-    shown = heavytop_(*words, "--jobs", "1")
-    document = json.loads(shown.stdout)
-    assert shown.exit_code == 0
-    assert document["schema"] == "heavytop/validate/1"
+    document = json.loads(printed(*words, "--jobs", "1"))
     assert document["counts"] == {"passed": 1, "failed": 0, "skipped": 0}
     assert (document["asked"], document["proofs"]) == (["betsch-cone"], False)
     assert json.loads((tmp_path / "made/here/validate.json").read_text("utf-8")) == document
-    again = json.loads(heavytop_(*words).stdout)
+    again = json.loads(printed(*words))
     assert again["claims"] == document["claims"]
 
 
@@ -120,8 +106,6 @@ def test_a_claim_that_does_not_hold_is_out_of_bound_and_no_bug(tmp_path):
     shown = heavytop_("resume", tmp_path / "out")
     assert shown.exit_code == 5
     assert "raises does not hold: ValueError: no such top" in shown.stderr
-    assert "ok    a distance  formula       0.5      1" in shown.stdout
-    assert "1 passed, 1 failed, 1 skipped" in shown.stdout
 
 
 # --- report --------------------------------------------------------------------------------------
@@ -152,9 +136,6 @@ def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
     names = [f"{study}.json" for study in ("run", "stress", "atlas", "validate")]
     assert [Path(name).name for name in written["results"]] == names
     assert [each["study"] for each in written["missing"]] == ["drift", "workprec"]
-    assert "run, drift, workprec, stress, atlas, validate with their defaults" in found.stderr
-    assert "not on the page: drift" in found.stderr
-    assert "not on the page: workprec" in found.stderr
     assert {path.name for path in tmp_path.iterdir()} == {"report.html"}
 
 
@@ -165,9 +146,7 @@ def test_what_a_page_without_folders_takes_is_said_before_anything_runs(monkeypa
     monkeypatch.setattr("heavytop.propagate", stop, raising=False)
     found = heavytop_("report", "-o", tmp_path)
     assert found.exit_code == 130
-    first = found.stderr.splitlines()[0]
-    assert re.search("sicm-kicked: run, drift, .* validate with their defaults", first)
-    assert "four minutes" in first
+    assert "four minutes" in found.stderr.splitlines()[0]
     assert "defaults" not in heavytop_("report", "-o", tmp_path, "-q").stderr
 
 
