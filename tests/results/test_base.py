@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import pytest
@@ -56,24 +56,21 @@ def test_one_table_is_shown_in_every_form():
 
 @pytest.mark.parametrize(("width", "text"), [(80, "0.666666666667"), (31, " 0.66666667")])
 def test_a_narrow_terminal_shows_fewer_digits(width, text):
-    rows = [{"case": "a", "theta": 2 / 3, "phi": 2 / 3}]
-    shown = printed(Table(rows, ("case", "theta", "phi")), width)
+    shown = printed(Table([RUNS[0] | {"phi": 2 / 3}], ("case", "theta", "phi")), width)
     assert text in shown
     assert max(map(len, shown.splitlines())) <= width
 
 
 def test_columns_without_room_stand_below_the_others_with_the_first():
-    names = [f"method-{k}" for k in range(9)]
-    rows = [{"case": "cusp", **{name: f"{k}.0" for k, name in enumerate(names)}}]
-    parts = printed(Table(rows, ("case", *names)), 40).split("\n\n")
+    rows = [{"case": "cusp"} | {f"method-{k}": f"{k}.0" for k in range(9)}]
+    parts = printed(Table(rows, (*rows[0],)), 40).split("\n\n")
     cells = [part.split("\n")[1].split() for part in parts]
     assert [first for first, *_ in cells] == ["cusp"] * len(parts)
     assert [x for _, *others in cells for x in others] == [f"{k}.0" for k in range(9)]
 
 
 def test_rows_beyond_the_first_are_counted():
-    rows = [{"case": str(k)} for k in range(5)]
-    assert printed(Table(rows, ("case",), first=2, more=7), 40).endswith("… and 10 more\n")
+    assert printed(Table(RUNS * 2, ("case",), first=1, more=7), 40).endswith("… and 10 more\n")
 
 
 def test_no_text_becomes_markup_or_script_or_acts_on_a_terminal():
@@ -86,17 +83,14 @@ def test_no_text_becomes_markup_or_script_or_acts_on_a_terminal():
 
 
 def test_a_result_says_on_one_line_of_what_it_is_and_from_where_to_where_its_numbers_go():
-    rows = [{"method": "a", "energy": 2e-9}, {"method": "b", "energy": 1e-7}]
-    rows.append({"method": "c", "energy": None})
+    rows = [{"case": "a", "energy": 2e-9}, {"case": "b", "energy": 1e-7}, {"case": "c"}]
 
     class Drifts(Some):
         def tables(self):
-            yield Table(self.runs, ("method", "energy"))
+            yield Table(self.runs, ("case", "energy"))
 
-    assert (
-        repr(Drifts(name="one", runs=rows)) == "<Drifts: name: one; a, b, c: energy 2e-09 to 1e-07>"
-    )
-    named = replace(Drifts(name="one", runs=rows[:1]), command=None)
+    several, named = (Drifts(name="one", runs=rows[:n]) for n in (3, 1))
+    assert repr(several) == "<Drifts: name: one; a, b, c: energy 2e-09 to 1e-07>"
     object.__setattr__(named, "scene", {"name": "kicked"})
     assert repr(named) == "<Drifts of kicked: name: one; a: energy 2e-09>"
 
@@ -141,11 +135,11 @@ def test_what_is_saved_is_loaded(tmp_path):
 )
 def test_what_is_no_such_document_is_refused_by_its_name(tmp_path, text):
     path = tmp_path / "some.json"
-    with pytest.raises(ForeignFile, match=str(path)):
-        Some.load(path)
-    path.write_text(text)
-    with pytest.raises(ForeignFile, match=str(path)):
-        Some.load(path)
+    for wrong in (None, text):
+        if wrong is not None:
+            path.write_text(wrong)
+        with pytest.raises(ForeignFile, match=str(path)):
+            Some.load(path)
 
 
 def test_a_result_has_the_command_that_made_it_and_a_file_no_other(tmp_path):

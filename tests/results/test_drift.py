@@ -19,12 +19,8 @@ SHORT = STRANG | {"name": "short", "periods": [1.0, 4.0], "ended": {"3": "it div
                   "us_per_period": None, "phase_exponent": 1.4,
                   "growth": {"energy": "bounded", "phase": 1.4},
                   "stderr": {"energy": None, "phase": 0.02}}  # fmt: skip
-OTHER = STRANG | {
-    "name": "a.py:mine",
-    "skipped": "no package",
-    "order": 1.98,
-    "warned": {"RuntimeWarning: overflow": 3},
-}
+OTHER = STRANG | {"name": "a.py:mine", "skipped": "no package", "order": 1.98,
+                  "warned": {"RuntimeWarning: overflow": 3}}  # fmt: skip
 
 
 def of(*methods):
@@ -59,24 +55,17 @@ def drift():
     return ht.drift(SCENE, methods=methods, periods=5, ensemble=2, samples=5)
 
 
-def test_errors_are_by_method_and_time_in_every_form(drift):
-    table, data = drift.to_pandas(), drift.to_xarray()
+def test_errors_are_by_method_and_time_in_every_form_and_those_of_every_run_by_start_too(drift):
+    table, data, every = drift.to_pandas(), drift.to_xarray(), drift.to_pandas(members=True)
     assert table.index.names == ["scheme", "periods"]
+    assert every.index.names == ["scheme", "start", "periods"]
     for method in drift.methods:
         one = table.loc[method.name]
-        assert one.index.tolist() == list(method.periods)
         for name in table:
             np.testing.assert_array_equal(one[name], data[name].sel(scheme=method.name))
-        np.testing.assert_array_equal(one["energy"], method.energy)
+        members = [(each, every.loc[method.name, k]) for k, each in enumerate(method.members)]
+        for known, rows in [(method, one), *members]:
+            assert rows.index.tolist() == list(known.periods)
+            np.testing.assert_array_equal(rows["energy"], known.energy)
     assert table.attrs["units"]["phase_s"] == data["phase_s"].attrs["units"] == "s"
     assert table.attrs["units"]["axis"] == data["member_axis"].attrs["units"] == "1"
-
-
-def test_errors_of_every_run_are_by_start_too(drift):
-    table = drift.to_pandas(members=True)
-    assert table.index.names == ["scheme", "start", "periods"]
-    for method in drift.methods:
-        for k, member in enumerate(method.members):
-            one = table.loc[method.name, k]
-            assert one.index.tolist() == list(member.periods)
-            np.testing.assert_array_equal(one["energy"], member.energy)

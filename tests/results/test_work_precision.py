@@ -23,9 +23,8 @@ def test_it_names_the_cheapest_the_next_and_what_was_left_out():
     _, front, leaders = found.tables()
     assert [row["method"] for row in cells(front)] == ["auto"]
     first = cells(leaders)[0]
-    assert (first["to"], first["method"], first["next"], first["ratio"]) == (
-        "1e-6", "auto", "strang", "3",
-    )  # fmt: skip
+    wanted = {"to": "1e-6", "method": "auto", "next": "strang", "ratio": "3"}
+    assert wanted.items() <= first.items()
     assert dict(found.facts())["left out"] == "no time: gauss8 (2)"
     assert [*found.problems()] == []
     names = ["axis", "theta", "phase", "energy"]
