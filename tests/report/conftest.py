@@ -59,21 +59,17 @@ def place(tmp_path_factory):
     folders = {name: root / name.removesuffix(".json") for name in RESULTS}
     for folder in folders.values():
         folder.mkdir()
-    scene = ht.load_scene("sicm-kicked", overrides=HOSTILE)
+    scene, t = ht.load_scene("sicm-kicked", overrides=HOSTILE), np.linspace(0, 1, 50)
     write_results(ht.propagate(scene), folders["run.json"], figures=False)
     (folders["run.json"] / "overview.svg").write_text("<svg onload='alert(4)'/>")
-    there = folders["drift.json"]
-    found = ht.drift(scene, methods=["taylor-axis"], periods=10, samples=4, folder=there)
-    write_study(found, there, figures=False)
-    there = folders["atlas.json"]
-    found = ht.atlas(scene, "phidot=-30:40:24", "theta=0.1:1.5:16", jobs=1, folder=there)
-    write_study(found, there, figures=False)
-    t = np.linspace(0, 1, 50)
     theta = 1.0001 * ht.Motion(scene.top, scene.start).at(t).theta
-    checked = ht.check({"t": t, "theta": theta, CLOSING: t}, scene)
-    write_study(checked, folders["check.json"], figures=False)
-    proved = ht.certify(ht.propagate(ht.load_scene("sicm-kicked")))
-    proved.save(folders["certify.json"] / "certify.json")
+    for name, found in {
+        "drift": ht.drift(scene, methods=["taylor-axis"], periods=10, samples=4),
+        "atlas": ht.atlas(scene, "phidot=-30:40:24", "theta=0.1:1.5:16", jobs=1),
+        "check": ht.check({"t": t, "theta": theta, CLOSING: t}, scene),
+        "certify": ht.certify(ht.load_scene("sicm-kicked")),
+    }.items():
+        write_study(found, root / name, figures=False)
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)

@@ -23,32 +23,25 @@ def trajectory():
     return ht.propagate(SCENE)
 
 
-@pytest.mark.parametrize(
-    ("name", "words", "pictured"),
-    [
-        ("top", ["A", "3.28e-4 kg m²", "C/A"], False),
-        ("start", ["θ", "0.1 rad", "φ̇", "-15 rad/s"], False),
-        ("scene", ["SICM 2.10, kicked backwards: loops", "loops, proved", "time: 2"], True),
-        ("motion", ["loops, proved", "0.542895518188 s"], True),
-        ("verdict", ["loops, proved"], False),
-        ("plan", ["axis, double, 6 states, tolerance 2.22e-16"], False),
-        ("trajectory", ["8 turning, 7 reversal, 0 cusp", "event"], True),
-        ("errors", ["θ [rad]", "energy"], False),
-        ("check", ["digits", "phase"], True),
-        ("atlas", ["loops", "boundaries"], True),
-    ],
-)
-def test_a_cell_shows_facts_and_a_picture_without_scripts(name, words, pictured, trajectory):
-    data = {name: getattr(trajectory, name) for name in ("t", "theta", "phi", "psi")}
-    cell = cell_of(
-        {
-            "top": lambda: SCENE.top, "start": lambda: SCENE.start, "scene": lambda: SCENE,
-            "motion": lambda: MOTION, "verdict": lambda: MOTION.verdict,
-            "plan": lambda: ht.plan(SCENE), "trajectory": lambda: trajectory,
-            "errors": lambda: ht.run_errors(trajectory), "check": lambda: ht.check(data, SCENE),
-            "atlas": lambda: ht.atlas(SCENE, "phidot=-9:9:9", "psidot=-9:9:9", jobs=1),
-        }[name]()
-    )  # fmt: skip
+CELLS = {
+    "top": (lambda run: SCENE.top, ["A", "3.28e-4 kg m²", "C/A"], False),
+    "start": (lambda run: SCENE.start, ["θ", "0.1 rad", "φ̇", "-15 rad/s"], False),
+    "scene": (lambda run: SCENE, ["SICM 2.10, kicked backwards: loops", "time: 2"], True),
+    "motion": (lambda run: MOTION, ["loops, proved", "0.542895518188 s"], True),
+    "verdict": (lambda run: MOTION.verdict, ["loops, proved"], False),
+    "plan": (lambda run: run.plan, ["axis, double, 6 states, tolerance 2.22e-16"], False),
+    "trajectory": (lambda run: run, ["8 turning, 7 reversal, 0 cusp", "event"], True),
+    "errors": (ht.run_errors, ["θ [rad]", "energy"], False),
+    "check": (lambda run: ht.check({"t": run.t, "theta": run.theta}, SCENE), ["digits"], True),
+    "atlas": (lambda run: ht.atlas(SCENE, "phidot=-9:9:9", "psidot=-9:9:9", jobs=1),
+              ["loops", "boundaries"], True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_a_cell_shows_facts_and_a_picture_without_scripts(name, trajectory):
+    make, words, pictured = CELLS[name]
+    cell = cell_of(make(trajectory))
     assert [word for word in words if word not in cell.texts] == []
     assert not {"script", "iframe", "svg"} & {tag for tag, _ in cell.tags}
     pictures = [each["src"].partition("base64,")[2] for each in cell.all("img")]

@@ -24,20 +24,19 @@ def page(place):
 
 
 @pytest.fixture(scope="module")
-def written(page, tmp_path_factory):
+def text(page, tmp_path_factory):
     html = tmp_path_factory.mktemp("page") / "report.html"
     pages.write_page(page, html)
-    return html
+    return html.read_text("utf-8")
 
 
 @pytest.fixture(scope="module")
-def seen(written):
-    return Seen(written.read_text("utf-8"))
+def seen(text):
+    return Seen(text)
 
 
 @pytest.mark.slow
-def test_nothing_is_asked_of_a_network_and_no_text_is_taken_for_markup(page, written, seen):
-    text = written.read_text("utf-8")
+def test_nothing_is_asked_of_a_network_and_no_text_is_taken_for_markup(page, text, seen):
     outside = {"link", "iframe", "object", "embed", "base", "svg"}
     for tag, attrs in seen.tags:
         assert tag not in outside
@@ -70,10 +69,8 @@ def test_every_result_has_its_figures_and_its_document(page, seen):
 
 def test_claims_that_fail_are_named_in_the_head_and_their_table_is_read_first(page):
     section = next(each for each in page.sections if each.ident == "validate-1")
-    assert section.problems == ["that-fails does not hold"]
-    [(table, texts)] = section.first_tables
+    [(table, _)] = section.first_tables
     assert table.fails
-    assert len(texts) == 1
     head = Page((section,)).html().partition("</header>")[0]
     assert "that-fails does not hold" in head
 
@@ -93,9 +90,7 @@ def test_a_result_has_its_scene_and_the_command_that_made_it(tmp_path, page, und
     typed = page_of([folder])
     assert (typed.sections[0].result.command, typed.command) == (command, None)
     assert command in Seen(typed.html()).texts
-    assert {section.result.command for section in page.sections} == {
-        None
-    }  # what Python made has none
+    assert not any(section.result.command for section in page.sections)  # what Python made
     assert read_scene(page.sections[0].scene_file) == load_scene("sicm-kicked", overrides=HOSTILE)
 
 
@@ -141,8 +136,7 @@ def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
     done = heavytop_("report", folder, "-o", folder / "page.html", "--json")
     assert done.exit_code == 0, done.output
     told = json.loads(done.output)
-    assert told["file"].isprintable()
-    assert told["results"][0].isprintable()
+    assert (told["file"] + told["results"][0]).isprintable()
 
 
 @pytest.mark.parametrize(
