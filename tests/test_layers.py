@@ -36,6 +36,12 @@ def test_import_contracts_are_kept():
         ),
         ("import heavytop.run.propagation", ("matplotlib", "xarray")),
         (
+            "import heavytop as ht; from matplotlib.figure import Figure;"
+            "scene = ht.load_scene('sicm-kicked');"
+            "ht.Motion(scene.top, scene.start).plot(ax=Figure().subplots())",
+            ("matplotlib.pyplot",),
+        ),
+        (
             "from click.testing import CliRunner; from heavytop.cli import app;"
             "assert CliRunner().invoke(app, ['classify', 'sicm-kicked']).stdout",
             ("heyoka", "sympy", "scipy", "matplotlib", "xarray"),

@@ -1,7 +1,5 @@
 """`plot`: the axes given, the data of the thing, the keywords of its user, clear errors."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -94,35 +92,35 @@ def test_the_default_is_the_tilt_against_the_precession(things, ax):
     assert len(labels) == len(set(labels)) > 1
 
 
-def test_a_title_stays_events_may_be_left_out_and_angles_be_in_degrees(things, ax):
+def drawn(thing, *what, **how):
+    return thing.plot(*what, ax=Figure().subplots(), **how)
+
+
+def test_a_title_stays_and_events_may_be_left_out(run, ax):
     ax.set_title("my own")
-    run = things["Trajectory"]
     for name in set(DRAW) - {"errors"}:
         run.plot(name, ax=ax, events=False)
-    run.plot("errors", ax=Figure().subplots(), events=False)
+    drawn(run, "errors", events=False)
     assert ax.get_title() == "my own"
     assert not any("turning" in label for label in ax.get_legend_handles_labels()[1])
-    other = run.plot("phi", ax=Figure().subplots(), unit="deg,ms", label="mine", events=False)
-    [line] = mine(other)
-    t, phi = line.get_data()
+
+
+def test_what_is_drawn_may_be_in_degrees_and_milliseconds(things, run):
+    other = drawn(run, "phi", unit="deg,ms", label="mine", events=False)
+    t, phi = mine(other)[0].get_data()
     np.testing.assert_allclose(phi, np.degrees(run(t / 1000).phi), rtol=1e-9)
     assert (other.get_xlabel(), other.get_ylabel()) == ("t [ms]", "φ [deg]")
-    marked = run.plot("loop", ax=Figure().subplots(), unit="deg")
+    marked = drawn(run, "loop", unit="deg")
     highest = next(x for x in marked.lines if "highest" in x.get_label()).get_ydata()
     assert highest[0] == pytest.approx(np.degrees(run.events.of("turning").theta.min()), rel=1e-9)
     for name in ("phase", "potential"):
-        wide = run.plot(name, ax=Figure().subplots(), unit="deg").get_xlim()
-        narrow = run.plot(name, ax=Figure().subplots()).get_xlim()
+        wide, narrow = (drawn(run, name, **how).get_xlim() for how in ({"unit": "deg"}, {}))
         np.testing.assert_allclose(wide, np.degrees(narrow), rtol=1e-12)
-    late = run.plot("errors", ax=Figure().subplots(), unit="ms")
-    assert (late.get_xlabel(), late.lines[0].get_xdata()[-1]) == ("t [ms]", 2000.0)
-    drift, ends = things["Drift"], []
-    for unit in ("s", "ms"):
-        ahead = drift.plot("phase_s", ax=Figure().subplots(), unit=unit)
-        ends.append(ahead.lines[0].get_ydata()[-1])
-        assert ahead.get_ylabel() == f"error of phase [{unit}]"
+    assert drawn(run, "errors", unit="ms").lines[0].get_xdata()[-1] == 2000.0
+    ends = [drawn(things["Drift"], "phase_s", unit=unit).lines[0].get_ydata()[-1]
+            for unit in ("s", "ms")]  # fmt: skip
     assert ends[1] == 1000 * ends[0] > 0
-    checked = things["Check"].plot(ax=Figure().subplots(), unit="deg")
+    checked = drawn(things["Check"], unit="deg")
     assert "θ [rad]" in checked.get_legend_handles_labels()[1]
     with pytest.raises(Impossible, match="unit: furlong: units are"):
         run.plot(unit="furlong")
@@ -143,43 +141,24 @@ def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):
     assert len(mine(around)) == 1  # of two parts, before and behind the sphere
 
 
-def test_of_a_drift_the_errors_are_those_of_its_methods(things, ax):
-    drift = things["Drift"]
+def test_of_studies_what_is_asked_for_is_drawn(things, ax):
+    drift, atlas, check = (things[kind] for kind in ("Drift", "Atlas", "Check"))
     drift.plot(ax=ax, lw=5)
     for method, line in zip(drift.methods, ax.lines, strict=False):
         known = [(n, e) for n, e in zip(method.periods, method.energy, strict=True) if e]
         assert line.get_xydata().tolist() == [list(point) for point in known]
         assert (line.get_label(), line.get_linewidth()) == (method.name, 5)
-    assert ax.get_ylabel() == "error of energy"
-    assert drift.plot("phase_s", ax=Figure().subplots()).get_ylabel() == "error of phase [s]"
-
-
-def test_of_an_atlas_the_kinds_are_drawn_and_named(things, ax):
-    atlas = things["Atlas"]
-    atlas.plot(ax=ax, alpha=0.25)
-    [mesh] = ax.collections
+    assert drawn(drift, "phase_s").get_ylabel() == "error of phase [s]"
+    [mesh] = drawn(atlas, alpha=0.25).collections
     np.testing.assert_array_equal(mesh.get_array(), atlas["kind"])
     assert mesh.get_alpha() == 0.25
-    labels = ax.get_legend_handles_labels()[1]
-    assert {"cusps", "through the top"} < set(labels)
-    assert any(label.startswith("loops ") for label in labels)
-
-
-def test_of_the_other_studies_the_numbers_are_drawn(things):
-    def drawn(kind, *what):
-        return things[kind].plot(*what, ax=Figure().subplots())
-
-    _, line = drawn("WorkPrecision").lines  # the front, and the method
+    _, line = drawn(things["WorkPrecision"]).lines  # the front, and the method
     assert line.get_label() == "taylor-axis"
-    assert line.get_xydata().tolist() == [[1e-6, 3.0], [1e-9, 5.0]]
-    ax = drawn("WorkPrecision", "theta")
-    assert things["WorkPrecision"].plot("theta", ax=ax).xaxis_inverted()  # still, after two
-    assert (len(ax.lines), ax.get_xlabel()) == (2 * 3, "error of θ [rad]")
-    [lost] = drawn("Stress").images
-    assert lost.get_array().tolist() == [[0.5, 9.0]]
-    ahead = drawn("Check", "phase").lines[0].get_ydata()
-    assert ahead.tolist() == [*things["Check"].curves["phase"]]
-    assert drawn("Check").get_yscale() == "log"
+    tilts = drawn(things["WorkPrecision"], "theta")
+    assert things["WorkPrecision"].plot("theta", ax=tilts).xaxis_inverted()  # still, after two
+    assert (len(tilts.lines), tilts.get_xlabel()) == (2 * 3, "error of θ [rad]")
+    assert drawn(check, "phase").lines[0].get_ydata().tolist() == [*check.curves["phase"]]
+    assert drawn(check).get_yscale() == "log"
 
 
 @pytest.mark.parametrize("kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check"])
@@ -196,34 +175,18 @@ def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, show
         assert legend.get_window_extent().width < ax.figure.bbox.width
 
 
-@pytest.mark.processes
-def test_with_axes_pyplot_is_not_even_imported():
-    program = (
-        "import heavytop as ht, sys; from matplotlib.figure import Figure;"
-        "scene = ht.load_scene('sicm-kicked');"
-        "ht.Motion(scene.top, scene.start).plot(ax=Figure().subplots());"
-        "print('matplotlib.pyplot' in sys.modules)"
-    )
-    command = [sys.executable, "-c", program]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
-
-
 def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
-    with pytest.raises(
-        Impossible, match=r'what = ".*": one of loop, .*, phase \(did you mean "phase"\?\)'
+    drift = things["Drift"]
+    for thing, asked, said in (
+        (MOTION, {"what": "phases"}, r'one of loop, .*, phase \(did you mean "phase"\?\)'),
+        (MOTION, {"what": "errors"}, "one of loop, .*, phase$"),  # there are none
+        (drift, {"what": "loop"}, "one of energy, phase_s"),
+        (replace(drift, methods=()), {}, "there is nothing to draw"),
+        (run, {"what": 3}, "what: a text, not 3"),
+        (run, {"ax": Figure()}, r"ax: an Axes \(of matplotlib\), not a Figure"),
     ):
-        MOTION.plot("phases")
-    with pytest.raises(Impossible, match=r"what = \".*\": one of loop, .*, phase$"):
-        MOTION.plot("errors")  # there are none
-    with pytest.raises(Impossible, match=r"what = .*: one of energy, phase_s"):
-        things["Drift"].plot("loop")
-    with pytest.raises(Impossible, match="there is nothing to draw"):
-        replace(things["Drift"], methods=()).plot()
-    with pytest.raises(ht.WrongType, match="what: a text, not 3"):
-        run.plot(3)
-    with pytest.raises(ht.WrongType, match=r"ax: an Axes \(of matplotlib\), not a Figure"):
-        run.plot(ax=Figure())
+        with pytest.raises(ht.HeavyTopError, match=said):
+            thing.plot(**asked)
     assert shown.get_fignums() == []
 
 

@@ -83,9 +83,7 @@ def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
 
 def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
     panels = run_figure("angles", kicked).axes
-    assert [ax.get_ylabel() for ax in panels] == [
-        "θ [rad]", "φ [rad]", "ψ̇ [rad/s]",
-    ]  # fmt: skip
+    assert [ax.get_ylabel() for ax in panels] == ["θ [rad]", "φ [rad]", "ψ̇ [rad/s]"]
     assert [ax.get_xlabel() for ax in panels] == ["", "", "t [s]"]
     with pytest.raises(ValueError, match="phi"):
         drawn("phi", changed('want.quantities=["theta"]', "want.events=[]"))

@@ -4,13 +4,14 @@ import sys
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 
 import heavytop as ht
 from heavytop.plots.clip import Clip
 from heavytop.plots.film import BODY_COLOUR, MOMENTUM, PATCH, Shot
 
 SIZE = (800, 600)
+SCENE = ht.load_scene("sicm-kicked")
 
 
 def shot(name="sicm-kicked", changes=(), *, size=SIZE, follow=False, **asked):
@@ -52,11 +53,12 @@ def test_three_frames_show_the_exact_motion(follow):
         cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
         rotation = np.eye(3) + 2 * w * cross + 2 * cross @ cross
         for place, orange in on_the_body(seen, rotation, view):
-            found = colour(picture, pixel(stage, view, place))
-            shown = found / found.max() - (PATCH if orange else BODY_COLOUR) / (
-                237.0 if orange else 181.0
+            found, own = (
+                colour(picture, pixel(stage, view, place)),
+                PATCH if orange else BODY_COLOUR,
             )
-            patches.append((orange, abs(shown).max() < 0.1))
+            off = found / found.max() - own / own.max()
+            patches.append((orange, abs(off).max() < 0.1))
         omega, axis = (np.array([float(x) for x in each]) for each in (at.omega, at.axis))
         A, C = float(scene.top.A), float(scene.top.C)
         momentum = A * omega + (C - A) * (omega @ axis) * axis
@@ -77,13 +79,8 @@ def test_a_film_has_its_frames_and_the_same_bytes_again(tmp_path, form):
     ]  # fmt: skip
     with Image.open(made[0]) as picture:
         assert (picture.n_frames, picture.size) == (8, (96, 64))
-        durations = []
-        for k in range(picture.n_frames):
-            picture.seek(k)
-            picture.load()
-            durations.append(picture.info["duration"])
+        durations = [each.info["duration"] for each in ImageSequence.all_frames(picture)]
     assert sum(durations) == 530  # eight frames at 15 a second; a GIF counts hundredths
-    assert set(durations) <= {60, 70}
     assert made[0].read_bytes() == made[1].read_bytes()
     assert done[:8] == [k / 8 for k in range(1, 9)]
 
@@ -96,12 +93,10 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
     drawn = shot(name, size=size, seconds=4.0)
     stage = drawn.stage()
     with Image.open(path) as picture:
-        last = picture.n_frames - 1
-        for k in range(0, last, 4):
-            picture.seek(k)
-            found, frame = picture.convert("RGB"), drawn.frame(stage, k / last)
-            off = np.abs(np.subtract(found, frame, dtype=int)).max(axis=-1)
-            assert off.max() < 25  # of 255
+        frames = ImageSequence.all_frames(picture, lambda each: each.convert("RGB"))
+    for k in range(0, len(frames) - 1, 4):
+        frame = drawn.frame(stage, k / (len(frames) - 1))
+        assert np.abs(np.subtract(frames[k], frame, dtype=int)).max() < 25  # of 255
 
 
 def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
@@ -112,26 +107,23 @@ def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
 
 
 def test_what_cannot_be_a_film_is_refused_all_at_once(tmp_path):
-    scene = ht.load_scene("sicm-kicked")
+    scene = SCENE
     with pytest.raises(ht.BadScene) as refused:
         ht.film(scene, tmp_path / "x.avi", seconds=0, fps=99, size=(1, 2))
     assert {fault.key for fault in refused.value.faults} == {"path", "seconds", "fps", "size"}
-    with pytest.raises(ht.BadScene, match="too many"):
-        ht.film(scene, tmp_path / "x.gif", size=(4096, 4096), seconds=600)
-    for asked in ({"rounds": 1, "time": 2}, {"speed": 1, "time": 2, "seconds": 3}):
-        with pytest.raises(ht.BadScene):
+    for asked, said in (
+        ({"size": (4096, 4096), "seconds": 600}, "too many"),
+        ({"rounds": 1, "time": 2}, "one of both"),
+        ({"speed": 1, "time": 2, "seconds": 3}, "two at most"),
+    ):
+        with pytest.raises(ht.BadScene, match=said):
             ht.film(scene, tmp_path / "x.gif", **asked)
     assert not [*tmp_path.iterdir()]
 
 
-def test_a_film_shows_one_round_at_the_speed_that_is_asked():
-    scene = ht.load_scene("sicm-kicked")
-    once = ht.Motion(scene.top, scene.start).round
-    phi = ht.Motion(scene.top, scene.start).at(shot(rounds=1).record.t[-1]).phi
-    assert abs(phi) == pytest.approx(2 * np.pi, rel=0.2)  # 2π of the mean precession
-    assert Clip.of(ht.Motion(scene.top, scene.start), 9.0, 10.0, rounds=1, speed=0.5).seconds == (
-        pytest.approx(2 * once)
-    )
+def test_a_film_shows_one_round_or_a_time_at_the_speed_that_is_asked():
+    once = ht.Motion(SCENE.top, SCENE.start).round
+    assert shot(rounds=1).record.t[-1] == pytest.approx(once)
     assert shot(speed=0.1).record.t[-1] == pytest.approx(1.0)
     assert shot(time=30.0).record.t[-1] == pytest.approx(30.0)
 
@@ -163,4 +155,3 @@ def test_an_mp4_goes_through_ffmpeg_or_says_what_is_missing(tmp_path, monkeypatc
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", Ffmpeg)
     ht.film(scene, path, seconds=1, fps=5, size=(64, 64))
     assert sent == [64 * 64 * 3] * 5
-    assert path.exists()

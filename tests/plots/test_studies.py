@@ -37,13 +37,20 @@ def test_a_failure_has_its_colour_and_its_mark_where_it_belongs():
     assert all(f"{word.mark} {word}" in said for word in StressOutcome if word.mark)
 
 
+ONE = {"name": "m", "periods": [1.0, 10.0], "energy": [1e-12, 0.0], "phase_s": [None, 1e-9],
+       "axis": [], "p_phi": [], "p_psi": [],
+       "invariants": {NAMES[0]: [1e-15, 1e-14]}}  # fmt: skip
+
+
+def drift_of(*methods):
+    about = {"scene": {"title": "t", "name": "n"}, "periods": 10, "ensemble": 3}
+    return as_rows(about | {"methods": list(methods)})
+
+
 def test_every_method_of_a_drift_study_is_in_the_legend_and_no_two_look_alike():
-    method = {"periods": [1.0, 10.0], "energy": [1e-12, 0.0], "phase_s": [None, 1e-9], "axis": [],
-              "p_phi": [], "p_psi": [], "invariants": {NAMES[0]: [1e-15, 1e-14]}}  # fmt: skip
     names = [*NAMES, *map(str, range(20))]
-    known = {"scene": {"title": "t", "name": "n"}, "periods": 10, "ensemble": 3,
-             "methods": [method | {"name": name} for name in names]}  # fmt: skip
-    figure = drift_figure(as_rows(known))
+    known = drift_of(*(ONE | {"name": name} for name in names))
+    figure = drift_figure(known)
     assert legend(figure) == [literal(name).strip() for name in names]
     panels = [ax for ax in figure.axes if ax.get_visible()]
     assert len(panels) == 3
@@ -54,12 +61,7 @@ def test_every_method_of_a_drift_study_is_in_the_legend_and_no_two_look_alike():
 
 
 def test_guides_of_growth_have_their_slopes():
-    periods = [1.0, 10.0, 100.0]
-    method = {"name": "m", "periods": periods, "energy": [1e-12, 1e-10, 1e-4], "phase_s": [],
-              "axis": [], "p_phi": [], "p_psi": [], "invariants": {}}  # fmt: skip
-    known = {"scene": {"title": "t", "name": "n"}, "periods": 100, "ensemble": 1,
-             "methods": [method]}  # fmt: skip
-    _, *guides = drift_figure(as_rows(known)).axes[0].lines
+    _, *guides = drift_figure(drift_of(ONE | {"energy": [1e-12, 1e-4]})).axes[0].lines
     for line, slope in zip(guides, (0.5, 1.0, 1.5, 2.0), strict=True):
         across, up = np.diff(np.log(line.get_xydata()), axis=0).T
         assert up / across == pytest.approx(slope)
