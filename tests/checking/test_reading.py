@@ -10,12 +10,13 @@ import xarray
 
 from heavytop.checking.comparison import Comparison
 from heavytop.checking.reading import read
-from heavytop.errors import ForeignFile, WrongType
+from heavytop.errors import ForeignFile
 
 from .made import START, TIMES, TOP, angles, exact, matrix, vectors
 
 RECORD = exact()
 FEW = slice(0, 40)
+ACROSS = RECORD.thetadot**2 + (RECORD.phidot * np.sin(RECORD.theta)) ** 2
 SPELLED = {
     "angles": angles(RECORD),
     "quaternion": vectors(RECORD),
@@ -46,15 +47,12 @@ def test_every_way_to_say_it_is_understood(spelled):
     data = compared(SPELLED[spelled])
     assert np.array_equal(data.data.t, TIMES)
     omega, e, upward = data.spin
-    u, omega3 = (e * upward).sum(axis=1), (omega * e).sum(axis=1)
-    speed = (np.cross(omega, e) ** 2).sum(axis=1)
-    across = RECORD.thetadot**2 + (RECORD.phidot * np.sin(RECORD.theta)) ** 2
     for mine, true, bound in (
         (data.known["axis"], RECORD.axis, 1e-14),
         (data.known["theta"], RECORD.theta, 1e-14),
-        (u, RECORD.u, 1e-14),
-        (speed, across, 1e-10),
-        (omega3, RECORD.omega3, 1e-11),
+        ((e * upward).sum(axis=1), RECORD.u, 1e-14),
+        ((np.cross(omega, e) ** 2).sum(axis=1), ACROSS, 1e-10),
+        ((omega * e).sum(axis=1), RECORD.omega3, 1e-11),
     ):
         assert abs(mine - true).max() < bound
 
@@ -186,34 +184,25 @@ def test_faults_of_all_columns_have_their_rows(tmp_path):
     with pytest.raises(ForeignFile) as error:
         read(path)
     theta, phi = str(error.value).splitlines()
-    assert ("bad.csv: theta" in theta, theta.endswith("row 4, 5, 6, 7, 8, and 3 more")) == (
-        True,
-    ) * 2
+    assert theta.endswith("row 4, 5, 6, 7, 8, and 3 more")
     assert phi.endswith("row 12")
-    path.write_text("t,theta\n" + "0,1\n" * 5 + "1,2,3\n")
-    with pytest.raises(ForeignFile, match="line 7, saw 3"):
-        read(path)
 
 
 FOREIGN = {
     "none.csv": (None, "No such file"),
     "headless.csv": (b"0,1\n1,2\n", "a header with the names"),
     "no.nc": (b"CDF\x01", "not readable"),
+    "wide.csv": (b"t,theta\n" + b"0,1\n" * 5 + b"1,2,3\n", "line 7, saw 3"),
+    "code.npz": (np.array([object()], dtype=object), "not readable"),  # which could execute
 }
 
 
 @pytest.mark.parametrize("name", FOREIGN)
 def test_a_foreign_file_is_refused(tmp_path, name):
     content, told = FOREIGN[name]
-    if content is not None:
+    if name == "code.npz":
+        np.savez(tmp_path / name, t=content)
+    elif content is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(ForeignFile, match=told):
         read(tmp_path / name)
-
-
-def test_what_is_no_data_is_refused(tmp_path):
-    with pytest.raises(WrongType, match="data: the path of a file, or arrays"):
-        read(3)
-    np.savez(tmp_path / "mine.npz", t=np.array([object()], dtype=object))  # which could execute
-    with pytest.raises(ForeignFile, match="not readable"):
-        read(tmp_path / "mine.npz")

@@ -11,31 +11,23 @@ def of_a_book(name, **more):
 FAKE = (
     HEAD
     + '''
+def raises(error):
+    raise error
+
+for name, measure in {
+    "fails": lambda: 2,
+    "raises": lambda: raises(ValueError("no such top")),
+    "nan": lambda: float("nan"),
+    "negative": lambda: -0.5,
+    "dies": lambda: os.kill(os.getpid(), 11),
+}.items():
+    of_a_book(name)(measure)
+
 @of_a_book("holds")
 def _():
     """a distance."""
     print("not on stdout")
     return 0.5
-
-@of_a_book("fails")
-def _():
-    return 2
-
-@of_a_book("raises")
-def _():
-    raise ValueError("no such top")
-
-@of_a_book("nan")
-def _():
-    return float("nan")
-
-@of_a_book("negative")
-def _():
-    return -0.5
-
-@of_a_book("dies")
-def _():
-    os.kill(os.getpid(), 11)
 
 @of_a_book("absent", needs="no_such_package")
 def _():
@@ -53,9 +45,7 @@ def _(name, number):
 
 @proof
 def own():
-    yield "one", 1, 2
-    yield "two", -3, 2
-    yield "three", 3, 2
+    yield from (("one", 1, 2), ("two", -3, 2), ("three", 3, 2))
     raise OSError("no disk")
 
 @proof

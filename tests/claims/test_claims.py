@@ -1,13 +1,10 @@
 """What `validate` promises: every claim is found, measured and judged, whatever it does."""
 
 import ast
-import json
 import math
-import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +14,7 @@ import heavytop as ht
 from heavytop.claims import CLAIMS, advance, load_claims, tasks, validate
 from heavytop.errors import HeavyTopError
 
-from ..processes import gone, soon
+from ..processes import alive, soon, wait_for
 from .own_claims import FAKE, HEAD, SLOW, by_id, script
 
 VALIDATION = Path(__file__).parents[2] / "validation"
@@ -65,18 +62,14 @@ def test_each_claim_is_judged_by_its_bound_in_the_order_of_its_script(tmp_path):
         f"{name}/own/2": (True, -3.0), f"{name}/own/3": (False, 3.0), f"{name}/own": (False, None),
         f"{name}/empty": (False, None),
     }  # fmt: skip
-    order = list(rows)
-    assert order.index("first") + 1 == order.index("last")
-    assert (rows["first"].statement, rows["last"].statement) == (
-        "tilt of the top, 1", "axis of the top, 2",
-    )  # fmt: skip
+    assert ",first,last," in ",".join(rows)
+    assert rows["first"].statement == "tilt of the top, 1"
     assert rows["raises"].failure == "ValueError: no such top"
     assert "SIGSEGV" in rows["dies"].failure
     assert "no_such_package" in rows["absent"].skipped
     assert rows[f"{name}/own"].failure == "OSError: no disk"
     assert rows["holds"].script == f"{name}.py"
     assert found.document()["authorities"] == 1  # a book; we are none
-    json.dumps(found.document(), allow_nan=False)
 
 
 @pytest.mark.processes
@@ -121,33 +114,26 @@ def begin(folder, place, body=SLOW):
     """A process that measures the claims of a folder, stopped when it has written of the first."""
     scripts, _ = script(folder, body)
     process = subprocess.Popen([sys.executable, "-c", ALONE, str(scripts), str(place)])
-    end = time.monotonic() + 60
-    while not (place / "study.jsonl").exists() or len(journal_lines(place)) < 2:
-        assert time.monotonic() < end
-        time.sleep(0.02)
+    wait_for(lambda: len(journal_lines(place)) > 1)
     return process
 
 
 def journal_lines(place):
-    return (place / "study.jsonl").read_bytes().splitlines()
+    file = place / "study.jsonl"
+    return file.read_bytes().splitlines() if file.exists() else []
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("torn", [0, 7])
-def test_a_validation_that_was_killed_goes_on_and_ends_the_same(tmp_path, torn):
+def test_a_validation_that_was_killed_goes_on_and_ends_the_same(tmp_path):
     place = tmp_path / "out"
     with begin(tmp_path, place) as process:
         process.kill()
-    journal = place / "study.jsonl"
-    before = journal.read_bytes()
-    assert len(journal_lines(place)) < 5
-    before = before[: len(before) - torn]
-    os.truncate(journal, len(before))
-    found = ht.resume(place)
+    before = journal_lines(place)
+    assert len(before) < 5
     whole = validate(scripts=tmp_path, jobs=1)
-    assert found.document() == whole.document()
+    assert ht.resume(place).document() == whole.document()
     assert whole.counts["passed"] == 4
-    assert journal.read_bytes().startswith(before[: before.rfind(b"\n") + 1])
+    assert journal_lines(place)[: len(before) - 1] == before[:-1]
 
 
 @pytest.mark.processes
@@ -171,4 +157,4 @@ def test_an_interrupt_is_answered_at_once_and_leaves_nothing_running(tmp_path):
         soon(pids)
         process.send_signal(signal.SIGINT)
         assert process.wait(20) != 0
-    assert gone(int(pids.read_text()))
+    wait_for(lambda: not alive(pids.read_text()), seconds=2)

@@ -6,7 +6,8 @@ import select
 import shutil
 import subprocess
 import sys
-import time
+
+from ..processes import wait_for
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
@@ -16,7 +17,7 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--window-size=1280,1000",
 )  # fmt: skip
-FIRST, SECOND = 30.0, 0.1  # how long is waited for something, and between looks [s]
+FIRST = 30.0  # how long is waited for something [s]
 # The browser reads from descriptor 3 and writes to 4.
 START = """
 import os, sys
@@ -24,15 +25,6 @@ for end, name in ((3, sys.argv[1]), (4, sys.argv[2])):
     os.dup2(int(name), end)
 os.execv(sys.argv[3], sys.argv[3:])
 """
-
-
-def waited(look, what):
-    """What is found at last."""
-    last = time.monotonic() + FIRST
-    while not (found := look()):
-        assert time.monotonic() < last, f"never: {what}"
-        time.sleep(SECOND)
-    return found
 
 
 class Browser:
@@ -88,7 +80,7 @@ class Browser:
         return found["result"].get("value")
 
     def until(self, expression):
-        return waited(lambda: self.value(expression), expression)
+        return wait_for(lambda: self.value(expression), FIRST)
 
     def complaints(self):
         for each in self.heard:

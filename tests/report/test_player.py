@@ -15,7 +15,7 @@ from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import frames, tops
 from heavytop.results.run import PICTURES
 
-from .browser import waited
+from ..processes import wait_for
 from .conftest import BREAKING, HOSTILE
 
 
@@ -129,7 +129,7 @@ def test_every_button_that_saves_saves_the_document_of_a_result(reported, page, 
     reported.value(f"{buttons}.forEach((each) => each.click())")
     for section in page.sections:
         path = tmp_path / f"{section.ident}-data.json"
-        waited(path.is_file, path.name)
+        wait_for(path.is_file)
         assert json.loads(path.read_text("utf-8")) == json.loads(
             json.dumps(section.result.document())
         )

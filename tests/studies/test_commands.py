@@ -17,7 +17,8 @@ from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases
 
 from ..commands import heavytop_
-from .toy import results, wait_for
+from ..processes import wait_for
+from .toy import results
 
 PLANE = ("sicm-kicked", "--x", "phidot=-20:20:21", "--y", "psidot=-150:150:19")
 QUICK = {

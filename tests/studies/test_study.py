@@ -16,7 +16,8 @@ from heavytop.errors import InUse
 from heavytop.studies.journal import Journal
 from heavytop.studies.study import run
 
-from .toy import TOYS, alive, done, lines, results, tears, wait_for
+from ..processes import alive, wait_for
+from .toy import TOYS, done, lines, results, tears
 
 pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 

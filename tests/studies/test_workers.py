@@ -18,8 +18,9 @@ from heavytop import errors
 from heavytop.doctor import versions
 from heavytop.studies import study, workers
 
+from ..processes import alive, wait_for
 from . import toy
-from .toy import TOYS, alive, lines, results, wait_for
+from .toy import TOYS, lines, results
 
 pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 

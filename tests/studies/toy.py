@@ -1,7 +1,6 @@
 """A toy study for the tests of the journal and the runner, and what is seen of it from outside."""
 
 import json
-import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -50,22 +49,6 @@ def lines(log):
     """Return what was done: task, first and last step, process, in the order it was done."""
     words = (line.split() for line in log.read_text().splitlines()) if log.exists() else ()
     return [(task, int(a), int(b), int(pid)) for task, a, b, pid in words]
-
-
-def wait_for(condition, seconds=60):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
-    return found
-
-
-def alive(pid):
-    """Whether a process is there and not only waits to be buried."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 class Killed(BaseException):
