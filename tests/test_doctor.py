@@ -11,8 +11,7 @@ def test_the_document_knows_the_integrator(monkeypatch, tmp_path):
     monkeypatch.setenv("HEYOKA_CACHE_DIR", str(tmp_path))
     found = doctor.diagnosis()
     assert found["versions"]["heyoka"].startswith("7.")
-    expected = {"folder": str(tmp_path), "exists": True, "bytes": 5}
-    assert found["cache"] == expected
+    assert found["cache"] == {"folder": str(tmp_path), "exists": True, "bytes": 5}
     assert found["missing"] == []
     monkeypatch.setenv("HEYOKA_CACHE_DIR", str(tmp_path / "none"))
     assert doctor.cache() == {"folder": str(tmp_path / "none"), "exists": False, "bytes": 0}

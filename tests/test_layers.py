@@ -22,7 +22,7 @@ def test_import_contracts_are_kept():
     [
         ("import heavytop", ("numpy", "sympy", "heyoka", "scipy", "matplotlib", "xarray")),
         ("import heavytop.cli", ("numpy", "sympy", "heyoka", "matplotlib")),
-        ("import heavytop.scene.scene", ("numpy", "mpmath", "flint", "sympy", "heyoka", "scipy")),
+        ("import heavytop.scene.scene", ("flint",)),
         (
             "from heavytop.scene.scene import load_scene as load; load('lie-group-benchmark')",
             ("numpy", "mpmath", "sympy", "heyoka", "scipy"),
@@ -43,11 +43,7 @@ def test_import_contracts_are_kept():
         ),
         (
             "from click.testing import CliRunner; from heavytop.cli import app;"
-            "assert CliRunner().invoke(app, ['classify', 'sicm-kicked']).stdout",
-            ("heyoka", "sympy", "scipy", "matplotlib", "xarray"),
-        ),
-        (
-            "from click.testing import CliRunner; from heavytop.cli import app;"
+            "assert CliRunner().invoke(app, ['classify', 'sicm-kicked']).stdout;"
             "assert CliRunner().invoke(app, ['doctor']).stdout",
             ("heyoka", "sympy", "scipy", "matplotlib", "xarray"),
         ),

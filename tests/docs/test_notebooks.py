@@ -26,12 +26,6 @@ TIME_LIMIT_S = 120  # of a cell
 each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 
-def cells(path):
-    """Return the kind and the text of each cell."""
-    document = json.loads(path.read_text("utf-8"))
-    return [(cell["cell_type"], "".join(cell["source"])) for cell in document["cells"]]
-
-
 def checks(path):
     """Return by the name of a cell what is to hold after it."""
     _, *parts = re.split(
@@ -40,35 +34,25 @@ def checks(path):
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
-def test_there_are_notebooks():
-    assert NOTEBOOKS
-
-
 @each_notebook
 def test_a_notebook_is_committed_without_what_it_printed(path):
     document = json.loads(path.read_text("utf-8"))
     assert document["metadata"] == PYTHON
-    assert len(document["cells"]) <= MOST_CELLS
-    assert len({cell["id"] for cell in document["cells"]}) == len(document["cells"])
+    assert len({cell["id"] for cell in document["cells"]}) == len(document["cells"]) <= MOST_CELLS
     for cell in document["cells"]:
-        assert not cell.get("outputs")
+        assert (cell["metadata"], cell.get("outputs", [])) == ({}, [])
         assert cell.get("execution_count") is None
-        assert not cell["metadata"]
 
 
 @each_notebook
-def test_the_solutions_of_a_notebook_are_held_to(path):
+def test_the_solutions_of_a_notebook_are_held_to_and_its_links_lead_somewhere(path):
     document, held = json.loads(path.read_text("utf-8")), checks(path)
     names = [cell["id"] for cell in document["cells"]]
+    texts = ["".join(cell["source"]) for cell in document["cells"]]
     assert {*held} <= {*names}
-    [start] = [i for i, (_, text) in enumerate(cells(path)) if "### Solutions" in text]
+    [start] = [i for i, text in enumerate(texts) if "### Solutions" in text]
     assert sum(held.get(name, "").count("assert ") for name in names[start:]) >= 3
-
-
-@each_notebook
-def test_the_links_of_a_notebook_lead_somewhere(path):
-    text = "\n".join(text for _, text in cells(path))
-    for link in re.findall(r"\]\(([^)#]+)", text):
+    for link in re.findall(r"\]\(([^)#]+)", "\n".join(texts)):
         assert link.startswith("https://") or (EXAMPLES / link).exists(), link
 
 

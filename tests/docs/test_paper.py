@@ -20,9 +20,8 @@ def test_its_front_is_what_is_to_be_cited():
     front = yaml.safe_load(FRONT)
     cff = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
     assert front["title"] == cff["title"]
-    assert [author["name"] for author in front["authors"]] == [
-        author["name"] for author in cff["authors"]
-    ]
+    names, cited = ([each["name"] for each in of["authors"]] for of in (front, cff))
+    assert names == cited
     assert front["bibliography"] == "paper.bib"
     assert cff["version"] == ht.__version__
     assert f"version {ht.__version__}}}" in ENTRIES["heavytop"]
