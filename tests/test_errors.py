@@ -24,16 +24,8 @@ from heavytop import errors
 def test_an_error_can_be_pickled(error):
     again = pickle.loads(pickle.dumps(error))
     assert (str(again), type(again)) == (str(error), type(error))
-    for name in [
-        "faults",
-        "broken",
-        "bound",
-        "differences",
-        "pid",
-        "packages",
-        "outcome",
-        "folder",
-    ]:
+    names = "faults broken bound differences pid packages outcome folder"
+    for name in names.split():
         assert getattr(again, name, None) == getattr(error, name, None)
 
 

@@ -177,8 +177,7 @@ def test_a_link_brings_every_state_back(page, html):
 
 
 @pytest.mark.parametrize(
-    "fragment",
-    ["#theta=<img src=x onerror=alert(1)>", "#theta=7", "#gMR=NaN", "#theta=", "#%"],
+    "fragment", ["#theta=<img src=x onerror=alert(1)>", "#theta=7", "#gMR=NaN", "#theta=", "#%"]
 )
 def test_a_link_that_cannot_be_leaves_the_scene_of_the_page(page, html, fragment):
     opened(page, html, fragment)

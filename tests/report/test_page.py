@@ -140,8 +140,7 @@ def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("word", "file"),
-    [("x.HTML", "x.HTML"), ("a/b", "a/b/report.html"), ("", None)],
+    ("word", "file"), [("x.HTML", "x.HTML"), ("a/b", "a/b/report.html"), ("", None)]
 )
 def test_a_page_is_where_it_is_said(place, undrawn, word, file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
