@@ -39,17 +39,13 @@ def test_the_files_that_a_page_for_developers_names_exist(page):
         assert made_by_the_reader or (SOURCE / name).exists() or (ROOT / name).exists(), name
 
 
-def test_the_tests_and_the_measurements_that_are_named_exist():
-    texts = [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *SOURCE.rglob("*.py")]
-    for text in texts:
-        for name in re.findall(r"\b(?:tests|validation)/[\w/]+\.py\b", text.read_text("utf-8")):
+def test_the_tests_and_the_names_that_are_given_in_full_exist():
+    for text in [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *SOURCE.rglob("*.py")]:
+        said = text.read_text("utf-8")
+        for name in re.findall(r"\b(?:tests|validation)/[\w/]+\.py\b", said):
             assert (ROOT / name).exists(), (text, name)
-
-
-def test_what_a_docstring_names_in_full_exists():
-    for file in SOURCE.rglob("*.py"):
-        for name in re.findall(r"`(heavytop\.[\w.]+\.[A-Z_]+)`", file.read_text("utf-8")):
-            assert pkgutil.resolve_name(name), (file, name)
+        for name in re.findall(r"`(heavytop\.[\w.]+\.[A-Z_]+)`", said):
+            assert pkgutil.resolve_name(name), (text, name)
 
 
 def test_the_picture_of_the_layers_has_those_of_the_package():

@@ -6,13 +6,6 @@ from matplotlib.figure import Figure
 
 from heavytop.plots.sphere import View
 
-VIEWS = [
-    View.from_pole(1.0, 0.3),
-    View.from_pole(-1.0, 0.9),
-    View.from_horizon(np.array([0.8, -0.6, 0.0])),
-    View.from_horizon(np.array([0.0, 1.0, -0.9])),
-]
-
 
 @pytest.mark.parametrize("z", [0.9, 0.0, -0.9])
 def test_every_view_is_a_right_handed_frame_that_shows_its_path(z):

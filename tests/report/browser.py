@@ -5,7 +5,6 @@ import os
 import select
 import shutil
 import subprocess
-import sys
 
 from ..processes import wait_for
 
@@ -19,12 +18,7 @@ FLAGS = (
 )  # fmt: skip
 FIRST = 30.0  # how long is waited for something [s]
 # The browser reads from descriptor 3 and writes to 4.
-START = """
-import os, sys
-for end, name in ((3, sys.argv[1]), (4, sys.argv[2])):
-    os.dup2(int(name), end)
-os.execv(sys.argv[3], sys.argv[3:])
-"""
+START = 'from=$1 to=$2; shift 2; exec "$@" 3<&"$from" 4>&"$to"'
 
 
 class Browser:
@@ -33,14 +27,13 @@ class Browser:
     def __init__(self, home):
         theirs_in, self.out = os.pipe()
         self.inward, theirs_out = os.pipe()
-        ends = [str(end) for end in (theirs_in, theirs_out)]
-        words = [sys.executable, "-c", START, *ends, CHROMIUM, *FLAGS, f"--user-data-dir={home}"]
-        self.process = subprocess.Popen(
-            [*words, "about:blank"], pass_fds=(theirs_in, theirs_out),
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-        os.close(theirs_in)
-        os.close(theirs_out)
+        ends = theirs_in, theirs_out
+        words = ["bash", "-c", START, "-", *map(str, ends), CHROMIUM, *FLAGS]
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "pass_fds": ends}
+        words += [f"--user-data-dir={home}", "about:blank"]
+        self.process = subprocess.Popen(words, **quiet)
+        for end in ends:
+            os.close(end)
         self.number, self.session, self.rest, self.heard = 0, {}, b"", []
         pages = self.ask("Target.getTargets")["targetInfos"]
         page = next(each["targetId"] for each in pages if each["type"] == "page")

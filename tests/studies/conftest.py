@@ -13,4 +13,3 @@ def toys(monkeypatch):
     monkeypatch.syspath_prepend(str(TOYS))
     monkeypatch.setenv("TOY_PAUSE", "0")
     monkeypatch.setitem(study.STUDIES, "toy", "toy_study")
-    monkeypatch.setitem(study.STUDIES, "lonely", "lonely")
