@@ -1,10 +1,7 @@
 """find, sweep and --unit as they are typed."""
 
 import json
-import math
 import re
-
-import pytest
 
 import heavytop as ht
 
@@ -16,10 +13,7 @@ MOTION = ht.Motion(DROPPED.top, DROPPED.start)
 
 def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
     asked = ("find", "sicm-dropped", "--vary", "start.psidot=100:400", "--so-that", "period = 0.3")
-    document = json.loads(printed(*asked, "--json"))
-    assert document["schema"] == "heavytop/find/1"
-    (solution,) = document["solutions"]
-    assert set(solution) == {"value", "bracket", "facts"}
+    assert json.loads(printed(*asked, "--json"))["schema"] == "heavytop/find/1"
     assert "period 300 ms" in printed(*asked, "--unit", "rpm,ms")
     swept = ("sweep", "sicm-dropped", "--over", "start.psidot=100:400:3", "--facts", "round,ratio")
     assert len(json.loads(printed(*swept, "--json", "--unit", "rpm"))["rows"]) == 3
@@ -30,14 +24,6 @@ def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
 
 
 def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
-    known = ht.facts(MOTION)
-    shown = printed("classify", "sicm-dropped", "--unit", "deg,rpm,ms")
-    for line, values, size in (
-        (r"period +(\S+) ms", (MOTION.period,), 1000),
-        (r"φ̇ +(\S+) to (\S+) rpm", (known.phidot_min, known.phidot_max), 30 / math.pi),
-    ):
-        found = re.search(line, shown).groups()
-        assert [float(x) for x in found] == pytest.approx([x * size for x in values], rel=5e-3)
     for scene in ("sicm-dropped", "sleeping-unstable", "steady-betsch", "spherical-pendulum"):
         shown = printed("classify", scene, "--unit", "deg,ms,rpm").partition("why")
         rest = shown[2].partition("\nθ")[2]
@@ -50,7 +36,6 @@ def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
 
 def test_a_held_spin_and_a_folded_tilt_are_said():
     words = printed("classify", "sicm-kicked", "--set", "start.theta=-0.1")
-    assert "a kick that holds omega3 = 140 moves theta" in words
     assert "theta = -0.1 is outside [0, pi]" in words
     in_degrees = ("classify", "sicm-kicked", "--unit", "deg")
     assert "omega3 = 140 moves theta from 5.72958 to 20.8327 deg" in " ".join(

@@ -47,7 +47,6 @@ def test_help_lists_the_verbs_in_80_columns_and_the_exit_codes():
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_option_says_what_it_is(verb):
-    assert f"heavytop {verb}" in heavytop_(verb, "--help").stdout
     assert all(len(each.help) > 10 for each in VERBS[verb].params)
 
 
@@ -159,12 +158,11 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(place, mo
     assert (result.exit_code, place in result.stderr) == (Exit.USAGE, True)
 
 
-def test_bugs_are_one_line_without_a_traceback(tmp_path, monkeypatch):
+def test_bugs_are_one_line_without_a_traceback(monkeypatch):
     fail_with(monkeypatch, ZeroDivisionError("by nothing"))
-    result = heavytop_(*QUICK, "-o", tmp_path / "new" / "out")
-    assert result.exit_code == Exit.BUG
+    result = heavytop_(*QUICK)
+    assert (result.exit_code, result.stderr.count("\n")) == (Exit.BUG, 1)
     assert "ZeroDivisionError: by nothing" in result.stderr
-    assert result.stderr.count("\n") == 1
     assert "Traceback" in heavytop_(*QUICK, "--debug").stderr
 
 

@@ -58,8 +58,8 @@ def test_nothing_is_asked_of_a_network_and_no_text_is_taken_for_markup(page, tex
 
 def test_every_result_has_its_figures_and_its_document(page, seen):
     idents = {f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures}
-    charts = "run-1-overview drift-1-drift workprec-1-workprec stress-1-stress atlas-1-atlas"
-    assert set(charts.split()) <= idents
+    charts = [f"{name}-1-{name}" for name in ("drift", "workprec", "stress", "atlas")]
+    assert {"run-1-overview", *charts} <= idents
     for section in page.sections:
         document = json.dumps(section.result.document())
         assert json.loads(seen.scripts[f"{section.ident}-data"]) == json.loads(document)

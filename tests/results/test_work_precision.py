@@ -45,9 +45,3 @@ def test_a_method_is_summed_up_by_its_cheapest_and_its_best():
     assert (one["method"], one["error"], one["setup_s"]) == ("strang", 1e-10, 1234.0)
     [row] = cells(next(of(*points).tables()))
     assert (row["1e-9"], row["error"], row["of"]) == ("1230", "1.0e-10", "axis")
-
-
-def test_the_points_are_a_table_in_every_form():
-    frame = of(POINT).to_pandas()
-    assert frame.attrs["units"]["us_per_period"] == "µs"
-    assert frame["error"].tolist() == [1e-6]

@@ -1,9 +1,9 @@
 """Dask workers write the files that one process writes; what hangs in a worker is ended."""
 
+import json
 import multiprocessing
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -18,7 +18,7 @@ from heavytop import errors
 from heavytop.doctor import versions
 from heavytop.studies import study, workers
 
-from ..processes import alive, wait_for
+from ..processes import alive, soon, wait_for
 from . import toy
 from .toy import TOYS, lines, results
 
@@ -26,12 +26,6 @@ pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 
 SOURCE = str(Path(heavytop.__file__).parents[1])
 PARAMETERS = {"kind": "toy", "options": {"tasks": 5, "blocks": 20}, "versions": versions()}
-
-
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
 
 
 @contextmanager
@@ -58,10 +52,10 @@ def worker(place, address, *more, **environment):
 @pytest.fixture(scope="module")
 def scheduler(tmp_path_factory):
     pytest.importorskip("distributed", reason="dask is not installed: pip install '.[cluster]'")
-    place, port = tmp_path_factory.mktemp("dask"), free_port()
-    options = ("--host", "127.0.0.1", "--port", port, "--no-dashboard", "--no-show")
-    with dask(place, "scheduler", *options):
-        yield place, f"tcp://127.0.0.1:{port}"
+    place = tmp_path_factory.mktemp("dask")
+    options = ("--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--no-show")
+    with dask(place, "scheduler", *options, "--scheduler-file", place / "known"):
+        yield place, json.loads(soon(place / "known"))["address"]
 
 
 def done(path, **how):
@@ -89,8 +83,7 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(sched
 
 def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):
     _, address = scheduler
-    nobody = f"tcp://127.0.0.1:{free_port()}"
-    for wrong in (address, nobody, "nonsense", "smoke://hill:1"):
+    for wrong in (address, "tcp://127.0.0.1:1", "nonsense", "smoke://hill:1"):
         with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler with a worker"):
             workers.executor_at(wrong, timeout_s=0.5)
 
