@@ -10,20 +10,16 @@ from matplotlib.figure import Figure
 import heavytop as ht
 from heavytop.errors import Impossible
 from heavytop.plots.figures import DRAW
-from heavytop.results.stress import Stress, StressOutcome
-from heavytop.studies.stress_runs import run_row
+from heavytop.results.stress import Stress
+from heavytop.results.table import Row
 
+from ..results.test_stress import RUN
 from ..studies.test_work_precision import diagram_of, made
 
 SCENE = ht.load_scene("sicm-kicked")
 MOTION = ht.Motion(SCENE.top, SCENE.start)
 NAMED = {"taylor-axis": "axis", "gauss8": "gauss8"}
-LOST = [
-    run_row(
-        case="cusp", method=name, formulation="axis", outcome=StressOutcome.OK, digits_lost=lost
-    )
-    for name, lost in zip(NAMED, (0.5, 9.0), strict=True)
-]
+LOST = [Row(RUN, method=name) for name in NAMED]
 POINTS = [made(3.0, 1e-6), made(5.0, 1e-9), made(2.0, None, 1e-3, "taylor-routh")]
 STYLE = {"color": "#123456", "linewidth": 3.5, "ls": "--", "label": "mine"}
 OVER_TIME = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")

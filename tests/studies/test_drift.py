@@ -47,8 +47,9 @@ def test_a_power_law_is_found_with_its_error():
     n = np.geomspace(1e3, 1e6, 13)
     draw = np.random.default_rng(0)
     slopes = [growth(n, 1e-16 * n**1.5 * np.exp(0.3 * draw.normal(size=13))) for _ in range(400)]
-    off = np.array([(g.exponent - 1.5) / g.stderr for g in slopes])
-    assert abs(np.mean([g.exponent for g in slopes]) - 1.5) < 0.01
+    exponents = np.array([g.exponent for g in slopes])
+    assert abs(exponents.mean() - 1.5) < 0.01
+    off = (exponents - 1.5) / [g.stderr for g in slopes]
     assert 0.9 < np.std(off) < 1.3  # the stated error is the error that is made
 
 
@@ -95,11 +96,6 @@ def test_a_setting_is_used_and_keeps_all_its_digits():
     assert loose.name == "taylor-axis=1e-06"
 
 
-def test_auto_is_the_least_form_for_so_long_a_run():
-    names = [asked(methods=["auto"], periods=n)["methods"][0] for n in (10, 1e5)]
-    assert names == ["taylor-axis", "taylor-axis-projected"]
-
-
 def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
     whole, spans = drift.sample_times, []
     monkeypatch.setattr(drift, "sample_times", lambda *of: spans.append(of[0]) or whole(*of))
@@ -132,7 +128,7 @@ def test_what_stands_for_all_starts_follows_from_the_members(three):
     document = three.document()
     for method_ in document["methods"]:
         members = method_["members"]
-        assert len(members) == document["ensemble"] == 3
+        assert len(members) == 3
         assert np.mean([each["steps"] for each in members]) == method_["steps"]
         for key, values in columns(method_).items():
             alone = [columns(each)[key] for each in members]
@@ -151,11 +147,9 @@ def test_the_initial_conditions_of_a_member_are_those_it_was_run_from(three):
         assert starts[0][name] == float(getattr(KICKED.start, name))
     for each in starts:
         spin = each["psidot"] + each["phidot"] * math.cos(each["theta"])
-        assert each["omega3"] == pytest.approx(spin, rel=1e-15)
-        assert each["omega3"] == starts[0]["omega3"]
+        assert each["omega3"] == starts[0]["omega3"] == pytest.approx(spin, rel=1e-15)
         for name in ("theta", "phidot"):
-            change = abs(each[name] / starts[0][name] - 1)
-            assert 0 < change <= 0.01 or each is starts[0]
+            assert 0 < abs(each[name] / starts[0][name] - 1) <= 0.01 or each is starts[0]
     given = {name: x for name, x in starts[2].items() if name != "psidot"}
     scene = ht.Scene(KICKED.top, ht.State(**given), periods=1)
     alone = ht.drift(scene, methods=METHODS, periods=60, samples=6)

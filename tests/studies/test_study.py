@@ -28,7 +28,6 @@ PARAMETERS = {
     "options": {"tasks": 3, "blocks": 60},
     "versions": {"heavytop": heavytop.__version__},
 }
-ONE = PARAMETERS | {"options": {"tasks": 1, "blocks": 60}}
 STEPS = 50 * 60  # of one task
 LONGEST = 50 * 8  # of one chunk
 SLICE = 0.1  # of work between two lines of the journal [s]; see run_toy.py
@@ -48,14 +47,10 @@ def whole(tmp_path_factory):
 def started(path, jobs, log, **environment):
     """Start a process that does the study."""
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([SOURCE, str(TOYS)]), "TOY_LOG": str(log)}
-    return subprocess.Popen(
-        [sys.executable, str(TOYS / "run_toy.py"), str(path), str(jobs), json.dumps(PARAMETERS)],
-        env=env | environment,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        text=True,
-        start_new_session=True,
-    )
+    words = [TOYS / "run_toy.py", path, jobs, json.dumps(PARAMETERS)]
+    how = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL, "start_new_session": True}
+    command = [sys.executable, *map(str, words)]
+    return subprocess.Popen(command, env=env | environment, text=True, **how)
 
 
 def finished(path, jobs, log, **environment):
@@ -63,11 +58,6 @@ def finished(path, jobs, log, **environment):
     process = started(path, jobs, log, **environment)
     errors = process.communicate(timeout=60)[1]
     return process.returncode, errors
-
-
-def killed(process):
-    process.kill()
-    process.communicate(timeout=60)
 
 
 def steps(log):
@@ -85,7 +75,8 @@ def test_killed_at_any_moment_it_goes_on(whole, tmp_path):
         wait_for(lambda n=before, p=process: len(lines(log)) > n or p.poll() is not None)
         time.sleep(moments.uniform(0, 0.1))
         assert process.poll() is None
-        killed(process)
+        process.kill()
+        process.communicate()
     assert finished(path, 2, log) == (0, "")
     assert results(path) == whole
     assert 3 * STEPS <= steps(log) <= 3 * STEPS + 4 * 2 * 2 * SENT
@@ -108,9 +99,9 @@ def test_the_number_of_workers_changes_nothing(whole, tmp_path):
     assert results(tmp_path / "three") == whole
     memory, seen = Journal(PARAMETERS), []
     run(memory, jobs=2, on_progress=seen.append, slice_s=0.0)
-    rows = {task: memory.rows(task) for task in NAMES}
-    assert rows == {task: journal.rows(task) for task in NAMES}
-    assert [row["steps"] for row in rows[NAMES[1]]] == list(range(50, STEPS + 1, 50))
+    for task in NAMES:
+        assert memory.rows(task) == journal.rows(task)
+    assert [row["steps"] for row in memory.rows(NAMES[1])] == list(range(50, STEPS + 1, 50))
     assert min(memory.record(task).seconds for task in NAMES) > 0
     fractions = [now.fraction for now in seen]
     assert fractions == sorted(fractions)
@@ -125,7 +116,8 @@ def test_workers_die_with_the_one_that_writes(tmp_path):
     assert all(map(alive, workers))
     held = {f.resolve().name for pid in workers for f in Path(f"/proc/{pid}/fd").iterdir()}
     assert "lock" not in held
-    killed(process)
+    process.kill()
+    process.communicate()
     wait_for(lambda: not any(map(alive, workers)), seconds=2)
 
 
@@ -135,8 +127,7 @@ def test_a_killed_worker_is_replaced(whole, tmp_path):
     process = started(path, 2, log, **SLOWLY)
     wait_for(lambda: len(lines(log)) > 4)
     os.kill(lines(log)[0][3], signal.SIGKILL)
-    assert process.communicate(timeout=60)[1] == ""
-    assert process.returncode == 0
+    assert (process.communicate(timeout=60)[1], process.returncode) == ("", 0)
     assert results(path) == whole
     assert steps(log) <= 3 * STEPS + 4 * SENT
 
@@ -149,10 +140,8 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
     path, log = tmp_path / "a study", tmp_path / "log"
     process = started(path, jobs, log, **SLOWLY)
     wait_for(lambda: len(lines(log)) > 4)
-    if number == signal.SIGINT:
-        os.killpg(process.pid, number)  # as a terminal does: to the workers too
-    else:
-        process.send_signal(number)
+    send = os.killpg if number == signal.SIGINT else os.kill  # a terminal sends it to workers too
+    send(process.pid, number)
     errors = process.communicate(timeout=60)[1]
     assert (process.returncode, f"\nheavytop resume '{path}'\n" in errors) == (130, True)
     assert not any(alive(pid) for *_, pid in lines(log))
@@ -171,7 +160,8 @@ def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     with pytest.raises(InUse, match=refused), Journal.open(path, PARAMETERS):
         pass
     assert Journal.read(path).parameters == PARAMETERS  # reading is for everybody
-    killed(process)
+    process.kill()
+    process.communicate()
     with Journal.open(path, PARAMETERS):  # what a killed writer left is no lock
         pass
 
@@ -210,6 +200,6 @@ def test_nothing_in_the_current_folder_is_imported(tmp_path, monkeypatch):
     for name in ("json", "queue", "ctypes"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('executed')")
     monkeypatch.chdir(tmp_path)
-    journal = Journal(ONE)
+    journal = Journal(PARAMETERS)
     run(journal, jobs=2)
     assert journal.record(NAMES[0]).ended
