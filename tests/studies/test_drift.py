@@ -96,6 +96,11 @@ def test_a_setting_is_used_and_keeps_all_its_digits():
     assert loose.name == "taylor-axis=1e-06"
 
 
+def test_auto_is_the_least_form_for_so_long_a_run():
+    names = [asked(methods=["auto"], periods=n)["methods"][0] for n in (10, 1e5)]
+    assert names == ["taylor-axis", "taylor-axis-projected"]
+
+
 def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
     whole, spans = drift.sample_times, []
     monkeypatch.setattr(drift, "sample_times", lambda *of: spans.append(of[0]) or whole(*of))
