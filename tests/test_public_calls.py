@@ -14,8 +14,6 @@ MOTION = ht.Motion(TOP, START)
 RUN = ht.propagate(SCENE)
 NUMBERS = {"A": 1, "C": 1, "gMR": 1, "theta": 1}
 PLANE = {"scene": SCENE, "x": "phidot=-2:2:3", "y": "psidot=-2:2:3", "jobs": 1}
-DRIFT = {"scene": SCENE, "methods": ("taylor-axis",), "periods": 2}
-STRESS = {"cases": ["kick-1e-9"], "methods": ("taylor-axis",)}
 
 # what each public function needs, as it should be
 NEEDED = {
@@ -46,7 +44,7 @@ NEEDED = {
     "resume": {"folder": "nowhere"},
     "run_errors": {"trajectory": RUN},
     "sensitivities": {"top": TOP, "start": START},
-    "stress": STRESS,
+    "stress": {"cases": ["kick-1e-9"], "methods": ("taylor-axis",)},
     "validate": {"names": ["betsch-cone"]},
     "work_precision": {"scene": SCENE},
     "State.from_constants": {"top": TOP, "E": 1, "p_phi": 1, "p_psi": 1, "theta": 1},

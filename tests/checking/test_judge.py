@@ -24,8 +24,7 @@ def near(value, planted, part=0.02):
 def test_the_closed_form_itself_has_all_its_digits(name):
     scene = load_scene(name)
     motion = Motion(scene.top, scene.start)
-    end = float(scene.time) if scene.time is not None else float(scene.periods) * motion.period
-    t = np.linspace(0, end, 801)
+    t = np.linspace(0, float(scene.time or scene.periods * motion.period), 801)
     found = check(vectors(motion.at(t), t), scene)
     assert found.digits > 14
     sizes = [found.errors[name] for name in CHECKED_QUANTITIES]

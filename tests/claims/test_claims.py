@@ -76,8 +76,8 @@ def test_each_claim_is_judged_by_its_bound_in_the_order_of_its_script(tmp_path):
 def test_only_what_is_asked_is_measured(tmp_path):
     folder, name = script(tmp_path, FAKE)
     seen = []
-    asked = {"scripts": folder, "progress": seen.append}
-    assert list(by_id(validate(["last", "holds", "last"], **asked))) == ["holds", "last"]
+    found = validate(["last", "holds", "last"], scripts=folder, progress=seen.append)
+    assert list(by_id(found)) == ["holds", "last"]
     assert (seen[0].tasks, seen[-1].ended) == (2, 2)
     parameters = {"scripts": str(folder), "claims": [f"{name}/absent", f"{name}/own"]}
     assert tasks(parameters) == [f"{name}/own"]

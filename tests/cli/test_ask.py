@@ -3,12 +3,7 @@
 import json
 import re
 
-import heavytop as ht
-
 from ..commands import printed
-
-DROPPED = ht.load_scene("sicm-dropped")
-MOTION = ht.Motion(DROPPED.top, DROPPED.start)
 
 
 def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):

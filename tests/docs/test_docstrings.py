@@ -17,18 +17,15 @@ NOTE = re.compile(r"^Accuracy: (?:.+\n?)+", re.MULTILINE)
 FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
 UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its keys is a keyword
 NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
-NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
+NO_UNIT = {  # numbers that compare or have the unit of what they are of; periods count
     "Check": {"digits", "digits_as_given"},
-    "Drift": {"periods", "spread"},
+    "Drift": {"spread"},
     "Errors": {"energy", "invariants", "input_rounding"},
     "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio"},
     "Plan": {"tolerance"},
     "Sample": {"quaternion", "states"},
-    "Scene": {"periods"},
-    "WorkPrecision": {"periods", "phase"},
+    "WorkPrecision": {"phase"},
     "Method": {"setting"},
-    "drift": {"periods"},
-    "work_precision": {"periods"},
 }  # fmt: skip
 FUNCTIONS = [name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))]
 CLASSES = [name for name in ht.__all__ if inspect.isclass(getattr(ht, name))]
@@ -102,7 +99,8 @@ def test_numbers_have_units_arrays_shapes_and_notes_a_test(name):
     found = sections(thing)
     for heading in ("Parameters", "Attributes", "Returns"):
         for names, kind, described in ENTRY.findall(found.get(heading, "") + "\n"):
-            if NUMERIC.search(kind) and not set(names.split(", ")) <= NO_UNIT.get(name, set()):
+            bare = {"periods"} | NO_UNIT.get(name, set())
+            if NUMERIC.search(kind) and not set(names.split(", ")) <= bare:
                 assert "[" in described + kind, (names, "unit")
             if "ndarray" in kind:
                 told = kind + described + said(thing).split("\n\n")[0]

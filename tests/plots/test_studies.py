@@ -26,13 +26,12 @@ def test_a_failure_has_its_colour_and_its_mark_where_it_belongs():
     document = {"cases": runs, "hard": {"a": "", "none": "", "b": ""},
                 "methods": {"m": "M", "unused": "U", "n": "N"}}  # fmt: skip
     ax = stress_figure(as_rows(document)).axes[0]
-    np.testing.assert_array_equal(
-        ax.images[0].get_array().filled(np.nan), [[0, np.nan], [9, np.nan]]
-    )
+    lost = ax.images[0].get_array().filled(np.nan)
+    np.testing.assert_array_equal(lost, [[0, np.nan], [9, np.nan]])
     marks = {text.get_text(): (*text.get_position(), text.get_color()) for text in ax.texts}
     assert marks == {"sing": (0, 1, "white"), "?": (1, 1, "black")}
-    assert [each.get_text() for each in ax.get_yticklabels()] == ["a", "b"]
-    assert [each.get_text() for each in ax.get_xticklabels()] == ["M", "N"]
+    names = [[x.get_text() for x in axis.get_ticklabels()] for axis in (ax.yaxis, ax.xaxis)]
+    assert names == [["a", "b"], ["M", "N"]]
     said = ax.get_xlabel().replace("\n", " ")
     assert all(f"{word.mark} {word}" in said for word in StressOutcome if word.mark)
 

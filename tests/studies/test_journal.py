@@ -1,6 +1,5 @@
 """The journal takes what belongs to its study, and refuses the rest by name."""
 
-import json
 import re
 
 import pytest
@@ -41,10 +40,9 @@ def test_a_record_is_the_sum_of_its_chunks(tmp_path):
 def test_every_difference_is_named(tmp_path):
     with Journal.open(tmp_path, PARAMETERS):
         pass
-    other = json.loads(json.dumps(PARAMETERS))
-    other["scene"]["start"]["theta"] = "0.2"
-    other["options"] |= {"names": ["a", "c"], "rate": True, "seed": 0}
-    del other["scene"]["title"]
+    changed = {"names": ["a", "c"], "rate": True, "seed": 0}
+    other = PARAMETERS | {"scene": {"start": {"theta": "0.2", "phidot": "-15"}}}
+    other["options"] = PARAMETERS["options"] | changed
     with pytest.raises(ForeignFile) as error, Journal.open(tmp_path, other):
         pass
     assert str(error.value).partition("another toy: ")[2].split("; ") == [
@@ -54,7 +52,6 @@ def test_every_difference_is_named(tmp_path):
         'scene.start.theta: "0.1" there, "0.2" here',
         'scene.title: "top" there, nothing here',
     ]
-    assert error.value.exit == 3
     with Journal.open(tmp_path, PARAMETERS):  # and it is free again
         pass
 
