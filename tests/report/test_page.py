@@ -56,13 +56,17 @@ def test_nothing_is_asked_of_a_network_and_no_text_is_taken_for_markup(page, tex
     assert "alert(4)" not in text  # a picture that lay in the folder
 
 
-def test_every_result_has_its_figures_and_its_document(page, seen):
+def test_every_result_is_read_as_it_was_written_and_has_its_figures(place, page, seen):
     idents = {f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures}
     charts = [f"{name}-1-{name}" for name in ("drift", "workprec", "stress", "atlas")]
     assert {"run-1-overview", *charts} <= idents
     for section in page.sections:
-        document = json.dumps(section.result.document())
-        assert json.loads(seen.scripts[f"{section.ident}-data"]) == json.loads(document)
+        result, name = section.result, section.ident.partition("-")[0]
+        document = json.loads(json.dumps(result.document(), allow_nan=False))
+        stored = json.loads((place / name / f"{name}.json").read_text("utf-8"))
+        assert json.loads(seen.scripts[f"{section.ident}-data"]) == document
+        assert {key: document[key] for key in stored} == stored
+        assert len(result.numbers().to_pandas()) == len(result.numbers().rows)
     saved = [attrs["data-of"] for attrs in seen.all("button") if "data-of" in attrs]
     assert saved == [f"{section.ident}-data" for section in page.sections]
 
