@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
+from scipy.spatial.transform import Rotation
 
 import heavytop as ht
 from heavytop.plots.clip import Clip
@@ -44,23 +45,19 @@ def on_the_body(shot, rotation, view):
 
 @pytest.mark.parametrize("follow", [False, True])
 def test_three_frames_show_the_exact_motion(follow):
-    seen, scene, patches = shot(follow=follow), ht.load_scene("sicm-kicked"), []
+    seen, patches = shot(follow=follow), []
     for done in (0.1, 0.45, 0.93):
-        at = ht.Motion(scene.top, scene.start).at(seen.record.t[seen.at(done)], digits=30)
+        at = ht.Motion(SCENE.top, SCENE.start).at(seen.record.t[seen.at(done)], digits=30)
         stage, view = seen.stage(), seen.view(done)
         picture = seen.frame(stage, done)
-        w, *v = (float(x) for x in at.quaternion)
-        cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-        rotation = np.eye(3) + 2 * w * cross + 2 * cross @ cross
-        for place, orange in on_the_body(seen, rotation, view):
-            found, own = (
-                colour(picture, pixel(stage, view, place)),
-                PATCH if orange else BODY_COLOUR,
-            )
+        turn = Rotation.from_quat([float(x) for x in at.quaternion], scalar_first=True)
+        for place, orange in on_the_body(seen, turn.as_matrix(), view):
+            found = colour(picture, pixel(stage, view, place))
+            own = PATCH if orange else BODY_COLOUR
             off = found / found.max() - own / own.max()
             patches.append((orange, abs(off).max() < 0.1))
         omega, axis = (np.array([float(x) for x in each]) for each in (at.omega, at.axis))
-        A, C = float(scene.top.A), float(scene.top.C)
+        A, C = float(SCENE.top.A), float(SCENE.top.C)
         momentum = A * omega + (C - A) * (omega @ axis) * axis
         size = np.linalg.norm(seen.momentum[seen.at(done)]) / np.linalg.norm(momentum)
         tip = pixel(stage, view, size * momentum)
@@ -72,11 +69,8 @@ def test_three_frames_show_the_exact_motion(follow):
 @pytest.mark.parametrize("form", ["gif", "webp"])
 def test_a_film_has_its_frames_and_the_same_bytes_again(tmp_path, form):
     done, scene = [], ht.load_scene("spherical-pendulum")
-    made = [
-        ht.film(scene, tmp_path / f"{k}.{form}", seconds=8 / 15, fps=15, size=(96, 64),
-                progress=done.append)
-        for k in range(2)
-    ]  # fmt: skip
+    how = {"seconds": 8 / 15, "fps": 15, "size": (96, 64), "progress": done.append}
+    made = [ht.film(scene, tmp_path / f"{k}.{form}", **how) for k in range(2)]
     with Image.open(made[0]) as picture:
         assert (picture.n_frames, picture.size) == (8, (96, 64))
         durations = [each.info["duration"] for each in ImageSequence.all_frames(picture)]

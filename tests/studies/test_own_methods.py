@@ -108,8 +108,7 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
     for limit in ("LIMIT_S", "SET_UP_S"):
         monkeypatch.setattr(f"heavytop.studies.drift.{limit}", 15.0)
     methods = [f"{mine}:hangs", "taylor-axis", f"{mine}:rk4=50"]
-    found = ht.drift(scene, methods=methods, periods=5, samples=2)
-    said = [each.skipped for each in found.methods]
+    said = [x.skipped for x in ht.drift(scene, methods=methods, periods=5, samples=2).methods]
     assert said == ["it did not return within 15 s", None, None]
 
 
