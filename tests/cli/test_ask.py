@@ -29,13 +29,9 @@ def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
     assert round(document["motion"]["period"], 6) == 0.401406
 
 
-def test_a_held_spin_and_a_folded_tilt_are_said():
-    words = printed("classify", "sicm-kicked", "--set", "start.theta=-0.1")
-    assert "theta = -0.1 is outside [0, pi]" in words
-    in_degrees = ("classify", "sicm-kicked", "--unit", "deg")
-    assert "omega3 = 140 moves theta from 5.72958 to 20.8327 deg" in " ".join(
-        printed(*in_degrees).split()
-    )
-    [note] = json.loads(printed(*in_degrees, "--json"))["warnings"]
-    assert "from 0.1 to 0.363598 rad" in note
-    assert json.loads(printed("classify", "sicm-forward", "--json"))["warnings"] == []
+def test_what_a_held_spin_makes_of_a_kick_is_said():
+    warned = [json.loads(printed("classify", scene, "--json"))["warnings"]
+              for scene in ("sicm-kicked", "sicm-forward")]  # fmt: skip
+    assert ["from 0.1 to 0.363598 rad" in note for note in warned[0]] == [True]
+    assert warned[1] == []
+    assert "20.8327 deg" in " ".join(printed("classify", "sicm-kicked", "--unit", "deg").split())

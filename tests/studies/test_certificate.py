@@ -139,11 +139,9 @@ def test_a_missed_or_doubled_event_is_seen(which, count):
 
 def test_an_event_at_a_wrong_time_widens_the_bound():
     trajectory = run_of("sicm-kicked")
-    t = trajectory.events.t.copy()
-    t[4] += 1e-9
+    t = trajectory.events.t + 1e-9 * (np.arange(len(trajectory.events)) == 4)
     found = ht.certify(with_events(trajectory, replace(trajectory.events, t=t)))
-    assert found.events.time_bound_s > 0.99e-9
-    assert ht.certify(trajectory).events.time_bound_s < 1e-15
+    assert ht.certify(trajectory).events.time_bound_s < 1e-15 < 0.99e-9 < found.events.time_bound_s
 
 
 def test_what_cannot_be_certified_says_why():
@@ -162,11 +160,10 @@ def test_what_cannot_be_certified_says_why():
 
 def test_parts_resumed_and_shared_out_give_the_same(tmp_path):
     trajectory = run_of("sicm-kicked", periods=2000, digits=9)
-    first = ht.certify(trajectory)
-    second = ht.certify(trajectory, folder=tmp_path / "a", jobs=2)
-    assert second.document() == first.document()
-    drop_line(tmp_path / "a")
-    assert ht.resume(tmp_path / "a").document() == first.document()
+    first = ht.certify(trajectory).document()
+    assert ht.certify(trajectory, folder=tmp_path, jobs=2).document() == first
+    drop_line(tmp_path)
+    assert ht.resume(tmp_path).document() == first
 
 
 @pytest.mark.parametrize(
