@@ -113,8 +113,7 @@ def test_only_what_all_good_explanations_share_is_sure(found, sure, alike):
 
 
 def test_a_world_that_is_mirrored_or_upside_down_with_the_body_is_both():
-    q = exact(T).quaternion * [1, 1, -1, -1]
-    found = check({"t": T, "quaternion": q}, SCENE)
+    found = check({"t": T, "quaternion": exact(T).quaternion * [1, 1, -1, -1]}, SCENE)
     others = [set(each.names) for each in found.alternatives]
     assert (found.conventions, {"mirrored"} in others, {"z-down"} in others) == ((), True, True)
 

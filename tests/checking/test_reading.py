@@ -144,9 +144,9 @@ def test_a_fault_is_told(told):
 
 
 def test_elevations_are_tilts_in_their_own_unit():
-    for quarter, elevation in ((90, [20, 10, 0, -10, -20]), (np.pi / 2, [0.2, 0.1, 0, -0.1, -0.2])):
-        data = read(FIVE | {"elevation": elevation})
-        assert data.values["theta"] == pytest.approx(quarter - np.array(elevation))
+    for quarter, step in ((90, 10), (np.pi / 2, 0.1)):
+        data = read(FIVE | {"elevation": step * np.arange(-2, 3)})
+        assert data.values["theta"] == pytest.approx(quarter - step * np.arange(-2, 3))
         assert "elevation" in data.declared
 
 

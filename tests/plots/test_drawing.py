@@ -13,6 +13,7 @@ from heavytop.plots.figures import DRAW
 from heavytop.results.stress import Stress
 from heavytop.results.table import Row
 
+from ..motions import shipped
 from ..results.test_stress import RUN
 from ..studies.test_work_precision import diagram_of, made
 
@@ -53,7 +54,6 @@ def ax():
 @pytest.fixture
 def shown():
     """Figures that pyplot holds are those of a test alone."""
-    pyplot.close("all")
     yield pyplot
     pyplot.close("all")
 
@@ -132,8 +132,7 @@ def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):
         seen = line.get_xydata()
         np.testing.assert_allclose(seen, axis(np.linspace(0.0, 2.0, len(seen))).axis[:, :2])
     assert ax.get_xlim()[1] > np.abs(wide.get_xydata()).max()
-    behind = ht.load_scene("spherical-pendulum")
-    around = ht.Motion(behind.top, behind.start).plot("sphere", ax=Figure().subplots(), **STYLE)
+    around = drawn(shipped("spherical-pendulum"), "sphere", **STYLE)
     assert len(mine(around)) == 1  # of two parts, before and behind the sphere
 
 
@@ -163,9 +162,8 @@ def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, show
     ax = things[kind].plot()
     assert ax.figure is shown.gcf() is not other
     assert other.axes == []
-    named = ax.get_legend_handles_labels()[1]
     told = [text.get_text() for legend in ax.figure.legends for text in legend.get_texts()]
-    assert set(told) == set(named)
+    assert set(told) == set(ax.get_legend_handles_labels()[1])
     ax.figure.draw_without_rendering()
     for legend in ax.figure.legends:
         assert legend.get_window_extent().width < ax.figure.bbox.width

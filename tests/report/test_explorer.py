@@ -134,13 +134,8 @@ def test_every_shipped_scene_is_explained_and_copied_as_the_package_has_it(page)
         assert text(page, "plain") == PLAIN_LIMITS[motion.kind]
         assert text(page, "reason")
         copied = read_scene(text(page, "toml"))
-        numbers = copied.top.A, copied.top.C, copied.top.gMR
-        assert (*numbers, copied.start) == (
-            motion.top.A,
-            motion.top.C,
-            motion.top.gMR,
-            motion.start,
-        )
+        here, there = ((top.A, top.C, top.gMR) for top in (copied.top, motion.top))
+        assert (here, copied.start) == (there, motion.start)
 
 
 def test_a_scene_is_copied_as_it_was_typed(page):

@@ -13,7 +13,6 @@ from heavytop.results.stress import Stress
 from .. import integrators
 from ..commands import heavytop_
 from ..integrators import on_the_group, rk4
-from .toy import change_parameters
 
 RK4 = Path(integrators.__file__).read_text()
 
@@ -66,15 +65,13 @@ def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(
 
 
 @pytest.mark.processes
-def test_a_study_that_was_stopped_goes_on_bit_for_bit_where_its_code_is_named(
-    scene, mine, tmp_path
-):
+def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(scene, mine, tmp_path):
     """A step, one that keeps the rotation, and a solver."""
-    place, whole = tmp_path / "study", tmp_path / "whole"
+    place = tmp_path / "study"
     named = [f"{mine}:rk4", f"{mine}:on_the_group", f"{mine}:dop853"]
     asked = {"methods": [f"{named[0]}=100", f"{named[1]}=100", f"{named[2]}=1e-7"]}
     asked |= {"periods": 30, "samples": 6}
-    reference = ht.drift(scene, folder=whole, **asked)
+    reference = ht.drift(scene, **asked)
 
     def stop(now):
         if now.fraction > 0.5:
@@ -82,24 +79,17 @@ def test_a_study_that_was_stopped_goes_on_bit_for_bit_where_its_code_is_named(
 
     with pytest.raises(StoppedEarly):
         ht.drift(scene, folder=place, progress=stop, **asked)
-    own._REGISTERED.clear()  # another process
+    own._REGISTERED.clear()  # another process, which starts no code that a file names
+    mine.write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n{RK4}")
     assert heavytop_("resume", place).exit_code == 3
+    assert not (tmp_path / "ran").exists()
+    mine.write_text(RK4)
     resumed = ht.resume(place, methods=named, jobs=2)
     assert resumed.numbers(members=True) == reference.numbers(members=True)
     mine.write_text(RK4 + "\n# changed\n")
     own._REGISTERED.clear()
     with pytest.raises(ForeignFile, match="not the code with which it was begun"):
         ht.resume(place, methods=named)
-
-
-def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
-    ran = tmp_path / "ran"
-    mine.write_text(f"open({str(ran)!r}, 'w')\n{RK4}")
-    place = tmp_path / "study"
-    ht.drift(scene, methods=["taylor-axis"], periods=5, samples=2, folder=place)
-    change_parameters(place, lambda known: known.update(methods=[f"{mine}:rk4"]))
-    assert heavytop_("resume", place).exit_code == 3
-    assert not ran.exists()
 
 
 @pytest.mark.slow

@@ -28,16 +28,6 @@ def drop_line(path):
     (path / "study.jsonl").write_text("\n".join([*lines, ""]))
 
 
-def change_parameters(path, change):
-    """Change what stands in the first line of a study."""
-    first, *lines = (path / "study.jsonl").read_text().splitlines()
-    line = json.loads(first)
-    change(line["parameters"])
-    del line["sha256"]
-    first = journal.sealed(journal.canonical_json(line).encode()).decode()
-    (path / "study.jsonl").write_text(first + "\n".join([*lines, ""]))
-
-
 def done(path, parameters, **how):
     """Do a study, and return its folder."""
     with Journal.open(path, parameters) as opened:
