@@ -79,17 +79,23 @@ def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(scene, mine
 
     with pytest.raises(StoppedEarly):
         ht.drift(scene, folder=place, progress=stop, **asked)
-    own._REGISTERED.clear()  # another process, which starts no code that a file names
-    mine.write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n{RK4}")
+    own._REGISTERED.clear()  # another process
     assert heavytop_("resume", place).exit_code == 3
-    assert not (tmp_path / "ran").exists()
-    mine.write_text(RK4)
     resumed = ht.resume(place, methods=named, jobs=2)
     assert resumed.numbers(members=True) == reference.numbers(members=True)
     mine.write_text(RK4 + "\n# changed\n")
     own._REGISTERED.clear()
     with pytest.raises(ForeignFile, match="not the code with which it was begun"):
         ht.resume(place, methods=named)
+
+
+def test_no_study_file_starts_code(scene, mine, tmp_path):
+    mine.write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n{RK4}")
+    file = tmp_path / "study" / "study.jsonl"
+    ht.drift(scene, methods=["taylor-axis"], periods=5, samples=2, folder=file.parent)
+    file.write_text(file.read_text().replace('"taylor-axis"', f'"{mine}:rk4"', 1))
+    assert heavytop_("resume", file.parent).exit_code == 3
+    assert not (tmp_path / "ran").exists()
 
 
 @pytest.mark.slow
