@@ -88,19 +88,15 @@ def test_exit_codes(error, code):
     [
         ("runn sicm-kicked", "Did you mean 'run'?"),
         ("atlas", "SCENE"),
-        ("atlas sicm-kicked", "--x"),
         ("film sicm-kicked", "-o"),
         ("run sicm-kicked --verbos", "--verbos"),
         ("run sicm-kicked --set start.phidot 14", "14"),
         ("run sicm-kicked --set start.phidot", "--set"),
         ("run sicm-kicked --set start.phidto=3", "--set"),
         ("stress --cases cusp,,auto", "--cases"),
-        ("stress --step-limit 0", "--step-limit"),
         ("drift sicm-kicked --methods x --periods 0", "--periods and --methods"),
         ("workprec sicm-kicked --methods strang=-1", "--methods"),
-        ("classify sicm-kicked --unit furlong", "--unit"),
         ("find sicm-kicked --vary psidot=1:2 --so-that round=1", "--vary"),
-        ("sweep sicm-kicked --over start.psidot=1:2:2 --facts x", "--facts"),
         ("check x.csv --columns Zeit", "--columns"),
         ("check x.csv --digits nan", "--digits"),
         ("film sicm-kicked -o x.gif --size=80x", "--size"),
@@ -147,8 +143,8 @@ def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_fi
     assert (result.exit_code, "mine" in result.stderr) == (Exit.USAGE, False)
     file.write_text(text.replace("theta  = 0.1", 'theta = "x"'), "utf-8")
     result = heavytop_("plan", file, "--set", "start.phi=x")
-    assert (result.exit_code, "mine.toml:" in result.stderr) == (Exit.BAD_SCENE, True)
-    assert "\n--set: start.phi" in result.stderr
+    assert result.exit_code == Exit.BAD_SCENE
+    assert all(where in result.stderr for where in ("mine.toml:", "\n--set: start.phi"))
 
 
 @pytest.mark.parametrize("place", [__file__, "/proc/nowhere/out"])
@@ -229,7 +225,7 @@ def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error,
         "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
     )
     words = [sys.executable, "-c", program, *QUICK]
-    found = subprocess.run(words, capture_output=True, text=True, check=False)
+    found = subprocess.run(words, capture_output=True, text=True)
     assert (found.returncode, found.stderr) == (130, told)
 
 

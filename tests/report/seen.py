@@ -7,7 +7,7 @@ class Seen(HTMLParser):
     """The tags with their attributes, the texts that are shown, and the scripts."""
 
     def __init__(self, text):
-        super().__init__(convert_charrefs=True)
+        super().__init__()
         self.tags, self.open, self.texts, self.scripts = [], [], [], {}
         self.feed(text)
         self.close()

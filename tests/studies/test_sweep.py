@@ -30,7 +30,7 @@ def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
     assert found.document()["over"] == "start.psidot"
 
 
-def test_csv_and_charts_are_in_the_units_asked_for(tmp_path):
+def test_csv_and_charts_are_in_the_units_asked_for():
     found = sweep(DROPPED, "start.psidot=100:400:3", FACTS)
     units = read_units("deg, rpm,ms")
     assert found.to_csv().startswith("start.psidot [rad/s],kind,round [s]")
@@ -43,9 +43,7 @@ def test_csv_and_charts_are_in_the_units_asked_for(tmp_path):
         assert values == pytest.approx(wanted, rel=1e-15)
         axes = found.figure().axes
         assert [ax.get_ylabel() for ax in axes] == ["[ms]", "[deg]", "[1]"]
-        assert axes[0].lines[0].get_xdata()[0] == pytest.approx(100 * 30 / math.pi, rel=1e-15)
-        found.save(tmp_path / "x.csv")
-        assert (tmp_path / "x.csv").read_text("utf-8") == found.to_csv()
+        assert axes[0].lines[0].get_xdata()[0] == pytest.approx(wanted[0], rel=1e-15)
 
 
 def test_where_there_is_no_scene_a_row_says_so():
