@@ -302,7 +302,7 @@ def deliver(
     except (errors.StoppedEarly, OSError) as fault:
         problems.append(problem_of(fault))
     if isinstance(found, Result):
-        problems += missing_packages(found) or found.problems()
+        problems += found.problems()
         for name in found.files.values():
             note(f"wrote {folder}/{name}")
     if path is None or path.suffix.lower() not in TABLE_ENDINGS or option("json"):
@@ -331,16 +331,6 @@ def print_found(found: Any, document: Mapping[str, Any] | None) -> None:
         for line in printed.get().splitlines():
             print(line.rstrip())
         sys.stdout.flush()  # it is there, whatever comes after it
-
-
-def missing_packages(found: Any) -> list[Problem]:
-    """What is to be installed, where no method of a study could be run without it."""
-    if not (methods := found.unrun()):
-        return []
-    from heavytop.studies.methods import is_auto, method
-
-    needs = [() if is_auto(name) else method(name).absent for name in methods]
-    return [(Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0])))] if all(needs) else []
 
 
 def exit_with(problems: Iterable[Problem]) -> NoReturn:

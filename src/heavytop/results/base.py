@@ -133,10 +133,6 @@ class Result(Plotted):
         if self.table and not getattr(self, self.table):
             yield Exit.ENDED_EARLY, "nothing was run"
 
-    def unrun(self) -> Sequence[str]:
-        """Methods, if none of them was run."""
-        return ()
-
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that gave nothing, and why."""
         return {}

@@ -152,11 +152,6 @@ class Drift(Result):
             for number, why in each.ended.items():
                 yield Exit.ENDED_EARLY, f"{each.name}, start {number}, ended early: {why}"
 
-    def unrun(self) -> Sequence[str]:
-        """The methods, if all of them were skipped."""
-        every = all(each.skipped for each in self.methods)
-        return [each.name for each in self.methods] if every else ()
-
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that were not run, and why."""
         return {x.name: x.skipped for x in self.methods if x.skipped and ":" in x.name}

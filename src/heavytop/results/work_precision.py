@@ -146,10 +146,6 @@ class WorkPrecision(Result):
             for name in names
         }
 
-    def unrun(self) -> Sequence[str]:
-        """The methods, if none of them was run."""
-        return () if self.points else [each.method for each in self.skipped]
-
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that have no point, and why their first setting has none."""
         measured, found = {point.method for point in self.points}, dict[str, str]()

@@ -116,6 +116,8 @@ def drift(
     BadScene
         Nothing nutates; there is no such method; an option is of the wrong kind or out of its
         bounds. Every fault is listed.
+    MissingPackage
+        None of the methods can run here.
     ForeignFile
         The folder holds something else, another study, or a damaged file; a worker of the executor
         has other versions than this process.

@@ -12,7 +12,7 @@ from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.errors import Fault, Impossible, Refused, refuse
+from heavytop.errors import Fault, Impossible, MissingPackage, Refused, refuse
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import bits_of, why_not
 from heavytop.run.planning import plan_steps
@@ -171,6 +171,8 @@ def read_methods_of(
         A method, or an option, is none; or nothing nutates.
     WrongType
         The scene is none.
+    MissingPackage
+        No method can run here: what the first of them needs.
     """
     motion, file = closed_form_of(scene), scene.name
     values, faults = parse_options(file, options, readers)
@@ -179,6 +181,9 @@ def read_methods_of(
         rule = f"no nutation period to count: {motion.kind}"
         faults.append(Fault(file, None, "start", "", rule, "a top that nutates is needed"))
     refuse(faults, wrong)
+    needs = [() if is_auto(name) else method(name).absent for name in names]
+    if all(needs):
+        raise MissingPackage(names[0], needs[0])
     return names, values
 
 

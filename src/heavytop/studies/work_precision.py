@@ -133,7 +133,7 @@ def work_precision(
     BadScene
         Nothing nutates; there is no such method, or no plan for auto; an option is out of its
         bounds. Every fault is listed.
-    ForeignFile, InUse, StoppedEarly
+    MissingPackage, ForeignFile, InUse, StoppedEarly
         As for `heavytop.drift`.
 
     Examples
