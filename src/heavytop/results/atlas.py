@@ -54,8 +54,6 @@ class Atlas(Result):
         ``kind`` or ``rows``.
     counts, details : mapping from str to int
         How many pixels there are of each kind that occurs, and of each that is told apart further.
-    sent : int
-        How many pixels doubles could not decide, so that interval arithmetic was used.
     uncertified : int
         How many pixels have a kind that is not proved.
     curves : tuple of mapping
@@ -63,8 +61,6 @@ class Atlas(Result):
         single one where it is a point of the plane.
     pixels_per_s : float or None
         Pixels computed here in a second, of all processes together [1/s]; None in its folder.
-    jobs : int or None
-        Processes that computed them; None in its folder.
     """
 
     schema: ClassVar = "heavytop/atlas/1"
@@ -80,11 +76,9 @@ class Atlas(Result):
     what: str
     counts: Mapping[str, int]
     details: Mapping[str, int]
-    sent: int
     uncertified: int
     curves: tuple[Any, ...]
     pixels_per_s: float | None = None
-    jobs: int | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -175,7 +169,6 @@ class Atlas(Result):
         lines = Counter(curve.name for curve in self.curves).items()
         counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
         yield "boundaries", ", ".join(counted) or "none"
-        yield "decided by intervals", str(self.sent)
         if self.pixels_per_s is not None:
             yield "pixels per second", f"{self.pixels_per_s:.3g}"
 

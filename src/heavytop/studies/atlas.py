@@ -73,15 +73,15 @@ def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[C
     """Compute a tile at once."""
     began, plane = time.perf_counter(), _plane(parameters)
     tile = plane.tiles(parameters["tile"])[task]
-    columns, sent = _computed(plane.tops(tile), parameters["what"])
+    columns = _computed(plane.tops(tile), parameters["what"])
     file = BytesIO()  # compressed where that is worth its time
     (np.savez if "period" in columns else np.savez_compressed)(file, **columns)  # type: ignore[arg-type]
-    row = {"sent": sent, "tile": b64encode(file.getvalue()).decode()}
+    row = {"tile": b64encode(file.getvalue()).decode()}
     yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
-def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
-    """The columns of a tile, and how many of its pixels needed interval arithmetic."""
+def _computed(tops: dict[str, Any], what: str) -> Columns:
+    """The columns of a tile."""
     shape = np.broadcast_shapes(*map(np.shape, tops.values()))
     bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
     seen = _mirrored(tops, bottom) if bottom.any() else tops
@@ -93,7 +93,7 @@ def _computed(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
     }
     if bottom.any():
         columns = _restored(columns, tops, bottom)
-    return {name: each.astype(PIXEL_TYPES[name]) for name, each in columns.items()}, verdicts.sent
+    return {name: each.astype(PIXEL_TYPES[name]) for name, each in columns.items()}
 
 
 # --- θ = π ----------------------------------------------------------------------------------------
@@ -140,13 +140,12 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
     parameters, plane = journal.parameters, _plane(journal.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
     columns = {name: np.empty(plane.shape, PIXEL_TYPES[name]) for name in SETS[what]}
-    pairs, sent = np.zeros((len(VERDICT_NAMES), len(VERDICT_DETAILS)), np.int64), 0
+    pairs = np.zeros((len(VERDICT_NAMES), len(VERDICT_DETAILS)), np.int64)
     for task, tile in tiles.items():
         if not journal.record(task).last.done:
             why = f"not computed yet; heavytop resume {journal.folder} goes on"
             raise ForeignFile(f"tile {task}: {journal.record(task).last.failed or why}")
         [row] = journal.rows(task)
-        sent += row["sent"]
         found = dict(np.load(BytesIO(b64decode(row["tile"]))))
         for name, column in columns.items():
             column[tile] = found[name]
@@ -166,13 +165,11 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         what=what,
         counts={name: count for name, count in kinds.items() if count},
         details=details,
-        sent=sent,
         uncertified=int(np.count_nonzero(columns["certified"] == 0)),
         curves=tuple(
             {**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane)
         ),
         pixels_per_s=float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0,
-        jobs=jobs,
         versions=parameters["versions"],
         map=_dataset(plane, columns, parameters),
     )
