@@ -136,8 +136,8 @@ class Atlas(Result):
         return found
 
     def timeless(self) -> Mapping[str, Any]:
-        """Neither how fast it was nor with how many processes, which `resume` may change."""
-        return {"pixels_per_s": None, "jobs": None}
+        """Without how fast it was, which `resume` may change."""
+        return {"pixels_per_s": None}
 
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write ``atlas.nc``, whole or not at all.
