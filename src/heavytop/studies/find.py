@@ -39,10 +39,8 @@ _ROUNDINGS: Final = 8 * UNIT  # of a fact that is made of others
 _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
 _LEAST: Final = 1e-300  # below which there are no numbers in scenes but 0
 _THIRDS: Final = 48  # after which the least of a fact does not change
-_WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|==|=|≤|≥)\s*(.+?)\s*")
+_WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|=)\s*(.+?)\s*")
 _RANGE: Final = re.compile(r"\s*(top|start)\.(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
-_RATIOS: Final = ("p_psi^2/4A gMR", "p_ψ²/4A gMR", "p_ψ²/4A|gMR|")
-_SPELLINGS: Final = {"==": "=", "≤": "<=", "≥": ">=", **dict.fromkeys(_RATIOS, "ratio")}
 
 Bracket: TypeAlias = tuple[float, float]
 MotionAt: TypeAlias = "Callable[[float], Motion | None]"
@@ -367,9 +365,9 @@ def _read_wish(text: Any) -> tuple[str, str, Any]:
     """Read FACT = X, FACT <= X, FACT >= X, or kind = KIND."""
     if not isinstance(text, str) or (parts := _WISH.fullmatch(text)) is None:
         raise Refused("FACT = X, FACT <= X or FACT >= X, such as round = 3.5 s")
-    name, relation = (_SPELLINGS.get(part, part) for part in parts.groups()[:2])
+    name, relation, wanted = parts.groups()
     if name == "kind" and relation == "=":
-        return name, relation, one_of({str(kind): str(kind) for kind in Kind})(parts[3])
+        return name, relation, one_of({str(kind): str(kind) for kind in Kind})(wanted)
     if name not in FOUND_FACTS:
         raise Refused(f"a fact out of kind, {', '.join(FOUND_FACTS)}", nearest(name, FOUND_FACTS))
-    return name, relation, float(Exact.of(parts[3], UNITS_OF[_unit_of(name)]))
+    return name, relation, float(Exact.of(wanted, UNITS_OF[_unit_of(name)]))
