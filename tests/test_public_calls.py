@@ -94,7 +94,7 @@ OPTIONS = {
     "atlas": "only folder progress",
     "drift": "methods periods ensemble samples seed folder progress",
     "propagate": "formulation tolerance projected step_limit progress",
-    "stress": "budget time_limit step_limit folder progress",
+    "stress": "budget time_limit folder progress",
     "resume": "jobs progress",
 }
 

@@ -102,7 +102,7 @@ STILL = ht.load_scene("separatrix")
                             "methods": ["auto=0", 3, "strang=x", f"auto={'1' * 5000}"]}),
         ("work_precision", {"periods": 0, "scene": STILL, "methods": "auto"}),
         ("stress", {"cases": ["cups"], "methods": [1, "taylor"], "budget": True,
-                    "time_limit": "3", "step_limit": 2.5}),
+                    "time_limit": "3", "jobs": 2.5}),
     ],
 )  # fmt: skip
 def test_everything_that_is_wrong_is_told_at_once(study, wrong):

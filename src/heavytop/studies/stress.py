@@ -29,12 +29,10 @@ KIND: Final = "stress"
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
 MOST_STRESS_STEPS: Final = 2_000_000
-LIMIT_NAMES: Final = ("time_limit", "step_limit")  # of a run
 LIST: Final = "heavytop stress --list"
 STRESS_LIMITS: Final = {
     "budget": Range(0, 1e6),
     "time_limit": Range(0.01, 1e5),
-    "step_limit": Range(1, 10**12, whole=True),
     "jobs": Range(1, 1024, whole=True),
 }
 
@@ -47,7 +45,6 @@ def stress(
     methods: Sequence[str] | None = None,
     budget: float = BUDGET_S,
     time_limit: float = TIME_S,
-    step_limit: int = MOST_STRESS_STEPS,
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
@@ -63,8 +60,6 @@ def stress(
         Time after which no run is begun [s]; those that are left are listed as skipped.
     time_limit : float
         Time after which the process of a run is killed [s]; starting it is no part of the run.
-    step_limit : int
-        Steps after which a run is given up.
     jobs : int
         Runs at the same time.
     folder : path, optional
@@ -98,7 +93,7 @@ def stress(
     equations.
     """
     check_callable("progress", progress)
-    limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
+    limits = {"budget": budget, "time_limit": time_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, STRESS_LIMITS)
     some = all_cases() if cases is None else cases
     asked = stress_methods() if methods is None else methods
@@ -111,7 +106,7 @@ def stress(
         "kind": KIND,
         "cases": list(dict.fromkeys(each.name for each in chosen)),
         "methods": names,
-        **{name: values[name] for name in LIMIT_NAMES},
+        "time_limit": values["time_limit"],
         **own.as_parameters(names),
         "versions": versions(),
     }
@@ -155,7 +150,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
             reason = absent or record.failed or "the budget was spent"
             lost = record.failed is not None
             skipped.append(Row(case=case, method=method.name, reason=reason, lost=lost))
-    limits = {"time_s": parameters["time_limit"], "steps": parameters["step_limit"]}
+    limits = {"time_s": parameters["time_limit"], "steps": MOST_STRESS_STEPS}
     return Stress(
         limits={"budget_s": budget, **limits},
         hard={name: all_cases()[name].hard for name in parameters["cases"]},
@@ -170,7 +165,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
     limit, mine = parameters["time_limit"], own.origins(parameters.get("own", {}))
-    asked = case, method, reference(case), parameters["step_limit"], mine
+    asked = case, method, reference(case), mine
     try:
         [_, found] = TIMED_WORKER.stages(run_task, *asked, limits=(SET_UP_S, limit))
     except TimedOut:
@@ -181,7 +176,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
 
 
 def run_task(
-    case: str, method: str, truth: CaseReference, step_limit: int, methods: own.Origins = ()
+    case: str, method: str, truth: CaseReference, methods: own.Origins = ()
 ) -> Iterator[Row]:
     """In the worker: compile what a method needs; then do a run, and judge it."""
     own.load(methods)
@@ -190,7 +185,7 @@ def run_task(
     chosen, asked = stress_method(method), all_cases()[case]
     ready = prepare(asked, chosen, truth) if chosen.is_rival else None
     yield Row()
-    yield judge(run_case(asked, chosen, truth, step_limit, ready), truth, case, chosen)
+    yield judge(run_case(asked, chosen, truth, MOST_STRESS_STEPS, ready), truth, case, chosen)
 
 
 def listing() -> StressCases:
