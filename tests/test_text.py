@@ -1,8 +1,8 @@
-"""The nearest name is hinted at, in one wording, and of many names few are told."""
+"""The nearest name is hinted at, in one wording."""
 
 import pytest
 
-from heavytop.text import closest, listed, nearest
+from heavytop.text import closest, nearest
 
 
 @pytest.mark.parametrize(
@@ -18,9 +18,3 @@ def test_the_nearest_name_is_hinted_at(value, hint):
     assert closest(value, known) == hint
     assert nearest(value, known) == (hint and f'did you mean "{hint}"?')
     assert nearest(value, ()) == ""
-
-
-def test_few_names_are_told_and_of_many_where_they_are():
-    many = [f"n{i}" for i in range(21)]
-    assert listed(many[:20]) == ", ".join(many[:20])
-    assert listed(many, "elsewhere") == "21 names: elsewhere"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LONGEST_NAME: Final = 60  # of what is compared, or told: no name is longer
-MANY_NAMES: Final = 20  # names, of which no more are told at once
 SECONDS_BELOW: Final = 60.0  # below which a time is told in seconds
 LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
 NOTEBOOK, DRAWING = "heavytop.report.notebook", "heavytop.plots.drawing"
@@ -69,21 +68,6 @@ def closest(value: object, known: Iterable[str]) -> str:
     folded = {name.casefold(): name for name in known}
     near = get_close_matches(value[:LONGEST_NAME].casefold(), folded, 1)
     return folded[near[0]] if near else ""
-
-
-def listed(known: Collection[str], everything: str = "") -> str:
-    """Return the known names, in words; of many, how many there are, and where to have them.
-
-    Examples
-    --------
-    >>> listed(["a", "b"])
-    'a, b'
-    >>> listed([f"n{i}" for i in range(100)], "heavytop stress --list")
-    '100 names: heavytop stress --list'
-    """
-    if len(known) <= MANY_NAMES:
-        return ", ".join(known)
-    return f"{len(known)} names" + (f": {everything}" if everything else "")
 
 
 # --- spelling --------------------------------------------------------------------------------

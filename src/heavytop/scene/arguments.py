@@ -21,7 +21,7 @@ from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 from heavytop.errors import BadScene, Fault, Impossible, Refused, WrongType
 from heavytop.exact import Exact
 from heavytop.exact.parse import written
-from heavytop.text import LONGEST_NAME, article, cut, harmless, listed, nearest
+from heavytop.text import LONGEST_NAME, article, cut, harmless, nearest
 
 T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused`
@@ -237,12 +237,12 @@ not_negative = partial(with_sign, signs=(0, 1, None), rule="must not be negative
 not_zero = partial(with_sign, signs=(-1, 1), rule="not 0: a span has a length")
 
 
-def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T]:
-    """Return what reads a name out of a table, of which `everything` says where all is listed."""
+def one_of(known: Mapping[str, T]) -> Callable[[object], T]:
+    """Return what reads a name out of a table."""
 
     def read(value: object) -> T:
         if not isinstance(value, str) or value not in known:
-            raise Refused(f"one of {listed(known, everything)}", nearest(value, known))
+            raise Refused(f"one of {', '.join(known)}", nearest(value, known))
         return known[value]
 
     return read

@@ -229,6 +229,6 @@ def stress_method(text: str) -> MethodEntry:
         There is none.
     """
     if text in stress_methods() or ":" not in text:
-        return one_of(stress_methods(), "heavytop stress --list")(text)
+        return one_of(stress_methods())(text)
     found = method(text)
     return replace(found, name=text, block=BLOCK if found.fixed else CALL)

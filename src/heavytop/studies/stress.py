@@ -29,7 +29,6 @@ KIND: Final = "stress"
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
 MOST_STRESS_STEPS: Final = 2_000_000
-LIST: Final = "heavytop stress --list"
 STRESS_LIMITS: Final = {
     "budget": Range(0, 1e6),
     "time_limit": Range(0.01, 1e5),
@@ -97,7 +96,7 @@ def stress(
     values, faults = parse_options(KIND, limits, STRESS_LIMITS)
     some = all_cases() if cases is None else cases
     asked = stress_methods() if methods is None else methods
-    chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases(), LIST))
+    chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases()))
     known, no_methods = read_methods(KIND, asked, stress_method)
     errors.refuse(faults, no_cases, no_methods)
     names = list(dict.fromkeys(each.name for each in known))
