@@ -50,8 +50,6 @@ class MethodEntry:
         Its order; None where it varies.
     source : str
         Where it is published; empty of the Taylor integrator and of one's own.
-    family : str
-        As `workprec` writes it: ``adaptive``, ``splitting``, ``collocation`` or another word.
     block : int
         Steps in a block; 0 where the method itself chooses.
     needs : tuple of str
@@ -81,7 +79,6 @@ class MethodEntry:
     language: str
     order: int | None = None
     source: str = ""
-    family: str = "adaptive"
     block: int = 0
     needs: tuple[str, ...] = ()
     formulation: str = "axis"
@@ -164,7 +161,7 @@ _OWN_STEPS = tuple(12.5 * 2**k for k in range(8))
 
 _by_steps = partial(entry, set_by=BY_STEPS, least=1.0, most=1e7, grid=_LOW_ORDER)
 _by_tolerance = partial(entry, set_by=BY_TOLERANCE, least=1e-15, most=1e-2, grid=DECADES)
-_fixed = partial(_by_steps, language="numba", needs=("numba",), family="splitting")
+_fixed = partial(_by_steps, language="numba", needs=("numba",))
 _scipy = partial(_by_tolerance, language="python", needs=("scipy",))
 
 # Blocks take a fraction of a millisecond to a few of them, against microseconds around them; those
@@ -188,11 +185,11 @@ _ROWS: Final = (
         source="M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
     ),
     _fixed(
-        "implicit-midpoint", 100.0, partial(gauss, 1), order=2, block=8192, family="collocation",
+        "implicit-midpoint", 100.0, partial(gauss, 1), order=2, block=8192,
         source="E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, 2006",
     ),
     _fixed(
-        "gauss8", 8.0, partial(gauss, 8), order=16, block=1024, family="collocation",
+        "gauss8", 8.0, partial(gauss, 8), order=16, block=1024,
         grid=(2, 3, 4, 5, 6, 7, 8, 10, 12, 16), stress={"axis": 32.0}, short="gauss8",
         source="J. C. Butcher, Math. Comp. 18 (1964) 50",
     ),

@@ -49,7 +49,7 @@ class WorkPrecision(Result):
         One method at one setting each: medians over the ``starts``, and spreads, distances of the
         upper quartile from the lower one. ``method``, ``formulation`` and ``language`` of the
         right-hand side; its ``tolerance`` or ``steps_a_period``; ``bits`` of its numbers; whether
-        it is a ``rival``, of what ``family``, and ``has_order``, one for all its steps;
+        it is a ``rival``, and ``has_order``, one for all its steps;
         ``us_per_period`` and
         ``us_spread``, the best of ``runs`` of a start in the blocks of steps over the ``periods``
         they covered [µs]; ``rhs_evaluations`` and

@@ -380,12 +380,6 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     return row | exponents | {"stderr": stderr, "growth": grows}
 
 
-def _rms(x: Any) -> float:
-    """The root of the mean square, also of errors whose squares are beyond all doubles."""
-    size = float(np.max(np.abs(x))) or 1.0
-    return size * float(np.sqrt(np.mean(np.square(x / size))))
-
-
 def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
     """The errors of a run, without phases from where the first is lost."""
     names = rows[0]["invariants"] if rows else ()
@@ -398,10 +392,10 @@ def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
 def _over(members: Sequence[Columns]) -> Columns:
     """Root mean squares over all runs, at the times that all of them reached."""
     shortest = min(members, key=lambda columns: len(columns["periods"]))
-    found = {}
+    found, root = {}, math.sqrt(len(members))
     for name in shortest:
         every = zip(*(each[name] for each in members), strict=False)
-        found[name] = tuple(None if None in x else _rms(np.array(x)) for x in every)
+        found[name] = tuple(None if None in x else math.hypot(*x) / root for x in every)
     return found | {"periods": shortest["periods"]}
 
 

@@ -383,7 +383,6 @@ def _point(each: MethodEntry, rows: dict[int, dict[str, Any]], derived_s: float)
         "bits": each.bits,
         "measures": "axis" if axis else "theta",
         "rival": each.is_rival,
-        "family": each.family,
         "has_order": each.is_rival and (each.order is not None or not each.source),
         "us_per_period": median(costs),
         "us_spread": _spread(costs),
