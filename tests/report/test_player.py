@@ -63,6 +63,7 @@ def test_one_round_is_played_as_fast_as_asked():
     played = frames(run, rounds=1, speed=0.1)
     assert played["seconds"] == pytest.approx(10 * run.motion.round)
     assert abs(played["precession"]) == pytest.approx(2 * np.pi)
+    assert frames(run, time=9.0)["end"] == 9.0  # longer than the run, as the closed form has it
 
 
 @pytest.mark.parametrize("name", ["at-rest", "sleeping-unstable"])
