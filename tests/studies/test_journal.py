@@ -45,7 +45,7 @@ def test_every_difference_is_named(tmp_path):
     other["options"] = PARAMETERS["options"] | changed
     with pytest.raises(ForeignFile) as error, Journal.open(tmp_path, other):
         pass
-    assert str(error.value).partition("another toy: ")[2].split("; ") == [
+    assert str(error.value).partition("another study: ")[2].split("; ") == [
         'options.names: ["a","b"] there, ["a","c"] here',
         "options.rate: 1 there, true here",
         "options.seed: nothing there, 0 here",

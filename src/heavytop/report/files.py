@@ -29,12 +29,12 @@ from heavytop.results.base import Result
 from heavytop.results.run import PICTURES, RunResult, run_result
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.scene.scene_file import written
-from heavytop.studies.journal import LOCK, STUDY, Journal, Parameters, begun_with
+from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, begun_with
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-RUN, DOCUMENT, TRAJECTORY = "run", "run.json", "trajectory.nc"
+DOCUMENT, TRAJECTORY = "run.json", "trajectory.nc"
 PICTURE_FORMATS: Final = ("svg", "png")
 FIGURE_FILES: Final = tuple(f"{name}.{form}" for name in PICTURES for form in PICTURE_FORMATS)
 UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)

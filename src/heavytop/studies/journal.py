@@ -23,6 +23,8 @@ from heavytop.scene.arguments import path_of
 
 Parameters = dict[str, Any]
 STUDY, LOCK = "study.jsonl", "lock"
+RUN: Final = "run"
+"""The kind of a journal that is not of a study: its first line is all that it has."""
 DIGEST: Final = b'{"sha256":"%b",'
 BUDGET: Final = "budget"
 """The name of a record without rows: its checkpoint is the time that a study may take [s]."""
@@ -170,8 +172,8 @@ class Journal:
         ForeignFile
         """
         if found := differences(self.parameters, json.loads(canonical_json(parameters))):
-            kind = self.parameters["kind"]
-            raise ForeignFile(f"{self.folder}: holds another {kind}: {'; '.join(found)}")
+            which = RUN if self.parameters["kind"] == RUN else "study"
+            raise ForeignFile(f"{self.folder}: holds another {which}: {'; '.join(found)}")
 
     def record(self, task: str) -> TaskRecord:
         """Return how far a task is; an empty record before it began."""
