@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from page import DOCS, markdown, rewrite
-from tools import integrating, interleaved, main, most, motion_of
+from tools import main, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import proof
@@ -80,19 +80,34 @@ def methods(periods=1e6, write=False):
 # --- growth of rounding ----------------------------------------------------------------------
 
 
+MARKS = ("1e3", "1e5", "1e6")  # periods
+PHASES = ("nutation periods", "axis form", "projected", "cubic form", "projected")
+
+
 @proof
-def brouwer(periods=1e6):
-    """Sixteen neighbours: rounding is a random walk of the energy, and phase its integral."""
-    asked = {"periods": periods, "ensemble": 16, "samples": 31}
-    found, _ = study("brouwer", ("taylor-axis", "taylor-axis-projected"), **asked)
-    plain, projected = found.methods
-    yield "plain: exponent of energy, off 1/2", abs(plain.energy_exponent - 0.5), 0.15
-    yield "plain: exponent of phase, off 3/2", abs(plain.phase_exponent - 1.5), 0.25
-    bounded = projected.growth.phase == "bounded"  # an exponent below 1/4
-    yield "projected: exponent of phase", 0.25 if bounded else projected.phase_exponent, 0.7
-    yield "projected: phase, RMS [s]", projected.phase_s[-1], 1e-11
-    ratio = projected.phase_s[-1] / plain.phase_s[-1]
-    yield "projected: phase over that of plain runs", ratio, 1e-2
+def brouwer(periods=1e6, write=False):
+    """Eight neighbours: rounding is a random walk of the energy, and phase its integral."""
+    forms = [f"taylor-{form}{end}" for form in ("axis", "cubic") for end in ("", "-projected")]
+    found, _ = study("brouwer", forms, periods=periods, ensemble=8, samples=31, jobs=2)
+    times = np.array(found.methods[0].periods)
+    marks = {n: int(np.argmin(abs(times - float(n)))) for n in MARKS}
+    late = times > 999
+    powers = [power(times[late], np.array(each.phase_s)[late]) for each in found.methods]
+    rows = [(n, *(f"{each.phase_s[k]:.1e} s" for each in found.methods)) for n, k in marks.items()]
+    table = markdown(PHASES, [*rows, ("grows as the power", *(f"{each:.2f}" for each in powers))])
+    print(table)
+    if write:
+        rewrite("theory/rounding.md", "phases", table)
+    for k, form in ((0, "axis"), (2, "cubic")):
+        plain, projected = found.methods[k : k + 2]
+        yield f"{form}: exponent of phase, off 3/2", abs(powers[k] - 1.5), 0.35
+        yield f"{form}, projected: exponent of phase", powers[k + 1], 0.7
+        yield f"{form}, projected: phase, RMS [s]", projected.phase_s[-1], 1e-11
+        yield f"{form}, projected: energy, RMS", projected.energy[-1], 1e-15
+        ratio = projected.phase_s[-1] / plain.phase_s[-1]
+        yield f"{form}, projected: phase over that of plain runs", ratio, 1e-2
+    off = found["taylor-axis"].energy_exponent - 0.5
+    yield "axis: exponent of energy, off 1/2", abs(off), 0.15
 
 
 LOST = ("", "phase [s]", "energy", "phase grows as t^", "µs a period")
@@ -119,64 +134,6 @@ def cyclic_angles(periods=1e5, write=False):
     yield "exponent of the axis form's, off 3/2", abs(powers[2] - 1.5), 0.4
     yield "axis form's phase error over the textbook's", ends[2] / ends[0], 1e-4
     yield "the textbook form without phi and psi: over that with them", ends[1] / ends[0], 1e-3
-
-
-MARKS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
-STARTS = 8
-
-
-def beside(start, periods):
-    """The kicked top from one of some tilts, without events."""
-    wanted = (f"span.periods={periods + 1}", f"start.theta={0.1 + 0.001 * start:.3f}",
-              'want.quantities=["theta"]', "want.events=[]")  # fmt: skip
-    return ht.load_scene("sicm-kicked", wanted)
-
-
-def off_energy(trajectory):
-    """How far E' is from its start at every sample, in long doubles, relative to E' there."""
-    from heavytop.equations.lambdify import lambdified
-
-    form, constants = trajectory.orbit.integrator.formulation, trajectory.orbit.parameters
-    used = [p for p in form.parameters if p in form.invariants["energy"].free_symbols]
-    function = lambdified([form.invariants["energy"]], [*form.states, *used], np.longdouble, {})
-    columns = trajectory.orbit.samples.states.T.astype(np.longdouble)
-    (energy,) = function(*columns, *(np.longdouble(constants[p.name]) for p in used))
-    return (energy / energy[0] - 1).astype(float)  # E' of the kicked top is about gMR
-
-
-@proof
-def projection(periods=MARKS[-1]):
-    """Projected and plain runs: phase at two thirds of a period past the marks, energy, time."""
-    from heavytop.run.own_motion import own_motion
-    from heavytop.run.verify import phase_error
-
-    marks = np.array([n for n in MARKS if n <= periods])
-    for form in ("axis", "cubic"):
-        found = {}
-        for projected in (False, True):
-            how = {"formulation": form, "projected": projected}
-            runs = [ht.propagate(beside(start, periods), **how) for start in range(STARTS)]
-            each = np.array([
-                [phase_error(one, (n + 2 / 3) * own_motion(one).period) for n in marks]
-                for one in runs
-            ])  # fmt: skip
-            found[projected] = rms = np.sqrt(np.mean(each**2, axis=0))
-            exponent = power(marks, rms)
-            print(f"     {form}, {projected=}, grows as t^{exponent:.2f}:",
-                  *(f"{n}: {e:.1e} s" for n, e in zip(marks, rms, strict=True)))  # fmt: skip
-        off = [off_energy(one) for one in runs]
-        energy = most(float(np.sqrt(np.mean(x**2))) for x in off)
-        yield f"{form}: phase error of one projected run, largest [s]", abs(each).max(), 1e-11
-        yield f"{form}: growth exponent of the phase error, projected", exponent, 0.7
-        yield f"{form}: RMS energy error of projected runs", energy, 1e-15
-        yield f"{form}: largest energy error of projected runs", np.abs(off).max(), 1e-15
-        yield f"{form}: phase error over that of plain runs", rms[-1] / found[False][-1], 0.1
-        timed = {
-            projected: integrating(beside(0, 100_000), formulation=form, projected=projected)
-            for projected in (False, True)
-        }
-        spent = interleaved(timed, 5)
-        yield f"{form}: time of a projected run over a plain one", spent[True] / spent[False], 1.5
 
 
 # --- a hundred million periods ---------------------------------------------------------------
