@@ -11,10 +11,10 @@ import sys
 import tempfile
 from collections import Counter
 from functools import partial
-from itertools import islice, product
+from itertools import product
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
-from time import perf_counter, process_time
+from time import perf_counter
 
 import numpy as np
 from page import markdown, rewrite
@@ -74,10 +74,6 @@ def overhead():
     for name, (*_, bound) in WANTS.items():
         yield f"driver, {name}, over bare", best[name] / best["bare"], bound
         yield f"propagate, {name}, over bare", whole[name] / whole["bare"], bound
-    short = wanting(100, 2, "[]")  # over longer spans the textbook form warns
-    forms = {form: integrating(short, formulation=form) for form in ("axis", "lagrange")}
-    spent = interleaved(forms, 30)
-    yield "axis form's time over the textbook's", spent["axis"] / spent["lagrange"], 0.2
     print(f"     bare: {best['bare'] / MODEST * 1e6:.2f} us a period")
 
 
@@ -146,8 +142,8 @@ def plane(n, **axes):
 
 
 @proof
-def kinds(tops=1_000_000, alone=500):
-    """Certified kinds per second of one core: whole arrays, and one at a time."""
+def kinds(tops=1_000_000):
+    """Certified kinds per second of one core."""
     tilts = plane(tops, theta=(0, 3.14), phidot=(-20, 20))
     maps = {
         "random tops, omega3 held": drawn(2026, tops, "omega3"),
@@ -161,18 +157,6 @@ def kinds(tops=1_000_000, alone=500):
         print(f"     {name}: {found.counts}, {found.sent} of {size} sent to balls")
         yield f"{name}: not certified", size - found.certified.sum(), 0
         yield f"{name}: seconds for 1e6 kinds", 1e6 * best / size, 1.0
-    numbers = maps["random tops, psidot held"]
-    rows = list(islice(zip(*(x.tolist() for x in numbers.values()), strict=True), alone))
-
-    def one_at_a_time():
-        began = process_time()
-        for row in rows:
-            start = dict(zip([*numbers][3:], row[3:], strict=True))
-            ht.classify(ht.Top(*row[:3]), ht.State(**start))
-        return process_time() - began
-
-    best = interleaved({"alone": one_at_a_time}, 20)["alone"]
-    yield "seconds for 2000 verdicts, one at a time", 2000 * best / alone, 1.0
 
 
 @proof

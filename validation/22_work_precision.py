@@ -17,13 +17,13 @@ from tools import main
 
 import heavytop as ht
 from heavytop.claims import proof
+from heavytop.results import work_precision as results
 from heavytop.results.base import grouped
-from heavytop.results.work_precision import TARGETS, front, setting
 from heavytop.scene.quantities import QUANTITIES
 
 FOLDER = Path("out") / "work-precision"
 LEAST = 1e-6  # errors from there down
-HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
+HEADINGS = ("method", *results.TARGETS, "best", "set-up [s]")
 FASTEST = ("axis to", "fastest", "the best of Taylor", "times as long")
 IN_TABLE = ("auto", "taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-lagrange",
             "taylor-axis-projected", "blanes-moan-rkn6", "sofroniou-spaletta10",
@@ -35,26 +35,21 @@ def table(document):
     """A row for some methods; then where others lead."""
     every = grouped(document["points"], "method", "measures").values()
     rows = [row(points) for points in every if points[0]["method"] in IN_TABLE]
-    tables = markdown(HEADINGS, rows), markdown(FASTEST, where_rivals_lead(document), left=4)
-    return "\n\n".join([*tables, "\n".join(others(document))])
+    leading = markdown(FASTEST, where_rivals_lead(document["points"]), left=4)
+    return "\n\n".join([markdown(HEADINGS, rows), leading, "\n".join(others(document))])
 
 
 def row(points):
     """The cells of a method: times with the settings that they were taken at."""
     best = min(points, key=lambda p: p["error"])
     mark = " θ" if best["measures"] == "theta" else ""
+    within = [results.fastest(points, "error", bound) for bound in results.TARGETS.values()]
     return (
         f"`{best['method']}`",
-        *(within(points, bound) for bound in TARGETS.values()),
+        *(timed(point) if point else "–" for point in within),
         f"{best['error']:.1e}{mark} in {timed(best)}",
         f"{max(point['setup_s'] for point in points):.2g}",
     )
-
-
-def within(points, bound):
-    """The least time of a period with an error of at most a bound."""
-    some = [p for p in points if p["error"] <= bound]
-    return timed(min(some, key=lambda p: p["us_per_period"])) if some else "–"
 
 
 def time(point):
@@ -69,15 +64,18 @@ def timed(point):
     return f"{time(point)} ({words})"
 
 
-def where_rivals_lead(document):
+def by_side(points, error, bound):
+    """The fastest method of others, and ours, with an error of at most a bound."""
+    sides = ([p for p in points if p["rival"] is side] for side in (True, False))
+    return [results.fastest(side, error, bound) for side in sides]
+
+
+def where_rivals_lead(points):
     """The decades of error of the axis at which somebody else's method is the cheapest."""
-    of_axis = [p for p in document["points"] if p["measures"] == "axis"]
     led = {}
     for k in range(16):
-        within = [p for p in of_axis if p["error"] <= 10.0**-k]
-        sides = [[p for p in within if p["rival"] is side] for side in (True, False)]
-        if all(sides):
-            first, ours = (min(side, key=lambda p: p["us_per_period"]) for side in sides)
+        first, ours = by_side(points, results.ERROR_KEYS["axis"], 10.0**-k)
+        if first and ours:
             ratio = ours["us_per_period"] / first["us_per_period"]
             cells = shown(first), shown(ours), f"{ratio:.2f}"
             if ratio > 1:
@@ -94,7 +92,7 @@ def others(document):
 
 def shown(point):
     """A point in words."""
-    return f"`{point['method']}` ({setting(point)}), {time(point)} µs"
+    return f"`{point['method']}` ({results.setting(point)}), {time(point)} µs"
 
 
 @proof
@@ -116,19 +114,17 @@ def work_precision(budget=240.0, write=False):
         rewrite("work-precision.md", "work-precision", table(document))
         shutil.copyfile(FOLDER / "workprec.svg", DOCS / "images" / "workprec.svg")
     yield "time of the whole diagram [s]", took, budget + 2
-    of_axis = [p for p in found.points if p["measures"] == "axis"]
     leading = []
-    for words, points, name in (("axis", of_axis, "error"), ("theta", found.points, "theta_error")):
-        for bound, most in TARGETS.items():
-            within_it = [p for p in points if p[name] <= most]
-            sides = [
-                [p["us_per_period"] for p in within_it if p["rival"] is s] for s in (False, True)
-            ]
-            if all(sides):
-                ours = min(sides[0]) / min(sides[1])
-                yield f"{words} to {bound}: our time over that of the best rival", ours, 1.0
-        leading += [points[i] for i in front(points, name) if points[i][name] <= LEAST]
-    theirs = [f"{p.method} {setting(p)}" for p in leading if p.rival]
+    for words in ("axis", "theta"):
+        error = results.ERROR_KEYS[words]
+        for bound, most in results.TARGETS.items():
+            first, ours = by_side(found.points, error, most)
+            if first and ours:
+                ratio = ours["us_per_period"] / first["us_per_period"]
+                yield f"{words} to {bound}: our time over that of the best rival", ratio, 1.0
+        every = (found.points[i] for i in results.front(found.points, error))
+        leading += [point for point in every if results.error_of_point(point, error) <= LEAST]
+    theirs = [f"{p.method} {results.setting(p)}" for p in leading if p.rival]
     yield f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0
 
 

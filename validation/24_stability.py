@@ -2,8 +2,8 @@
 
 The sleeping top grows or does not, by theory, by the Floquet multipliers of variational equations
 that heyoka integrates, and by perturbed runs; steady precessions by their multipliers, in the frame
-that turns with them, and by perturbed runs. Then steps in a period against the spin rate at the
-same p_psi: of every form, and of Euler's equations in the body, which see the spin.
+that turns with them, and by perturbed runs. Then steps of every form in a period, against the spin
+rate at the same p_psi.
 """
 
 import math
@@ -132,52 +132,15 @@ def nodding_multiplier(tilt, rate, omega3, nod):
     return found[np.argmax(found.imag)], time
 
 
-@proof
-def separatrix():
-    """Beside it a start off by eps comes back after ln(1/eps)/lambda."""
-    leaving = growth_of("2*sqrt(3)")
-    back_after = {}
-    for power in (3, 5, 7, 9):
-        start = ht.State("pi/3", phidot=f"2/sqrt(3) + 1e-{power}", omega3="2*sqrt(3)")
-        once = ht.Scene(TOP, start, time=60, events=("turning",), samples=2)
-        events = ht.propagate(once, formulation="axis").events
-        back_after[power] = events.t[2] - events.t[0]
-    for power in (5, 7, 9):
-        off = (back_after[power] - back_after[power - 2]) * leaving / math.log(100) - 1
-        what = f"1e-{power}: exit time, a hundredth of eps later by ln(100)/lambda, relative"
-        yield what, abs(off), 3e-3
-
-
 FORMS = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
 SPINS = [10.0**power for power in range(2, 8)]
 COUNT = 20.618  # periods
 
 
-def body_frame(top, start, end):
-    """Euler's equations and the vertical, both seen from the body, which turns with the spin."""
-    A, C, gMR = (float(x) for x in (top.A, top.C, top.gMR))
-    omega3, theta, phidot = (float(getattr(start, n)) for n in ("omega3", "theta", "phidot"))
-
-    def rates(_, y):
-        w1, w2, x, z, v = y
-        turn = (A - C) / A * omega3
-        return [turn * w2 + gMR / A * z, -turn * w1 - gMR / A * x,
-                omega3 * z - w2 * v, w1 * v - omega3 * x, w2 * x - w1 * z]  # fmt: skip
-
-    from scipy.integrate import solve_ivp
-
-    sine, up = math.sin(theta), math.cos(theta)
-    begin = np.array([0.0, phidot * sine, 0.0, sine, up])
-    told = solve_ivp(rates, (0, end), begin, method="DOP853", rtol=1e-12, atol=1e-12)
-    energies = [A * (y[0] ** 2 + y[1] ** 2) / 2 + gMR * y[4] for y in told.y.T]
-    assert abs(energies[-1] - energies[0]) < 1e-8
-    return told.t.size - 1
-
-
 @proof
 def spins():
     """Steps in a period against the spin rate, at the same p_psi."""
-    steps = {form: [] for form in (*FORMS, "body frame, DOP853")}
+    steps = {form: [] for form in FORMS}
     for spin in SPINS:
         top = ht.Top(1, f"4/{spin:.0f}", 1)
         start = ht.State("0.5", phidot=1, omega3=spin)
@@ -186,16 +149,11 @@ def spins():
             one = ht.Scene(top, start, periods=COUNT, quantities=(wanted,), events=(), samples=2)
             taken = ht.propagate(one, formulation=form).statistics.steps
             steps[form].append(taken / COUNT)
-        if spin <= 1e4:
-            taken = body_frame(top, start, ht.Motion(top, start).period)
-            steps["body frame, DOP853"].append(taken)
     for name, points in steps.items():
         print(f"     {name:20}", " ".join(f"{n:8.1f}" for n in points))
     for form in ("axis", "attitude", "cubic", "routh"):
         ratio = max(steps[form]) / min(steps[form])
         yield f"{form}: steps in a period, greatest over least", ratio, 1.02
-    body = steps["body frame, DOP853"]
-    yield "body frame: steps at 1e2 rad/s over those at 1e4", body[0] / body[-1], 0.05
 
 
 if __name__ == "__main__":

@@ -20,6 +20,8 @@ from tools import STATE, Digits, main, motion_of
 import heavytop as ht
 from heavytop.claims import proof
 from heavytop.errors import Impossible
+from heavytop.run.counts import tally
+from heavytop.run.own_motion import own_motion
 
 # --- scenes ----------------------------------------------------------------------------------
 
@@ -239,8 +241,6 @@ def attempted(run, *asked):
 
 def digits_missed(scene, found):
     """What is farther off than allowed both from the scene's motion and from the run's own."""
-    from heavytop.run.own_motion import own_motion
-
     form = Digits(motion_of(scene), scene.digits + SPARE)
     own = Digits(own_motion(found), scene.digits + SPARE)
     bound, end = 10.0**-scene.digits, form(found.t[-1])
@@ -399,8 +399,6 @@ def not_numbers(run):
 
 def true_states(run):
     """The exact states at the samples, from the run's own start."""
-    from heavytop.run.own_motion import own_motion
-
     form = Digits(own_motion(run), TRUE_DIGITS)
     return [form(t) for t in (run.t.tolist() if run.in_doubles else run.in_mpmath().t)]
 
@@ -437,8 +435,6 @@ def many_misses(seed, count, formulation="axis", stretch=1.0):
 
 def wrong_of_many(run, i, top):
     """What is wrong of one top."""
-    from heavytop.run.counts import tally
-
     start = ht.State(**{name: top[name] for name in STATE})
     motion = ht.Motion(ht.Top(*(top[name] for name in TOP)), start)
     try:
@@ -580,8 +576,7 @@ def held(what, wrong, count):
 
 @proof
 def runs(seed=0, count=504):
-    wrong = run_misses(seed, count)
-    yield held("runs by name, in more digits and continued", wrong, count)
+    yield held("runs by name, in more digits and continued", run_misses(seed, count), count)
 
 
 @proof

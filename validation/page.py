@@ -72,12 +72,7 @@ def row(authority, claims):
     origins = ", ".join(sorted({claim["numbers"] for claim in claims}))
     nearest = max(claims, key=share)
     told = f"`{nearest['id']}`: {nearest['statement']}"
-    return (
-        f"{authority} ({origins})",
-        told,
-        word(nearest),
-        f"{nearest['bound']:g}",
-    )
+    return f"{authority} ({origins})", told, word(nearest), f"{nearest['bound']:g}"
 
 
 def claims_table(document):
