@@ -13,6 +13,7 @@ from tools import HUNDRED_STEPS, Digits, most, motion_of
 
 import heavytop as ht
 from heavytop.claims import Authority, claim
+from heavytop.exact.balls import rational_ball
 
 FLINT = Authority(
     "FLINT's interval arithmetic: rigorous integrals, Weierstrass's function", "program"
@@ -121,19 +122,7 @@ def flint_weierstrass():
     return most(off(x.u(t), form(x)(t).u) for x in cubics() for t in TIMES)
 
 
-def fraction(value):
-    return arb(value.numerator) / value.denominator
-
-
-@claim(
-    FLINT,
-    0,
-    (
-        "ours: FLINT's elliptic functions of our roots; theirs: an integral without them; both "
-        "share FLINT's interval arithmetic"
-    ),
-    "enclosures",
-)
+@claim(FLINT, 0, "an integral without elliptic functions; both are FLINT's balls", "enclosures")
 def flint_enclosures():
     """number of twelve enclosures at 30 digits that miss FLINT's integral or are wider than 1e-30.
 
@@ -144,7 +133,7 @@ def flint_enclosures():
         motion = motion_of(cubic.scene)
         for name in ("period", "precession", "spin"):
             mine, theirs = motion.interval(name, digits=OURS), getattr(cubic, name)
-            spread, middle = fraction(mine.spread), fraction(mine.middle)
+            spread, middle = rational_ball(mine.spread), rational_ball(mine.middle)
             holds = bool(abs(middle - theirs) < spread)  # for all of both balls
             narrow = bool(spread <= arb(10) ** -OURS * abs(middle).max(arb(1)))
             missed += not (holds and narrow)

@@ -123,9 +123,7 @@ class Regular:
         return most(abs(mp.mpf(x) - y) for pair in pairs for x, y in zip(*pair, strict=True))
 
 
-@claim(
-    LANDAU, 5e-79, "75 digits are requested, and a few more kept; the formula has 80", "closed form"
-)
+@claim(LANDAU, 5e-79, "75 digits are requested; the formula has 80", "closed form")
 def landau_free():
     """axis at three times and period of a free top (gMR = 0) vs a rotation about L at |L|/A,
     relative.

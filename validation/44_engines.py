@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 from page import markdown, rewrite
-from rigid import body_rates, from_angles
+from rigid import attitudes_apart, body_rates, from_angles
 from scipy.spatial.transform import Rotation
-from tools import angles, farthest, integrating, interleaved, main, most, motion_of, state
+from tools import angles, integrating, interleaved, main, most, motion_of, state
 
 import heavytop as ht
 from heavytop.claims import Authority, claim, proof
@@ -227,13 +227,7 @@ def exudyn_rk44_check():
     return order("exudyn", "RK44", 2.5e-4, 4)
 
 
-@claim(
-    EXUDYN_PROGRAM,
-    0.03,
-    "steps of 0.2 and 0.1 ms; a few times what the next order shows",
-    "check",
-    needs="exudyn",
-)
+@claim(EXUDYN_PROGRAM, 0.03, "a few times what the next order shows", "check", needs="exudyn")
 def exudyn_trapezoidal_check():
     """order of EXUDYN's trapezoidal rule that check measures from the axis error on three scenes,
     vs 2.
@@ -286,14 +280,10 @@ def exact():
     return turned(*angles(ht.Motion(ht.Top(*TOP), state(*START)).at(END)))
 
 
-def apart(a, b):
-    return min(farthest(a, b), farthest(a, -b))
-
-
 @claim(MUJOCO, 3e-13, ROUNDING, "closed form", needs="mujoco")
 def mujoco_closed_form():
     """quaternion after 2 s vs MuJoCo's RK4 with 20 000 steps."""
-    return apart(exact(), mujocos())
+    return attitudes_apart(exact(), mujocos())
 
 
 @claim(MUJOCO, 3e-13, ROUNDING, "integrator", needs="mujoco")
@@ -301,19 +291,13 @@ def mujoco_run():
     """quaternion of the run after 2 s vs MuJoCo's RK4 with 20 000 steps."""
     wants = ("theta", "phi", "psi", "attitude")
     scene = ht.Scene(ht.Top(*TOP), state(*START), time=END, quantities=wants)
-    return apart(ht.propagate(scene)(END).quaternion, mujocos())
+    return attitudes_apart(ht.propagate(scene)(END).quaternion, mujocos())
 
 
-@claim(
-    MUJOCO,
-    0.05,
-    "the difference is MuJoCo's own error only if both integrate the same top",
-    "closed form",
-    needs="mujoco",
-)
+@claim(MUJOCO, 0.05, "both integrate the same top", "closed form", needs="mujoco")
 def mujoco_order():
     """order at which MuJoCo's RK4 converges to the closed form, vs 4."""
-    coarse, fine = (apart(exact(), mujocos(steps)) for steps in (500, 1000))
+    coarse, fine = (attitudes_apart(exact(), mujocos(steps)) for steps in (500, 1000))
     return abs(log2(coarse / fine) - 4)
 
 

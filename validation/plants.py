@@ -108,7 +108,7 @@ FINE = (
           "whittaker-kind whittaker-closed-form whittaker-doubles"),
     Plant("the balance of steady precession off by 1e-20", "classification/kinds.py",
           {"lambda x: x.slope0)": "lambda x: x.slope0 + x.g * x.sin2 * 10**-20)"},
-          "betsch-kind goldstein-rates betsch-closed-form book-exercise-2.13"),
+          "betsch-kind goldstein-rates"),
 )  # fmt: skip
 
 

@@ -8,10 +8,12 @@ from time import perf_counter
 import numpy as np
 
 import heavytop as ht
-from heavytop.claims import CLAIMS
+from heavytop.claims import CLAIMS, Authority
 from heavytop.results.validation import VERDICTS
 
 HUNDRED_STEPS = "rounding of some hundred steps in doubles, ten times"  # why a bound
+
+EULER = Authority("Euler's equations of the rigid body, integrated by our rigid.py", "ours")
 
 
 def most(*found):
