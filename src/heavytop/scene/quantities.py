@@ -338,10 +338,10 @@ def need_of(quantities: tuple[str, ...]) -> Need:
     return max(QUANTITIES[name].need for name in quantities)
 
 
-def judged(quantities: tuple[str, ...]) -> set[str]:
+def judged(quantities: tuple[str, ...]) -> tuple[str, ...]:
     """The quantities whose errors must meet the digits, by those that are wanted.
 
-    >>> sorted(judged(("theta", "attitude")))
-    ['axis', 'phi', 'psi', 'theta']
+    >>> judged(("theta", "attitude"))
+    ('theta', 'phi', 'psi', 'axis')
     """
-    return {each for name in quantities for each in QUANTITIES[name].judged_by}
+    return tuple(dict.fromkeys(x for name in quantities for x in QUANTITIES[name].judged_by))
