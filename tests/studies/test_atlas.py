@@ -97,7 +97,8 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
         assert stored["phidot"].values.tolist() == plane_of(**AXES).x.values.tolist()
     read = ht.Atlas.load(tmp_path / "atlas.json")
     assert same(rows, read)
-    assert read.document() == rows.document() | {"files": read.files, "command": None}
+    stored = {"files": read.files, "command": None, "pixels_per_s": None}
+    assert read.document() == rows.document() | stored
     (tmp_path / "atlas.nc").unlink()
     bare = ht.Atlas.load(tmp_path / "atlas.json")
     assert (bare.map, bare.figure()) == (None, None)
