@@ -44,24 +44,17 @@ def off(found, start, time, i):
 
 
 @pytest.mark.parametrize("starts", [nasty, regular])
-def test_ends_are_those_of_a_motion_at_forty_digits(starts):
+def test_ends_and_counts_are_those_of_a_motion_and_of_the_tally(starts):
     """Within their own doubt, which is no more than thirty times too large; with all turns."""
     given = (np.random.default_rng(2), 500)
     start, time = started(starts(*given, "psidot") if starts is nasty else starts(*given), 3)
-    found = ends_many(start, time)
+    found, held = ends_many(start, time), 0
     known = np.flatnonzero(np.isfinite(found.theta))
     assert known.size > (250 if starts is nasty else 490)
     across, angles = np.transpose([off(found, start, time, i) for i in known])
     assert (across <= found.doubt[known]).all()
     assert (across / found.doubt[known]).max() > 1 / 30
     assert angles.max() < 1e-11
-
-
-@pytest.mark.parametrize("starts", [nasty, regular])
-def test_counts_are_those_of_the_tally(starts):
-    given = (np.random.default_rng(4), 500)
-    start, time = started(starts(*given, "psidot") if starts is nasty else starts(*given), 5)
-    found, held = ends_many(start, time), 0
     for i in range(500):
         counts = tally(motion_of(start, i), float(time[i]), EVENTS)
         for event in EVENTS:

@@ -1,7 +1,6 @@
 """Motion: what a user asks of one top and one start, at the ends of what a scene may say too."""
 
 from fractions import Fraction
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ import heavytop as ht
 from heavytop.errors import NoClosedForm
 from heavytop.exact.decimals import context
 
-from ..motions import BOOK, CONE, KICKED, MARGINAL, SCENES, product, shipped
+from ..motions import BOOK, CONE, KICKED, MARGINAL, product, shipped
 
 RATES = ("thetadot", "phidot", "psidot")
 CTX = context(50)
@@ -33,18 +32,6 @@ def test_digits_and_many_times():
     for digits in (0, 10_001, "20"):
         with pytest.raises(ValueError, match="a whole number from 1 to 10000"):
             motion.at(1, digits=digits)
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_digits_upon_digits(name):
-    """The end at 50, 100 and 1000 digits agrees to the digits of the fewer."""
-    scene, motion = ht.load_scene(name), shipped(name)
-    end = scene.time or float(scene.periods) * motion.period
-    records = [motion.at(end, digits=digits) for digits in (50, 100, 1000)]
-    for digits, (fewer, more) in zip((50, 100), pairwise(records), strict=True):
-        for quantity in ("theta", "phi", "psi"):
-            one, other = getattr(fewer, quantity), getattr(more, quantity)
-            assert abs(other - one) <= max(1, abs(other)) * other.context.mpf(10) ** -digits
 
 
 # --- attitude, angular velocity and energy -------------------------------------------------------

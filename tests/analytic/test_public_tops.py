@@ -34,16 +34,9 @@ ROWS = {  # top, start, kind, least and greatest θ [deg], period [s]; None is n
         'A = 1\nC = 1.5\nmass = 1\ndistance = "10 cm"\ngravity = 9.8',
         'rotation = [[1, 0, 0], [0, "cos(0.95)", "-sin(0.95)"], [0, "sin(0.95)", "cos(0.95)"]]\n'
         'omega_body = [0, "sin(0.95)", "0.45 + cos(0.95)"]', "waves", "54.431", "56.023", "6.8427"),
-    "quaternion": (
-        'A = 1\nC = 1.5\nmass = 1\ndistance = 0.1\ngravity = 9.8',
-        'quaternion = ["cos(0.475)", "sin(0.475)", 0, 0]\nomega_space = [0, "-0.45*sin(0.95)",'
-        ' "1 + 0.45*cos(0.95)"]', "waves", "54.431", "56.023", "6.8427"),
     "Euler angles and body rates": (
         WHEEL, 'phi = "-40 deg"\ntheta = "35 deg"\nomega_body = [1, 0, 50]',
         "loops", "33.9736", "38.1950", ".201072"),
-    "moments of no body": ("A = 0.1\nC = 0.5\ngMR = 4.905",
-                           'E = 11\np_phi = 2\np_psi = 2.5\ntheta = 0.8\nbranch = "rising"',
-                           "loops", "30.1976", "52.1417", ".280321"),
     "a point mass": ("A = 1\nC = 0\ngMR = 1", 'theta = "pi - 0.8"\nphidot = 0.1',
                      "waves", "134.163", "176.214", "3.272631"),
 }  # fmt: skip
