@@ -6,9 +6,9 @@ import mpmath
 import pytest
 import sympy as sp
 
-from heavytop.equations import euler_angles, euler_poisson, reduced_cubic
+from heavytop.equations import euler_angles, reduced_cubic
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.euler_poisson import deviation, frame_rate, g, kappa
+from heavytop.equations.euler_poisson import deviation, frame_rate, kappa
 from heavytop.equations.formulation import FORMULATIONS, components, spin, time
 from heavytop.equations.lagrangian import normal_form
 
@@ -83,23 +83,6 @@ def test_states_move_as_the_lagrange_equations_say(form):
         difference = in_half_angles(rate - in_angles(form, derivative))
         cleared = sp.cancel(sp.together(difference * lag.A * lag.C * lag.gMR))
         assert normal_form(sp.numer(cleared)) == 0, state
-
-
-def test_the_equations_of_the_page_are_those_integrated():
-    """docs/formulations.md, by hand."""
-    e, ell = euler_poisson.e, euler_poisson.ell
-    axis = (*ell.cross(e), -g * e[1], g * e[0])
-    found = euler_poisson.axis_form().derivatives
-    assert [sp.expand(x - y) for x, y in zip(found, axis, strict=True)] == [0] * 5
-
-    phi, psi, theta, tilting = lag.phidot, lag.psidot, lag.theta, lag.thetadot
-    sine, cosine = sp.sin(theta), sp.cos(theta)
-    b = lag.C / lag.A * (psi + phi * cosine)
-    turning = (b - 2 * phi * cosine) * tilting / sine
-    nodding = (lag.gMR / lag.A + phi**2 * cosine - b * phi) * sine
-    by_hand = (tilting, nodding, turning, phi * tilting * sine - turning * cosine)
-    found = euler_angles.subsystem_form().derivatives
-    assert [sp.simplify(x - y) for x, y in zip(found, by_hand, strict=True)] == [0] * 4
 
 
 @every_form

@@ -80,26 +80,19 @@ def test_equal_numbers_hash_alike_and_survive_pickling() -> None:
 EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin, "acos": acos, "atan": atan}
 
 
+SHAPES = [
+    "({a} + {b})", "({a} - {b})", "{a}*{b}", "({a})**3", "cos({a})", "sin({a})", "atan({a})",
+    "sqrt(1 + ({a})**2)", "{a}/(1 + ({b})**2)", "acos({a}/sqrt(({a})**2 + 1))",
+]  # fmt: skip
+
+
 @st.composite
 def formulas(draw: st.DrawFn, depth: int = 3) -> str:
     """Python expressions that have a value: what is divided by or under a root is positive."""
     if depth == 0 or draw(st.booleans()):
         return draw(st.sampled_from(["pi", "n('2')", "n('0.1')", "n('-7.5e-3')", "sqrt(n('6'))"]))
     inner = formulas(depth=depth - 1)
-    shapes = [
-        "({a} + {b})",
-        "({a} - {b})",
-        "{a}*{b}",
-        "({a})**3",
-        "cos({a})",
-        "sin({a})",
-        "atan({a})",
-    ]
-    shape = draw(
-        st.sampled_from(
-            [*shapes, "sqrt(1 + ({a})**2)", "{a}/(1 + ({b})**2)", "acos({a}/sqrt(({a})**2 + 1))"]
-        )
-    )
+    shape = draw(st.sampled_from(SHAPES))
     return shape.format(a=draw(inner), b=draw(inner))
 
 
@@ -206,10 +199,8 @@ def test_cancellation_inside_costs_no_digits() -> None:
 
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_what_may_be_zero_is_a_narrow_ball_and_a_plain_zero(n: int) -> None:
-    for ball, bits in (
-        ((UNPROVED**n * cos("0.1")).ball(300), 280 * n),
-        (sqrt(UNPROVED).ball(300), 90),
-    ):
+    narrow = (UNPROVED**n * cos("0.1")).ball(300), 280 * n
+    for ball, bits in (narrow, (sqrt(UNPROVED).ball(300), 90)):
         low, high = bounds(ball)
         assert low <= 0 <= high <= Fraction(1, 2**bits)
     assert UNPROVED.sign() is None

@@ -1,6 +1,9 @@
 """Time in a unit of the top's own: fast and slow tops keep the digits of ordinary ones."""
 
 import math
+import os
+import subprocess
+import sys
 import warnings
 from dataclasses import replace
 
@@ -179,3 +182,19 @@ def test_auto_is_never_silently_wrong(draw):
         warnings.simplefilter("always")
         run = ht.propagate(wanted)
     assert axis_error(run) < 1e-12 or said
+
+
+# --- what is compiled ----------------------------------------------------------------------------
+
+
+BEFORE = "import heyoka as hy; hy.llvm_state.set_diskcache_limit(12345); "
+LIMIT = (
+    "import heavytop.integration.engine, heyoka as hy; print(hy.llvm_state.get_diskcache_limit())"
+)
+
+
+@pytest.mark.parametrize(("before", "bytes_"), [("", 256 * 2**20), (BEFORE, 12345)])
+def test_what_is_compiled_has_a_bound_unless_the_user_set_one(before, bytes_, tmp_path):
+    env = dict(os.environ, HEYOKA_CACHE_DIR=str(tmp_path))
+    command = [sys.executable, "-c", before + LIMIT]
+    assert int(subprocess.check_output(command, env=env)) == bytes_

@@ -174,3 +174,26 @@ def test_no_run_is_wrong_in_silence_and_runs_that_nobody_checks_are_found(
         assert fuzz.run_misses(3, 16, (way,))
     monkeypatch.setattr("heavytop.run.events.schedule", lambda *given: schedule(*given)[:-1])
     assert len(fuzz.run_misses(3, 16, ("more",))) > 4
+
+
+WHOLE = [(name, periods, 12) for name in ("sicm-kicked", "sicm-dropped") for periods in (1, 5, -7)]
+BETWEEN_DOUBLES = ("sicm-kicked", 7, 30)  # is where this one ends
+
+
+@pytest.mark.parametrize(("name", "periods", "digits"), [*WHOLE, BETWEEN_DOUBLES])
+def test_an_event_at_the_end_is_within_the_run(name, periods, digits):
+    changes = [f"span.periods={periods}", f"want.digits={digits}"]
+    run = ht.propagate(ht.load_scene(name, overrides=changes))
+    assert run(run.events.t).theta == pytest.approx(run.events.theta, abs=1e-14)
+    exact = periods * ht.Motion(run.scene.top, run.scene.start).period
+    assert abs(run.events.t[-1] + run.events.t_low[-1] - float(exact)) < 1e-14
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_start_exactly_on_an_event_counts_however_it_is_rounded(seed):
+    source = np.random.default_rng(seed)
+    start = ht.State(theta=source.uniform(0.2, 2), phi=source.uniform(-3, 3), psidot=20)
+    asked = {"periods": 3, "quantities": ("theta",), "events": ALL}
+    events = ht.propagate(ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, **asked)).events
+    assert counts(events) == (7, 0, 4)
+    assert events.t[0] == 0

@@ -7,13 +7,13 @@ import re
 from dataclasses import replace
 
 import pytest
-from click.testing import CliRunner
 
 import heavytop as ht
-from heavytop.cli import app
 from heavytop.errors import BadScene, MissedDigitsWarning
 from heavytop.exact import PI, sqrt
 from heavytop.run.verify import missed_digits
+
+from ..commands import printed
 
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",), ("rates",))
 
@@ -153,19 +153,6 @@ def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(end, side)
         assert run.events.theta[0] == pytest.approx(math.pi / 3, abs=1e-12)
 
 
-def document(*arguments):
-    result = CliRunner().invoke(app, [*arguments, "--json"])
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
-
-
-def test_the_command():
-    """Plan prints what run then does."""
-    told = document("plan", "sicm-kicked")
-    assert told["schema"] == "heavytop/plan/1"
-    assert told["plan"] == document("run", "sicm-kicked")["plan"]
-
-
 def test_the_cubic_is_left_where_its_height_sets_the_period():
     """Let go beside the vertical, hardly stable: rounding of 1 - cos(theta) shifts every fall."""
     top = ht.Top(1, "1.155", "133.8")
@@ -177,7 +164,6 @@ def test_the_cubic_is_left_where_its_height_sets_the_period():
         ht.propagate(scene, formulation="cubic")
 
 
-@pytest.mark.parametrize("tolerance", ["x", [], 1.0, float("nan")])
-def test_a_tolerance_that_is_none_is_refused_by_its_name(tolerance):
-    with pytest.raises(ht.BadScene, match="tolerance"):
-        ht.plan(ht.load_scene("sicm-kicked"), tolerance=tolerance)
+def test_the_command_prints_the_plan_that_the_run_has():
+    told, run = (json.loads(printed(verb, "sicm-kicked", "--json")) for verb in ("plan", "run"))
+    assert (told["schema"], told["plan"]) == ("heavytop/plan/1", run["plan"])

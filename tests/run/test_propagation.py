@@ -3,6 +3,8 @@
 And the same bits, however a run is sampled, split, interrupted or run inside another.
 """
 
+import cProfile
+import pstats
 import warnings
 from dataclasses import replace
 from operator import attrgetter
@@ -309,3 +311,11 @@ def test_every_formulation_at_forty_digits(formulation):
     assert missed_digits(run) == {}
     assert ht.run_errors(run).energy < 1e-50
     assert run.events.kind[:3] == ("theta_min", "reversal", "theta_max")
+
+
+def test_a_warm_run_makes_few_calls():
+    """Events, samples, check and all: what it costs beside some twenty microseconds of steps."""
+    ht.propagate(ht.load_scene("sicm-kicked"))
+    scene, profile = ht.load_scene("sicm-kicked"), cProfile.Profile()
+    profile.runcall(ht.propagate, scene)
+    assert pstats.Stats(profile).total_calls <= 4600

@@ -1,5 +1,6 @@
-"""A trajectory asked for any time, and stored and read back: the same bits, in more digits too."""
+"""A trajectory at any time, by any thread, and as a table: the same bits, in more digits too."""
 
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -82,3 +83,90 @@ def test_times_that_are_refused_and_none(whole, precise):
                 trajectory(t)
         with pytest.raises(NotANumber):
             trajectory.in_mpmath("soon")
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "lie-group-benchmark"])
+@pytest.mark.parametrize("formulation", ["axis", "attitude", "lagrange"])
+@pytest.mark.filterwarnings("ignore")
+def test_the_first_sample_is_the_start(name, formulation):
+    scene = ht.load_scene(name, ["span.time=0.1"])
+    trajectory = ht.propagate(scene, formulation=formulation)
+    for quantity in ("theta", "phi", "psi", "thetadot", "phidot", "psidot"):
+        start = float(getattr(scene.start, quantity))
+        assert getattr(trajectory.samples, quantity)[0] == start
+        assert getattr(trajectory(0.0), quantity) == start
+
+
+def test_threads_do_not_share_an_integrator():
+    scenes = [ht.Scene(ht.Top(1, 1, 1), ht.State(1, psidot=k), time=20) for k in (1, 5)] * 3
+    runs, t = [ht.propagate(scene) for scene in scenes], np.linspace(0, 20, 50)
+    expected = [run(t).states for run in runs]
+
+    def same_again(run, states):
+        return all(np.array_equal(run(t).states, states) for _ in range(40))
+
+    with ThreadPoolExecutor(6) as pool:
+        assert all(pool.map(same_again, runs, expected, timeout=300))
+
+
+@pytest.mark.parametrize("projected", [False, True])
+def test_just_before_a_checkpoint_the_motion_is_not_yet_there(projected):
+    """The double of its time may be before its start by what the axis moves 1e-12 in."""
+    wants = ["want.digits=6", 'want.quantities=["axis", "phi"]', "want.events=[]", "want.samples=2"]
+    scene = ht.load_scene("sicm-kicked", ["span.periods=30000", *wants])
+    run = ht.propagate(scene, formulation="axis", projected=projected)
+    late = [c for c in run.orbit.checkpoints if c.time[1] > 3e-13]
+    assert late
+    there = run(np.array([c.time[0] for c in late]))
+    low = np.array([c.time[1] for c in late])[:, None]
+    begun = np.array([c.state[:3] for c in late])
+    moved = -low * np.cross(there.omega, begun)
+    off = there.axis - begun - moved
+    assert np.all(np.linalg.norm(off, axis=1) < 0.3 * np.linalg.norm(moved, axis=1))
+
+
+@pytest.mark.parametrize("periods", ["700", "-700"])
+def test_times_about_checkpoints_each_have_a_state(periods):
+    wants = ["want.digits=9", 'want.quantities=["axis"]', "want.events=[]"]
+    scene = ht.load_scene("sicm-kicked", [f"span.periods={periods}", *wants])
+    run = ht.propagate(scene, formulation="axis")
+    t = np.array([c.time[0] for c in run.orbit.checkpoints[1:]])
+    times = np.concatenate([t * (1 + k * 2.0**-53) for k in range(-6, 7)])
+    assert np.max(np.abs(run(times).axis - np.tile(run(t).axis, (13, 1)))) < 1e-11
+    assert np.array_equal(run(times[7:8]).axis[0], run(times).axis[7])
+
+
+# --- as a table ----------------------------------------------------------------------------------
+
+
+def test_a_table_has_the_samples_of_the_run_and_their_units():
+    """Those of `to_xarray`, bit for bit; times are the index, parts of vectors have letters."""
+    run = ht.propagate(ht.load_scene("sicm-kicked", ["span.time=0.6"]))
+    table, data = run.to_pandas(), run.to_xarray()
+    columns = {name: data[name] for name in ("theta", "phi", "psi", "thetadot", "phidot", "psidot")}
+    for k, letter in enumerate("xyz"):
+        columns |= {f"{name}_{letter}": data[name][:, k] for name in ("axis", "omega")}
+    columns |= {f"states_{x}": data["states"][:, k] for k, x in enumerate(data["state"].values)}
+    for name, values in columns.items():
+        assert same(table[name], values), name
+        assert "state" in name or table.attrs["units"][name] == values.attrs["units"]
+    assert (table.index.name, table.attrs["units"]["t"]) == ("t", "s")
+    assert same(table.index, run.t)
+    assert table.attrs["long_name"]["theta"] == data["theta"].attrs["long_name"]
+    assert table.attrs["scene"] == run.scene.to_toml()
+    assert not [name for name in table if name.startswith("event")]
+
+
+def test_a_table_has_the_events_of_the_run(whole):
+    table, events = whole.to_pandas(events=True), whole.events
+    assert tuple(table["kind"]) == events.kind
+    assert same(table.index, events.t)
+    assert all(same(table[x], getattr(events, x)) for x in ("theta", "phi", "phidot", "residual"))
+    assert table.attrs["units"]["theta"] == "rad"
+    assert ht.propagate(ht.load_scene("steady-fast")).to_pandas(events=True).empty
+
+
+def test_a_table_of_a_run_in_more_digits_has_its_decimals_too(precise):
+    assert tuple(precise.to_pandas()["theta_text"]) == tuple(
+        precise.to_xarray()["theta_text"].values
+    )

@@ -1,4 +1,7 @@
-"""Every run that reaches its end is held against the closed form: its errors, and its digits."""
+"""Every run that reaches its end is held against the closed form: its errors, and its digits.
+
+None misses its digits in silence: not between samples, not in the times of its events.
+"""
 
 from dataclasses import replace
 
@@ -7,7 +10,10 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
+from heavytop.errors import MissedDigitsWarning
 from heavytop.run.plan import Plan
+from heavytop.run.propagation import completed
+from heavytop.run.trajectory import times_between
 from heavytop.run.verify import (
     ahead,
     missed_digits,
@@ -16,6 +22,9 @@ from heavytop.run.verify import (
     warn_of_plan,
 )
 
+from ..motions import BOOK
+
+UNIT = ht.Top(1, 1, 1)
 RATES = ("thetadot", "phidot", "psidot")
 
 
@@ -96,3 +105,178 @@ def test_a_cubic_run_from_the_pole_that_is_farther_is_held_against_its_numbers()
 def test_what_a_plan_says_may_disappoint_is_doubtful():
     with pytest.warns(ht.DoubtfulWarning, match="it may disappoint"):
         warn_of_plan(Plan("lagrange", warnings=("it may disappoint",)))
+
+
+@pytest.mark.parametrize(("form", "wants"), [("axis", ("theta", "psi")), ("cubic", ("theta",))])
+def test_a_start_whose_taylor_coefficients_vanish(form, wants):
+    """Let go from rest at pi/2, three of four coefficients are zero, and the last two with them."""
+    scene = ht.Scene(
+        UNIT, ht.State("pi/2"), time=20, quantities=wants, events=("turning", "reversal")
+    )
+    run = ht.propagate(scene, formulation=form)
+    assert run_errors(run).theta < 1e-13
+    assert run_errors(run).energy < 1e-14
+    # phidot is zero throughout, and reverses nowhere
+    assert [run.events.count(event) for event in ("turning", "reversal")] == [11, 0]
+
+
+@pytest.mark.parametrize("formulation", ["axis", "lagrange", "routh", "subsystem"])
+def test_energy_error_is_that_of_kinetic_and_potential_energy(formulation):
+    """E' = A (thetadot^2 + phidot^2 sin^2)/2 + gMR cos(theta), relative to max(|E'|, gMR)."""
+    scene = ht.load_scene("sicm-kicked", overrides=["span.time=40", "want.samples=4001"])
+    run = ht.propagate(scene, formulation=formulation)
+    A, gMR = float(scene.top.A), float(scene.top.gMR)
+    s = run.samples
+    kinetic = A * (s.thetadot**2 + (s.phidot * np.sin(s.theta)) ** 2) / 2
+    energy = kinetic + gMR * np.cos(s.theta)
+    expected = np.max(np.abs(energy - energy[0])) / max(abs(energy[0]), gMR)
+    found = ht.run_errors(run).energy
+    assert 1e-16 < found < 1e-12
+    assert abs(found - expected) < 0.5 * expected + 1e-14  # rounding of what is summed here
+
+
+def test_a_point_mass_is_run_by_the_axis_form():
+    run = ht.propagate(ht.Scene(ht.Top(1, 0, 1), ht.State(1), time=20))
+    assert run.plan.formulation == "axis"
+    assert run_errors(run).theta < 1e-12
+
+
+def test_invariants_are_in_the_units_that_they_say():
+    run = ht.propagate(ht.load_scene("sicm-kicked"))
+    constants = run.motion.constants.floats
+    for name, known in (("energy", "E_prime"), ("p_phi", "p_phi"), ("p_psi", "p_psi")):
+        if name in run.invariants:
+            found = float(run.scene.top.A) * run.invariants[name][0]
+            assert found == pytest.approx(constants[known], rel=1e-12)
+
+
+# --- digits that are missed ----------------------------------------------------------------------
+
+
+KICKED = ht.load_scene("sicm-kicked", ["want.events=['turning']"])
+
+
+def test_few_digits_near_a_separatrix_are_met_or_missed_aloud():
+    """401 samples of theta(1e5 s), whose period is set by 1e-6 of a pole's height."""
+    top, start = ht.Top(1, "0.5", 1), ht.State("0.02", psidot="0.6")
+    scene = ht.Scene(top, start, time=1e5, quantities=("theta",), digits=6)
+    run = ht.propagate(scene)
+    assert missed_digits(run) == {}
+    assert (run.plan.formulation, len(run.plan.tried)) == ("axis", 1)
+    assert "theta off by" in run.plan.tried[0]
+    with pytest.warns(MissedDigitsWarning, match="theta"):
+        run = ht.propagate(scene, formulation="cubic", projected=True)
+    assert missed_digits(run)["theta"] > 1e-6
+
+
+@pytest.mark.parametrize("digits", [2, 3, 6])
+def test_few_digits_keep_every_turning_point_of_small_nutations(digits):
+    """A nutation of 1e-4 rad: what theta allows would move the events by much of a period."""
+    start = ht.State("0.001", phidot=5, psidot=200)
+    scene = ht.Scene(BOOK, start, periods=300, digits=digits)
+    run = ht.propagate(scene)
+    found = run.events.of("turning")
+    exact = np.arange(found.t.size) * run.motion.period / 2
+    assert found.t.size == 601
+    assert np.max(np.abs(found.t - exact)) < 10.0**-digits * run.motion.period
+
+
+def test_samples_at_turning_points_do_not_hide_the_phase():
+    """Every sample falls on a turning point, where a late theta is right to the second order."""
+    scene = replace(KICKED, quantities=("theta",), periods=ht.Exact.of(2000), time=None)
+    with pytest.warns(MissedDigitsWarning, match="theta"):
+        run = ht.propagate(scene, formulation="axis")
+    at_samples = np.abs(run.theta - run.motion.at(run.t).theta)
+    assert at_samples.max() < 1e-12 < missed_digits(run)["theta"]
+
+
+@pytest.mark.parametrize(("digits", "off"), [(12, (1e-9, 1e-7)), (20, (0, 1e-25))])
+def test_beside_a_pole_phi_is_as_uncertain_as_its_rate_makes_it(digits, off):
+    """As docs/precision.md says: no compared time falls into the pass, and nothing is named."""
+    start = ht.State("1e-6", phidot=10**6, psidot=1 - 10**6)
+    run = ht.propagate(ht.Scene(ht.Top(1, "0.5", 2), start, time=20, digits=digits))
+    form, events = run.own.closed_form, run.events
+    if events.own is None:
+        found = abs(events.phi - form.at(events.t, t_lo=events.t_low).phi)
+    else:
+        exact = form.at(run.numbers(events.own["t"]), 40)
+        found = abs(run.numbers(events.own["phi"]) - [each.phi for each in exact])
+    assert off[0] < found.max() < off[1]
+    assert missed_digits(run) == {}
+
+
+@pytest.mark.slow
+def test_digits_are_met_whose_bound_is_no_double():
+    """10^-340 is smaller than any double, and so is how late an event is."""
+    run = ht.propagate(replace(KICKED, digits=340, time=ht.Exact.of("0.3"), periods=None))
+    assert len(run.events) == 2
+    assert missed_digits(run) == {}
+
+
+def with_late_events(run, late):
+    """The run as if it had found its events so much later [s]."""
+    found = replace(run)
+    vars(found)["events"] = replace(run.events, t=run.events.t + late)
+    return found
+
+
+def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
+    """At a turning point 10^-digits/|thetadd| beside 10^-digits of a period."""
+    run = ht.propagate(KICKED)
+    at = run.motion.at(run.events.t[2], digits=30)
+    bend = abs(float(at.uddot)) / np.sin(float(at.theta))
+    allowed = 1e-12 * (run.motion.period + 1 / bend)
+    for share, missed in ((0.9, set()), (1.1, {"event_time"})):
+        late = share * allowed * (np.arange(len(run.events)) == 2)
+        assert set(missed_digits(with_late_events(run, late))) == missed
+
+
+def test_the_number_of_samples_changes_no_plan():
+    for changes in (["span.periods=300", "want.digits=6"], ["want.quantities=['rates']"]):
+        plans = {
+            ht.plan(ht.load_scene("sicm-kicked", [*changes, f"want.samples={count}"]))
+            for count in (2, 401, 1001, 100_001)
+        }
+        assert len(plans) == 1
+
+
+def test_few_digits_of_psi_beside_both_poles_do_not_stall():
+    """The quadrature of psi meets a pole 5e-11 rad away, and takes 30 000 steps for a period."""
+    start = ht.State("1", thetadot=3, phidot="1e-10", psidot="1e-10")
+    scene = ht.Scene(ht.Top(1, "0.5", 1), start, periods=7.5, quantities=("theta", "psi"), digits=2)
+    assert ht.propagate(scene, step_limit=1000).statistics.steps < 200
+
+
+def test_times_between_are_spread_whatever_the_samples():
+    t = times_between(-100.0, 0.3)
+    assert t.size == 80
+    assert np.all((t <= 0) & (t >= -100))
+    phases = np.sort(np.mod(t[:64] / 100, 1.0))
+    assert np.max(np.diff(phases)) < 2 / 64
+    assert np.all(t[64:80] <= -100 + 0.3)
+
+
+def test_one_late_event_among_many_is_said():
+    scene = ht.load_scene("sicm-kicked", ["span.periods=6000", "want.events=['turning']"])
+    run = ht.propagate(replace(scene, quantities=("theta",), digits=9), formulation="axis")
+    assert len(run.events) > 10_000
+    assert missed_digits(run) == {}
+    late = with_late_events(run, 1e-6 * (np.arange(len(run.events)) == 4321))
+    assert missed_digits(late) == {"event_time": pytest.approx(1e-6, rel=1e-2)}
+
+
+def test_a_run_that_is_extended_keeps_its_plan_and_says_a_miss():
+    short = ht.propagate(replace(KICKED, digits=13, time=ht.Exact.of("0.2")))
+    assert short.plan.precision == "double"
+    with pytest.warns(MissedDigitsWarning):
+        long = ht.extend(short, 2000, samples=4)
+    assert (long.plan.precision, long.plan.tried) == ("double", ())
+    with pytest.raises(ht.EndedEarly) as early:
+        ht.extend(short, 2000, samples=4, progress=interrupting)
+    with pytest.warns(MissedDigitsWarning):
+        assert completed(early.value.trajectory).plan == long.plan
+
+
+def interrupting(done):
+    if done > 0.3:
+        raise KeyboardInterrupt

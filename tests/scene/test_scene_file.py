@@ -61,7 +61,6 @@ BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
         ("gMR = 0.0456", "gMR = 0.0456\nphi = 1", 8, "top.phi", "it belongs in [start]: start.phi"),
         ("title", "titel", 2, "titel", 'did you mean "title"?'),
         ("format = 1", "format = 2", 1, "format", "the only format"),
-        ("theta = 0.1", 'theta = "fast"', 10, "start.theta", 'unexpected "fast"'),
         ("time = 2", 'time = "2 rad"', 15, "span.time", "a unit here is s or ms"),
         ("A = 3.28e-4", "A = 0", 5, "top.A", "must be greater than 0"),
         ("gMR = 0.0456", "gMR = 0.0456\nmass = 1", 4, "top.distance", "missing for a top of A, C"),
@@ -85,7 +84,6 @@ BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
         ("time", "t", 15, "span.t", "(known are time, periods)"),
         ("[start]\n", "", None, "start", "a scene has a table [start]"),
         ("format = 1", "", None, "format", "begins with format = 1"),
-        ("401", "1e3", 20, "want.samples", "a whole number from 2"),
         ('"phi"]', '"phi]', 18, "want.quantities", "stand in quotes"),
     ],
 )  # fmt: skip
@@ -119,11 +117,8 @@ def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling() -> None
 @pytest.mark.parametrize(
     ("change", "key", "rule"),
     [
-        ("start.thta=1", "start.thta", 'did you mean "theta"?'),
         ("strat.theta=1", "strat", 'did you mean "start"?'),
-        ("start.theta=nan", "start.theta", "finite, not nan"),
         ("start.theta=1\n[evil]\nx=1", "start.theta", "unexpected"),
-        ("span.time=0", "span.time", "not 0"),
         ("start=1", "start", "a table"),
         ("theta", "theta", "KEY=VALUE"),
         ("a.b.c=1", "a.b.c=1", "KEY=VALUE"),

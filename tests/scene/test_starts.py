@@ -210,7 +210,6 @@ def test_a_wrong_start_is_refused_by_one_fault_that_says_what_would_be_right(tex
 def test_a_start_that_follows_from_a_wrong_top_is_read_all_the_same() -> None:
     head = HEAD.replace("A = 1", "A = 0")
     for start, keys in (
-        ('steady = "slow"\ntheta = 1', ["top.A", "start.omega3"]),
         ('steady = "slow"\ntheta = "x"\nomega3 = 9', ["top.A", "start.theta"]),
         ('steady = "slow"\ntheta = 1\nomega3 = 9', ["top.A"]),
     ):

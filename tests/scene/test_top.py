@@ -10,6 +10,7 @@ import sympy as sp
 
 import heavytop as ht
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
+from heavytop.exact.balls import rational
 from heavytop.scene.solids import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -40,7 +41,6 @@ def test_what_is_impossible_is_refused_with_every_fault(make, values, broken) ->
     with pytest.raises(ImpossibleTop) as error:
         make(**(GOOD[make] | values))
     assert {fault.key for fault in error.value.faults} == broken
-    assert all(name in str(error.value) for name in broken)
 
 
 @pytest.mark.parametrize(
@@ -103,26 +103,25 @@ def test_a_ring_and_its_core_make_a_disk_and_density_and_mass_agree():
     assert light == disk(radius=1, thickness="1/pi", centre=0, mass=5)
 
 
-def the_books_top():
-    return [
-        ring(outer="0.042", inner="0.0015", thickness="0.005", centre="0.0505", density=ALUMINIUM),
-        rod(radius="0.0015", length="0.178", base=0, density=STEEL),
-    ]
+THE_BOOKS = [
+    ring(outer="0.042", inner="0.0015", thickness="0.005", centre="0.0505", density=ALUMINIUM),
+    rod(radius="0.0015", length="0.178", base=0, density=STEEL),
+]
 
 
 def test_an_aluminium_disk_on_a_steel_rod_is_the_books_top():
     """SICM section 2.10 prints A = 3.28e-4, C = 6.60e-5, gMR = 0.0456."""
-    top = ht.Top.from_solids(the_books_top(), gravity="9.80665")
+    top = ht.Top.from_solids(THE_BOOKS, gravity="9.80665")
     assert [f"{float(x):.3g}" for x in (top.A, top.C, top.gMR)] == ["0.000328", "6.6e-05", "0.0456"]
 
 
 def test_from_solids_is_from_parts():
     """By parallel axes; upside down gMR is negative."""
-    body = whole(the_books_top())
+    body = whole(THE_BOOKS)
     parts = Top.from_parts(
         mass=body.mass, distance=body.centre, A_cm=body.A_cm, C_cm=body.C, gravity="9.80665"
     )
-    assert parts == Top.from_solids(the_books_top(), gravity="9.80665")
+    assert parts == Top.from_solids(THE_BOOKS, gravity="9.80665")
     lie = Top.from_parts(mass=15, distance=1, A_cm="0.234375", C_cm="0.46875", gravity="9.81")
     assert lie == LIE
     hanging = Top.from_solids([sphere(radius="0.1", centre=-1, mass=1)], gravity="9.81")
@@ -164,16 +163,11 @@ def test_the_force_of_the_pivot_moves_the_centre_of_mass(name) -> None:
         doubles = motion.reaction(float(now))
         for k, gravity in enumerate((0, 0, Fraction("9.81"))):
             bent = (after[k] - 2 * here[k] + before[k]) * 10**30
-            expected = Fraction("0.7") * (Fraction("-0.3") * _fraction(bent) + gravity)
-            assert abs(_fraction(force[k]) - expected) < Fraction(1, 10**24)
+            expected = Fraction("0.7") * (Fraction("-0.3") * rational(bent) + gravity)
+            assert abs(rational(force[k]) - expected) < Fraction(1, 10**24)
             assert doubles[k] == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
 
 
 def test_a_force_of_the_pivot_needs_the_mass():
     with pytest.raises(ImpossibleTop, match="needs mass and distance"):
         ht.Motion(BOOK, State("0.1")).reaction(0.0)
-
-
-def _fraction(x) -> Fraction:
-    sign, man, exponent, _ = x._mpf_
-    return Fraction(int(-man if sign else man)) * Fraction(2) ** int(exponent)
