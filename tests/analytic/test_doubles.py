@@ -74,17 +74,15 @@ def assert_holds(motion, times):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_near_their_start(name):
-    assert_holds(named(name), [0.0, 1e-9, *np.linspace(-2.1, 2.3, 23)])
-
-
-@pytest.mark.parametrize("name", [n for n in NAMES if "separatrix" not in n])
-def test_many_periods_away(name):
+def test_near_the_start_and_many_periods_away(name):
     """θ, φ and ψ modulo 2π and the axis keep their digits, close to the most periods there may be.
 
     Of uniform precession φ modulo 2π is known to 2e-15 where φ itself has 1e-8.
     """
     motion = named(name)
+    assert_holds(motion, [0.0, 1e-9, *np.linspace(-2.1, 2.3, 23)])
+    if "separatrix" in name:
+        return
     periods = (1e7 / 3, -1e6) if name == "uniform" else (1e6 / 3, -1e6, -1.9e9, 2.1e9 + 0.25)
     assert_holds(motion, [part * (motion.period or 1.0) for part in periods])
 

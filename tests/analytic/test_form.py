@@ -16,7 +16,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
-import numpy as np
 import pytest
 from flint import arb
 
@@ -271,19 +270,3 @@ def test_angles_jump_and_the_attitude_turns_on(name):
     for k, q in zip((-3, -1, 1, 3), places[:2] + places[3:], strict=True):
         ahead = [a + k * h * b for a, b in zip(here, rate, strict=True)]
         assert max(abs(a - b) for a, b in zip(q, ahead, strict=True)) < 40 * squared * h**2
-
-
-@pytest.mark.parametrize("name", PASSES)
-def test_doubles_pass_smoothly_too(name):
-    """Sampled every 1e-6 s through five passes, the attitude moves as far as ω lets it."""
-    form, _, half = passing(name)
-    lower, T = (form.ball(each, 30) for each in ("lower_turning", "period"))
-    pole = float(lower + (half / 2 + 2) * T)
-    t = (pole + np.arange(-2, 3)[:, None] * form.period + np.arange(-50, 51) * 1e-6).ravel()
-    at, apart, r = form.at(t), np.diff(t) < 2e-6, form.reduced
-    size = float((r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + abs(r.g) * (1 + abs(r.u0)))) ** 0.5
-    q, jumps = at.quaternion, np.diff(at.phi)[apart]
-    turned = 1 - abs(np.sum(q[1:] * q[:-1], axis=-1))  # 1 − cos of half the angle
-    assert np.all(turned[apart] < (1.001e-6 * size) ** 2 / 8 + 1e-15)
-    assert np.sum(jumps > 3.1) == 5
-    assert np.all((jumps > 3.1) | (abs(jumps) < 1e-4))

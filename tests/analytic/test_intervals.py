@@ -1,7 +1,7 @@
 """Enclosures: within the closed form at many more digits, and where numbers break.
 
 What both may get wrong alike is held against other authorities, by `test_against_mpmath`,
-`test_published` and `test_reduced_equation`.
+`test_published` and `test_form`.
 """
 
 from fractions import Fraction
@@ -24,30 +24,6 @@ from ..views import Bounds, Digits, holds
 UNIT = ht.Top(A=1, C=1, gMR=1)
 ONE = Interval(Fraction(1), Fraction(0))
 TIMES = (0, "1.3", -7.25, "1e5")
-TURNS = ("period", "precession", "spin")
-
-
-def compare(bounds, form, times=TIMES):
-    """Angles, rates and turns have their digits, tilts and vectors their decimals."""
-    pairs = [(bounds.theta_min, min(form.tilts)), (bounds.theta_max, max(form.tilts))]
-    counted = [(getattr(bounds, name), getattr(form, name)) for name in TURNS if form.period]
-    assert form.period or bounds.period is None
-    for t in times:
-        at = form(t)
-        pairs += [(bounds("u", t), at.u)]
-        pairs += zip(bounds("axis", t), at.axis, strict=True)
-        pairs += zip(bounds("quaternion", t), at.quaternion, strict=True)
-        names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
-        counted += [(bounds(name, t), getattr(at, name)) for name in names]
-    assert all(ball.digits >= bounds.digits for ball, _ in counted + pairs)
-    assert all(holds(*pair, form.digits - 5) for pair in counted + pairs)
-
-
-@pytest.mark.parametrize("digits", [15, 200])
-@pytest.mark.parametrize("name", SCENES)
-def test_every_shipped_scene(name, digits):
-    motion = shipped(name)
-    compare(Bounds(motion, digits), Digits(motion, digits + 50))
 
 
 NUMBERS = ("period", "precession", "spin", "relative_spin", "theta_min", "theta_max", "nearest",
@@ -55,20 +31,35 @@ NUMBERS = ("period", "precession", "spin", "relative_spin", "theta_min", "theta_
            "roots")  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_all_three_kinds_of_numbers_are_the_same(name):
-    """An interval of 20 digits holds the number of 60, and the float is the nearest to that."""
-    motion = shipped(name)
-    bounds, form = Bounds(motion, 20), Digits(motion, 60)
+def compare(motion, digits, more):
+    """An interval has its digits and holds the number of more, to which the double is nearest.
+
+    Angles, rates and turns have digits, tilts and vectors decimals.
+    """
+    bounds, form = Bounds(motion, digits), Digits(motion, more)
+    pairs = []
+    for t in TIMES:
+        at = form(t)
+        names = ("u", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+        pairs += [(bounds(name, t), getattr(at, name)) for name in names]
+        for name in ("axis", "quaternion"):
+            pairs += zip(bounds(name, t), getattr(at, name), strict=True)
     for number in NUMBERS:
-        found = [getattr(each, number) for each in (bounds, form, motion)]
+        found = [getattr(each, number) for each in (bounds, form, bounds.motion)]
         if not isinstance(found[0], tuple):
             found = [(each,) for each in found]
         for interval, exact, double in zip(*found, strict=True):
             assert (interval is None) == (exact is None) == (double is None), number
             if exact is not None:
-                assert holds(interval, exact, 55), number
+                pairs.append((interval, exact))
                 assert double == pytest.approx(float(exact), rel=1e-16, abs=1e-45), number
+    assert all(ball.digits >= digits and holds(ball, x, more - 5) for ball, x in pairs)
+
+
+@pytest.mark.parametrize("digits", [15, 200])
+@pytest.mark.parametrize("name", SCENES)
+def test_every_shipped_scene(name, digits):
+    compare(shipped(name), digits, digits + 50)
 
 
 small = st.sampled_from([-5, -2, "-0.3", 0, "0.01", 1, 7])
@@ -91,8 +82,7 @@ starts = st.builds(
 @settings(max_examples=150, deadline=None)
 @given(tops, starts, st.sampled_from([15, 50]))
 def test_random_tops_on_and_off_the_poles(top, start, digits):
-    motion = ht.Motion(top, start)
-    compare(Bounds(motion, digits), Digits(motion, 100))
+    compare(ht.Motion(top, start), digits, 100)
 
 
 doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3 or not x)
@@ -101,8 +91,7 @@ doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3
 @settings(max_examples=100, deadline=None)
 @given(st.tuples(*[doubles] * 3).filter(any), st.tuples(*[doubles] * 3), doubles, doubles)
 def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
-    motion = ClosedForm(reduced_from_axis(e, l, g, kappa))
-    compare(Bounds(motion, 30), Digits(motion, 100))
+    compare(ClosedForm(reduced_from_axis(e, l, g, kappa)), 30, 100)
 
 
 # --- where roots meet ----------------------------------------------------------------------------

@@ -1,7 +1,5 @@
 """Exact values as files: every digit is proved."""
 
-from __future__ import annotations
-
 import json
 from decimal import Decimal
 from fractions import Fraction

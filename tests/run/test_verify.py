@@ -22,8 +22,6 @@ from heavytop.run.verify import (
     warn_of_plan,
 )
 
-from ..motions import BOOK
-
 UNIT = ht.Top(1, 1, 1)
 RATES = ("thetadot", "phidot", "psidot")
 
@@ -167,18 +165,6 @@ def test_few_digits_near_a_separatrix_are_met_or_missed_aloud():
     with pytest.warns(MissedDigitsWarning, match="theta"):
         run = ht.propagate(scene, formulation="cubic", projected=True)
     assert missed_digits(run)["theta"] > 1e-6
-
-
-@pytest.mark.parametrize("digits", [2, 3, 6])
-def test_few_digits_keep_every_turning_point_of_small_nutations(digits):
-    """A nutation of 1e-4 rad: what theta allows would move the events by much of a period."""
-    start = ht.State("0.001", phidot=5, psidot=200)
-    scene = ht.Scene(BOOK, start, periods=300, digits=digits)
-    run = ht.propagate(scene)
-    found = run.events.of("turning")
-    exact = np.arange(found.t.size) * run.motion.period / 2
-    assert found.t.size == 601
-    assert np.max(np.abs(found.t - exact)) < 10.0**-digits * run.motion.period
 
 
 def test_samples_at_turning_points_do_not_hide_the_phase():

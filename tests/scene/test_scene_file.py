@@ -2,12 +2,11 @@
 
 import pickle
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import BadScene
 from heavytop.scene.scene import Scene, load_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -38,13 +37,13 @@ digits = 12
 TOP, START = Top(1, 1, 1), State(0.1)
 
 
-def faults_of(text: str, *overrides: str) -> tuple[Fault, ...]:
+def faults_of(text, *overrides):
     with pytest.raises(BadScene) as error:
         read_scene(text, "some.toml", overrides)
     return error.value.faults
 
 
-def load_fault(path: str | Path) -> Fault:
+def load_fault(path):
     with pytest.raises(BadScene) as error:
         load_scene(path)
     (fault,) = error.value.faults
@@ -87,9 +86,7 @@ BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
         ('"phi"]', '"phi]', 18, "want.quantities", "stand in quotes"),
     ],
 )  # fmt: skip
-def test_one_fault_is_named_with_its_place(
-    old: str, new: str, line: int | None, key: str, rule: str
-) -> None:
+def test_one_fault_is_named_with_its_place(old, new, line, key, rule):
     assert old in GOOD
     faults = [f for f in faults_of(GOOD.replace(old, new, 1)) if f.key == key]
     assert [(f.file, f.line) for f in faults] == [("some.toml", line)]
@@ -98,7 +95,7 @@ def test_one_fault_is_named_with_its_place(
     assert len(str(faults[0])) < 300
 
 
-def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling() -> None:
+def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling():
     text = GOOD.replace("A = 3.28e-4", "A = true").replace("theta = 0.1", 'theta = "x"')
     text = text.replace("C = 6.60e-5", "C = -1").replace("gMR", "gmr").replace("digits", "digit")
     text = text.replace("time = 2", "time = 0").replace("format = 1", "format = 3")
@@ -124,7 +121,7 @@ def test_every_fault_is_listed_at_once_a_line_each_also_after_pickling() -> None
         ("a.b.c=1", "a.b.c=1", "KEY=VALUE"),
     ],
 )
-def test_a_bad_change_is_refused(change: str, key: str, rule: str) -> None:
+def test_a_bad_change_is_refused(change, key, rule):
     (fault,) = faults_of(GOOD, change)
     assert fault.key == key
     assert rule in str(fault)
@@ -139,19 +136,19 @@ def test_a_bad_change_is_refused(change: str, key: str, rule: str) -> None:
         ("a = " + "[" * 5000, None, "nested too deeply"),
     ],
 )
-def test_text_that_is_no_toml_is_refused(text: str, line: int | None, rule: str) -> None:
+def test_text_that_is_no_toml_is_refused(text, line, rule):
     (fault,) = faults_of(text)
     assert rule in fault.rule
     assert line is None or fault.line == line
 
 
-def test_changes_are_a_list_of_texts() -> None:
+def test_changes_are_a_list_of_texts():
     for changes in ("start.phidot=-14", [-14], np.array([0.5]), None):
         with pytest.raises(BadScene, match=r"heavytop: overrides = .* a list of texts"):
             load_scene("sicm-kicked", changes)
 
 
-def test_a_name_that_no_file_has_is_refused_with_the_nearest(tmp_path: Path) -> None:
+def test_a_name_that_no_file_has_is_refused_with_the_nearest(tmp_path):
     (tmp_path / "my-top.toml").touch()
     for near in ("my-top", "my-top.tml", "mytop.toml"):
         assert re.search(r'did you mean ".*/my-top\.toml"', str(load_fault(tmp_path / near)))
@@ -161,7 +158,7 @@ def test_a_name_that_no_file_has_is_refused_with_the_nearest(tmp_path: Path) -> 
         assert str(load_fault(name)).isprintable()
 
 
-def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path: Path) -> None:
+def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path):
     huge, latin = tmp_path / "huge.toml", tmp_path / "latin.toml"
     with huge.open("wb") as file:
         file.truncate(10**8)
@@ -183,7 +180,7 @@ def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path: Path) 
         ({"name": "Scene", "quantities": ("reaction",)}, "top.mass"),
     ],
 )
-def test_a_scene_built_in_python_obeys_the_same_rules(values: dict[str, object], key: str) -> None:
+def test_a_scene_built_in_python_obeys_the_same_rules(values, key):
     with pytest.raises(BadScene) as error:
         Scene(**({"top": TOP, "start": START} | values))
     assert [(fault.file, fault.key) for fault in error.value.faults] == [("Scene", key)]

@@ -37,7 +37,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("make", "values", "broken"), BROKEN)
-def test_what_is_impossible_is_refused_with_every_fault(make, values, broken) -> None:
+def test_what_is_impossible_is_refused_with_every_fault(make, values, broken):
     with pytest.raises(ImpossibleTop) as error:
         make(**(GOOD[make] | values))
     assert {fault.key for fault in error.value.faults} == broken
@@ -150,7 +150,7 @@ REACTIONS = {  # a start, and times [s]
 
 
 @pytest.mark.parametrize("name", REACTIONS)
-def test_the_force_of_the_pivot_moves_the_centre_of_mass(name) -> None:
+def test_the_force_of_the_pivot_moves_the_centre_of_mass(name):
     """Newton: M r̈ = F − M g, where r̈ is differenced from the exact path to 30 digits."""
     start, times = REACTIONS[name]
     moments = {"A_cm": 0, "C_cm": 0} if name == "point mass" else {"A_cm": "0.02", "C_cm": "0.01"}
