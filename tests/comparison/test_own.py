@@ -11,7 +11,7 @@ from heavytop.comparison import IntegrationFailed, named, own
 from heavytop.comparison.steppers import MethodError, TopConstants
 from heavytop.errors import Impossible
 
-from ..integrators import dop853, midpoint_on_rotations, rk4
+from ..integrators import dop853, midpoint_on_rotations, raises, rk4
 from . import kicked
 from .kicked import SPAN
 
@@ -109,12 +109,16 @@ def forwards(f, y, h):
     return y + h * f(y)
 
 
-def test_arrays_of_another_library_become_arrays_of_that():
+def test_a_step_may_compute_in_its_states_or_in_arrays_of_another_library():
+    def in_place(f, y, h):
+        y += h * f(y)
+        return y
+
     def by_foreign_arrays(f, y, h):
         return y + h * np.array(list(f(Foreign(y))))
 
-    errors = [axis_error(own.Method(step), 100) for step in (forwards, by_foreign_arrays)]
-    assert errors[0] == errors[1]
+    steps = (forwards, in_place, by_foreign_arrays)
+    assert len({axis_error(own.Method(step), 100) for step in steps}) == 1
 
 
 def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_stored():
@@ -129,19 +133,6 @@ def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_st
 # --- what goes wrong is named --------------------------------------------------------------------
 
 
-def raises(f, y, h):
-    raise ValueError("no luck")
-
-
-def test_a_step_may_compute_in_the_states_that_it_is_given():
-    def moves(f, y, h):
-        y += h * f(y)
-        return y
-
-    errors = [axis_error(own.Method(step), 100) for step in (moves, forwards)]
-    assert errors[0] == errors[1]
-
-
 def loses(fun, t_span, y0, **_):
     return SimpleNamespace(t=[*t_span], y=np.array([y0, y0 * np.nan]).T)
 
@@ -153,7 +144,7 @@ def stops(fun, t_span, y0, **_):
 @pytest.mark.parametrize(
     ("function", "setting", "said"),
     [
-        (raises, 100, "it raises ValueError: no luck"),
+        (raises, 100, "it raises ValueError: no step"),
         (lambda f, y, h: y[:2], 100, r"it returns an array of shape \(2,\), not \(5,\)"),
         (lambda f, y, h: None, 100, "it returns numbers of type object, not reals"),
         (lambda f, y, h: y + 1j, 100, "it returns numbers of type complex128, not reals"),
@@ -167,9 +158,7 @@ def test_what_a_method_does_wrong_is_named(function, setting, said):
     stepper = set_up(function, setting)
     with pytest.raises(IntegrationFailed, match=said) as failed:
         stepper.block(stepper.begin())
-    assert isinstance(failed.value, MethodError) == said.startswith(
-        ("it raises", "it ch", "it ret")
-    )
+    assert isinstance(failed.value, MethodError) == said.startswith(("it raises", "it ret"))
 
 
 # --- how a method is had -------------------------------------------------------------------------

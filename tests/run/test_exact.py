@@ -48,14 +48,11 @@ def test_nothing_is_integrated_beyond_an_hour_of_steps():
     assert (below.formulation, below.projected) == ("axis", True)
     assert (beyond.formulation, beyond.states, beyond.seconds) == ("none", 0, 0.0)
     assert beyond.reasons[-1].endswith("periods take 1.01 h")
-
-
-def test_a_million_periods_are_integrated_however_long_they_take():
+    # but a million periods however long they take
     digits = {"digits": 30, "events": ()}
     assert ht.plan(kicked(0.999 * MANY_PERIODS, **digits)).seconds > MOST_S
     assert ht.plan(kicked(1.001 * MANY_PERIODS, **digits)).formulation == "none"
     assert ht.plan(ht.load_scene("sicm-kicked", ["want.digits=1000"])).formulation == "axis"
-    assert ht.plan(kicked(1e8)).formulation == "axis"
     still = ht.Scene(ht.Top(1, 1, 1), ht.State(0), time=1e12)  # takes a step or two
     assert ht.plan(still).formulation != "none"
 
