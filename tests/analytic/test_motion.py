@@ -1,15 +1,26 @@
-"""Motion: what a user asks of one top and one start, at the ends of what a scene may say too."""
+"""Motion: what a user asks of one top and one start, at the ends of what a scene may say too.
+
+Intervals hold the closed form at many more digits. What both may get wrong alike is held against
+other authorities, by `test_against_mpmath`, `test_published` and `test_form`.
+"""
 
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.errors import NoClosedForm
+from heavytop.analytic.motion import ClosedForm
+from heavytop.classification.reduced import reduced_from_axis, reduced_from_scene
+from heavytop.errors import NoClosedForm, Unseparated
+from heavytop.exact import cos, sqrt
+from heavytop.exact.balls import Interval
 from heavytop.exact.decimals import context
 
-from ..motions import BOOK, CONE, KICKED, MARGINAL, product, shipped
+from ..motions import BOOK, CONE, KICKED, MARGINAL, SCENES, product, shipped
+from ..views import Bounds, Digits, holds
 
 RATES = ("thetadot", "phidot", "psidot")
 CTX = context(50)
@@ -37,11 +48,10 @@ def test_digits_and_many_times():
 # --- attitude, angular velocity and energy -------------------------------------------------------
 
 NAMES = ("sicm-kicked", "lie-group-benchmark", "through-top", "inverted-gravity", "spin-reversal")
-TIMES = ("0", "1.81")
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("t", TIMES)
+@pytest.mark.parametrize("t", ["0", "1.81"])
 def test_quaternion_omega_and_energy_hold_together(name, t):
     motion, exact = shipped(name), CTX.mpf(t)
     record = motion.at(exact, 50)
@@ -113,3 +123,135 @@ def test_an_angle_too_large_for_a_double_has_a_name():
         motion.at(1e300).psi  # noqa: B018
     exact = motion.at(1e300, digits=20)
     assert abs(exact.psi / (10**15 * exact.t) - 1) < 1e-19
+
+
+# --- intervals -----------------------------------------------------------------------------------
+
+UNIT = ht.Top(A=1, C=1, gMR=1)
+ONE = Interval(Fraction(1), Fraction(0))
+TIMES = (0, "1.3", -7.25, "1e5")
+
+
+NUMBERS = ("period", "precession", "spin", "relative_spin", "theta_min", "theta_max", "nearest",
+           "tilts", "mean_rates", "lower_turning", "modulus", "growth", "amplitude",
+           "roots")  # fmt: skip
+
+
+def compare(motion, digits, more):
+    """An interval has its digits and holds the number of more, to which the double is nearest.
+
+    Angles, rates and turns have digits, tilts and vectors decimals.
+    """
+    bounds, form = Bounds(motion, digits), Digits(motion, more)
+    pairs = []
+    for t in TIMES:
+        at = form(t)
+        names = ("u", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+        pairs += [(bounds(name, t), getattr(at, name)) for name in names]
+        for name in ("axis", "quaternion"):
+            pairs += zip(bounds(name, t), getattr(at, name), strict=True)
+    for number in NUMBERS:
+        found = [getattr(each, number) for each in (bounds, form, bounds.motion)]
+        if not isinstance(found[0], tuple):
+            found = [(each,) for each in found]
+        for interval, exact, double in zip(*found, strict=True):
+            assert (interval is None) == (exact is None) == (double is None), number
+            if exact is not None:
+                pairs.append((interval, exact))
+                assert double == pytest.approx(float(exact), rel=1e-16, abs=1e-45), number
+    assert all(ball.digits >= digits and holds(ball, x, more - 5) for ball, x in pairs)
+
+
+@pytest.mark.parametrize("digits", [15, 200])
+@pytest.mark.parametrize("name", SCENES)
+def test_every_shipped_scene(name, digits):
+    compare(shipped(name), digits, digits + 50)
+
+
+small = st.sampled_from([-5, -2, "-0.3", 0, "0.01", 1, 7])
+tops = st.builds(
+    ht.Top,
+    A=st.sampled_from([1, "0.5", "3.28e-4"]),
+    C=st.sampled_from(["1e-6", "3.28e-4"]),
+    gMR=st.sampled_from([1, "0.0456", -3, 0]),
+)
+spins = st.tuples(st.sampled_from(["psidot", "omega3"]), small | st.integers(-(10**6), 10**6))
+starts = st.builds(
+    lambda spin, **rest: ht.State(**{spin[0]: spin[1]}, **rest),
+    spin=spins,
+    theta=st.sampled_from([0, "pi", "pi/3", "pi/2", "0.1", "1.2", 3, "2*pi/3"]),
+    thetadot=small,
+    phidot=small | st.decimals(-50, 50, places=3),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(tops, starts, st.sampled_from([15, 50]))
+def test_random_tops_on_and_off_the_poles(top, start, digits):
+    compare(ht.Motion(top, start), digits, 100)
+
+
+doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3 or not x)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.tuples(*[doubles] * 3).filter(any), st.tuples(*[doubles] * 3), doubles, doubles)
+def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
+    compare(ClosedForm(reduced_from_axis(e, l, g, kappa)), 30, 100)
+
+
+# --- where roots meet ----------------------------------------------------------------------------
+
+
+def test_too_few_bits_name_what_is_known():
+    start = ht.State(theta="pi/3", thetadot="1e-40", phidot=10, omega3="140.6")
+    near = Bounds(ClosedForm(reduced_from_scene(CONE, start)))
+    near.motion.limit = 128
+    for ask in (lambda: near.roots, lambda: near.period):
+        with pytest.raises(Unseparated, match=r"u1 and u2 differ by less than .* 128") as told:
+            ask()
+        assert 1e-40 < told.value.bound < 1e-15
+    late = Bounds(ClosedForm(reduced_from_scene(BOOK, KICKED)))
+    late.motion.limit = 96
+    with pytest.raises(Unseparated, match=r"theta is known to .* with 96 bits"):
+        late("theta", "1e15")
+
+
+def test_what_cannot_be_proved_is_refused_by_name():
+    """√cos²2 = −cos 2 is beyond the algebra of exact numbers."""
+    nothing = sqrt(cos(2) ** 2) + cos(2)
+    with pytest.raises(
+        Unseparated, match=r"udot0 is less than .* with 4096 bits, and could not"
+    ) as told:
+        ht.Motion(UNIT, ht.State(theta=1, thetadot=nothing, phidot=1)).interval("theta_min")
+    assert 0 < told.value.bound < 1e-300
+
+
+def test_proofs_on_binary_numbers():
+    """|e| = 5: l ∥ e sleeps, l = (0, 1, 3) with g = 1/2 tends to the top, and so on."""
+
+    def of_axis(*numbers):
+        return Bounds(reduced_from_axis(*numbers))
+
+    assert of_axis((0, 0, 5), (0, 0, 2.0), 1.0).roots[1] == ONE
+    tending = of_axis((0, 3, 4), (0, 1, 3), 0.5)
+    assert (tending.period, tending.roots[1:]) == (None, (ONE, ONE))
+    assert of_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 0)).roots[1] == ONE
+    assert of_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 1)).roots[2] == ONE
+    below = of_axis((0, 3, -4), (0, -1, 3), -0.5)
+    assert below.roots[:2] == (Interval(Fraction(-1), Fraction(0)),) * 2
+
+
+def test_heights_keep_their_own_digits_in_a_pass_through_a_pole():
+    top = ht.Top("0.163", "0.037164", "0.088850568120709")
+    motion = ht.Motion(top, ht.State("pi - 1e-40"))
+    few, many = (motion.at("0.501", digits).one_plus_u for digits in (30, 80))
+    assert 0 < many < 1e-79
+    assert abs(few / many - 1) < 1e-30
+
+
+@pytest.mark.parametrize("tiny", [5e-324, Fraction(1, 10**400)])
+def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
+    """Runs of many digits pass poles so closely, and doubles are as small."""
+    near, at = (Bounds(reduced_from_axis((0, x, 1), (x, 1, 3), 1)) for x in (tiny, 0))
+    assert near("u", 1).mid == at("u", 1).mid

@@ -10,13 +10,11 @@ from heavytop.run.estimates import Forecast
 from heavytop.run.span import span
 from heavytop.text import duration
 
-from .test_planning import round_periods
-
 
 @pytest.mark.parametrize("projected", [False, True])
 def test_more_periods_lose_more_also_where_their_number_is_round(projected):
     """At every end, and 65 evenly spread times before it, theta would stand still."""
-    scenes = [round_periods(f"1e{n}") for n in range(4, 16)]
+    scenes = [ht.load_scene("sicm-kicked", [f"span.periods=1e{n}"]) for n in range(4, 16)]
     errors = [
         Forecast(s, ht.Motion(s.top, s.start), span(s, ht.Motion(s.top, s.start))).error(projected)
         for s in scenes
