@@ -24,7 +24,6 @@ from heavytop.analytic import constants
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import reduced_from_scene
 from heavytop.exact import Exact, cos
-from heavytop.exact.balls import working
 
 from ..motions import motion, product
 from ..views import Digits
@@ -190,24 +189,6 @@ def test_the_separatrix_of_a_top_that_hardly_falls(e):
         assert abs(form(t).phi - exact_phi) < ctx.mpf("1e-38") * (1 + abs(exact_phi))
         off = abs(float(ctx.mpf(float(double(high, t_lo=low).phi)) - exact_phi))
         assert off <= 1e-15 * max(1, abs(exact_phi))
-
-
-def turns(motion):
-    """Φ₊ and Φ₋ over a period."""
-    return motion.refine("the turns", lambda c: tuple(half.turn for half in c.halves), 80)
-
-
-def test_a_close_pass_is_no_exact_one():
-    """P₊ = ±1e-70: φ does not jump at the bottom, it turns there, by half a turn either way."""
-    start = near("1e-70")["past the bottom"]
-    other = start._replace(phidot=X("-60/13") - X("1e-70"))
-    for each, side in ((start, 1), (other, -1)):
-        with working(400):
-            assert abs(turns(each.motion)[0] - side * arb.pi()) < arb("1e-60")
-        form = Digits(each.motion, 120)  # the pass takes 1e-72 s
-        pole, h = form.lower_turning, form.ctx.mpf("1e-40")
-        assert abs(form(pole + h).phi - form(pole - h).phi - side * form.ctx.pi) < 1e-20
-        assert abs(form(pole).phi - form(pole - h).phi - side * form.ctx.pi / 2) < 1e-20
 
 
 # --- exactly through a pole ----------------------------------------------------------------------

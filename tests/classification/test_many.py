@@ -7,11 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.classification import kinds, many
-from heavytop.classification.arrays import (
-    TAG_NAMES,
-    bits,
-    detail,
-)
+from heavytop.classification.arrays import TAG_NAMES, bits, detail
 from heavytop.classification.many import classify_many
 from heavytop.errors import FoldedTiltWarning, Impossible, ImpossibleStart, NotANumber
 

@@ -14,10 +14,7 @@ from heavytop.comparison.collocation import coefficients
 from .kicked import problem, set_up, started
 
 
-@pytest.mark.parametrize(
-    ("half", "order"),
-    [(("1",), 2), (symplectic.SOFRONIOU_SPALETTA_10, 10)],
-)
+@pytest.mark.parametrize(("half", "order"), [(("1",), 2), (symplectic.SOFRONIOU_SPALETTA_10, 10)])
 def test_a_composition_is_symmetric_and_its_odd_powers_cancel(half, order):
     lengths = [Fraction(x) for x in half]
     lengths += lengths[-2::-1]

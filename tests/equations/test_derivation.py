@@ -6,12 +6,7 @@ import re
 import pytest
 import sympy as sp
 
-from heavytop.equations.derivation import (
-    as_latex,
-    as_text,
-    derivation,
-    derive_document,
-)
+from heavytop.equations.derivation import as_latex, as_text, derivation, derive_document
 
 NAMES = (
     "A C gMR theta phi psi thetadot phidot psidot thetaddot phiddot psiddot p_phi p_psi E_prime u "
@@ -50,10 +45,7 @@ BOOK = {
     "reduced energy": {
         "E": "A*thetadot**2/2 + (p_phi - p_psi*c)**2/(2*A*s**2) + p_psi**2/(2*C) + gMR*c"
     },
-    "cubic": {
-        "u": "c",
-        "udot**2": "2*(E_prime - gMR*u)*(1 - u**2)/A - ((p_phi - p_psi*u)/A)**2",
-    },
+    "cubic": {"u": "c", "udot**2": "2*(E_prime - gMR*u)*(1 - u**2)/A - ((p_phi - p_psi*u)/A)**2"},
     "axis": {"e_x": "s*sin(phi)", "e_y": "-s*cos(phi)", "e_z": "c"},
     "axis equations": {
         "edot_x": "l_y*e_z - l_z*e_y",

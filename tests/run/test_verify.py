@@ -14,15 +14,8 @@ from heavytop.errors import MissedDigitsWarning
 from heavytop.run.plan import Plan
 from heavytop.run.propagation import completed
 from heavytop.run.trajectory import times_between
-from heavytop.run.verify import (
-    ahead,
-    missed_digits,
-    phase_error,
-    run_errors,
-    warn_of_plan,
-)
+from heavytop.run.verify import ahead, missed_digits, phase_error, run_errors, warn_of_plan
 
-UNIT = ht.Top(1, 1, 1)
 RATES = ("thetadot", "phidot", "psidot")
 
 
@@ -108,14 +101,12 @@ def test_what_a_plan_says_may_disappoint_is_doubtful():
 @pytest.mark.parametrize(("form", "wants"), [("axis", ("theta", "psi")), ("cubic", ("theta",))])
 def test_a_start_whose_taylor_coefficients_vanish(form, wants):
     """Let go from rest at pi/2, three of four coefficients are zero, and the last two with them."""
-    scene = ht.Scene(
-        UNIT, ht.State("pi/2"), time=20, quantities=wants, events=("turning", "reversal")
-    )
-    run = ht.propagate(scene, formulation=form)
+    asked = {"time": 20, "quantities": wants, "events": ("turning", "reversal")}
+    run = ht.propagate(ht.Scene(ht.Top(1, 1, 1), ht.State("pi/2"), **asked), formulation=form)
     assert run_errors(run).theta < 1e-13
     assert run_errors(run).energy < 1e-14
     # phidot is zero throughout, and reverses nowhere
-    assert [run.events.count(event) for event in ("turning", "reversal")] == [11, 0]
+    assert [run.events.count(event) for event in asked["events"]] == [11, 0]
 
 
 @pytest.mark.parametrize("formulation", ["axis", "lagrange", "routh", "subsystem"])
