@@ -4,7 +4,6 @@ A ball holds the true value, so that what is asked of doubles is asked of the tr
 """
 
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ import heavytop as ht
 from heavytop.analytic import doubles
 from heavytop.analytic.doubles import FARTHEST, TIMES_AT_ONCE
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import reduced_from_axis, reduced_from_scene
+from heavytop.classification.reduced import reduced_from_axis
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.exact.balls import working
 
@@ -24,18 +23,6 @@ from ..motions import SCENES, named, shipped
 
 ANGLES, FEW, BITS = 1e-15, 4e-15, 400
 RATES = ("thetadot", "phidot", "psidot", "udot", "uddot")
-
-
-def start(top, theta, phidot, psidot, thetadot=0):
-    rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
-    return ClosedForm(reduced_from_scene(ht.Top(*top), ht.State(theta, **rates)))
-
-
-def exact(motion, t, digits=60):
-    """The record in balls of so many digits."""
-    read = motion.reader(t, digits)
-    names = ("theta", "phi", "psi", *RATES, "axis", "one_minus_u", "one_plus_u")
-    return SimpleNamespace(**{name: read(name) for name in names})
 
 
 NAMES = (
@@ -59,18 +46,17 @@ def assert_holds(motion, times):
     """Angles to 1e-15 max(1, |x|); modulo 2π, and the axis, to 4e-15; rates beside the fastest."""
     double = motion.at(np.array(times))
     for i, t in enumerate(times):
-        at = exact(motion, t)
+        at = motion.reader(t, 60)
         for name in ("theta", "phi", "psi"):
-            want = getattr(at, name)
-            assert apart(getattr(double, name)[i], want) <= ANGLES * max(1, abs(float(want))), name
+            bound = ANGLES * max(1, abs(float(at(name))))
+            assert apart(getattr(double, name)[i], at(name)) <= bound, name
         for name in ("phi", "psi"):
-            assert apart(getattr(double, name + "_mod")[i], getattr(at, name), circle=True) < FEW
-        for j in range(3):
-            assert apart(double.axis[i, j], at.axis[j]) < FEW
+            assert apart(getattr(double, name + "_mod")[i], at(name), circle=True) < FEW
+        assert max(map(apart, double.axis[i], at("axis"))) < FEW
         for name in RATES if abs(t) < 10 else ():
             scale = max(1, motion.rate) ** (2 if name == "uddot" else 1)
-            want = getattr(at, name)
-            assert apart(getattr(double, name)[i], want) < FEW * max(scale, abs(float(want))), name
+            bound = FEW * max(scale, abs(float(at(name))))
+            assert apart(getattr(double, name)[i], at(name)) < bound, name
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -111,18 +97,19 @@ def test_any_top(C, gMR, theta, thetadot, phidot, psidot, t):
     which side of an exact pass a time lies is told to 1e-30 of a period. Start and time are the
     very doubles; of numbers below 1e-20 that φ follows, 1e-13 of the axis is asked.
     """
-    motion = start((1, C, gMR), theta, phidot, psidot, thetadot=thetadot)
-    double, at = motion.at([t]), exact(motion, t, 330)
+    start = ht.State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
+    motion = ht.Motion(ht.Top(1, C, gMR), start)
+    double, at = motion.at([t]), motion.reader(t, 330)
     for name in ("theta", "phi", "psi", *RATES):
         assert np.all(np.isfinite(getattr(double, name))), name
     assert abs(np.linalg.norm(double.axis) - 1) < 1e-15
-    assert apart(double.theta[0], at.theta) < 1e-13
-    assert max(apart(*pair) for pair in zip(double.axis[0], at.axis, strict=True)) < 1e-13
+    assert apart(double.theta[0], at("theta")) < 1e-13
+    assert max(map(apart, double.axis[0], at("axis"))) < 1e-13
     if all(x == 0 or abs(x) >= 1e-20 for x in (gMR, theta, thetadot, phidot, psidot, t)):
         for name in ("theta", "phi", "psi"):
-            size = abs(float(getattr(at, name)))
+            size = abs(float(at(name)))
             bound = max(1e-15 * size, 1e-29) if name == "theta" else 1e-15 * (1 + size)
-            assert apart(getattr(double, name)[0], getattr(at, name)) <= bound, name
+            assert apart(getattr(double, name)[0], at(name)) <= bound, name
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -132,10 +119,10 @@ def test_shipped_scenes_over_their_whole_span(name):
     end = float(scene.time) if scene.time else float(scene.periods) * motion.period
     t = np.linspace(0.0, end, 401)
     double = motion.at(t)
-    records = [exact(motion, x, 40) for x in t.tolist()]
+    records = [motion.reader(x, 40) for x in t.tolist()]
     for quantity in ("theta", "phi", "psi", "one_minus_u", "one_plus_u"):
-        want = [getattr(record, quantity) for record in records]
-        error = [apart(*pair) for pair in zip(getattr(double, quantity), want, strict=True)]
+        want = [record(quantity) for record in records]
+        error = [*map(apart, getattr(double, quantity), want)]
         size = np.abs([float(x) for x in want])
         allowed = np.maximum(2e-15 * size, 1e-29)
         if quantity in ("phi", "psi"):
@@ -151,11 +138,11 @@ def test_a_close_pass_with_the_low_word_of_time():
             lower, T = (motion.ball(name, 100) for name in ("lower_turning", "period"))
             t = lower + 40 * T + arb(offset)
             hi, lo = float(t), float(t - float(t))
-            at, got = exact(motion, Fraction(hi) + Fraction(lo)), motion.at([hi], t_lo=[lo])
-            assert abs(at.phidot) > 1e6
-            assert abs(arb(got.one_plus_u[0]) / at.one_plus_u - 1) < 1e-14
-        assert apart(got.phi[0], at.phi) <= ANGLES * abs(float(at.phi))
-        assert apart(got.phi_mod[0], at.phi, circle=True) < FEW
+            at, got = motion.reader(Fraction(hi) + Fraction(lo), 60), motion.at([hi], t_lo=[lo])
+            assert abs(at("phidot")) > 1e6
+            assert abs(arb(got.one_plus_u[0]) / at("one_plus_u") - 1) < 1e-14
+        assert apart(got.phi[0], at("phi")) <= ANGLES * abs(float(at("phi")))
+        assert apart(got.phi_mod[0], at("phi"), circle=True) < FEW
 
 
 @pytest.mark.parametrize("t", [1e-6, -1e-4, 1e-2])
@@ -164,7 +151,7 @@ def test_phi_just_after_a_cusp(name, t):
     """φ grows as t³ from a cusp, 7e-16 rad after 1e-6 s: large terms cancel to 2e-16."""
     motion = named(name)
     for angle in ("phi", "psi"):
-        want = getattr(exact(motion, t), angle)
+        want = motion.reader(t, 60)(angle)
         assert apart(getattr(motion.at(t), angle), want) <= 2.5e-16 * max(1, abs(float(want)))
 
 

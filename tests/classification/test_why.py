@@ -21,20 +21,13 @@ CLAUSE = re.compile(
 ZERO = CTX.mpf(10) ** -200
 
 
-def given(top, start):
-    """E′, the momenta, and all that is given, as numbers of 300 digits."""
+def table(top, start):
+    """Of each symbol the number, of 300 digits, and its unit."""
     given = (top.A, top.C, top.gMR, start.theta, start.thetadot, start.phidot, start.omega3)
     A, C, g, theta, thetadot, phidot, omega3 = (x.mpf(CTX) for x in given)
-    s, u = CTX.sin(theta), CTX.cos(theta)
-    p_psi = C * omega3
+    s, u, p_psi = CTX.sin(theta), CTX.cos(theta), C * omega3
     p_phi = A * phidot * s**2 + p_psi * u
-    E = A * (thetadot**2 + phidot**2 * s**2) / 2 + g * u
-    return A, g, s, u, thetadot, phidot, p_phi, p_psi, E
-
-
-def table(top, start):
-    """Of each symbol the number, its unit, and what it is small beside."""
-    A, g, s, u, thetadot, phidot, p_phi, p_psi, E = given(top, start)
+    E = A * (thetadot**2 + phidot**2 * s**2) / 2 + g * u  # E′
     momentum, energy = "kg m²/s", "J"
     known = {
         "gMR": (g, energy), "θ̇": (thetadot, ""),

@@ -5,7 +5,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.errors import HeavyTopError, Impossible, Outcome
+from heavytop.errors import HeavyTopError, Outcome
 from heavytop.run.counts import tally
 from heavytop.run.ensemble import Ensemble
 from heavytop.scene.quantities import Need
@@ -127,8 +127,6 @@ def test_an_option_of_no_use_is_named(name):
         if (name, wrong) != ("jobs", None):
             with pytest.raises(HeavyTopError, match=name):
                 ht.propagate_many(**SICM, theta=0.1, time=1.0, **{name: wrong})
-    with pytest.raises(Impossible, match="not both"):
-        ht.propagate_many(**SICM, theta=0.1, time=1.0, psidot=1.0, omega3=1.0)
 
 
 @pytest.mark.parametrize(("thetadot", "phi"), [(-2.0, 0.3), (2.0, 0.0), (0.0, 2.0)])
