@@ -97,7 +97,7 @@ def brouwer(periods=1e6, write=False):
     table = markdown(PHASES, [*rows, ("grows as the power", *(f"{each:.2f}" for each in powers))])
     print(table)
     if write:
-        rewrite("theory/rounding.md", "phases", table)
+        rewrite("theory/rounding.md", "phases", table, signed=False)
     for k, form in ((0, "axis"), (2, "cubic")):
         plain, projected = found.methods[k : k + 2]
         yield f"{form}: exponent of phase, off 3/2", abs(powers[k] - 1.5), 0.35
@@ -128,7 +128,7 @@ def cyclic_angles(periods=1e5, write=False):
                      f"{powers[-1]:.2f}", f"{each.us_per_period:.3g}"))  # fmt: skip
     print(markdown(LOST, rows))
     if write:
-        rewrite("drift.md", "cyclic angles", markdown(LOST, rows))
+        rewrite("drift.md", "cyclic angles", markdown(LOST, rows), signed=False)
         shutil.copyfile(folder / "drift.svg", DOCS / "images" / "cyclic-angles.svg")
     yield "exponent of the textbook form's phase error, off 3", abs(powers[0] - 3), 0.5
     yield "exponent of the axis form's, off 3/2", abs(powers[2] - 1.5), 0.4
@@ -170,7 +170,7 @@ def hundred_million(again=False, write=False):
                      f"{method['energy'][-1]:.1e}", f"{method['phase_exponent']:.2f}"))  # fmt: skip
     print(markdown(HEAD, rows))
     if write:
-        rewrite("drift.md", "hundred million", markdown(HEAD, rows))
+        rewrite("drift.md", "hundred million", markdown(HEAD, rows), signed=False)
     yield f"phase errors up to {FIRST:g} periods, done again, off the kept ones [s]", worst, 1e-10
     plain, projected = (kept[name] for name in names)
     late, times = projected["phase_s"], projected["periods"]

@@ -20,14 +20,14 @@ from heavytop.scene.quantities import Quantity
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-def rewrite(page, marker, table):
-    """Put a table between the markers of a page of docs/, its foot under it."""
+def rewrite(page, marker, table, signed=True):
+    """Put a table between the markers of a page of docs/, under it the machine that timed it."""
     path = DOCS / page
     text = path.read_text("utf-8")
     begin, end = f"<!-- begin {marker} -->", f"<!-- end {marker} -->"
-    body = f"{begin}\n{table.rstrip()}\n\n{foot()}\n{end}"
+    lines = [begin, table.rstrip(), *["", foot()] * signed, end]
     found, count = re.subn(
-        f"{re.escape(begin)}.*?{re.escape(end)}", lambda _: body, text, flags=re.S
+        f"{re.escape(begin)}.*?{re.escape(end)}", lambda _: "\n".join(lines), text, flags=re.S
     )
     if count != 1:
         raise ValueError(f"{page}: no table {marker}")
