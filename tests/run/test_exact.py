@@ -105,7 +105,8 @@ def test_a_run_says_that_nothing_was_integrated(far):
     assert [events[name] for name in EVENTS] == [2 * 10**12 + 1, 2 * 10**12, 0]
     assert events["table"] == []
     files = {path.name for path in folder.iterdir()}
-    assert {"overview.svg", "angles.png", "phase.svg"} <= files == {*found["files"].values()}
+    assert {"overview.svg", "angles.png", "phase.svg"} <= files
+    assert files == {*found["files"].values(), "study.jsonl", "lock"}
     assert not any(name.startswith("errors") for name in files)
 
 

@@ -7,15 +7,14 @@ import subprocess
 import sys
 
 import pytest
-from click.testing import CliRunner
 
 import heavytop as ht
-from heavytop.cli import Exit, app
+from heavytop.cli import Exit
 from heavytop.files import locked
 from heavytop.report import files as report_files
 from heavytop.studies.journal import sealed
 
-from ..commands import fail_with
+from ..commands import fail_with, heavytop_
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
@@ -55,16 +54,25 @@ SCENES = {
 }
 
 
-def heavytop_(words, folder):
-    into = ["-o"] if words.startswith("run") else []
-    return CliRunner().invoke(app, [*words.split(), *into, str(folder)])
+def run(words, folder):
+    return heavytop_("run", *words.split(), "-o", folder)
 
 
-def struck(place, count, number, words, *folder):
+def struck(place, count, number, words, folder):
     """Run a command to which a signal comes at the n-th call of a function."""
-    asked = [*place.split(), str(count), str(int(number)), *words.split(), *map(str, folder)]
+    asked = [*place.split(), str(count), str(int(number)), *words.split(), str(folder)]
     command = [sys.executable, "-c", COMMAND, *asked]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+
+
+def resumed(folder):
+    """The files of a run that is finished by `resume`, to whom a second one has nothing to add."""
+    again = heavytop_("resume", folder)
+    assert again.exit_code == 0, again.output
+    found = files(folder)
+    assert "this run is finished" in heavytop_("resume", folder).stderr
+    assert files(folder) == found
+    return found
 
 
 def files(folder):
@@ -82,8 +90,8 @@ def whole(tmp_path_factory):
     """The files of the same runs when nothing happens to them."""
     found = {}
     for name, words in SCENES.items():
-        done = heavytop_(f"run {words}", folder := tmp_path_factory.mktemp("whole") / name)
-        assert done.exit_code == 0, done.output
+        folder = tmp_path_factory.mktemp("whole") / name
+        assert run(words, folder).exit_code == 0
         found[name] = files(folder)
     return found
 
@@ -114,13 +122,7 @@ def test_resume_finishes_what_is_there(tmp_path, whole, scene, place, count, num
         assert stopped.returncode == 130, stopped.stderr
         assert f"heavytop resume {folder}" in stopped.stderr
         assert "Traceback" not in stopped.stderr
-    again = heavytop_("resume", folder)
-    assert again.exit_code == 0, again.output
-    assert files(folder) == whole[scene]
-    finished = heavytop_("resume", folder)
-    assert finished.exit_code == 0
-    assert "this run is finished" in finished.stderr
-    assert files(folder) == whole[scene]
+    assert resumed(folder) == whole[scene]
 
 
 @pytest.mark.slow
@@ -132,7 +134,7 @@ def test_the_steps_that_were_taken_are_not_taken_again(tmp_path, whole):
     again = struck(BLOCK, 2, KILL, "resume", folder)  # a block is done, and kept
     assert again.returncode == -KILL
     assert len(ht.load_trajectory(folder / "trajectory.nc").orbit.checkpoints) == 7
-    assert heavytop_(f"run {SCENES['long']}", folder).exit_code == 0  # it goes on as well
+    assert run(SCENES["long"], folder).exit_code == 0  # it goes on as well
     assert files(folder) == whole["long"]
 
 
@@ -148,8 +150,7 @@ def test_a_full_disk_ends_a_run_early(tmp_path, whole, kilobytes):
     assert full.stderr.startswith("heavytop: ended early: cannot write ")
     assert "File too large" in full.stderr
     assert full.stderr.endswith(f"heavytop resume {folder}\n")
-    assert heavytop_("resume", folder).exit_code == 0
-    assert files(folder) == whole["drawn"]
+    assert resumed(folder) == whole["drawn"]
 
 
 # --- one folder, one run -----------------------------------------------------------------------
@@ -158,7 +159,7 @@ def test_a_full_disk_ends_a_run_early(tmp_path, whole, kilobytes):
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
     folder = tmp_path_factory.mktemp("first") / "run"
-    assert heavytop_("run sicm-kicked --no-figures", folder).exit_code == 0
+    assert run("sicm-kicked --no-figures", folder).exit_code == 0
     return folder
 
 
@@ -173,11 +174,9 @@ def first(tmp_path_factory):
 )
 def test_another_run_is_refused(first, words, told):
     before = files(first)
-    refused = heavytop_(f"run {words}", first)
+    refused = run(words, first)
     assert refused.exit_code == Exit.BAD_SCENE
-    assert f"{first}: holds another run: " in refused.stderr
-    assert told in refused.stderr
-    assert "(--force replaces it)" in refused.stderr
+    assert all(part in refused.stderr for part in (f"{first}: ", told, "--force"))
     assert files(first) == before
 
 
@@ -186,12 +185,12 @@ def test_a_run_begun_by_other_versions_is_refused(first, monkeypatch, tmp_path):
         (tmp_path / name).write_bytes((first / name).read_bytes())
     here = report_files.versions()
     monkeypatch.setattr(report_files, "versions", lambda: here | {"heyoka": "99"})
-    for words in ("resume", "run sicm-kicked --no-figures"):
-        refused = heavytop_(words, tmp_path)
+    again = run("sicm-kicked --no-figures", tmp_path)
+    for refused in (heavytop_("resume", tmp_path), again):
         assert refused.exit_code == 3
         assert 'versions.heyoka: "' in refused.stderr
     (tmp_path / "run.json").write_bytes((first / "run.json").read_bytes())
-    assert heavytop_("run sicm-kicked --no-figures", tmp_path).exit_code == 0  # what is whole goes
+    assert run("sicm-kicked --no-figures", tmp_path).exit_code == 0  # what is whole goes
 
 
 @pytest.mark.slow
@@ -199,7 +198,7 @@ def test_force_replaces(tmp_path):
     """Also what was on its way: none of its figures stays."""
     struck(DRAWN, 4, KILL, "run sicm-kicked -o", tmp_path)
     assert (tmp_path / "overview.svg").exists()
-    assert heavytop_("run sicm-dropped --no-figures --force", tmp_path).exit_code == 0
+    assert run("sicm-dropped --no-figures --force", tmp_path).exit_code == 0
     assert files(tmp_path).keys() == {"run.json", "trajectory.nc"}
     assert json.loads((tmp_path / "run.json").read_text())["scene"]["name"] == "sicm-dropped"
 
@@ -219,7 +218,7 @@ STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').
 )
 def test_a_refusal_takes_nothing_away(tmp_path, name, text, forced, told):
     (tmp_path / name).write_text(text)
-    refused = heavytop_(f"run sicm-kicked {forced}", tmp_path)
+    refused = run(f"sicm-kicked {forced}", tmp_path)
     assert refused.exit_code == Exit.BAD_SCENE
     assert told in refused.stderr
     assert {path.name for path in tmp_path.iterdir()} <= {name, "lock"}
@@ -231,7 +230,7 @@ def test_a_run_begins_where_a_journal_is_empty_and_beside_other_files(tmp_path):
     (tmp_path / "thesis.tex").touch()
     refused = heavytop_("resume", tmp_path)
     assert (refused.exit_code, "neither a study nor a run" in refused.stderr) == (3, True)
-    assert heavytop_("run sicm-kicked --no-figures", tmp_path).exit_code == 0
+    assert run("sicm-kicked --no-figures", tmp_path).exit_code == 0
     assert files(tmp_path).keys() == {"run.json", "trajectory.nc", "thesis.tex"}
 
 
@@ -239,13 +238,13 @@ def test_a_run_that_fails_before_anything_is_stored_leaves_its_folder_to_others(
     """Such as where heyoka is missing: what is installed then is another version."""
     with pytest.MonkeyPatch.context() as patched:
         fail_with(patched, ht.MissingPackage("a run", ["heyoka"]))
-        assert heavytop_("run sicm-kicked", tmp_path).exit_code == Exit.USAGE
-    assert heavytop_("run sicm-dropped --no-figures", tmp_path).exit_code == 0
+        assert run("sicm-kicked", tmp_path).exit_code == Exit.USAGE
+    assert run("sicm-dropped --no-figures", tmp_path).exit_code == 0
 
 
 def test_two_runs_do_not_write_one_folder(tmp_path):
     with locked(tmp_path / "lock"):
-        refused = heavytop_("run sicm-kicked", tmp_path)
+        refused = run("sicm-kicked", tmp_path)
     assert refused.exit_code == 2
     assert f"is being written by process {os.getpid()}" in refused.stderr
 
@@ -260,5 +259,5 @@ def test_a_damaged_file_of_a_run_is_named(tmp_path, name, told):
     refused = heavytop_("resume", tmp_path)
     assert refused.exit_code == 3
     assert told in refused.stderr
-    assert heavytop_("run sicm-kicked", tmp_path).exit_code == 3
-    assert heavytop_("run sicm-kicked --force --no-figures", tmp_path).exit_code == 0
+    assert run("sicm-kicked", tmp_path).exit_code == 3
+    assert run("sicm-kicked --force --no-figures", tmp_path).exit_code == 0

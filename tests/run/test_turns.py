@@ -51,7 +51,7 @@ def drawn(seed):
         p_psi = top.C * spin_rate
         rates = {"thetadot": -side * draw.uniform(4, 6)}
         rates["phidot"] = float(p_psi * (side - np.cos(theta)) + miss) / np.sin(theta) ** 2
-    start = ht.State.kicked(theta=theta, omega3=spin_rate, **rates)
+    start = ht.State(theta=theta, omega3=spin_rate, **rates)
     return top, start, draw.choice([-1, 1]) * draw.uniform(1, 4)
 
 
@@ -144,7 +144,7 @@ def test_beside_a_pass_phi_is_that_of_before_or_of_after(name, form):
 def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, spin_rate):
     """Without spin both poles are passed, where neither phi + psi nor phi - psi is regular."""
     phidot = (0.5 * spin_rate * (1 - np.cos(1.0)) + miss) / np.sin(1.0) ** 2
-    start = ht.State.kicked(theta=1, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
+    start = ht.State(theta=1, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
     quantities = ANGLES if form == "attitude" else ANGLES[:2]
     trajectory = run(scene(UNIT, start, quantities=quantities, time=30), form)
     exact = own_motion(trajectory).at(trajectory.t)
@@ -196,7 +196,7 @@ def test_a_fast_spin_costs_no_digits_and_no_steps():
     """At 1e6 rad/s psi itself has lost nine of its digits; the momentum p_psi is the same."""
     steps = []
     for factor in (1, 1000, 10**6):
-        start = ht.State.kicked(theta=0.5, phidot=0.3, omega3=6.0 * factor)
+        start = ht.State(theta=0.5, phidot=0.3, omega3=6.0 * factor)
         wanted = scene(ht.Top(1, 0.5 / factor, 1), start, periods=10, events=(), samples=9)
         trajectory = run(wanted)
         steps.append(trajectory.statistics.steps)
