@@ -20,10 +20,12 @@ from heavytop.files import not_as_written, write_text
 from heavytop.report.files import kind_of, load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
 from heavytop.results.base import Result, load_result, typed
+from heavytop.results.drift import Drift
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import PICTURES, RunResult
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES
+from heavytop.studies.journal import Journal, begun_with
 from heavytop.text import harmless
 
 if TYPE_CHECKING:
@@ -95,6 +97,8 @@ class Section(NamedTuple):
 def _section(path: Path, name: str, number: int) -> Section:
     """The section of a result, which has this number among those of its kind."""
     result = load_result(path)
+    if isinstance(result, Drift) and begun_with(path.parent):
+        result = result.timed(Journal.read(path.parent))
     kind, scene = kind_of(result), getattr(result, "scene", None)
     with warnings.catch_warnings(), not_as_written(path):
         for odd in (RuntimeWarning, UserWarning):  # of numbers that no picture can show

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
@@ -160,6 +160,18 @@ class Drift(Result):
         """The methods without the time of a period."""
         return {"methods": [{**each, "us_per_period": None} for each in self.methods]}
 
+    def timed(self, journal: Any) -> Drift:
+        """The same with the time of a period [µs], which is in the journal of its folder."""
+
+        def us_per_period(method: Any) -> float | None:
+            tasks = (task_name(method.name, number) for number in range(len(method.members)))
+            records = [journal.record(task) for task in tasks]
+            gone = sum(each.last.checkpoint["periods"] for each in records)
+            return sum(each.seconds for each in records) / gone * 1e6 if gone else None
+
+        timed = ({**each, "us_per_period": us_per_period(each)} for each in self.methods)
+        return replace(self, methods=tuple(timed))
+
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write ``drift.nc``.
 
@@ -231,6 +243,11 @@ class Drift(Result):
         True
         """
         return self.numbers(members=members).to_pandas()
+
+
+def task_name(text: str, number: int) -> str:
+    """Return the name of a run: its method and the number of its start."""
+    return f"{text}/{number:04d}"
 
 
 def columns_of(run: Any) -> dict[str, Sequence[float | None]]:

@@ -24,7 +24,7 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.doctor import versions
 from heavytop.errors import MissingPackage
 from heavytop.exact.pairs import DoubleDouble
-from heavytop.results.drift import SERIES, Drift, growth
+from heavytop.results.drift import SERIES, Drift, growth, task_name
 from heavytop.run.span import closed_form_of
 from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.quantities import ANGLES, RATES
@@ -328,18 +328,14 @@ def collect(journal: Journal) -> Drift:
     scene = scene_of(asked["scene"])
     period = float(closed_form_of(scene).period or 0.0)
     states = [perturbed_start(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
-    return Drift(
+    found = Drift(
         scene=asked["scene"],
         **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
         spread=START_SPREAD,
         starts=tuple({name: float(getattr(each, name)) for name in VARIED} for each in states),
         methods=tuple(_method(journal, text, LOST_PHASE * period) for text in asked["methods"]),
     )
-
-
-def task_name(text: str, number: int) -> str:
-    """Return the name of a run: its method and the number of its start."""
-    return f"{text}/{number:04d}"
+    return found.timed(journal)
 
 
 def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
@@ -352,14 +348,13 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     skipped = next(iter(failed), absent)
     known = [record.last.checkpoint for record in ([] if skipped else records)]
     columns = [_columns(journal.rows(task), lost) for task in tasks[: len(known)]]
-    gone, seconds = sum(x["periods"] for x in known), sum(each.seconds for each in records)
     row: dict[str, Any] = {
         "name": chosen.text,
         "formulation": chosen.states,
         "language": chosen.language,
         "setting": {chosen.set_by: chosen.setting},
         "order": known[0]["order"] if known else None,
-        "us_per_period": seconds / gone * 1e6 if gone else None,
+        "us_per_period": None,
         "steps": float(np.mean([x["state"]["steps"] for x in known])) if known else None,
         "ended": {str(k): x["ended"] for k, x in enumerate(known) if x["ended"]},
         "warned": sum((Counter(x["warned"]) for x in known), Counter[str]()),
