@@ -171,9 +171,10 @@ def test_no_run_is_wrong_in_silence_and_runs_that_nobody_checks_are_found(
 
 WHOLE = [(name, periods, 12) for name in ("sicm-kicked", "sicm-dropped") for periods in (1, 5, -7)]
 BETWEEN_DOUBLES = ("sicm-kicked", 7, 30)  # is where this one ends
+LAST_OF_BITS = ("sicm-kicked", 1, 16)  # is where the end of this one is rounded
 
 
-@pytest.mark.parametrize(("name", "periods", "digits"), [*WHOLE, BETWEEN_DOUBLES])
+@pytest.mark.parametrize(("name", "periods", "digits"), [*WHOLE, BETWEEN_DOUBLES, LAST_OF_BITS])
 def test_an_event_at_the_end_is_within_the_run(name, periods, digits):
     changes = [f"span.periods={periods}", f"want.digits={digits}"]
     run = ht.propagate(ht.load_scene(name, overrides=changes))

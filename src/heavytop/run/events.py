@@ -20,6 +20,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
 from heavytop.exact import Exact
+from heavytop.exact.decimals import context
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.engine import Seen
 from heavytop.integration.orbit import Orbit
@@ -225,7 +226,8 @@ def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
     scene, motion = trajectory.scene, trajectory.motion
     end = trajectory.orbit.end
     if trajectory.outcome is Outcome.FINISHED:
-        end = exact_span(scene, motion, trajectory.ctx)
+        # an event there is told by digits beyond those of the times
+        end = exact_span(scene, motion, context(scene.digits + 2 * SPARE_IN_TIME))
     expected = schedule(motion, end, scene.events, scene.digits + SPARE_IN_TIME)
     return [(kind, trajectory.nearest(t)) for kind, t in expected]
 
