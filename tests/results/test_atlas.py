@@ -6,7 +6,7 @@ AXIS = {"name": "phidot", "low": 0.0, "high": 1.0, "count": 4, "log": True}
 FOUND = Atlas(
     scene={"top": {"A": 1.0}, "start": {"phidot": 3}}, axes={"x": AXIS}, shape=(1, 4), what="rows",
     counts={"waves": 1, "loops": 3}, details={"loops, slow": 2}, uncertified=0,
-    curves=({"name": "cusps"}, {"name": "cusps"}, {"name": "through-top"}), pixels_per_s=2.0,
+    curves=({"name": "cusps"}, {"name": "cusps"}, {"name": "through-top"}), rows_per_s=2.0,
 )  # fmt: skip
 
 

@@ -1,5 +1,7 @@
 """Events of runs: where the exact motion has them, and as many."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -181,6 +183,12 @@ def test_an_event_at_the_end_is_within_the_run(name, periods, digits):
     assert run(run.events.t).theta == pytest.approx(run.events.theta, abs=1e-14)
     exact = periods * ht.Motion(run.scene.top, run.scene.start).period
     assert abs(run.events.t[-1] + run.events.t_low[-1] - float(exact)) < 1e-14
+
+
+def test_a_reversal_that_rounding_puts_behind_the_end_is_at_it():
+    start = ht.State(theta="pi/5", phidot=0, thetadot="-0.9", psidot=60)
+    scene = replace(ht.load_scene("sicm-kicked"), start=start, time=None, periods=ht.Exact.of(1))
+    assert ht.propagate(scene).events.count("reversal") == 3
 
 
 @pytest.mark.parametrize("seed", range(10))

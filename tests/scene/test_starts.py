@@ -181,7 +181,7 @@ WRONG = {  # what is wrong, the key that is named, and a word of its sentence
     "E = 9\np_phi = 1\np_psi = 1\ntheta = 1\nphidot = 0": ("phidot", "does not go with"),
     'E = 9\np_phi = 1\np_psi = 1\ntheta = 1\nbranch = "up"': ("branch", "one of falling"),
     'E = 9\np_phi = 1\np_psi = 1\ntheta = 1\nbranch = "forward"': ("branch", "here"),
-    "E = 1\np_phi = 0.3\np_psi = 1\ntheta = 0.1": ("E", "at least"),
+    "E = 1\np_phi = 0.3\np_psi = 1\ntheta = 0.1": ("E", "momenta at rest have theta = 72.54 deg"),
     "E = -9\np_phi = 1\np_psi = 1\nthetadot = 0": ("E", "with these momenta, which have it at"),
     "E = 9\np_phi = 1\np_psi = 2\ntheta = 0": ("p_phi", "nothing else reaches the vertical"),
     "E = 9\np_phi = 2\ntheta = 0\nthetadot = 0": ("p_psi", "does not follow"),

@@ -97,7 +97,7 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
         assert stored["phidot"].values.tolist() == plane_of(**AXES).x.values.tolist()
     read = ht.Atlas.load(tmp_path / "atlas.json")
     assert same(rows, read)
-    stored = {"files": read.files, "command": None, "pixels_per_s": None}
+    stored = {"files": read.files, "command": None, "kinds_per_s": None, "rows_per_s": None}
     assert read.document() == rows.document() | stored
     (tmp_path / "atlas.nc").unlink()
     bare = ht.Atlas.load(tmp_path / "atlas.json")

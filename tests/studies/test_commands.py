@@ -18,7 +18,7 @@ from heavytop.studies.stress_cases import cases
 
 from ..commands import heavytop_, printed
 from ..processes import wait_for
-from .toy import results
+from .toy import drop_line, results
 
 QUICK = ("drift", "sicm-kicked", "--periods", 300, "--samples", 5, "--methods")
 LONG = {
@@ -45,7 +45,7 @@ def files(folder):
 
 # --- killed and stopped ----------------------------------------------------------------------
 
-DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "pixels_per_s", "jobs",
+DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s",
            "front", "cheapest", "files", "versions",
            "command"}  # fmt: skip
 
@@ -106,6 +106,8 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
         once, twice = ([x["us_per_period"] for x in each[name]] for each in (complete, again))
         assert once == twice
     assert (results(whole), verb == "workprec" or files(whole)) == before
+    drop_line(whole)
+    assert page_of([whole]).sections
 
 
 @pytest.mark.slow
@@ -145,6 +147,7 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
     alone, beside = heavytop_(*QUICK, "strang"), printed(*QUICK, "strang,auto")
     assert alone.exit_code == 2
     assert all("pip install '.[rivals]'" in said for said in (alone.stderr, beside))
+    assert heavytop_("stress", "--methods", "strang", "--cases", "cusp").exit_code == 2
 
 
 def test_the_cases_are_listed_with_what_they_are():

@@ -1,5 +1,6 @@
 """The journal takes what belongs to its study, and refuses the rest by name."""
 
+import os
 import re
 
 import pytest
@@ -101,6 +102,22 @@ def test_a_folder_with_something_else_in_it_is_refused(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
     with pytest.raises(ForeignFile, match="not a folder"):
         done(tmp_path / "thesis.tex", PARAMETERS)
+
+
+@pytest.mark.parametrize("make", [
+    lambda file, other: file.symlink_to(other),
+    lambda file, other: os.mkfifo(file),
+    lambda file, other: file.write_text("my only notes"),
+])  # fmt: skip
+def test_what_is_no_journal_is_not_written_to(tmp_path, make):
+    other, place = tmp_path / "other", tmp_path / "place"
+    other.write_text("precious")
+    place.mkdir()
+    make(place / "study.jsonl", other)
+    with pytest.raises(ForeignFile), Journal.open(place, {"kind": "toy"}):
+        pass
+    assert other.read_text() == "precious"
+    assert not (place / "study.jsonl").is_file() or (place / "study.jsonl").read_text()[0] in "pm"
 
 
 def test_a_lock_that_is_a_link_leaves_alone_what_it_leads_to(tmp_path):

@@ -17,6 +17,7 @@ Read = Callable[[str], Any]
 
 BALL_SPARE_DIGITS: Final = 2  # that a ball has beyond those asked for
 SHOWN_DIGITS: Final = 10  # that a number has beyond those asked for
+SHOWN_NAMES: Final = ("t", "theta", "phi", "psi")
 RECORD_NAMES: Final = ("t", "energy", *FORMULAS)
 
 
@@ -53,6 +54,10 @@ class Record:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return self._made
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{name}={getattr(self, name)}" for name in SHOWN_NAMES)
+        return f"<Record: {shown}>"
 
     def __dir__(self) -> tuple[str, ...]:
         return RECORD_NAMES

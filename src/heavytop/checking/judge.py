@@ -107,6 +107,7 @@ def check(
     assumed = [*given.remarks, *_remark_angles(judged), *(f"undone: {x}" for x in undone)]
     if verdict.alike:
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
+    condition = method.measure_condition(judged)
     charted = {"t": given.t, **curves, "phase_t": phase.t, "phase": phase.shifts}
     slip: dict[str, Any] = {}
     if conventions:
@@ -124,10 +125,10 @@ def check(
         digits_as_given=_digits(comparison),
         growth={"phase": phase.growth, **growth},
         events=dict.fromkeys(EVENTS) | method.count_events(judged),
-        condition=method.measure_condition(judged),
+        condition=condition,
         conventions=conventions,
         alternatives=tuple(map(_alternative, verdict.alike)),
-        method=method.describe_method(judged, curves, agent) | {"no_phase": phase.why},
+        method=method.describe_method(judged, curves, agent, condition) | {"no_phase": phase.why},
         assumed=tuple(assumed),
         slip=slip or None,
         curves={name: x[:: -(-x.size // CHARTED) or 1].tolist() for name, x in charted.items()},

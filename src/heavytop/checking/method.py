@@ -198,7 +198,9 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     return None
 
 
-def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict[str, Any]:
+def describe_method(
+    c: Comparison, curves: dict[str, Array], agent: str, condition: float
+) -> dict[str, Any]:
     """The order of the method, what it conserves, and the floor of the precision of the data."""
     momenta = [name for name in ("energy", "p_phi", "p_psi") if name in curves]
     kept: dict[str, Any] = {name: _trend(curves[name]) for name in momenta}
@@ -213,7 +215,7 @@ def describe_method(c: Comparison, curves: dict[str, Array], agent: str) -> dict
     )
     floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
     order, sentence = None, REMEDY
-    if size < 1e-12:
+    if size < max(1e-12, condition):
         sentence = "the error is that of rounding"
     elif agent:
         sentence = agent

@@ -182,7 +182,7 @@ def registered(name: str) -> Registered:
         Nobody did.
     """
     if name not in _REGISTERED:
-        rule = f"{name} is your own code, which runs only if you name it (--methods)"
+        rule = f"{name} is your own code, which runs only if you name it: --methods {name}"
         raise Impossible([("method", rule)])
     return _REGISTERED[name]
 

@@ -55,6 +55,8 @@ _TOKEN: Final = re.compile(
     r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
     r"|(?:(?:sqrt|a?cos|a?sin|a?tan)\s*)?\(|\*\*|\w+|\S"
 )
+_COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
+_THOUSANDS: Final = re.compile(r"(?<![0-9.])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9])")
 _DIGITS: Final = frozenset(".0123456789")
 _PLAIN: Final = str.maketrans(
     {"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi ", "°": " deg", "²": "^2", "³": "^3"}
@@ -73,7 +75,9 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
     """
     if len(text) > MAX_TEXT:
         raise NotANumber(f"a number is at most {MAX_TEXT} characters long, not {len(text)}")
-    body = text.translate(_PLAIN).rstrip()
+    if _THOUSANDS.search(text):
+        raise NotANumber("a comma before three digits may be a point or nothing: write which")
+    body = _COMMA.sub(".", text.translate(_PLAIN)).rstrip()
     unit = found[0] if (found := _UNIT.search(body)) else ""
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"

@@ -21,6 +21,7 @@ from heavytop.errors import (
     MissingPackage,
     NotDrawnWarning,
     Outcome,
+    Stop,
     StoppedEarly,
     is_interrupt,
 )
@@ -87,7 +88,13 @@ def open_run(
     tables = {name: scene.document()[name] for name in ("top", "start", "span", "want")}
     parameters = {"kind": RUN, "scene": tables, **asked, "versions": versions()}
     about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
-    if begun_with(folder).get("parameters", parameters)["kind"] != RUN:
+    try:
+        kind = begun_with(folder).get("parameters", parameters)["kind"]
+    except ForeignFile:
+        if not (force and (folder / DOCUMENT).exists()):
+            raise
+        kind = RUN  # of a damaged journal
+    if kind != RUN:
         raise ForeignFile(f"{folder}: holds a study; a run needs a folder of its own")
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
@@ -256,11 +263,14 @@ def kind_of(found: Result) -> str:
 
 @contextmanager
 def _writing(found: Result, place: Path) -> Iterator[None]:
-    """Say of a file that cannot be written how the study goes on, if it does."""
+    """Say how a study goes on, if it does, whose files cannot be written, or at Ctrl-C."""
+    folder = place if found.goes_on else None
     try:
         yield
     except OSError as fault:
-        raise StoppedEarly.unwritable(fault, place, place if found.goes_on else None) from fault
+        raise StoppedEarly.unwritable(fault, place, folder) from fault
+    except KeyboardInterrupt:
+        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", folder) from None
 
 
 def _save_figure(

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning
+from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning, resuming
 from heavytop.files import not_as_written, write_text
 from heavytop.report.files import kind_of, load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
@@ -97,7 +97,8 @@ class Section(NamedTuple):
 def _section(path: Path, name: str, number: int) -> Section:
     """The section of a result, which has this number among those of its kind."""
     result = load_result(path)
-    if isinstance(result, Drift) and begun_with(path.parent):
+    begun = begun_with(path.parent) if isinstance(result, Drift) else {}
+    if isinstance(result, Drift) and begun and begun["parameters"]["kind"] == path.stem:
         result = result.timed(Journal.read(path.parent))
     kind, scene = kind_of(result), getattr(result, "scene", None)
     with warnings.catch_warnings(), not_as_written(path):
@@ -214,6 +215,8 @@ def _documents(folders: Sequence[Path]) -> dict[Path, None]:
         except OSError as fault:
             raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from fault
         found = [each / name for each in places for name in RESULTS if os.path.lexists(each / name)]
+        if not found and begun_with(folder):
+            raise ForeignFile(f"{harmless(folder)}: unfinished; {resuming(folder)} goes on")
         if not found:
             raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(RESULTS)})")
         paths |= dict.fromkeys(Path(os.path.abspath(each)) for each in found)  # noqa: PTH100

@@ -59,8 +59,9 @@ class Atlas(Result):
     curves : tuple of mapping
         Pieces of the boundaries between kinds, by ``name`` and their points ``x`` and ``y``; a
         single one where it is a point of the plane.
-    pixels_per_s : float or None
-        Pixels computed here in a second, of all processes together [1/s]; None in its folder.
+    kinds_per_s, rows_per_s : float or None
+        Pixels computed here in a second, of all processes together [1/s], by ``what`` they have;
+        None in its folder.
     """
 
     schema: ClassVar = "heavytop/atlas/1"
@@ -78,7 +79,8 @@ class Atlas(Result):
     details: Mapping[str, int]
     uncertified: int
     curves: tuple[Any, ...]
-    pixels_per_s: float | None = None
+    kinds_per_s: float | None = None
+    rows_per_s: float | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -137,7 +139,7 @@ class Atlas(Result):
 
     def timeless(self) -> Mapping[str, Any]:
         """Without how fast it was, which `resume` may change."""
-        return {"pixels_per_s": None}
+        return {"kinds_per_s": None, "rows_per_s": None}
 
     def save_data(self, folder: Path) -> dict[str, str]:
         """Write ``atlas.nc``, whole or not at all.
@@ -169,8 +171,8 @@ class Atlas(Result):
         lines = Counter(curve.name for curve in self.curves).items()
         counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
         yield "boundaries", ", ".join(counted) or "none"
-        if self.pixels_per_s is not None:
-            yield "pixels per second", f"{self.pixels_per_s:.3g}"
+        if speed := self.kinds_per_s or self.rows_per_s:
+            yield "pixels per second", f"{speed:.3g}"
 
     def tables(self) -> Iterator[Table]:
         """How many pixels there are of each kind, and of its parts; every pixel once."""

@@ -115,6 +115,7 @@ class Drift(Result):
         several = f"{self.ensemble} starts within {self.spread:.0%} (seed {self.seed}), RMS"
         starts = "the scene's start" if self.ensemble == 1 else several
         yield "drift", f"{self.periods:g} nutation periods, {starts}; errors at the last time"
+        yield "time", f"{quantity_of('us_per_period').unit} a nutation period"
         yield "energy", error_of("energy").name
         yield "lost", "at so many periods the phase error passes a twentieth of one"
         yield "as t^", QUANTITIES["energy_growth"].name
@@ -161,12 +162,17 @@ class Drift(Result):
         return {"methods": [{**each, "us_per_period": None} for each in self.methods]}
 
     def timed(self, journal: Any) -> Drift:
-        """The same with the time of a period [µs], which is in the journal of its folder."""
+        """The same with the time of a period [µs], which is in the journal of its folder.
+
+        Parameters
+        ----------
+        journal : Journal
+        """
 
         def us_per_period(method: Any) -> float | None:
             tasks = (task_name(method.name, number) for number in range(len(method.members)))
             records = [journal.record(task) for task in tasks]
-            gone = sum(each.last.checkpoint["periods"] for each in records)
+            gone = sum(each.last.checkpoint["periods"] for each in records if each.last.checkpoint)
             return sum(each.seconds for each in records) / gone * 1e6 if gone else None
 
         timed = ({**each, "us_per_period": us_per_period(each)} for each in self.methods)

@@ -336,11 +336,14 @@ def _begins(scene: Scene, event: str) -> bool:
 def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZeros:
     """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
 
-    One that rounding puts behind the end is at the end. A start that is an event, the first of
-    them, may be found again beside itself; `step` is a measure of how fast things happen [s].
+    One that rounding, of the time or of the event function, puts behind the end is at the end. A
+    start that is an event, the first of them, may be found again beside itself; `step` is a measure
+    of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
     margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        margin = margin + np.nan_to_num(np.fmin(abs(zeros.level / zeros.slope), BLUR * step))
     kept = zeros.where(forward * zeros.t <= abs(end) + margin)
     t, t_low = _ended(kept.t, kept.t_low, end)
     kept = kept._replace(t=t, t_low=t_low)

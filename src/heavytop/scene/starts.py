@@ -201,10 +201,15 @@ def _rest(top: Top, values: Values, x: Numbers) -> Exact:
     return spinning + top.A * x.get("thetadot", ZERO) ** 2 / 2
 
 
-def _too_low(values: Values, least: Exact, more: str = "") -> ImpossibleStart:
-    """What refuses an energy, with the least that there is."""
+def _too_low(values: Values, x: Numbers, least: Exact, more: str = "") -> ImpossibleStart:
+    """What refuses an energy, with the least that there is and what these momenta are at rest."""
     where = f"at theta = {values['theta']}" if "theta" in values else "with these momenta"
-    return ImpossibleStart([(_energy_of(values), f"at least {short(least)} {where}{more}")])
+    rest = ""
+    if {"p_phi", "p_psi"} <= x.keys() and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
+        tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
+        rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
+    rule = f"at least {short(least)} {where}{more}{rest}"
+    return ImpossibleStart([(_energy_of(values), rule)])
 
 
 def _energy_of(values: Values) -> str:
@@ -239,7 +244,7 @@ def _root(top: Top, values: Values, x: Numbers) -> Exact:
         least += x["p_phi"] ** 2 * along / (2 * body)
     excess = values[_energy_of(values)] - least
     if excess.sign() == -1 or (square.sign() == 0 and excess.sign() != 0):
-        raise _too_low(values, least)
+        raise _too_low(values, x, least)
     return middle + _branch(values, *branches) * sqrt(excess * square)
 
 
@@ -257,7 +262,7 @@ def _theta(top: Top, values: Values, x: Numbers) -> Exact:
     if not between:
         least, at = _lowest(top, float(p_phi), float(p_psi))
         where = f", which have it at theta = {at:.6g}"
-        raise _too_low(values, Exact.of(least) + rest, where)
+        raise _too_low(values, x, Exact.of(least) + rest, where)
     return acos(between[0 if _branch(values, "falling", "rising") == 1 else -1])
 
 

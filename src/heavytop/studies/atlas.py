@@ -158,6 +158,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         if VERDICT_DETAILS[d]
     }
     seconds = sum(journal.record(task).seconds for task in tiles)
+    speed = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
     return Atlas(
         scene=parameters["scene"],
         axes={"x": plane.x.range, "y": plane.y.range},
@@ -169,7 +170,8 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         curves=tuple(
             {**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane)
         ),
-        pixels_per_s=float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0,
+        kinds_per_s=speed if what == "kind" else None,
+        rows_per_s=speed if what == "rows" else None,
         versions=parameters["versions"],
         map=_dataset(plane, columns, parameters),
     )

@@ -26,6 +26,7 @@ STUDY, LOCK = "study.jsonl", "lock"
 RUN: Final = "run"
 """The kind of a journal that is not of a study: its first line is all that it has."""
 DIGEST: Final = b'{"sha256":"%b",'
+FIRST: Final = DIGEST.partition(b"%")[0]
 BUDGET: Final = "budget"
 """The name of a record without rows: its checkpoint is the time that a study may take [s]."""
 
@@ -144,8 +145,8 @@ class Journal:
         if path.exists() and not path.is_dir():
             raise ForeignFile(f"{path}: not a folder")
         there = {each.name for each in path.glob("*")} - {STUDY, LOCK}
-        others = sorted(there.intersection(files or there))
-        if others and not begun_with(path):
+        others, begun = sorted(there.intersection(files or there)), begun_with(path)
+        if others and not begun:
             names = ", ".join(others[:3])
             raise ForeignFile(f"{path}: not empty and not the folder of a study ({names})")
         path.mkdir(parents=True, exist_ok=True)
@@ -222,10 +223,13 @@ def begun_with(folder: Path) -> dict[str, Any]:
         It is damaged.
     """
     path = folder / STUDY
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise ForeignFile(f"{path}: no regular file")
     try:
         with path.open("rb") as file:
             line = file.readline()
-        return read_line(line) if line.endswith(b"\n") else {}
+        cut = not line.endswith(b"\n") and FIRST.startswith(line[: len(FIRST)])
+        return {} if cut else read_line(line)
     except FileNotFoundError:
         return {}
     except OSError as fault:

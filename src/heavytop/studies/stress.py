@@ -101,6 +101,8 @@ def stress(
     errors.refuse(faults, no_cases, no_methods)
     names = list(dict.fromkeys(each.name for each in known))
     own.expect_anywhere(names)
+    if known and all(each.absent for each in known):
+        raise errors.MissingPackage(known[0].name, known[0].absent)
     parameters = {
         "kind": KIND,
         "cases": list(dict.fromkeys(each.name for each in chosen)),
@@ -145,7 +147,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
             if record.done:
                 runs += [run_row(**row) for row in journal.rows(task)]
                 continue
-            absent = method.absent and f"{', '.join(method.absent)} is not installed"
+            absent = method.absent and str(errors.MissingPackage(method.name, method.absent))
             reason = absent or record.failed or "the budget was spent"
             lost = record.failed is not None
             skipped.append(Row(case=case, method=method.name, reason=reason, lost=lost))

@@ -66,7 +66,8 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     over : str
         Which number, from where to where, and how many: ``"start.psidot = 50:400:36"``.
     facts : sequence of str
-        Names of `heavytop.studies.find.FOUND_FACTS`: round, theta_max, round_estimate and others.
+        Of theta_min, theta_max, amplitude, period, round, precession, spin, ratio and
+        round_estimate.
 
     Returns
     -------
