@@ -23,11 +23,7 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm
 from heavytop.analytic.record import to_mpf
-from heavytop.errors import (
-    DoubtfulWarning,
-    MissedDigitsWarning,
-    NoClosedForm,
-)
+from heavytop.errors import DoubtfulWarning, MissedDigitsWarning, NoClosedForm
 from heavytop.exact.decimals import Number, context
 from heavytop.run.counts import Counts, differences, tally
 from heavytop.run.own_motion import OWN_SPARE_DIGITS
