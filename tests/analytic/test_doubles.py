@@ -176,6 +176,11 @@ def test_times_are_cut_anyhow(name):
         np.testing.assert_array_equal(getattr(whole, name)[part], getattr(some, name), name)
 
 
+def test_a_record_shows_where_the_top_is():
+    at = shipped("sicm-kicked").at(2.0)
+    assert repr(at) == f"<Record: t={at.t}, theta={at.theta}, phi={at.phi}, psi={at.psi}>"
+
+
 def test_times_that_are_none():
     motion = named("kicked")
     for bad in (([np.nan],), ([0.0], [np.inf]), ("x",), (None,), (1.0, 1j), (10**400,)):

@@ -9,6 +9,7 @@ from heavytop import BadScene, Motion, Scene, State, Top, check, load_scene
 from heavytop.errors import Impossible
 from heavytop.files import as_json
 from heavytop.results.check import CHECKED_QUANTITIES
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.shipped import shipped_scenes
 
 from .made import SCENE, START, TIMES, TOP, angles, exact, random_scene, vectors
@@ -35,6 +36,15 @@ def test_the_closed_form_itself_has_all_its_digits(name):
     for count in filter(None, found.events.values()):
         if count.data is not None:
             assert count.exact <= count.data <= count.exact_most
+
+
+def test_what_the_last_digit_of_the_start_does_is_rounding():
+    t = np.linspace(0, 30_000, 6001)
+    rounded = {name: float(getattr(START, name)) for name in (*ANGLES, *RATES)}
+    mine = Motion(TOP, State(**rounded))
+    found = check(vectors(mine.at(t), t), SCENE)
+    assert 1e-12 < found.errors["axis"].rms < found.condition
+    assert found.method["sentence"] == "the error is that of rounding"
 
 
 @pytest.mark.parametrize("told", ["theta", "axis"])

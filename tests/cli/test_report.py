@@ -160,3 +160,11 @@ def test_a_report_of_what_makes_no_sense_is_refused(words, code, tmp_path, monke
     here = Path(__file__).parent
     assert heavytop_("report", *words.format(here=here).split()).exit_code == code
     assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_not_finished_says_how_to_go_on(tmp_path):
+    assert heavytop_("run", "sicm-kicked", "--no-figures", "-o", tmp_path).exit_code == 0
+    (tmp_path / "run.json").unlink()
+    unfinished = heavytop_("report", tmp_path)
+    assert unfinished.exit_code == 3
+    assert f"heavytop resume {tmp_path}" in unfinished.stderr

@@ -65,6 +65,17 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     assert "without a folder" not in str(stopped.value)
 
 
+def test_what_stops_the_writing_of_a_study_says_how_it_goes_on(tmp_path, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    found = ht.drift(ht.load_scene("sicm-kicked"), methods=["strang"], periods=3)
+    monkeypatch.setattr(ht.Drift, "save_data", stop)
+    with pytest.raises(StoppedEarly, match="heavytop resume") as stopped:
+        write_study(found, tmp_path)
+    assert stopped.value.outcome is Stop.INTERRUPTED
+
+
 def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")

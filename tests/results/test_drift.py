@@ -5,6 +5,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.scene.quantities import MISSING
+from heavytop.studies.journal import Journal
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=0.6"])
 NONE = dict.fromkeys(("p_phi", "p_psi"), ())
@@ -44,6 +45,11 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
     assert "us_per_period" in table.columns
     assert "us_per_period" not in bare.columns  # its folder has no times
     assert [code for code, _ in found.problems()] == [4, 4]
+
+
+def test_the_journal_of_another_study_tells_no_times():
+    found = of(STRANG)
+    assert found.timed(Journal({"kind": "drift", "periods": 9})) is found
 
 
 @pytest.fixture(scope="module")

@@ -27,9 +27,8 @@ from heavytop.analytic.many import (
 from heavytop.classification.arrays import Array, Starts
 
 DUPLICATIONS: Final = 16  # each leaves a quarter of a difference, whose square is lost
-HEIGHT_ROUNDING: Final = (
-    1e-12  # of a height, beside what it swings over: by so much of a period times are off
-)
+# of a height, beside what it swings over: by so much of a period times are off
+HEIGHT_ROUNDING: Final = 1e-12
 LEAST_COUNTED: Final = 1e-6  # of heights, and of the part of it in which one is told from an end
 NO_ZERO: Final = 2.0**-400  # instead of a sine of zero
 

@@ -97,8 +97,7 @@ class Section(NamedTuple):
 def _section(path: Path, name: str, number: int) -> Section:
     """The section of a result, which has this number among those of its kind."""
     result = load_result(path)
-    begun = begun_with(path.parent) if isinstance(result, Drift) else {}
-    if isinstance(result, Drift) and begun and begun["parameters"]["kind"] == path.stem:
+    if isinstance(result, Drift) and begun_with(path.parent):
         result = result.timed(Journal.read(path.parent))
     kind, scene = kind_of(result), getattr(result, "scene", None)
     with warnings.catch_warnings(), not_as_written(path):

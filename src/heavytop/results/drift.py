@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+DRIFT_FIELDS: Final = ("periods", "ensemble", "samples", "seed")
 LAST_DECADES: Final = 3  # of the times that are fitted: earlier errors are those of the start
 LEAST_POINTS: Final = 4
 LEAST_ORDERS: Final = 3
@@ -162,12 +163,14 @@ class Drift(Result):
         return {"methods": [{**each, "us_per_period": None} for each in self.methods]}
 
     def timed(self, journal: Any) -> Drift:
-        """The same with the time of a period [µs], which is in the journal of its folder.
+        """The same with the time of a period [µs], if the journal of its folder is its own.
 
         Parameters
         ----------
         journal : Journal
         """
+        if any(journal.parameters.get(name) != getattr(self, name) for name in DRIFT_FIELDS):
+            return self
 
         def us_per_period(method: Any) -> float | None:
             tasks = (task_name(method.name, number) for number in range(len(method.members)))

@@ -256,7 +256,7 @@ def propagate_many(
     -----
     Starts are formed in doubles, where a scene's are rounded once from exact numbers; apart from
     that a top moves as in `propagate`, to rounding. From `omega3` ψ̇ = ω3 − φ̇ cosθ is formed so too,
-    and is what `Ensemble.error` knows: where φ̇ is large, beside a pole, it is off by 1e-16 φ̇.
+    and is what `Ensemble.error` knows: where φ̇ is large, beside a pole, its rounding counts.
     ``validation/03_benchmarks.py`` measures both.
 
     Accuracy: ``tests/run/test_ensemble.py`` holds θ to 3e-12 and times of events to 1e-11 s

@@ -24,7 +24,7 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.doctor import versions
 from heavytop.errors import MissingPackage
 from heavytop.exact.pairs import DoubleDouble
-from heavytop.results.drift import SERIES, Drift, growth, task_name
+from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
 from heavytop.run.span import closed_form_of
 from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.quantities import ANGLES, RATES
@@ -330,7 +330,7 @@ def collect(journal: Journal) -> Drift:
     states = [perturbed_start(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
     found = Drift(
         scene=asked["scene"],
-        **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
+        **{name: asked[name] for name in (*DRIFT_FIELDS, "versions")},
         spread=START_SPREAD,
         starts=tuple({name: float(getattr(each, name)) for name in VARIED} for each in states),
         methods=tuple(_method(journal, text, LOST_PHASE * period) for text in asked["methods"]),
