@@ -125,7 +125,7 @@ def test_counts_are_those_that_are_proved(name):
 def test_what_is_not_decided_is_not_counted(monkeypatch):
     scene = kicked(1e12)
     motion = ht.Motion(scene.top, scene.start)
-    monkeypatch.setattr(ht.Motion, "kind", ht.Kind.UNDECIDED)
+    monkeypatch.setattr(ht.Motion, "doubt", "P_minus")
     assert count_exactly(motion, context(60).mpf(10), EVENTS) == {}
 
 

@@ -36,7 +36,6 @@ class PoleAngle:
     jumps: bool = False
     step: arb = ZERO_BALL  # from one turning point to the next, but for
     rate: arb = ZERO_BALL  # what is proportional to time [rad/s]
-    turn: arb = ZERO_BALL  # over a period, jumps included
 
 
 class Constants:
@@ -44,12 +43,12 @@ class Constants:
 
     `upright` is the motion seen with g ≥ 0, `lower` and `upper` are its 1 ∓ u at u₁ and at u₂,
     `period` is T, None where nothing nutates, and `first` the turning point nearest the start, even
-    where it is one of u₁, with the argument x0 of the theta functions since it.
+    where it is one of u₁. What takes an elliptic integral is computed when it is first read.
     """
 
     period: Any = None
-    modulus = growth = u3 = None
-    first, phase, x0 = 0, arb(0), arb(0)
+    growth = u3 = None
+    first, phase = 0, arb(0)
 
     def __init__(self, given: Reduced, angles: Pair, regime: Regime, bits: int) -> None:
         # a g that only counts as 0 would be a ball around it, which no precision makes small enough
@@ -61,30 +60,26 @@ class Constants:
         self.P = plus, upright.P_minus if regime.misses_top else arb(0)
         regimes = {"steady": self._steady, "asymptotic": self._tend, "nutating": self._nutate}
         regimes[regime.name](upright)
-        self.half, self.rate = self.theta.half, self.w * self.theta.scale
 
     def _steady(self, upright: Reduced) -> None:
         self.w = self.m = self.delta = arb(0)
+        self.mc = arb(1)
         self.lower = self.upper = upright.one_minus_u0, upright.one_plus_u0
-        self.theta = Theta(arb(0), arb(1), self.bits)
         if not self.regime.weightless:  # from the sum of the roots
             self.u3 = (2 * upright.kinetic0 + upright.b * upright.b) / (2 * upright.g) - upright.u0
 
     def _tend(self, upright: Reduced) -> None:
         low = upright.b * upright.b / (2 * upright.g) if self.regime.misses_bottom else arb(0)
-        self.u3, self.m, self.delta = arb(1), arb(1), 2 - low
-        self.theta = Theta(arb(1), arb(0), self.bits)
+        self.u3, self.m, self.mc, self.delta = arb(1), arb(1), arb(0), 2 - low
         self.lower, self.upper = (self.delta, low), (arb(0), arb(2))
         self.w = self.growth = (upright.g * self.delta / 2).sqrt()
-        cosine = (upright.one_minus_u0 / self.delta).sqrt()
-        self.x0 = (upright.udot0 / (2 * self.w * self.delta * cosine * cosine * cosine)).asinh()
 
     def _nutate(self, upright: Reduced) -> None:
-        self.cubic = roots = Roots.of(upright, self.regime)
-        self.w, self.m, self.delta, self.u3 = roots.w, roots.m, roots.delta, roots.u3
-        self.lower, self.upper, self.modulus = roots.lower, roots.upper, (roots.m, roots.mc)
-        self.K = arb.pi() / (2 * arb(1).agm(roots.mc.sqrt()))
-        self.period, self.theta = 2 * self.K / roots.w, Theta(roots.m, roots.mc, self.bits)
+        roots = Roots.of(upright, self.regime)
+        self.w, self.m, self.mc, self.delta = roots.w, roots.m, roots.mc, roots.delta
+        self.lower, self.upper, self.u3 = roots.lower, roots.upper, roots.u3
+        self.K = arb.pi() / (2 * arb(1).agm(self.mc.sqrt()))
+        self.period = 2 * self.K / self.w
         if self.regime.resting:
             self.phase = arb(0) if roots.down.is_zero() else arb(-0.5)
         else:
@@ -93,7 +88,47 @@ class Constants:
         if not self.phase.is_finite():
             raise TooFewBits("the start and a turning point", self.phase)
         self.first = round(2 * float(self.phase))
-        self.x0 = (2 * self.phase - self.first) * self.theta.half
+
+    @property
+    def modulus(self) -> Pair | None:
+        """The parameter m = k² and 1 − m; None where nothing nutates."""
+        return None if self.period is None else (self.m, self.mc)
+
+    @cached_property
+    def theta(self) -> Theta:
+        """The theta functions."""
+        return Theta(self.m, self.mc, self.bits)
+
+    @property
+    def half(self) -> arb:
+        """Their argument from one turning point to the next."""
+        return self.theta.half
+
+    @cached_property
+    def rate(self) -> arb:
+        """The rate of their argument [rad/s]."""
+        return self.w * self.theta.scale
+
+    @cached_property
+    def x0(self) -> arb:
+        """Their argument at the start, since the turning point nearest it."""
+        if self.growth is None:
+            return (2 * self.phase - self.first) * self.half
+        cosine = (self.upright.one_minus_u0 / self.delta).sqrt()
+        cubed = 2 * self.w * self.delta * cosine * cosine * cosine
+        return (self.upright.udot0 / cubed).asinh()
+
+    @cached_property
+    def turns(self) -> Pair:
+        """What Φ₊ and Φ₋ of a nutation grow by over a period [rad], jumps included."""
+        ends = zip(self.P, self.lower[::-1], self.upper[::-1], strict=True)
+        plus, minus = (self._turn(P, at_u1, at_u2) for P, at_u1, at_u2 in ends)
+        return plus, minus
+
+    def _turn(self, P: arb, at_u1: arb, at_u2: arb) -> arb:
+        if P.is_zero():
+            return arb.pi() if at_u1.is_zero() or at_u2.is_zero() else arb(0)
+        return P / (self.w * at_u1) * third_kind(self.mc, at_u2 / at_u1)
 
     @cached_property
     def halves(self) -> tuple[PoleAngle, PoleAngle]:
@@ -111,19 +146,17 @@ class Constants:
             return PoleAngle(rate=rates[0]), PoleAngle(rate=rates[1])
         beyond = self.delta * minus * minus / (high1 * high2) if self.regime.misses_top else arb(0)
         return (
-            self._half(plus, low1, low2, (low1, self.delta), low1),
-            self._half(minus, high1, high2, (4 * self.w * self.w * high2, beyond), high2),
+            self._half(plus, self.turns[0], (low1, self.delta)),
+            self._half(minus, self.turns[1], (4 * self.w * self.w * high2, beyond)),
         )
 
-    def _half(self, P: arb, at_u1: arb, at_u2: arb, pole: Pair, nearest: arb) -> PoleAngle:
+    def _half(self, P: arb, turn: arb, pole: Pair) -> PoleAngle:
         """Φ₊ or Φ₋ of a nutation; `pole` are in ratio the squares of sine and cosine of am v."""
         if P.is_zero():
-            half_turn = arb.pi() / 2 if nearest.is_zero() else arb(0)
-            return PoleAngle(jumps=nearest.is_zero(), step=half_turn, turn=2 * half_turn)
-        turn = P / (self.w * at_u1) * third_kind(self.cubic.mc, at_u2 / at_u1)
+            return PoleAngle(jumps=not turn.is_zero(), step=turn / 2)
         v, sign = first_kind(*pole, self.m), sign_of(P, "p_phi and that of a pass through a pole")
         step = self.theta.step(v, sign)
-        return PoleAngle(v, sign, False, step, (turn - 2 * step) / self.period, turn)
+        return PoleAngle(v, sign, False, step, (turn - 2 * step) / self.period)
 
     def sweep(self, N: Any, upper: bool, which: int) -> Series | None:
         """The sweep of Φ₊ (0) or Φ₋ (1) beside u₁, or beside u₂; None where there is none."""
@@ -138,13 +171,12 @@ class Constants:
     @property
     def precession(self) -> Any:
         """Δφ in one period [rad]; None where nothing nutates."""
-        return None if self.period is None else self.halves[0].turn + self.halves[1].turn
+        return None if self.period is None else self.turns[0] + self.turns[1]
 
     @property
     def relative_spin(self) -> Any:
         """Δψ − κT in one period [rad]."""
-        plus, minus = self.halves
-        return None if self.period is None else self.side * (plus.turn - minus.turn)
+        return None if self.period is None else self.side * (self.turns[0] - self.turns[1])
 
     @property
     def spin(self) -> Any:
@@ -156,11 +188,13 @@ class Constants:
     @property
     def mean_rates(self) -> Pair:
         """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ [rad/s], without jumps at poles."""
-        plus, minus = (
-            2 * (half.rate if half.jumps or self.period is None else half.turn / self.period)
-            for half in self.halves[:: self.side]
-        )
-        return plus, minus
+        if self.period is None:
+            rates = [half.rate for half in self.halves]
+        else:
+            ends = zip(self.P, self.turns, strict=True)
+            rates = [arb(0) if P.is_zero() else turn / self.period for P, turn in ends]
+        plus, minus = rates[:: self.side]
+        return 2 * plus, 2 * minus
 
     @property
     def roots(self) -> tuple[arb, ...]:
@@ -224,4 +258,4 @@ class Constants:
 
     def _since_lower(self, down: arb, up: arb) -> arb:
         """x/2K, in [0, ½], of the tilt u₁ + down = u₂ − up on the way up."""
-        return first_kind(down, up, self.cubic.mc) / (2 * self.K)
+        return first_kind(down, up, self.mc) / (2 * self.K)

@@ -241,9 +241,8 @@ class ClosedForm(Refined):
 
     def require_proof(self) -> None:
         """Raise what was taken for zero without a proof."""
-        _ = self.regime  # which may doubt
-        if "doubt" in self._computed:
-            raise self._computed["doubt"]
+        if self.doubt is not None:
+            raise self.doubt
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,13 @@ class Refined:
             self._computed.setdefault("doubt", doubt)
             return True
 
+    @property
+    def doubt(self) -> Unseparated | None:
+        """What was taken for zero without a proof, if anything was."""
+        _ = self.regime  # which may doubt
+        found: Unseparated | None = self._computed.get("doubt")
+        return found
+
     def refine(
         self,
         what: str,

@@ -259,8 +259,9 @@ class _Scene:
         """The ball of a number, 0 itself where it is proved to be 0."""
         if name not in self._zeros:
             side = ball_sign(ball)
-            exact = getattr(self.top if name == "gMR" else self.start, name)
-            self._zeros[name] = (exact.sign() if side is None else side) == 0
+            if side is None:
+                side = getattr(self.top if name == "gMR" else self.start, name).sign()
+            self._zeros[name] = side == 0
         return arb(0) if self._zeros[name] else ball
 
     def _heights(self, bits: int | None) -> tuple[Real, Real, Real]:

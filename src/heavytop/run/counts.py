@@ -16,7 +16,6 @@ from typing import Any, Final
 from heavytop.analytic.events import COUNT_EDGE
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.record import to_mpf
-from heavytop.classification import Kind
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Number
 from heavytop.scene.scene_file import EVENTS
@@ -54,7 +53,7 @@ def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts
     >>> tally(Motion(scene.top, scene.start), 2.0)
     {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
     """
-    if not asked or motion.regime.steady or motion.kind is Kind.UNDECIDED:
+    if not asked or motion.regime.steady or _doubtful(motion):
         return None
     edge = COUNT_EDGE * (abs(end) + _scale(motion))
     if motion.period is None:
@@ -85,7 +84,7 @@ def count_exactly(motion: Motion, end: Number, asked: Collection[str]) -> dict[s
     >>> count_exactly(motion, 10**9 * motion.mpf("period", 60), ("turning", "cusp"))
     {'turning': 2000000001, 'cusp': 1000000001}
     """
-    if motion.kind is Kind.UNDECIDED:
+    if _doubtful(motion):
         return {}
     return _counts(motion, end, AT_END * _scale(motion), asked)
 
@@ -143,6 +142,12 @@ def _span(end: Any, at_start: Any, slack: Any) -> tuple[Fraction, Fraction]:
     reach = max(abs(rational(end)) + rational(slack), Fraction(0))
     low, high = -rational(at_start), reach
     return (low, high) if end >= 0 else (-high, -low)
+
+
+def _doubtful(motion: Motion) -> bool:
+    """Tell whether it is not proved what happens, cusps among it."""
+    _ = motion.cusps  # which may be doubted too
+    return motion.doubt is not None
 
 
 def _scale(motion: Motion) -> float:

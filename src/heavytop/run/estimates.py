@@ -89,7 +89,7 @@ class Forecast:
 
     def seconds(self, formulation: str, projected: bool, bits: int) -> float:
         """Time to integrate, without compiling and sampling [s]."""
-        if self.motion.kind == "at-rest":  # which takes a step or two
+        if self.motion.regime.steady and self.motion.kind == "at-rest":  # which takes a step or two
             return 0.0
         entry, asked = FORMULATIONS[formulation], self.scene.events
         each = entry.us

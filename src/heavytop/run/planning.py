@@ -43,8 +43,6 @@ LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
 MANY_PERIODS: Final = 1e6  # if it has more than so many
 
-# kinds in which phidot may change its sign
-REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
 FORMULATION_OPTIONS: Final = {"auto": None, **FORMULATIONS}
 PLAN_OPTIONS: Final[Mapping[str, Reader]] = {
     "formulation": one_of(FORMULATION_OPTIONS),
@@ -279,7 +277,8 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
         return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
     if "reversal" not in scene.events:
         return ("turning",), ("events found while integrating: turning",)
-    if motion.kind in REVERSING:
+    regime = motion.regime
+    if regime.weightless or (regime.misses_top and regime.misses_bottom):
         return ("turning", "reversal"), ("events found while integrating: turning, reversal",)
     never = f"{motion.kind}: phidot does not change its sign between poles"
     return ("turning",), (never, "events found while integrating: turning")
