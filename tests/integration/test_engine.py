@@ -12,7 +12,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
-from heavytop.integration import paces
+from heavytop.integration import engine, paces
 from heavytop.integration.orbit import integrate, not_begun
 from heavytop.integration.paces import FASTEST_PACE, SLOWEST_PACE, paces_of
 
@@ -198,3 +198,17 @@ def test_what_is_compiled_has_a_bound_unless_the_user_set_one(before, bytes_, tm
     env = dict(os.environ, HEYOKA_CACHE_DIR=str(tmp_path))
     command = [sys.executable, "-c", before + LIMIT]
     assert int(subprocess.check_output(command, env=env)) == bytes_
+
+
+def test_threads_change_no_bit_of_a_step(monkeypatch):
+    """The products of a step in many digits are shared out; each is one thread's alone."""
+    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=160", "span.time=0.1"]))
+    form, start = run.orbit.integrator.formulation, run.orbit.checkpoints[0].state
+    ends = []
+    for least in (run.bits, math.inf):
+        monkeypatch.setattr(engine, "PARALLEL_BITS", least)
+        alone = engine.Engine(form, (), 0.0, run.bits)
+        alone.load(run.orbit.parameters)
+        ends.append(alone.leg(start, 2, 1.0).state)
+    assert run.bits >= 512
+    assert (ends[0] == ends[1]).all()

@@ -40,6 +40,7 @@ OnStep = Callable[[Any], bool]
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
+PARALLEL_BITS = 512  # bits from which on the products of a step are worth a thread each
 ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
 NEVER = np.empty(0)  # no times
 STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
@@ -181,7 +182,10 @@ class Engine:
             )
         else:  # without compact mode compiling takes minutes
             kind = {"fp_type": hy.real, "prec": bits, "compact_mode": True, "pars": pars}
-            self._taylor = apart(lambda: hy.taylor_adaptive(system.equations, start, **kind))
+            many = bits >= PARALLEL_BITS
+            self._taylor = apart(
+                lambda: hy.taylor_adaptive(system.equations, start, parallel_mode=many, **kind)
+            )
         self._own: Array = self._taylor.state  # looking it up takes time
         self.nothing: Array = np.empty((0, self._own.size), self._own.dtype)  # no rows of states
         self.order = int(self._taylor.order)

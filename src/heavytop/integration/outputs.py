@@ -5,10 +5,10 @@ Numbers are arrays of doubles or, in more digits, of heyoka's reals: numpy compu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import sympy as sp
@@ -60,8 +60,17 @@ class Sample:
     psidot: Array
     axis: Array
     omega: Array
-    quaternion: Array
     states: Array
+    attitude: Array | None = field(default=None, repr=False)  # if it is not that of the angles
+
+    COLUMNS: ClassVar = ("t", *ANGLES, *RATES, "axis", "omega", "quaternion", "states")
+
+    @property
+    def quaternion(self) -> Array:
+        """The attitude, body to space, scalar first; nan where the plan does not follow it."""
+        if self.attitude is not None:
+            return self.attitude
+        return np.stack(quaternion_of(self.theta, self.phi, self.psi), axis=-1)
 
     def at(self, index: Any) -> Sample:
         """Return some of them.
@@ -71,7 +80,19 @@ class Sample:
         index : int, slice or ndarray of bool
             One by its number, or several.
         """
-        return Sample(*[getattr(self, name)[index] for name in self.__slots__])
+        columns = [getattr(self, name) for name in self.__slots__]
+        return Sample(*[None if x is None else x[index] for x in columns])
+
+    def mapped(self, function: Callable[[Array], Array]) -> Sample:
+        """Return them in other numbers.
+
+        Parameters
+        ----------
+        function : callable
+            From a column to another.
+        """
+        *columns, attitude, states = [function(getattr(self, name)) for name in self.COLUMNS]
+        return Sample(*columns, states, attitude)
 
 
 @cache
@@ -132,15 +153,14 @@ def sample(
     full |= _limits_at_poles(form, rows, full, parameters, t)
     if form.phi_wraps:
         full |= _turned(form, full, parameters, near)
-    if "quaternion_0" not in full:
-        parts = quaternion_of(full["theta"], full["phi"], full["psi"])
-        full |= {f"quaternion_{i}": part for i, part in enumerate(parts)}
-    scalars = {name: full[name] for name in (*ANGLES, *RATES)}
     vectors = {
         name: np.stack([full.get(f"{name}_{i}", unknown) for i in indices], axis=-1)
         for name, indices in COMPONENTS.items()
+        if name != "quaternion" or "quaternion_0" in full
     }
-    return Sample(t, **scalars, **vectors, states=rows)
+    attitude = vectors.pop("quaternion", None)
+    scalars = {name: full[name] for name in (*ANGLES, *RATES)}
+    return Sample(t, **scalars, **vectors, states=rows, attitude=attitude)
 
 
 def _turned(
@@ -225,6 +245,7 @@ def _spun(parameters: Parameters, t: Array) -> tuple[Array, Array]:
     return np.cos(turned) * c - np.sin(turned) * s, np.sin(turned) * c + np.cos(turned) * s
 
 
+@np.errstate(invalid="ignore")  # nan
 def quaternion_of(theta: Array, phi: Array, psi: Array) -> tuple[Array, ...]:
     """Return the attitude that angles mean, body to space, scalar first."""
     plus, minus = (phi + psi) / 2, (phi - psi) / 2

@@ -21,7 +21,7 @@ from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import HeavyTopError, Impossible, Outcome, refuse
 from heavytop.integration.batch import Journey, Lane, Zeros
-from heavytop.integration.outputs import Sample, quaternion_of, sample
+from heavytop.integration.outputs import Sample, sample
 from heavytop.run.ensemble_events import Expected, counted, tallied
 from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
@@ -170,8 +170,7 @@ class Ensemble:
         if near is None or "psi" in form.outputs:
             return run
         psi = near.psi - np.where(run.axis[:, 2] > 0, 1, -1) * (run.phi - near.phi)
-        quaternion = np.stack(quaternion_of(run.theta, run.phi, psi), axis=-1)
-        return replace(run, psi=psi, quaternion=quaternion)
+        return replace(run, psi=psi)
 
     def count(self, event: str) -> NDArray[np.int64]:
         """How many zeros of an event function each top met, shape (k,).

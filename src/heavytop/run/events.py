@@ -206,7 +206,7 @@ def events_of(trajectory: Trajectory) -> Events:
     zeros = zeros_found if trajectory.in_doubles else zeros_expected
     at, turning, reversal = zeros(trajectory)
     kind, chosen = _chosen(at.phidot, turning, reversal, scene.events)
-    names = FROM_STATES if trajectory.in_doubles else Sample.__slots__
+    names = FROM_STATES if trajectory.in_doubles else Sample.COLUMNS
     columns: dict[str, Any] = {name: getattr(at, name)[chosen.place] for name in names}
     columns |= {"t": chosen.t, "t_low": chosen.t_low, "residual": chosen.residual}
     for which, limit in rates_at_poles(motion).items():

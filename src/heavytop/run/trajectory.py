@@ -161,7 +161,7 @@ class Trajectory(Played):
         return found.at(0) if one else found
 
     def _in_mpmath(self, found: Sample) -> Sample:
-        return Sample(*(self.numbers(getattr(found, name)) for name in Sample.__slots__))
+        return found.mapped(self.numbers)
 
     def numbers(self, column: Any) -> Any:
         """Return an array of the run's numbers as one of numbers of `ctx`.
@@ -408,7 +408,7 @@ def rounded(found: Sample) -> Sample:
     if found.t.dtype == np.float64:
         return found
     with np.errstate(invalid="ignore"):  # nan
-        return Sample(*(getattr(found, name).astype(np.float64) for name in Sample.__slots__))
+        return found.mapped(lambda column: column.astype(np.float64))
 
 
 def _known(values: Array) -> Array | None:
