@@ -115,8 +115,8 @@ class Constants:
         if self.growth is None:
             return (2 * self.phase - self.first) * self.half
         cosine = (self.upright.one_minus_u0 / self.delta).sqrt()
-        cubed = 2 * self.w * self.delta * cosine * cosine * cosine
-        return (self.upright.udot0 / cubed).asinh()
+        slope: arb = self.upright.udot0 / (2 * self.w * self.delta * cosine * cosine * cosine)
+        return slope.asinh()
 
     @cached_property
     def turns(self) -> Pair:
@@ -133,7 +133,7 @@ class Constants:
     @cached_property
     def halves(self) -> tuple[PoleAngle, PoleAngle]:
         """Φ₊ and Φ₋."""
-        (high1, low1), (high2, low2), (plus, minus) = self.lower, self.upper, self.P
+        (high1, low1), high2, (plus, minus) = self.lower, self.upper[0], self.P
         if self.growth is not None:
             rate, sign = plus / 4, sign_of(plus, "P+ and 0")
             v = None if low1.is_zero() else (low1 / high1).sqrt().atan()

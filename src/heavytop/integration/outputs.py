@@ -80,7 +80,7 @@ class Sample:
         index : int, slice or ndarray of bool
             One by its number, or several.
         """
-        columns = [getattr(self, name) for name in self.__slots__]
+        columns: Any = (getattr(self, name) for name in self.__slots__)
         return Sample(*[None if x is None else x[index] for x in columns])
 
     def mapped(self, function: Callable[[Array], Array]) -> Sample:
@@ -91,8 +91,8 @@ class Sample:
         function : callable
             From a column to another.
         """
-        *columns, attitude, states = [function(getattr(self, name)) for name in self.COLUMNS]
-        return Sample(*columns, states, attitude)
+        columns: Any = {name: function(getattr(self, name)) for name in self.COLUMNS}
+        return Sample(attitude=columns.pop("quaternion"), **columns)
 
 
 @cache
