@@ -80,8 +80,9 @@ class Sample:
         index : int, slice or ndarray of bool
             One by its number, or several.
         """
-        columns: Any = (getattr(self, name) for name in self.__slots__)
-        return Sample(*[None if x is None else x[index] for x in columns])
+        columns = (getattr(self, name) for name in self.__slots__)
+        some: list[Any] = [None if x is None else x[index] for x in columns]
+        return Sample(*some)
 
     def mapped(self, function: Callable[[Array], Array]) -> Sample:
         """Return them in other numbers.
