@@ -107,6 +107,16 @@ def number(x: arb, beside: Any = 0) -> float:
     return float(accurate(x, beside))
 
 
+def multiplied(size: Any, row: list[arb]) -> list[float]:
+    """Constants times a size that is known well enough, as they are then beside it."""
+    row = [size * x for x in row]
+    beside = abs(size)
+    for x in row:
+        if not x.rad() <= beside * KNOWN:
+            accurate(x, beside)
+    return list(map(float, row))
+
+
 def accurate(x: arb, beside: Any = 0) -> arb:
     """The same as a ball."""
     if not x.rad() <= (abs(x) + beside) * KNOWN:
@@ -178,10 +188,10 @@ def argument(z: Any, hyperbolic: bool) -> tuple[Any, Any, Any]:
 
 def sides(upper: Any, z: Any, hyperbolic: bool) -> list[Any]:
     """The times beside u₁ and those beside u₂: where they are, which side, and the arguments."""
-    places = [np.flatnonzero(upper == side) for side in (False, True)]
-    if not all(place.size for place in places):
-        return [(None, places[1].size > 0, argument(z, hyperbolic))]
-    each = zip(places, (False, True), strict=True)
+    count = np.count_nonzero(upper)
+    if count in (0, upper.size):
+        return [(None, count > 0, argument(z, hyperbolic))]
+    each = ((~upper).nonzero(), False), (upper.nonzero(), True)
     return [(at, side, argument((z[0][at], z[1][at]), hyperbolic)) for at, side in each]
 
 

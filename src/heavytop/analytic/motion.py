@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from typing import Any, Final, NamedTuple
 
 from heavytop.analytic.events import EventTimes
@@ -49,7 +50,8 @@ class Constant(cached_property[Any]):
         self.__doc__ = doc
 
     def _read(self, motion: ClosedForm) -> Any:
-        found = motion.ball(str(self.attrname), FLOAT_DIGITS)
+        name = str(self.attrname)
+        found = motion.refine(name, attrgetter(name), FLOAT_DIGITS)
         return mapped(lambda x: 0.0 if x.contains(0) else float(x), found)
 
 

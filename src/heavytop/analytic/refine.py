@@ -103,26 +103,28 @@ class Refined:
             No balls of up to `limit` bits have the digits.
         """
         why, ball = f"{what} is known to", arb.nan()
-        for bits in self._precisions(digits or 0, late):
+        for bits in self._precisions(digits, late):
             with working(bits):
                 try:
                     found = value(self._constants(bits))
-                    wide = [x for x in balls_in(found) if digits and not self._has(what, x, digits)]
+                    wide = digits and [x for x in balls_in(found) if not self._has(what, x, digits)]
+                    if not wide:
+                        return found
+                    if wide[0].is_finite():
+                        why, ball = f"{what} is known to", wide[0].rad()
                 except TooFewBits as close:
                     why, ball = f"{close.names} differ by less than", close.difference
-                    continue
-                if not wide:
-                    return found
-                if wide[0].is_finite():
-                    why, ball = f"{what} is known to", wide[0].rad()
         size, bound = bound_of(ball)
         more = f"with {self.limit} bits: more bits or fewer digits are needed"
         raise Unseparated(f"{why} {size} {more}", bound)
 
-    def _precisions(self, digits: int, late: float) -> Iterator[int]:
-        turned = min(max(1.0, abs(late) * self.rate), sys.float_info.max) if late else 1.0
-        lost = LATE_BITS * math.ceil(max(math.log2(turned) - EARLY_BITS, 0.0) / LATE_BITS)
-        bits = max(math.ceil(digits / LOG10_2) + SPARE_BITS, FEW_BITS) + lost
+    def _precisions(self, digits: int | None, late: float) -> Iterator[int]:
+        bits = FEW_BITS
+        if digits:
+            bits = max(bits, math.ceil(digits / LOG10_2) + SPARE_BITS)
+        if late:
+            turned = min(max(1.0, abs(late) * self.rate), sys.float_info.max)
+            bits += LATE_BITS * math.ceil(max(math.log2(turned) - EARLY_BITS, 0.0) / LATE_BITS)
         while bits < self.limit:
             yield bits
             bits *= 2

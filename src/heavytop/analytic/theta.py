@@ -113,7 +113,7 @@ class Theta:
         count = self.terms(N.bits) if N.bits else len(amplitudes)
         powers = arb_mat(1, count, amplitudes[:count]) * multiples(factors, count)
         rest = None if N.bits else size * self.rest
-        first, *others = [N.number(size * power, abs(size)) for power in reversed(powers.entries())]
+        first, *others = N.multiplied(size, powers.entries()[::-1])
 
         def value(S: Any, C: Any, square: Any) -> Any:
             total = first
