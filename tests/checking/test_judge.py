@@ -226,3 +226,10 @@ def test_exact_data_of_a_span_in_which_little_moves_have_no_convention(rows, end
     found = check({"t": t, "axis": Motion(scene.top, scene.start).at(t).axis}, scene)
     assert (found.conventions, found.alternatives) == ((), ())
     assert found.digits > 14
+
+
+def test_angles_without_a_tilt_are_judged():
+    record = exact()
+    found = check({"t": TIMES, "phi": record.phi + 1e-3 * TIMES, "psi": record.psi}, SCENE)
+    assert (found.errors["phi"]["max"], found.errors["theta"]) == (pytest.approx(3e-3), None)
+    assert found.method["no_phase"] == "the data have no tilt"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -28,45 +28,30 @@ COMPARED_QUANTITIES: Final = ("matrix", *ANGLES, *RATES, "axis", "vertical", "om
 
 Origin = Literal["scene", "first row", "fitted"]
 
+DERIVED: Final[Mapping[str, Callable[[Any], Any]]] = {
+    "sine": lambda exact: np.sin(exact.theta),
+    "matrix": lambda exact: matrices(exact.quaternion),  # the attitude, from body to space
+    "vertical": lambda exact: exact.matrix[:, 2],
+    "omega_body": lambda exact: np.einsum("nji,nj->ni", exact.matrix, exact.omega),
+    "fastest": lambda exact: float(norm(exact.omega).max()) or 1.0,
+}
+"""What follows from a record: sin θ, the upward vertical in the body, the largest ω, …"""
+
 
 class ExactMotion:
-    """The exact motion at some times, with what data are compared with."""
+    """The exact motion at some times, with what data are compared with, as `DERIVED` has it."""
 
     def __init__(self, motion: Motion, t: Array) -> None:
         self.record: Any = motion.at(t)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self.record, name)
+        derive = DERIVED.get(name)
+        found = self.__dict__[name] = derive(self) if derive else getattr(self.record, name)
+        return found
 
     def value(self, name: str) -> Any:
         """A quantity as data have it, φ and ψ modulo 2π."""
         return getattr(self, f"{name}_mod" if name in ("phi", "psi") else name)
-
-    @cached_property
-    def sine(self) -> Array:
-        """Of the tilt."""
-        return np.asarray(np.sin(self.theta))
-
-    @cached_property
-    def matrix(self) -> Array:
-        """The attitude, from body to space."""
-        return matrices(self.quaternion)
-
-    @property
-    def vertical(self) -> Array:
-        """The upward vertical in the body."""
-        return self.matrix[:, 2]
-
-    @cached_property
-    def omega_body(self) -> Array:
-        """The angular velocity in the body."""
-        found: Array = np.einsum("nji,nj->ni", self.matrix, self.omega)
-        return found
-
-    @cached_property
-    def fastest(self) -> float:
-        """The largest angular velocity."""
-        return float(norm(self.omega).max()) or 1.0
 
 
 _motion = lru_cache(maxsize=64)(Motion)
@@ -180,10 +165,6 @@ class Comparison:
                 found.setdefault(angle, np.arctan2(x, sign * y))
         return found
 
-    def get(self, name: str) -> Any:
-        """A quantity that the data give, or that follows from them; None where it does not."""
-        return self.known.get(name)
-
     @cached_property
     def spin(self) -> tuple[Array, Array, Array] | None:
         """The angular velocity, the symmetry axis and the vertical, all in one frame."""
@@ -252,8 +233,7 @@ def decades(c: Comparison, begins: Any) -> Array:
     if moved.max() < 0.05:  # as if time were frozen: everything fits that
         squares[:] = 1.0
     sums, counts = np.add.reduceat(squares, begins, axis=1), np.diff([*begins, errors.shape[1]])
-    found: Array = np.log10(sums / counts).mean(axis=1) / 2
-    return found
+    return np.asarray(np.log10(sums / counts).mean(axis=1) / 2)
 
 
 # --- geometry ------------------------------------------------------------------------------------
@@ -293,7 +273,7 @@ def _fitted(c: Comparison) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
     from scipy.optimize import least_squares
 
-    if (axis := c.get("axis")) is None:
+    if (axis := c.known.get("axis")) is None:
         lacking = f"none follows from {', '.join(c.values)} alone"
         raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
     guess = first_row(c.updated(omega=_omega(c, axis), axis=axis))
@@ -305,8 +285,7 @@ def _fitted(c: Comparison) -> State:
 
     def axis_error(p: Array, rows: int) -> Array:
         near = Comparison(some.rows(slice(0, rows)), c.top, state(p))
-        off: Array = near.known["axis"] - near.exact.axis
-        return off.ravel()
+        return np.ravel(near.known["axis"] - near.exact.axis)
 
     p, size, misfit = np.array([float(getattr(guess, x)) for x in FITTED_START]), some.t.size, 0.0
     doubled = (FIRST_FITTED * 2**k for k in range(8) if FIRST_FITTED * 2**k < size)
@@ -337,5 +316,4 @@ def _omega(c: Comparison, axis: Array) -> Array:
     torque = A * np.cross(axis, faster) + gMR * np.cross(axis, [0.0, 0.0, 1.0])
     inner = slice(2, -2)
     omega3 = -(speed * torque)[inner].sum() / (C * (speed * speed)[inner].sum() or 1.0)
-    omega: Array = np.cross(axis, speed) + omega3 * axis
-    return omega
+    return np.asarray(np.cross(axis, speed) + omega3 * axis)

@@ -101,11 +101,7 @@ def _in_unit_of_time(name: str, seconds: float) -> Undo:
 
 
 def _scale_times(*factors: float) -> Undo:
-    def undo(c: Comparison) -> Variants:
-        for factor in factors:
-            yield Variant(f"{factor:g}", _at_times(c, c.data.t * factor))
-
-    return undo
+    return lambda c: (Variant(f"{x:g}", _at_times(c, c.data.t * x)) for x in factors)
 
 
 def _at_times(c: Comparison, t: Array) -> Comparison:
@@ -119,12 +115,10 @@ def _shift_times(c: Comparison) -> Variants:
 
 
 def _exchange_frames(c: Comparison) -> Variants:
-    for name, other, words in (
-        ("omega", "omega_body", "in the body, not in space"),
-        ("omega_body", "omega", "in space, not in the body"),
-    ):
+    words = "in the body, not in space", "in space, not in the body"
+    for name, other, meant in zip(OMEGAS, OMEGAS[::-1], words, strict=True):
         if name in c.data.values and other not in c.values:
-            yield Variant(words, c.updated(**{other: c.values[name], name: None}))
+            yield Variant(meant, c.updated(**{other: c.values[name], name: None}))
 
 
 def _put_scalar_last(c: Comparison) -> Variants:
@@ -239,7 +233,7 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
 
 def _offset(c: Comparison, name: str) -> float:
     """By how much an angle differs in the first row that shows it [rad]; 0 below a degree."""
-    mine, sine = c.get(name), c.exact.sine
+    mine, sine = c.known.get(name), c.exact.sine
     if c.given is None or mine is None:
         return 0.0
     row = int(np.argmax(sine > min(0.05, float(sine.max()) / 2)))
@@ -325,9 +319,8 @@ def _fit(parts: Mapping[str, Sequence[float]]) -> Undo:
             if x:
                 nearer = x / 2 if abs(x) > min(map(abs, grid)) else 0.0
                 sides = sorted((float(np.clip(2 * x, -1, 1)), nearer))
-                found = minimize_scalar(
-                    misfit, None, sides, (name,), "bounded", options={"xatol": 1e-10}
-                )
+                how = {"method": "bounded", "options": {"xatol": 1e-10}}
+                found = minimize_scalar(misfit, None, sides, (name,), **how)
                 least, x = min((least, x), (float(found.fun), float(found.x)))
             if least < wanted:
                 value, other = _with_number(c, name, x)

@@ -108,11 +108,8 @@ def meanings(header: str) -> list[Meaning]:
     words = [*_words(name)]
     tries = [(words, unit)]
     if not unit:  # theta_deg, omega_x_rad_s, phidot_deg_per_s
-        tries += [
-            (words[:-many], "/".join(word for word in words[-many:] if word != "per"))
-            for many in (1, 2, 3)
-            if len(words) > many
-        ]
+        splits = (len(words) - many for many in (1, 2, 3) if len(words) > many)
+        tries += [(words[:k], "/".join(x for x in words[k:] if x != "per")) for k in splits]
     return next((each for some, spelled in tries if (each := [*_named(some, spelled)])), [])
 
 
@@ -170,9 +167,7 @@ def _usual() -> Iterator[tuple[str, str, str]]:
                 if (name, component) != ("e", "4"):
                     yield name + component, quantity, component
                     yield component + name, quantity, component
-        yield from (
-            (component, quantity, component) for component in _BARE_HEADER.get(quantity, "")
-        )
+        yield from ((x, quantity, x) for x in _BARE_HEADER.get(quantity, ""))
 
 
 _UNITS: Final = {
@@ -180,5 +175,5 @@ _UNITS: Final = {
     for kind, sizes in _SIZES.items()
 }
 _USUAL: Final = defaultdict[str, list[tuple[str, str]]](list)
-for _name, *_meaning in _usual():
-    _USUAL[_name].append((_meaning[0], _meaning[1]))
+for _name, _quantity, _component in _usual():
+    _USUAL[_name].append((_quantity, _component))

@@ -109,18 +109,17 @@ def check(
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
     condition = method.measure_condition(judged)
     charted = {"t": given.t, **curves, "phase_t": phase.t, "phase": phase.shifts}
-    slip: dict[str, Any] = {}
-    if conventions:
-        slip = {"name": conventions[0].name, "sentence": conventions[0].sentence}
-        slip |= {"error_before": _rms_error(comparison)}
-        slip |= {"error_after": max(_rms_error(judged) or 0.0, UNIT)}
+    sizes = {name: _size(given.t, curve) for name, curve in curves.items()}
+    before, after = _rms_error(comparison), max(_rms_error(judged) or 0.0, UNIT)
+    slips = [
+        {"name": x.name, "sentence": x.sentence, "error_before": before, "error_after": after}
+        for x in conventions
+    ]
     return Check(
         scene=_scene_of(judged),
         data=_data_of(given),
         origin=comparison.origin,
-        errors=dict.fromkeys(CHECKED_QUANTITIES)
-        | {name: _size(given.t, curve) for name, curve in curves.items()}
-        | {"phase_s": phase.phase},
+        errors=dict.fromkeys(CHECKED_QUANTITIES) | sizes | {"phase_s": phase.phase},
         digits=_digits(judged),
         digits_as_given=_digits(comparison),
         growth={"phase": phase.growth, **growth},
@@ -130,7 +129,7 @@ def check(
         alternatives=tuple(map(_alternative, verdict.alike)),
         method=method.describe_method(judged, curves, agent, condition) | {"no_phase": phase.why},
         assumed=tuple(assumed),
-        slip=slip or None,
+        slip=next(iter(slips), None),
         curves={name: x[:: -(-x.size // CHARTED) or 1].tolist() for name, x in charted.items()},
         versions=versions(),
     )
@@ -210,12 +209,10 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
         scene = subject(scene)
     elif scene is None and data.scene is not None:
         scene = read_scene(data.scene, data.name)
-    if isinstance(scene, Top):
-        return scene, None
     if scene is None:
         rule = "give the scene of the data, or a file with only its [top]"
         raise BadScene((Fault("check", None, "scene", "", rule, "--scene sicm-kicked"),))
-    return expect_scene(scene).top, scene.start
+    return (scene, None) if isinstance(scene, Top) else (expect_scene(scene).top, scene.start)
 
 
 def _remark_angles(c: Comparison) -> list[str]:
@@ -238,8 +235,7 @@ def _remark_angles(c: Comparison) -> list[str]:
 def _size(t: Array, curve: Array) -> dict[str, float]:
     """How large an error is at most, its root mean square, and when it is largest."""
     at = int(np.nanargmax(abs(curve)))
-    rms = float(np.sqrt(np.nanmean(curve**2)))
-    return {"max": abs(float(curve[at])), "rms": rms, "t_max": float(t[at])}
+    return {"max": abs(float(curve[at])), "rms": method.rms(curve), "t_max": float(t[at])}
 
 
 def _digits(c: Comparison) -> float:
@@ -260,7 +256,7 @@ def _digits(c: Comparison) -> float:
 def _rms_error(c: Comparison) -> float | None:
     """The RMS error of the first quantity; None where there is no motion."""
     try:
-        return float(np.sqrt(np.mean(next(iter(c.errors.values())) ** 2)))
+        return method.rms(next(iter(c.errors.values())))
     except HeavyTopError:
         return None
 

@@ -78,9 +78,9 @@ class PhaseCurve(NamedTuple):
 
 def nutates(c: Comparison) -> bool:
     """Whether the exact tilt swings above rounding."""
-    if (roots := c.motion.roots) is None:
-        return float(np.ptp(c.exact.theta)) > LEAST_SWING
-    return bool(np.ptp(np.arccos(np.clip(roots[:2], -1, 1))) > LEAST_SWING)
+    roots = c.motion.roots
+    tilts = c.exact.theta if roots is None else np.arccos(np.clip(roots[:2], -1, 1))
+    return bool(np.ptp(tilts) > LEAST_SWING)
 
 
 def measure_phase(c: Comparison) -> PhaseCurve:
@@ -89,7 +89,7 @@ def measure_phase(c: Comparison) -> PhaseCurve:
     In windows of whole periods the shift is that with which the exact tilt fits best, found by
     Newton's steps from that of the window before.
     """
-    theta, period = c.get("theta"), c.motion.period
+    theta, period = c.known.get("theta"), c.motion.period
     if theta is None:
         return PhaseCurve("the data have no tilt")
     if not nutates(c) or not period:
@@ -115,8 +115,7 @@ def measure_phase(c: Comparison) -> PhaseCurve:
     after, largest = abs(t - c.data.t[0]), float(shifts[abs(shifts).argmax()])
     growth = _fit_power(after, abs(shifts), np.maximum(spreads, 1e-14 * after))  # rounding
     lost = next(iter(t[abs(shifts) > LOST_PHASE * period].tolist()), None)
-    rms = float(np.sqrt((shifts**2).mean()))
-    phase = Phase(float(shifts[-1]), rms, largest, float(t[-1]), lost)
+    phase = Phase(float(shifts[-1]), rms(shifts), largest, float(t[-1]), lost)
     return PhaseCurve("", t, shifts, phase, growth)
 
 
@@ -126,7 +125,7 @@ def measure_growth(c: Comparison, curve: Array | None) -> float | None:
         return None
     rows = _windows(c.since, c.motion.period)
     after = np.array([abs(c.since[each].mean()) for each in rows])
-    return _fit_power(after, np.array([_rms(curve[each]) for each in rows]), LEAST_GROWTH)
+    return _fit_power(after, np.array([rms(curve[each]) for each in rows]), LEAST_GROWTH)
 
 
 def _windows(t: Array, period: float | None) -> list[slice]:
@@ -154,10 +153,11 @@ def _fit_power(t: Array, size: Array, spread: Any) -> float | None:
 def _fit_line(part: Array, y: Array) -> tuple[float, float]:
     """The rise of a straight line from 0 to 1, and the RMS distance from it."""
     line = np.polyfit(part, y, 1)
-    return float(line[0]), _rms(y - np.polyval(line, part))
+    return float(line[0]), rms(y - np.polyval(line, part))
 
 
-def _rms(x: Array) -> float:
+def rms(x: Array) -> float:
+    """The root mean square, without what is nan."""
     return float(np.sqrt(np.nanmean(x**2)))
 
 
@@ -169,7 +169,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     if c.first > FIRST:
         return None
     exact, t = c.exact, c.data.t - c.data.t[0]
-    theta, phi, psi = (c.get(name) for name in ANGLES)
+    theta, phi, psi = (c.known.get(name) for name in ANGLES)
     phidot, psidot = (  # by differences where they are not given
         c.values.get(f"{name}dot", None if x is None else np.gradient(np.unwrap(x), t))
         for name, x in (("phi", phi), ("psi", psi))
@@ -184,7 +184,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
         omega3 = c.values["omega_body"][:, 2]
     elif c.spin is not None:
         omega3 = (c.spin[0] * c.spin[1]).sum(axis=1)
-    elif phidot is not None and psidot is not None:
+    elif theta is not None and phidot is not None and psidot is not None:
         omega3 = psidot + phidot * np.cos(theta)
     else:
         return None
@@ -208,11 +208,8 @@ def describe_method(
     if "psi" in curves and np.nanstd(curves["psi"]) > 1e3 * np.nanstd(error):
         error = curves["psi"]
     error = error[np.isfinite(error)]
-    size, first, last = (
-        _rms(error),
-        _rms(error[: 3 + error.size // 20]),
-        abs(error[-1 - error.size // 10 :]).max(),
-    )
+    size, first = rms(error), rms(error[: 3 + error.size // 20])
+    last = abs(error[-1 - error.size // 10 :]).max()
     floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
     order, sentence = None, REMEDY
     if size < max(1e-12, condition):
@@ -235,9 +232,8 @@ def _is_first_order(c: Comparison, last: float) -> bool:
     """Whether the error a unit of time is about the step, in units of the nutation."""
     if not last or not nutates(c) or not c.motion.period:
         return False
-    step, span = (
-        2 * np.pi / c.motion.period * x for x in (np.median(np.diff(c.since)), np.ptp(c.since))
-    )
+    turn = 2 * np.pi / c.motion.period
+    step, span = turn * np.median(np.diff(c.since)), turn * np.ptp(c.since)
     return bool(step < 0.5 and last / max(1.0, span) > step**1.6)
 
 
@@ -257,7 +253,7 @@ def count_events(c: Comparison) -> dict[str, Count]:
 
     Where that count is not the proved one, the rows are too far apart for it.
     """
-    mine, t, period = _counted(c, c.get("theta"), c.get("phi")), c.since, c.motion.period
+    mine, t, period = _counted(c, *map(c.known.get, ("theta", "phi"))), c.since, c.motion.period
     if not nutates(c):
         return {"turning": Count(mine["turning"], 0, 0)}
     same, found = _counted(c, c.exact.theta, c.exact.phi_mod), {}

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from heavytop.checking.headers import Meaning, Unit, complete_set, meanings, parse_unit
 from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import expect, path_of, wrong_type
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.text import harmless, nearest
 
 Array = NDArray[np.float64]
@@ -30,14 +31,11 @@ LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 HEAD_LINES: Final = 40  # among which the header is looked for
 READ_SHAPES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one value
-    "t": (),
-    "quaternion": (4,),
-    "matrix": (3, 3),
+    "t": (), "quaternion": (4,), "matrix": (3, 3),
     **dict.fromkeys(("axis", "omega", "omega_body", "momentum_body", "vertical"), (3,)),
-    **dict.fromkeys(("theta", "phi", "psi", "elevation"), ()),
-    **dict.fromkeys(("thetadot", "phidot", "psidot", "elevationdot"), ()),
-}
-POSITIONS: Final = ("theta", "phi", "psi", "elevation", "axis", "quaternion", "matrix", "vertical")
+    **dict.fromkeys((*ANGLES, "elevation", *RATES, "elevationdot"), ()),
+}  # fmt: skip
+POSITIONS: Final = (*ANGLES, "elevation", "axis", "quaternion", "matrix", "vertical")
 TIME_UNITS: Final = {"milliseconds": 1e-3, "minutes": 60.0, "hours": 3600.0}  # in s
 DECLARED: Final = {
     ("angle", 0.017453293): "degrees", ("rate", 0.017453293): "degrees",
@@ -292,8 +290,7 @@ def _scaled(data: Data) -> Data:
 def norm(vectors: Array) -> Array:
     """The length of each row, of a number, a vector or a matrix."""
     flat = vectors.reshape(len(vectors), -1)
-    found: Array = np.sqrt(np.einsum("ni,ni->n", flat, flat))
-    return found
+    return np.asarray(np.sqrt(np.einsum("ni,ni->n", flat, flat)))
 
 
 def matrices(quaternion: Array) -> Array:
@@ -340,18 +337,10 @@ def _load_text(path: Path, chosen: Mapping[str, str]) -> DataTable:
         lines = [*islice(file, HEAD_LINES)]
     first, between, names = _find_header(lines, {_bare(column) for column in chosen.values()})
     comma = between != "," and any("," in line for line in lines[first:])
-    frame = pandas.read_csv(
-        path,
-        sep=r"\s+" if between == " " else between,
-        decimal="," if comma else ".",
-        names=names,
-        skiprows=first,
-        index_col=False,
-        skipinitialspace=True,
-        comment="#",
-        encoding_errors="replace",
-        **encoding,
-    )
+    marks = {"sep": r"\s+" if between == " " else between, "decimal": "," if comma else "."}
+    rows = {"names": names, "skiprows": first, "index_col": False, "comment": "#"}
+    more = {"skipinitialspace": True, "encoding_errors": "replace"}
+    frame = pandas.read_csv(path, **encoding, **marks, **rows, **more)
     return {str(name): column for name, column in frame.items()}
 
 
@@ -384,10 +373,8 @@ def _load_matlab(path: Path) -> DataTable:
         found = loadmat(path, simplify_cells=True, appendmat=False)
     except NotImplementedError:  # since version 7.3 it is HDF5
         return _load_netcdf(path)[0]
-    table: dict[str, Any] = {}
-    for name, value in found.items():
-        table |= value if isinstance(value, dict) else {name: value}
-    return {name: value for name, value in table.items() if not name.startswith("__")}
+    parts = (x if isinstance(x, dict) else {name: x} for name, x in found.items())
+    return {name: x for part in parts for name, x in part.items() if not name.startswith("__")}
 
 
 def _load_netcdf(path: Path) -> tuple[DataTable, str | None]:
@@ -396,8 +383,8 @@ def _load_netcdf(path: Path) -> tuple[DataTable, str | None]:
 
     with path.open("rb") as file:
         classic = file.read(3) == b"CDF"
-    options: dict[str, Any] = {"engine": "scipy" if classic else "h5netcdf"}
-    options |= {} if classic else {"phony_dims": "sort"}
+    modern: dict[str, Any] = {"engine": "h5netcdf", "phony_dims": "sort"}
+    options = {"engine": "scipy"} if classic else modern
     with xarray.open_dataset(path, decode_timedelta=False, **options) as dataset:
         table = {str(name): dataset[name].load() for name in dataset.variables}
         scene = dataset.attrs.get("scene") if "plan" in dataset.attrs else None

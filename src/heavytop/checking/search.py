@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import combinations
 from operator import attrgetter
 from typing import Any, Final, NamedTuple
@@ -10,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from heavytop.checking.comparison import FIRST, Comparison, decades, octaves
-from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Convention, Variant
+from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, TABLE, Convention
 from heavytop.errors import HeavyTopError
 
 # decades, mean of all octaves, by which one explanation beats another clearly
@@ -175,15 +176,11 @@ def judge(found: Sequence[Explanation]) -> Judgement:
     usual = [x for x in found if (x.first < FIRST and not base.beats(x)) or x is base]
     named = min((x for x in usual if "another-number" not in x.names), key=by_total)
     if "inertia-about-centre" not in named.names:  # as no number is fitted, which gains a little
-        usual = [
-            x
-            for x in usual
-            if "another-number" not in x.names or x.cost < named.cost or x.beats(named)
-        ]
-    best = min(usual, key=by_total)
+        fitted = "another-number"
+        usual = [x for x in usual if fitted not in x.names or x.cost < named.cost or x.beats(named)]
+    best, kept = min(usual, key=by_total), list[Explanation]()
     if not best.improves(base):
         return Judgement(base, frozenset(), (), found)
-    kept: list[Explanation] = []
     for each in sorted(usual, key=lambda x: (x.cost, x.total)):
         if (each is named or not best.beats(each)) and not any(
             other.names == each.names
@@ -206,30 +203,20 @@ def _try(
 ) -> Iterator[Explanation]:
     """What conventions make of the data, in every variant but those that are fixed."""
     for rows in sets:
-        if (
-            sum(TABLE[row].doubtful for row in rows) > 2
-            or sum(TABLE[row].physics for row in rows) > 1
-        ):
+        those = [TABLE[row] for row in rows]
+        if sum(x.doubtful for x in those) > 2 or sum(x.physics for x in those) > 1:
             continue
         states: list[tuple[tuple[Undoing, ...], Comparison]] = [((), some)]
-        for row in rows:
-            states = [
-                ((*steps, Undoing(row, k, each.words, TABLE[row].cost + each.cost)), each.data)
-                for steps, before in states
-                for k, each in enumerate(_variants(row, before))
-                if k == (fixed or {}).get(row, k)
-            ]
+        for row, convention in zip(rows, those, strict=True):
+            before, states = states, []
+            for steps, data in before:
+                with suppress(HeavyTopError):  # of a motion that does not exist
+                    states.extend(
+                        ((*steps, Undoing(row, k, x.words, convention.cost + x.cost)), x.data)
+                        for k, x in enumerate(convention.undo(data))
+                        if k == (fixed or {}).get(row, k)
+                    )
         for steps, after in states:
-            try:
+            with suppress(HeavyTopError):
                 misfit = np.maximum(decades(after, begins), -6.5)  # no fit reaches more
                 yield Explanation(steps, misfit, after.first)
-            except HeavyTopError:
-                continue
-
-
-def _variants(row: int, comparison: Comparison) -> Iterator[Variant]:
-    """The variants of a row; none where the motion does not exist."""
-    try:
-        yield from TABLE[row].undo(comparison)
-    except HeavyTopError:
-        return
