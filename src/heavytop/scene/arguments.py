@@ -61,9 +61,8 @@ def _spelled(value: object) -> str:
 
 
 def _a(kind: type) -> str:
-    return article(
-        {"str": "text", "dict": "table"}.get(kind.__name__, kind.__name__[:LONGEST_NAME])
-    )
+    name = kind.__name__[:LONGEST_NAME]
+    return article({"str": "text", "dict": "table"}.get(name, name))
 
 
 def short(x: Exact) -> str:
@@ -95,10 +94,9 @@ def expect(name: str, value: object, kind: type[T], hint: str = "") -> T:
 
 def path_of(name: str, value: object) -> Path:
     """Return the path that an argument is: a text, or what stands for one as a `Path` does."""
-    found = os.fspath(value) if isinstance(value, str | os.PathLike) else None
-    if not isinstance(found, str):
-        raise wrong_type(name, "a path", value)
-    return Path(found)
+    if isinstance(value, str | os.PathLike) and isinstance(found := os.fspath(value), str):
+        return Path(found)
+    raise wrong_type(name, "a path", value)
 
 
 def check_callable(name: str, value: object) -> None:
@@ -209,32 +207,26 @@ class Range:
         return f"{kind} from {self.least:{style}} to {self.most:{style}}"
 
 
-def a(kind: type[T]) -> Callable[[object], T]:
-    """Return what reads a value of a type."""
+def only(read: Reader, fits: Callable[[Any], object], rule: str) -> Reader:
+    """Return what reads a value as another reader does, and refuses what does not fit."""
 
-    def read(value: object) -> T:
-        if not isinstance(value, kind):
-            raise Refused(_a(kind))
-        return value
-
-    return read
-
-
-def with_sign(read: Reader, signs: Collection[int | None], rule: str) -> Reader:
-    """Return what reads an exact number whose sign is one of these, or undecided where None is."""
-
-    def read_signed(value: object) -> Exact:
-        x: Exact = read(value)
-        if x.sign() not in signs:
+    def read_fitting(value: object) -> Any:
+        found = read(value)
+        if not fits(found):
             raise Refused(rule)
-        return x
+        return found
 
-    return read_signed
+    return read_fitting
 
 
-positive = partial(with_sign, signs=(1,), rule="must be greater than 0")
-not_negative = partial(with_sign, signs=(0, 1, None), rule="must not be negative")
-not_zero = partial(with_sign, signs=(-1, 1), rule="not 0: a span has a length")
+def a(kind: type) -> Reader:
+    """Return what reads a value of a type."""
+    return only(lambda value: value, lambda value: isinstance(value, kind), _a(kind))
+
+
+positive = partial(only, fits=lambda x: x.sign() == 1, rule="must be greater than 0")
+not_negative = partial(only, fits=lambda x: x.sign() != -1, rule="must not be negative")
+not_zero = partial(only, fits=Exact.sign, rule="not 0: a span has a length")
 
 
 def one_of(known: Mapping[str, T]) -> Callable[[object], T]:
@@ -341,10 +333,7 @@ def broken_names(way: Way, given: tuple[str, ...]) -> Broken:
 
 
 def exact_numbers(
-    refused: type[Impossible],
-    way: Way,
-    given: Mapping[str, object],
-    readers: Mapping[str, Reader],
+    refused: type[Impossible], way: Way, given: Mapping[str, object], readers: Mapping[str, Reader]
 ) -> dict[str, Any]:
     """Return the values of a way as exact numbers; all that is wrong is raised at once."""
     values, faults = parse_options("", given, readers)

@@ -29,11 +29,8 @@ _IN_QUOTES: Final = 'texts, units and expressions stand in quotes, such as theta
 
 _ARGUMENTS: Final = {
     **TABLES["want"],
-    "title": SCENE_READERS["title"],
-    "source": SCENE_READERS["source"],
-    "top": arguments.a(Top),
-    "start": arguments.a(State),
-    "name": arguments.a(str),
+    **{name: SCENE_READERS[name] for name in ("title", "source")},
+    **{name: arguments.a(kind) for name, kind in (("top", Top), ("start", State), ("name", str))},
 }
 
 
@@ -295,10 +292,8 @@ def expect_scene(scene: object) -> Scene:
 # --- files -----------------------------------------------------------------------------------
 
 
-def _refuse(
-    where: str, rule: str, hint: str = "", line: int = 0, key: str = "scene", value: str = ""
-) -> NoReturn:
-    raise BadScene((Fault(where, line or None, key, value, rule, hint),))
+def _refuse(where: str, rule: str, hint: str = "", line: int = 0, key: str = "scene") -> NoReturn:
+    raise BadScene((Fault(where, line or None, key, "", rule, hint),))
 
 
 def _text_of(path: Path, where: str) -> str:
@@ -321,10 +316,10 @@ def _text_of(path: Path, where: str) -> str:
 def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     """Refuse a text that is no TOML, and show the line at fault."""
     match = re.search(r"at line ([0-9]+)", message)
-    line = int(match[1]) if match else 0
+    line = int(match[1]) if match else None
     there = (words for number, *words in scene_file.written_keys(text) if number == line)
     key, value = (cut(words, 60) for words in next(there, ("scene", "")))
-    _refuse(where, f"not TOML: {message}", _IN_QUOTES, line, key, value)
+    raise BadScene((Fault(where, line, key, value, f"not TOML: {message}", _IN_QUOTES),))
 
 
 def _hint_at_scene(path: Path) -> str:

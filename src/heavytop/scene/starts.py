@@ -14,8 +14,8 @@ from typing import Any, Final
 from heavytop.errors import ImpossibleStart, Refused
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
 from heavytop.exact.number import ZERO
-from heavytop.scene.arguments import Numbers, Reader, Way, one_of, short
-from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
+from heavytop.scene.arguments import Numbers, Reader, Way, one_of, only, short
+from heavytop.scene.quantities import ANGLES, PLAIN_NUMBER, QUANTITY_READERS, RATES
 from heavytop.scene.top import Top
 
 Values = Mapping[str, Any]
@@ -25,6 +25,7 @@ OPPOSITE: Final = {"falling": "rising", "rising": "falling"}
 ATTITUDE: Final = ("theta", "quaternion", "rotation")
 _FIELDS: Final = ("theta", "thetadot", "phi", "phidot", "psi")
 _ENERGIES: Final = ("E", "E_prime")
+_MOMENTA: Final = ("p_phi", "p_psi")
 _SPINS: Final = ("psidot", "omega3")
 _PLACED: Final = ("quaternion", "rotation")
 _ANGLES: Final = ((*_PLACED, "phi"), (*_PLACED, "psi"))
@@ -36,7 +37,7 @@ def way_of(given: Values) -> Way:
     """Return the way that the names of a start begin."""
     if "steady" in given:
         return SPIN_OF_STEADY if given["steady"] is True else STEADY_START
-    if {*_ENERGIES, "p_phi", "p_psi"} & given.keys():
+    if {*_ENERGIES, *_MOMENTA} & given.keys():
         return CONSTANTS_START
     return OMEGA if {"omega_body", "omega_space"} & given.keys() else ANGLE_RATES
 
@@ -107,12 +108,10 @@ def _from_omega(values: Values, _: object) -> dict[str, Any]:
     u, s = cos(theta), sin(theta)
     if "omega_body" in values:
         x, y, omega3 = values["omega_body"]
-        along = x * cos(psi) - y * sin(psi)
-        across = x * sin(psi) + y * cos(psi)
+        along, across = x * cos(psi) - y * sin(psi), x * sin(psi) + y * cos(psi)
     else:
         x, y, z = values["omega_space"]
-        along = x * cos(phi) + y * sin(phi)
-        level = y * cos(phi) - x * sin(phi)
+        along, level = x * cos(phi) + y * sin(phi), y * cos(phi) - x * sin(phi)
         across, omega3 = u * level + s * z, u * z - s * level
     rates = {"thetadot": along, "held": "omega3", "spin": omega3}
     if s.sign() != 0:
@@ -143,10 +142,9 @@ def _attitude(values: Values) -> dict[str, Exact]:
 
 def _length(a: Exact, b: Exact) -> Exact:
     """√(a² + b²), without a root where one of them is 0."""
-    if a.sign() == 0 or b.sign() == 0:
-        found = a + b
-        return -found if found.sign() == -1 else found
-    return sqrt(a**2 + b**2)
+    if a.sign() != 0 and b.sign() != 0:
+        return sqrt(a**2 + b**2)
+    return -(a + b) if (a + b).sign() == -1 else a + b
 
 
 def _angle(cosine: Exact, sine: Exact) -> Exact:
@@ -171,11 +169,11 @@ def _quaternion(R: Sequence[Sequence[Exact]]) -> list[Exact]:
 def _from_constants(values: Values, top: Top) -> dict[str, Any]:
     """The start with four of E (or E′), p_φ, p_ψ (or ω₃), θ and θ̇."""
     x = {"p_psi": top.C * values["omega3"]} if "omega3" in values else {}
-    x |= {name: values[name] for name in ("p_phi", "p_psi", "theta", "thetadot") if name in values}
+    x |= {name: values[name] for name in (*_MOMENTA, "theta", "thetadot") if name in values}
     if top.C.sign() == 0 and x.get("p_psi", ONE).sign() != 0:
         raise ImpossibleStart([("p_psi", "0 of a point mass (C = 0), which has no spin")])
     if {*_ENERGIES} & values.keys():
-        (unknown,) = {"p_phi", "p_psi", "theta", "thetadot"} - x.keys()
+        (unknown,) = {*_MOMENTA, "theta", "thetadot"} - x.keys()
         x[unknown] = _theta(top, values, x) if unknown == "theta" else _root(top, values, x)
     spin = values.get("omega3", ZERO if top.C.sign() == 0 else x["p_psi"] / top.C)
     return x | {"phidot": _precession_rate(top, x), "held": "omega3", "spin": spin}
@@ -205,7 +203,7 @@ def _too_low(values: Values, x: Numbers, least: Exact, more: str = "") -> Imposs
     """What refuses an energy, with the least that there is and what these momenta are at rest."""
     where = f"at theta = {values['theta']}" if "theta" in values else "with these momenta"
     rest = ""
-    if {"p_phi", "p_psi"} <= x.keys() and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
+    if x.keys() >= {*_MOMENTA} and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
         tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
         rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
     rule = f"at least {short(least)} {where}{more}{rest}"
@@ -373,13 +371,6 @@ def _vector(read: Reader, count: int, value: Any, rule: str = "") -> tuple[Any, 
     return tuple(map(read, value))
 
 
-def _quaternion_given(value: object) -> tuple[Exact, ...]:
-    quaternion = _vector(PLAIN_NUMBER, 4, value)
-    if all(x.sign() == 0 for x in quaternion):
-        raise Refused("not all zero")
-    return quaternion
-
-
 def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
     import numpy as np  # as few scenes need
 
@@ -394,15 +385,12 @@ def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:
 
 
 START_READERS: Final[dict[str, Reader]] = {
-    **{
-        name: QUANTITY_READERS[name]
-        for name in ("theta", "phi", "psi", "thetadot", "phidot", *_SPINS)
-    },
-    **{name: QUANTITY_READERS[name] for name in (*_ENERGIES, "p_phi", "p_psi")},
-    "quaternion": _quaternion_given,
+    **{name: QUANTITY_READERS[name] for name in (*ANGLES, *RATES, "omega3", *_ENERGIES, *_MOMENTA)},
+    "quaternion": only(
+        partial(_vector, PLAIN_NUMBER, 4), lambda q: any(x.sign() != 0 for x in q), "not all zero"
+    ),
     "rotation": _rotation_given,
-    "omega_body": partial(_vector, QUANTITY_READERS["omega3"], 3),
-    "omega_space": partial(_vector, QUANTITY_READERS["omega3"], 3),
+    **dict.fromkeys(("omega_body", "omega_space"), partial(_vector, QUANTITY_READERS["omega3"], 3)),
     "branch": one_of({name: name for name in BRANCHES}),
     "steady": _steadiness,
 }

@@ -158,12 +158,10 @@ class State(Shown):
 
     def __repr__(self) -> str:
         """What makes it, less what is 0; ω3 says what a kick holds, and stays."""
-        names = ("thetadot", "phi", "phidot", "psi", self.held)
         others = {
-            name: getattr(self, name)
-            for name in names
-            if name == "omega3" or getattr(self, name) != 0
+            name: getattr(self, name) for name in ("thetadot", "phi", "phidot", "psi", self.held)
         }
+        others = {name: x for name, x in others.items() if name == "omega3" or x != 0}
         return as_call("State", theta=self.theta, **others)
 
     @classmethod
