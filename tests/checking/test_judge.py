@@ -47,6 +47,35 @@ def test_what_the_last_digit_of_the_start_does_is_rounding():
     assert found.method["sentence"] == "the error is that of rounding"
 
 
+def rounded(table, form):
+    """A table as it is read again, where its numbers are written so."""
+    if form == "float32":
+        return {name: x.astype(np.float32) for name, x in table.items()}
+    return {name: np.array([float(form % each) for each in x]) for name, x in table.items()}
+
+
+@pytest.mark.parametrize("form", ["%.6g", "%.3f", "%.5e", "float32"])
+@pytest.mark.parametrize("fast", [1.0, 1 + 1e-4])
+@pytest.mark.parametrize(("scene", "unit"), [(SCENE, np.asarray), (TOP, np.degrees)])
+def test_what_the_rounding_of_numbers_does_is_told_from_an_error(form, fast, scene, unit):
+    """Of times too, where an even step has no few decimals."""
+    t = np.linspace(0, 20, 811)
+    table = {name: unit(x) for name, x in angles(exact(fast * t)).items()} | {"t": t}
+    found = check(rounded(table, form), scene)
+    error, rounding = found.errors["axis"].rms, found.method["rounding"]
+    assert ("rounding of the numbers" in found.method["sentence"]) == (error < 2 * rounding)
+    if fast == 1.0:  # of a first row the rounding is one number, not the mean of many
+        assert (0.8 if scene is SCENE else 0.1) < error / rounding < 2
+    elif form != "%.3f":
+        assert error > 3 * rounding
+
+
+def test_times_of_few_decimals_that_somebody_chose_are_not_rounded():
+    t = np.sort(np.random.default_rng(3).choice(300, 60, replace=False)) / 100
+    found = check({"t": t, "axis": exact(1.001 * t).axis}, SCENE)
+    assert found.method["rounding"] is None
+
+
 @pytest.mark.parametrize("told", ["theta", "axis"])
 @pytest.mark.parametrize("ahead", [1e-9, -1e-3])
 def test_a_constant_phase_error_is_measured(told, ahead):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -12,7 +13,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.checking.reading import POSITIONS, Array, Data, matrices, norm
-from heavytop.errors import HeavyTopError, Impossible
+from heavytop.errors import FoldedTiltWarning, HeavyTopError, Impossible
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -82,7 +83,9 @@ class Comparison:
         """The start: the given one, that of the first row, or the one that fits best."""
         if self.given is not None:
             return self.given
-        return first_row(self) if self.origin == "first row" else _fitted(self)
+        with warnings.catch_warnings():  # a tilt that is folded is remarked on as one of the data
+            warnings.simplefilter("ignore", FoldedTiltWarning)
+            return first_row(self) if self.origin == "first row" else _fitted(self)
 
     @property
     def motion(self) -> Motion:

@@ -93,12 +93,18 @@ def check(
     """
     expect_conventions(undone)
     given = read(data, columns)
-    comparison = Comparison(given, *_motion_of(scene, given))
-    if undone:
-        comparison = undo_names(comparison, undone)
+    motion = _motion_of(scene, given)
+
+    def posed(data: Data) -> Comparison:
+        comparison = Comparison(data, *motion)
+        return undo_names(comparison, undone) if undone else comparison
+
+    comparison = posed(given)
     verdict = explain(comparison)
-    found, judged, agent = _undo_what_is_sure(verdict, comparison)
+    found, steps, agent = _undo_what_is_sure(verdict, comparison)
+    judged = undo(comparison, steps)
     curves = error_curves(judged)
+    shaken = error_curves(undo(posed(given.shaken), steps)) if given.shaken else {}
     phase = method.measure_phase(judged)
     growth = {name: method.measure_growth(judged, curves.get(name)) for name in ("axis", "energy")}
     named = {each.name for each in found}
@@ -127,7 +133,8 @@ def check(
         condition=condition,
         conventions=conventions,
         alternatives=tuple(map(_alternative, verdict.alike)),
-        method=method.describe_method(judged, curves, agent, condition) | {"no_phase": phase.why},
+        method=method.describe_method(judged, curves, agent, condition, shaken)
+        | {"no_phase": phase.why},
         assumed=tuple(assumed),
         slip=next(iter(slips), None),
         curves={name: x[:: -(-x.size // CHARTED) or 1].tolist() for name, x in charted.items()},
@@ -164,8 +171,8 @@ def _data_of(given: Data) -> dict[str, Any]:
 
 def _undo_what_is_sure(
     verdict: Judgement, comparison: Comparison
-) -> tuple[list[Finding], Comparison, str]:
-    """The conventions that are sure, the data without them, and what else acts, in words."""
+) -> tuple[list[Finding], list[Undoing], str]:
+    """The conventions that are sure, what is to be undone, and what else acts, in words."""
 
     def findings(steps: list[Undoing]) -> list[Finding]:
         found = [Finding(x, s.sentence, verdict.gain(s)) for s in steps for x in s.names]
@@ -180,9 +187,9 @@ def _undo_what_is_sure(
     for some in () if verdict.best.fits else (described, turned):
         judged = undo(comparison, some)
         if judged.given is not None and (agent := method.find_agent(judged)):
-            return [*findings(some), Finding(*agent)], judged, agent[1]
+            return [*findings(some), Finding(*agent)], some, agent[1]
     other = "" if verdict.alike else "".join(step.sentence for step in numbers)
-    return findings(sure), undo(comparison, steps), other
+    return findings(sure), steps, other
 
 
 def expect_conventions(undone: Sequence[str]) -> None:

@@ -24,6 +24,7 @@ LOST_PHASE: Final = 0.05  # of a period: beyond it an error of the phase is lost
 LEAST_TURN: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
 NOISE: Final = 1e-12  # rad, likewise
 HELD: Final = 0.02  # of what it would vary by: ψ̇ is constant
+ROUNDED: Final = 2.0  # times what rounding makes, RMS: so much of an error is its
 REMEDY: Final = "halve the step or the tolerance; if the error stays, compare A, C, gMR and start"
 
 
@@ -199,15 +200,23 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
 
 
 def describe_method(
-    c: Comparison, curves: dict[str, Array], agent: str, condition: float
+    c: Comparison,
+    curves: dict[str, Array],
+    agent: str,
+    condition: float,
+    shaken: dict[str, Array],
 ) -> dict[str, Any]:
-    """The order of the method, what it conserves, and the floor of the precision of the data."""
+    """The order of the method, what it conserves, and the floor of the precision of the data.
+
+    `shaken` are curves of the data as far off again as the rounding of their numbers makes them.
+    """
     momenta = [name for name in ("energy", "p_phi", "p_psi") if name in curves]
     kept: dict[str, Any] = {name: _trend(curves[name]) for name in momenta}
-    error = curves.get("axis", curves.get("theta", next(iter(curves.values()))))
-    if "psi" in curves and np.nanstd(curves["psi"]) > 1e3 * np.nanstd(error):
-        error = curves["psi"]
-    error = error[np.isfinite(error)]
+    name = next((x for x in ("axis", "theta") if x in curves), next(iter(curves)))
+    if "psi" in curves and np.nanstd(curves["psi"]) > 1e3 * np.nanstd(curves[name]):
+        name = "psi"
+    error = curves[name][np.isfinite(curves[name])]
+    rounding = rms(shaken[name] - curves[name]) if name in shaken else 0.0
     size, first = rms(error), rms(error[: 3 + error.size // 20])
     last = abs(error[-1 - error.size // 10 :]).max()
     floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
@@ -216,6 +225,8 @@ def describe_method(
         sentence = "the error is that of rounding"
     elif agent:
         sentence = agent
+    elif size < ROUNDED * rounding:
+        sentence = f"that is the rounding of the numbers, {rounding:.2g}: write more digits"
     elif floor is not None:
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
     elif first > size / 2:
@@ -225,7 +236,8 @@ def describe_method(
         sentence = f"first order: halve the step, and the error at the end, {last:.2g}, halves"
     elif "kept" in kept.get("p_psi", "") and "by" in kept.get("energy", ""):
         sentence = f"E {kept['energy']} while p_ψ is kept: the step; {REMEDY}"
-    return {"order": order, "floor_digits": floor, **kept, "sentence": sentence}
+    found = {"order": order, "floor_digits": floor, "rounding": rounding or None}
+    return found | kept | {"sentence": sentence}
 
 
 def _is_first_order(c: Comparison, last: float) -> bool:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from heavytop.checking.headers import Meaning, Unit, complete_set, meanings, parse_unit
 from heavytop.errors import ForeignFile
+from heavytop.exact.pairs import UNIT
 from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.text import harmless, nearest
@@ -27,6 +28,8 @@ LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
+MOST_WRITTEN: Final = 12  # digits; of more, rounding is not looked for
+FINE: Final = 2000.0  # grains between times that nobody chose with so many digits
 LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 HEAD_LINES: Final = 40  # among which the header is looked for
@@ -49,7 +52,8 @@ class Data:
 
     `values` has arrays by quantity, `columns` the quantity of every column, empty where it has
     none; `declared` are the conventions that headers declare, `remarks` what was done on reading.
-    `scene` is the scene that a file of ours holds.
+    `scene` is the scene that a file of ours holds; `grain` is half a unit in the last digit that
+    numbers are written with, by quantity, and `shaken` the data moved by as much as that does.
     """
 
     name: str
@@ -59,6 +63,8 @@ class Data:
     columns: Mapping[str, str] = field(default_factory=dict)
     declared: Collection[str] = ()
     remarks: tuple[str, ...] = ()
+    grain: Mapping[str, Array] = field(default_factory=dict)
+    shaken: Data | None = None
 
     def updated(self, **values: Array | None) -> Data:
         """The same with other values; None takes one away."""
@@ -67,8 +73,8 @@ class Data:
 
     def rows(self, which: Any) -> Data:
         """Some of the rows."""
-        some = {name: x[which] for name, x in self.values.items()}
-        return replace(self, t=self.t[which], values=some)
+        some, grain = ({k: x[which] for k, x in y.items()} for y in (self.values, self.grain))
+        return replace(self, t=self.t[which], values=some, grain=grain)
 
 
 def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
@@ -110,8 +116,12 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     if not kept.all():
         remarks += [f"{int((~kept).sum())} masked rows are not judged"]
     used = {each: found[each].quantity if each in found else "" for each in table}
-    all_rows = Data(name, values.pop("t"), values, scene, used, declared)
-    return _scaled(_in_order(all_rows.rows(kept), remarks))
+    grain = _values({each: _grain(x) for each, x in numbers.items()}, found, [])
+    grain["t"] = grain["t"] * _is_rounded(values["t"], grain["t"])
+    all_rows = Data(name, values.pop("t"), values, scene, used, declared, grain=grain)
+    data = _in_order(all_rows.rows(kept), remarks)
+    shaken = _scaled(_shaken(data)) if any(x.any() for x in data.grain.values()) else None
+    return replace(_scaled(data), shaken=shaken)
 
 
 # --- columns -------------------------------------------------------------------------------------
@@ -251,6 +261,46 @@ def _listed(rows: Any) -> str:
     found = np.flatnonzero(rows) + 1
     more = f", and {found.size - ROWS_LISTED} more" * (found.size > ROWS_LISTED)
     return f"row {', '.join(map(str, found[:ROWS_LISTED]))}{more}"
+
+
+# --- how numbers are rounded ---------------------------------------------------------------------
+
+
+def _grain(x: Array) -> Array:
+    """Half a unit in the last digit that numbers are written with; 0 where all digits are."""
+    digits, size, grain = np.arange(MOST_WRITTEN), abs(x), np.zeros_like(x)
+    decades = np.floor(np.log10(np.where(size > 0, size, 1.0)))
+    if np.isfinite(x).all() and np.ptp(x) > 0:
+        single = size.astype(np.float32)
+        if (single == size).all():
+            grain = np.spacing(single).astype(np.float64) / 2
+        for units in (-digits, np.add.outer(-digits, decades)):  # as %.3f and as %.3e write
+            fitting = (10.0**unit for unit in units if _fits(x, size, unit))
+            grain = np.maximum(grain, next(fitting, 0.0) / 2)
+    return grain
+
+
+def _fits(x: Array, size: Array, unit: Any) -> bool:
+    """Whether numbers are whole multiples of powers of ten."""
+    with np.errstate(over="ignore", invalid="ignore"):  # tiny numbers, which fit nothing then
+        off = abs(np.rint(x * 10.0**-unit) * 10.0**unit - x)
+    return bool((off <= 8 * UNIT * size).all())
+
+
+def _is_rounded(t: Array, grain: Array) -> bool:
+    """Whether times are rounded, and not chosen: they part their span evenly but for that."""
+    even = np.linspace(t[0], t[-1], t.size)
+    off, least = abs(t - even), 8 * UNIT * abs(t).max()
+    fine = abs(np.median(np.diff(t))) > FINE * grain.max()
+    return bool((off > least).any() and (fine or (off <= 2 * grain + least).all()))
+
+
+def _shaken(data: Data) -> Data:
+    """The data with every number moved by as much as rounding moves it, RMS, here or there."""
+    random, grain = np.random.default_rng(0), data.grain
+    part = {name: x / np.sqrt(3) * random.choice((-1, 1), x.shape) for name, x in grain.items()}
+    values = {name: x + part[name] for name, x in data.values.items()}
+    return replace(data, t=data.t + part["t"], values=values)
 
 
 # --- lengths and descriptions --------------------------------------------------------------------
