@@ -9,13 +9,13 @@ invariants, more bits than doubles have. A run that misses all the same goes one
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from math import inf, log, log2, sqrt, tau
 from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.registry import FORMULATIONS, FormulationEntry
 from heavytop.errors import Fault, refuse
 from heavytop.exact import PI
 from heavytop.exact.pairs import EPSILON
@@ -65,7 +65,7 @@ def plan(
     scene : Scene
         What is to be run.
     formulation : str
-        ``auto`` or the name of a formulation: axis, attitude, cubic, routh, subsystem, lagrange.
+        ``auto`` or the name of a formulation, as docs/formulations.md lists them.
     projected : bool
         Whether the state is put back onto the invariants of the start, between blocks of steps.
     tolerance : float, optional
@@ -174,18 +174,20 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     wants = ", ".join(scene.quantities)
     if missing := [q for q in scene.quantities if QUANTITIES[q].need > entry.gives]:
         lacks = f"the {formulation} form does not give {', '.join(missing)}"
-        rule = f"{lacks}; the axis and the attitude form do"
+        rule = f"{lacks}; {_forms(lambda each: each.gives >= expected.need)} do"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     spun = [q for q in scene.quantities if QUANTITIES[q].need >= Need.PSI]
     if scene.top.C == 0 and spun:
         rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     if scene.top.C == 0 and not entry.point_mass:
-        rule = f"the {formulation} form divides by C, which is 0; axis and cubic do not"
+        others = _forms(lambda each: each.point_mass)
+        rule = f"the {formulation} form divides by C, which is 0; {others} do not"
         yield Fault(scene.name, None, "top.C", "0", rule)
     theta = scene.start.theta
     if not entry.starts_at_pole and 0 in (theta.sign(), (theta - PI).sign()):
-        rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
+        others = _forms(lambda each: each.starts_at_pole)
+        rule = f"the {formulation} form cannot start at a pole; {others} can"
         yield Fault(scene.name, None, "start.theta", str(theta), rule)
     through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
     if "sigma" in entry.variants and through_both and expected.need >= Need.PSI:
@@ -202,6 +204,11 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     elif abs(expected.span) * fastest > MOST_TURNS * tau:
         most = MOST_TURNS * tau / fastest
         yield span_fault(scene, f"at most {most:.3g} s: farther off, turns are not counted")
+
+
+def _forms(able: Callable[[FormulationEntry], bool]) -> str:
+    """The names of the formulations that are able to something."""
+    return ", ".join(name for name, entry in FORMULATIONS.items() if able(entry))
 
 
 # --- the formulation ---------------------------------------------------------------------------

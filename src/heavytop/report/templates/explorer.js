@@ -531,7 +531,7 @@
     const beside = { theta: `${short(own.theta, 5)} rad`, phidot: rated(own.phidot), thetadot: rated(own.thetadot),
       spin: `${short(state.spin / RPM, 5)} rpm; here ${state.held === "omega3"
         ? `ψ̇₀ = ${short(psidot, 5)}` : `ω₃ = ${short(own.omega3, 5)}`} rad/s`,
-      shape: `A disc on a stem, its rim touches a table at a tilt of ${short(rim / DEGREE, 3)}°.` };
+      shape: `Drawn as a disc on a stem, whose rim touches a table at a tilt of ${short(rim / DEGREE, 3)}°.` };
     for (const [name, { of }] of Object.entries(CONTROLS)) {
       const value = of(state), slider = $(`${name}-slider`), field = box(name);
       const scale = DATA.units[name]?.[field.dataset.unit] ?? 1;
