@@ -19,6 +19,7 @@ from tempfile import TemporaryFile
 from typing import Any, Final, NamedTuple, NoReturn
 
 import click
+from click.shell_completion import shell_complete
 
 from heavytop import errors
 from heavytop.cli.signature import place_of, read_verb
@@ -31,6 +32,7 @@ EXIT_CODES: Final = (
     "5 a check is out of its bound; 130 interrupted; 141 nobody reads the output on."
 )
 DEFAULT_SCENE: Final = "sicm-kicked"
+COMPLETION: Final = "_HEAVYTOP_COMPLETE"  # the variable by which a shell asks for words
 PROGRESS_S: Final = 30.0  # between two lines of progress
 TABLE_ENDINGS: Final = (".csv", ".json")
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -97,24 +99,24 @@ class Verbs(click.Group):
     def main(self, args: Sequence[str] | None = None, *_: Any, **more: Any) -> NoReturn:
         """Run a command line and exit; its words are the object of the context."""
         words = sys.argv[1:] if args is None else list(args)
-        more |= {"prog_name": "heavytop", "obj": words, "standalone_mode": False}
+        if completion := os.environ.get(COMPLETION):
+            sys.exit(shell_complete(self, {}, "heavytop", COMPLETION, completion))
+        more.pop("prog_name", None)
         try:
-            sys.exit(super().main(words, **more))
+            with self.make_context("heavytop", [*words], obj=words, **more) as ctx:
+                self.invoke(ctx)
+            sys.exit(Exit.OK)
+        except click.exceptions.Exit as end:
+            sys.exit(end.exit_code)
         except click.ClickException as wrong:
             wrong.show()
             sys.exit(wrong.exit_code)
-        except click.Abort:  # Ctrl-C, outside of a verb
+        except KeyboardInterrupt:  # outside of a verb
             sys.exit(Exit.INTERRUPTED)
-
-    def make_context(self, *words: Any, **more: Any) -> click.Context:
-        """Return the context of a command line; it may print the help."""
-        with while_it_is_read():
-            return super().make_context(*words, **more)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Call the verb that a command line names."""
-        with while_it_is_read():
-            return super().invoke(ctx)
+        except BrokenPipeError:  # nobody reads on, as `head` does; what is left goes nowhere
+            with suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            sys.exit(Exit.CLOSED)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the verbs in the order of the help."""
@@ -135,24 +137,13 @@ class Verbs(click.Group):
         )
 
 
-@contextmanager
-def while_it_is_read() -> Iterator[None]:
-    """End where nobody reads stdout any more, as `head` leaves it; click would call it a bug."""
-    try:
-        yield
-    except BrokenPipeError:
-        with suppress(OSError):  # what is left in the buffer goes nowhere, and fails no more
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise click.exceptions.Exit(Exit.CLOSED) from None
-
-
 def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
     """Call the function of a verb with what was typed; print what it found, and exit."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore" if typed["quiet"] else "always", UserWarning)
         warnings.showwarning = lambda message, *_, **__: print_error(f"warning: {message}")
         try:
-            call(find_function(place), takes, typed)
+            call(place, takes, typed)
         except (click.exceptions.Exit, click.ClickException, BrokenPipeError):
             raise
         except (Exception, KeyboardInterrupt) as error:
@@ -162,35 +153,29 @@ def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
             exit_with([problem_of(error)])
 
 
-def find_function(place: str) -> Any:
-    """The function that is named as ``module:function``."""
-    module, _, name = place.partition(":")
-    return getattr(import_module(f"heavytop.{module}"), name)
-
-
-def call(function: Any, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -> None:
-    """Call a function with what was typed; write and print what it found."""
+def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -> None:
+    """Call the function ``module:function`` with what was typed; write and print what it found."""
     from heavytop.results.base import command_line, typing
     from heavytop.scene.arguments import gathering
     from heavytop.scene.quantities import SI, read_units, showing
 
+    module, _, name = place.partition(":")
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
     folder, path = given.get("folder"), given.get("path")
     if path is not None and not path.suffix:
         folder, path = path, None
     with gathering() as attempt:
-        for name, place in (("folder", folder), ("path", path and path.parent)):
-            attempt(expect_writable, name, place)
+        attempt(expect_writable, "folder", folder)
+        attempt(expect_writable, "path", path and path.parent)
         units = SI if typed["unit"] is None else attempt(read_units, typed["unit"])
-        if place_of(takes) == "scene":
+        if of_scene := place_of(takes) == "scene":
             given["scene"] = attempt(read_scene, typed["scene"], typed["changes"])
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        stack.enter_context(typing(command_line(click.get_current_context().obj)))
-        stack.enter_context(showing(SI if typed["json"] and folder is path is None else units))
-        if "scene" in given and place_of(takes) == "scene":
-            note(f"{click.get_current_context().info_name} {given['scene'].name}")
+    context, printed = click.get_current_context(), typed["json"] and folder is path is None
+    with typing(command_line(context.obj)), showing(SI if printed else units):
+        if of_scene:
+            note(f"{context.info_name} {given['scene'].name}")
         with ExitStack() as working:  # a bar that is still drawn would take stdout for itself
             if address := given.get("executor"):
                 from heavytop.studies.workers import executor_at
@@ -198,9 +183,9 @@ def call(function: Any, takes: Mapping[str, Parameter], typed: Mapping[str, Any]
                 given["executor"] = working.enter_context(executor_at(address))
             if "progress" in takes:
                 given["progress"] = working.enter_context(progress_bar())
-            found = function(**given)
+            found = getattr(import_module(f"heavytop.{module}"), name)(**given)
         if isinstance(found, Path):
-            document = {"schema": f"heavytop/{function.__name__}/1", "scene": given["scene"].name}
+            document = {"schema": f"heavytop/{name}/1", "scene": given["scene"].name}
             size = f"{harmless(found)}: {found.stat().st_size / 1e6:.2g} MB"
             found = CommandResult(size, document=document | {"file": str(found)})
         answer = found if isinstance(found, CommandResult) else CommandResult(found)
@@ -246,23 +231,15 @@ def note(text: str) -> None:
 @contextmanager
 def progress_bar() -> Iterator[Callable[[Any], None] | None]:
     """A progress bar on stderr; where nobody can see it move, a line now and then."""
-    if option("quiet"):
-        yield None
-        return
-    if not sys.stderr.isatty():
-        yield lines_of_progress()
+    if option("quiet") or not sys.stderr.isatty():
+        yield None if option("quiet") else lines_of_progress()
         return
     from rich.console import Console
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
-
-        def update(now: Any) -> None:
-            fraction, runs = done_of(now)
-            bar.update(task, completed=fraction, description=runs)
-
-        yield update
+        yield lambda now: bar.update(task, completed=done_of(now)[0], description=done_of(now)[1])
 
 
 def done_of(now: Any) -> tuple[float, str]:
@@ -351,8 +328,7 @@ def expect_writable(name: str, folder: Path | None) -> None:
     try:
         TemporaryFile(dir=there).close()
     except OSError as error:
-        why = f"cannot write {folder}: {error.strerror}"
-        raise errors.Impossible([(name, why)]) from None
+        raise errors.Impossible([(name, f"cannot write {folder}: {error.strerror}")]) from None
 
 
 # --- what goes wrong -------------------------------------------------------------------------

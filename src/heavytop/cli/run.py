@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -52,11 +54,11 @@ def run(
     """
     from heavytop.run.planning import read_options
 
-    read_options(scene, formulation=formulation, tolerance=tolerance, digits=digits)
+    asked = {"formulation": formulation, "tolerance": tolerance}
+    read_options(scene, digits=digits, **asked)
     if digits is not None:
         scene = replace(scene, digits=digits)
-    how: dict[str, Any] = {"figures": figures, "progress": progress, "force": force}
-    return run_in(folder, scene, formulation, tolerance, **how)
+    return run_in(folder, scene, asked, figures, progress, force)
 
 
 def resume(
@@ -94,18 +96,11 @@ def resume(
             return CommandResult(known, [(code, f"{folder}: this run is {known.outcome}")])
         scene, asked = read_scene(run["text"], f"{run['name']}.toml"), begun["parameters"]
         asked = {name: asked[name] for name in ("formulation", "tolerance")}
-        return run_in(folder, scene, figures=figures and run["figures"], progress=progress, **asked)
+        return run_in(folder, scene, asked, figures and run["figures"], progress)
 
 
 def run_in(
-    folder: Path | None,
-    scene: Scene,
-    formulation: str,
-    tolerance: float | None,
-    *,
-    figures: bool,
-    progress: Progress | None,
-    force: bool = False,
+    folder: Path | None, scene: Scene, asked: Any, figures: bool, progress: Any, force: bool = False
 ) -> CommandResult:
     """Run a scene, or what is left of it; what cannot be run touches no folder."""
     from heavytop.report.files import open_run, write_results
@@ -114,15 +109,10 @@ def run_in(
     from heavytop.run.span import closed_form_of
 
     motion = closed_form_of(scene)
-    plan = planned(scene, motion, formulation, tolerance=tolerance)
-    if folder is None:
-        run, early = integrate(scene, motion, plan, None, progress)
-        result = run_result(run)
-    else:
-        asked = {"formulation": formulation, "tolerance": tolerance}
-        with open_run(folder, scene, asked, figures=figures, force=force):
-            run, early = integrate(scene, motion, plan, folder, progress)
-            result = write_results(run, folder, figures=figures)
+    plan = planned(scene, motion, **asked)
+    with open_run(folder, scene, asked, figures=figures, force=force) if folder else nullcontext():
+        run, early = integrate(scene, motion, plan, folder, progress)
+        result = write_results(run, folder, figures=figures) if folder else run_result(run)
     return CommandResult(result, problems_of(result, early, folder))
 
 
@@ -145,14 +135,13 @@ def integrate(
         return SceneMotion(scene, motion, plan), None
     checkpoint = None if folder is None else folder / TRAJECTORY
     part = load_trajectory(checkpoint) if checkpoint and checkpoint.exists() else None
-    if part is not None and part.outcome is Outcome.SINGULAR:
+    if part and part.outcome is Outcome.SINGULAR:
         return part, EndedEarly(part.outcome, part)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
-            if part is not None:
-                return completed(part, progress=progress, checkpoint=checkpoint), None
-            return integrate_plan(scene, motion, plan, progress, checkpoint=checkpoint), None
+            go = partial(completed, part) if part else partial(integrate_plan, scene, motion, plan)
+            return go(progress=progress, checkpoint=checkpoint), None
     except EndedEarly as early:
         if early.outcome is Outcome.INTERRUPTED:  # comparing the part would take as long as it did
             why = f"interrupted at t = {early.trajectory.orbit.end:.6g} s"
