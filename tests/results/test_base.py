@@ -2,7 +2,6 @@
 
 import json
 import math
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import pytest
@@ -18,7 +17,6 @@ HOSTILE = "<script>alert(1)</script> [red]x[/red] \\[bold] \x1b[31m"
 RUNS = ({"case": "a|b", "theta": 2 / 3, "bound": 1.41e-15}, {"case": "b", "theta": None})
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Some(Result):
     schema: ClassVar = "heavytop/some/1"
     index: ClassVar = ("case",)

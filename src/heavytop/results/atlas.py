@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
@@ -31,7 +31,6 @@ ROLES: Final = {
 MAP: Final = "atlas.nc"
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Atlas(Result):
     """A plane of tops and what kind of motion each of its pixels is.
 
@@ -70,6 +69,7 @@ class Atlas(Result):
     goes_on: ClassVar = True
     left_out: ClassVar = ("map",)
 
+    __eq__, __hash__ = object.__eq__, object.__hash__
     map: xarray.Dataset | None = None
     scene: Mapping[str, Any]
     axes: Any

@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, dataclass_transform
 
 from heavytop.errors import Exit, ForeignFile
 from heavytop.files import not_as_written, write_document, write_text
@@ -72,9 +72,10 @@ class Chart(NamedTuple):
     shows: str
 
 
+@dataclass_transform(frozen_default=True, kw_only_default=True)
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Result(Plotted):
-    """What a command found: its fields, by their names, are its JSON.
+    """What a command found: its fields, by their names, are its JSON. Each kind is a dataclass.
 
     Attributes
     ----------
@@ -102,6 +103,9 @@ class Result(Plotted):
     command: str | None = field(default_factory=typed)
     files: Mapping[str, str] = field(default_factory=dict)
     versions: Mapping[str, str | None] = field(default_factory=dict)
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True, repr=False)(cls)
 
     def __post_init__(self) -> None:
         for each in fields(self):
@@ -247,11 +251,7 @@ def plots(module: str) -> Any:
 
 def draw(module: str, function: str, *given: Any) -> Callable[..., Any]:
     """What draws on axes, by its name in `heavytop.plots`."""
-
-    def drawn(ax: Any, **looks: Any) -> Any:
-        return getattr(plots(module), function)(ax, *given, **looks)
-
-    return drawn
+    return lambda ax, **looks: getattr(plots(module), function)(ax, *given, **looks)
 
 
 # --- files -----------------------------------------------------------------------------------
@@ -291,10 +291,8 @@ def given(values: Mapping[str, Any]) -> str:
     >>> given({"theta": 0.1, "phi": 0, "phidot": -15, "omega3": "30 rpm"})
     'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
     """
-    quantities = {
-        name: quantity_of(name) for name, value in values.items() if value not in (0, None)
-    }
-    words = (f"{of.symbol} = {of.with_unit(values[n], form='.6g')}" for n, of in quantities.items())
+    named = [(quantity_of(name), value) for name, value in values.items() if value not in (0, None)]
+    words = (f"{of.symbol} = {of.with_unit(value, form='.6g')}" for of, value in named)
     return ", ".join(words) or "all zero"
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
@@ -15,7 +14,6 @@ CERTIFIED_QUANTITIES: Final = ("axis", "theta", "phi", "psi")
 HEADINGS: Final = {"axis": "axis", "theta": "θ [rad]", "phi": "φ [rad]", "psi": "ψ [rad]"}
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Certificate(Result):
     """What is proved of a run in doubles: how far it is from the exact motion of its own numbers.
 
@@ -90,12 +88,8 @@ class Certificate(Result):
     def tables(self) -> Iterator[Table]:
         """The bounds beside the largest errors found."""
         rows = [
-            {
-                "quantity": HEADINGS[name],
-                "bound": self.bound[name],
-                "rounding": self.rounding[name] or None,
-                "observed": self.observed[name],
-            }
+            {"quantity": HEADINGS[name], "bound": self.bound[name]}
+            | {"rounding": self.rounding[name] or None, "observed": self.observed[name]}
             for name in CERTIFIED_QUANTITIES
             if self.observed[name] is not None
         ]

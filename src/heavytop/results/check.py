@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final, NamedTuple
 
 from heavytop.errors import Exit
@@ -35,7 +34,6 @@ class Finding(NamedTuple):
     gain: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Check(Result):
     """What is to be said of a trajectory that somebody else computed.
 
@@ -139,11 +137,10 @@ class Check(Result):
             yield "could be", f"{_names(some)}: {some.sentence}"
         given = f" ({self.digits_as_given:.1f} as given)" if self.conventions else ""
         yield "digits", f"{self.digits:.1f}{given}"
-        for name, size in ((name, self.errors[name]) for name in CHECKED_QUANTITIES):
-            if size is None:
-                continue
-            most, rms = error_text(name, size.max), error_text(name, size.rms)
-            yield name, f"{most} at t = {size.t_max:g} s, RMS {rms}"
+        for name in CHECKED_QUANTITIES:
+            if size := self.errors[name]:
+                most, rms = error_text(name, size.max), error_text(name, size.rms)
+                yield name, f"{most} at t = {size.t_max:g} s, RMS {rms}"
         yield from self._phase_in_words()
         for name, count in self.events.items():
             if count is not None:
@@ -182,10 +179,7 @@ class Check(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors over time, and how far the data run ahead."""
-        return {
-            "errors": draw("studies", "checked_errors", self),
-            "phase": draw("studies", "checked_phase", self),
-        }
+        return {name: draw("studies", f"checked_{name}", self) for name in ("errors", "phase")}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Fewer digits than are required."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.facts import Facts, facts
@@ -70,7 +70,6 @@ def plan_summary(chosen: Plan) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Classification(Result):
     """What can be said of a scene without integrating it.
 
@@ -117,7 +116,6 @@ class Classification(Result):
         yield from (("note", text) for text in self.warnings)
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Planned(Result):
     """How a scene would be integrated; nothing is."""
 
@@ -168,8 +166,7 @@ def classified(scene: Scene) -> Classification:
 
 def warnings_of(scene: Scene) -> tuple[str, ...]:
     """What is to be said of a scene before anything is computed."""
-    notices = (scene.top.warning, *scene.start.notices, _kick(scene))
-    return tuple(filter(None, notices))
+    return tuple(filter(None, (scene.top.warning, *scene.start.notices, _kick(scene))))
 
 
 def _kick(scene: Scene) -> str:

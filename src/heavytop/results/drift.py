@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
@@ -58,7 +58,6 @@ class Growth(NamedTuple):
     word: str = ""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Drift(Result):
     """The result of a drift study; ``drift["strang"]`` is one method.
 

@@ -5,24 +5,15 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
+from heavytop.results import classification
 from heavytop.results.base import Result, error_text
-from heavytop.results.classification import (
-    CONSTANTS,
-    course_facts,
-    motion_summary,
-    numbers,
-    plan_facts,
-    plan_summary,
-    verdict_facts,
-    warnings_of,
-)
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import ANGLES, RATES, Need, need_of
 from heavytop.scene.scene_file import EVENTS
@@ -61,7 +52,6 @@ NO_EVENTS: Final = {**dict.fromkeys(EVENTS), "table": (), "omitted": 0}
 NO_COST: Final = {"steps": 0, **dict.fromkeys(TIMES, 0.0), "us_per_period": None}
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class RunResult(Result):
     """Everything a run has to say; where nothing is integrated, what is known without it.
 
@@ -115,13 +105,14 @@ class RunResult(Result):
 
     def facts(self) -> Iterator[Fact]:
         """What is known without integrating, the plan, the end, the errors and the cost."""
-        yield from verdict_facts(self.motion)
-        yield from course_facts(self.motion)
-        yield from numbers(self.constants, *CONSTANTS)
-        yield from plan_facts(self.plan)
+        yield from classification.verdict_facts(self.motion)
+        yield from classification.course_facts(self.motion)
+        yield from classification.numbers(self.constants, *classification.CONSTANTS)
+        yield from classification.plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
         if self.final:
-            yield from numbers({"reaction": None, **self.final}, "t", *ANGLES, "reaction")
+            end = {"reaction": None, **self.final}
+            yield from classification.numbers(end, "t", *ANGLES, "reaction")
             counts = (f"{n} {name}" for name in EVENTS if (n := self.events[name]) is not None)
             yield "events", ", ".join(counts) or "none requested"
         if self.outcome != Outcome.FINISHED:
@@ -168,10 +159,10 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
         found = {"final": final, "events": NO_EVENTS | run.counts}
     return RunResult(
         scene=scene.document(),
-        motion=motion_summary(motion),
+        motion=classification.motion_summary(motion),
         constants=motion.constants._asdict(),
-        plan=plan_summary(run.plan),
-        warnings=warnings_of(scene),
+        plan=classification.plan_summary(run.plan),
+        warnings=classification.warnings_of(scene),
         source=run.source,
         versions=versions(),
         files=files or {},
@@ -238,9 +229,8 @@ def _events(run: Trajectory, as_number: AsNumber) -> dict[str, Any]:
 
 def _cost(run: Trajectory) -> dict[str, Any]:
     """Steps, and the time that each part of the work took."""
-    spent = run.statistics
-    period = run.motion.period if spent.whole else None
-    periods = abs(run.orbit.end) / float(period) if period else 0.0
+    spent, period = run.statistics, run.motion.period
+    periods = abs(run.orbit.end) / float(period) if spent.whole and period else 0.0
     found = {name: getattr(spent, name) for name in ("steps", *TIMES)}
     return found | {"us_per_period": spent.integrate_s / periods * 1e6 if periods else None}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, ClassVar, Final
 
@@ -56,7 +55,6 @@ NO_RUN: Final[Mapping[str, Any]] = {
 """What is said of a run of which nothing more is known."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Stress(Result):
     """The result of a stress test.
 
@@ -206,7 +204,6 @@ def cell(run: Mapping[str, Any]) -> str:
     return f"{digits} {StressOutcome(run['outcome']).mark}".strip()
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class StressCases(Result):
     """The cases and the methods of a stress test."""
 

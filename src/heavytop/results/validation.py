@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
@@ -20,7 +19,6 @@ MEANINGS: Final = {"verdict": Quantity("", ""), "statement": Quantity("claim", "
 CLAIM_COLUMNS: Final = ("verdict", "statement", "numbers", "measured", "bound")
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Validation(Result):
     """The claims that were looked at.
 

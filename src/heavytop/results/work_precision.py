@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any, ClassVar, Final
 
@@ -31,7 +30,6 @@ BESTS: Final = {name: TIME_AT._replace(symbol=name) for name in TARGETS} | {
 }  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class WorkPrecision(Result):
     """What every method costs for what it attains.
 

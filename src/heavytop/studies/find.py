@@ -10,7 +10,6 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from itertools import pairwise
 from operator import attrgetter
@@ -67,7 +66,6 @@ FOUND_FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] =
 """Facts and their units: of the motion, p_ψ²/4A gMR, and what the formula of a fast top gives."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Found(Result):
     """What `find` found: all solutions in the range, in their order.
 

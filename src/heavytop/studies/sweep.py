@@ -6,7 +6,6 @@ Nothing is integrated: each row is the closed form of one scene.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Final
 
@@ -15,19 +14,11 @@ from heavytop.results.base import Chart, Result
 from heavytop.results.table import Table
 from heavytop.scene.arguments import expect, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene, expect_scene
-from heavytop.studies.find import (
-    FOUND_FACTS,
-    fact_quantity,
-    facts_of,
-    kind_of,
-    motion_of,
-    read_range,
-)
+from heavytop.studies import find
 
 _FEW: Final = 37  # rows, where no number is given
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
 class Sweep(Result):
     """Facts of the motions of a scene over a range.
 
@@ -52,7 +43,7 @@ class Sweep(Result):
 
     def tables(self) -> Iterator[Table]:
         """A row for each value."""
-        about = {name: fact_quantity(name, ".8g") for name in self.rows[0]}
+        about = {name: find.fact_quantity(name, ".8g") for name in self.rows[0]}
         yield Table(self.rows, [*about], meanings=about, left=0)
 
 
@@ -97,14 +88,14 @@ def read_request(
 ) -> tuple[str, Sequence[float], list[str]]:
     """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
     expect_scene(scene)
-    known = one_of({name: name for name in FOUND_FACTS})
+    known = one_of({name: name for name in find.FOUND_FACTS})
     names, faults = parse_names(scene.name, "facts", facts, known)
     given = {"over": expect("over", over, str)}
-    values, wrong = parse_options(scene.name, given, {"over": partial(read_range, count=_FEW)})
+    values, wrong = parse_options(scene.name, given, {"over": partial(find.read_range, count=_FEW)})
     refuse(faults, wrong)
     return *values["over"], names
 
 
 def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:
-    motion = motion_of(scene, key, x)
-    return {key: x, "kind": kind_of(motion)} | facts_of(motion, names)
+    motion = find.motion_of(scene, key, x)
+    return {key: x, "kind": find.kind_of(motion)} | find.facts_of(motion, names)
