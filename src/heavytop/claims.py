@@ -25,14 +25,7 @@ from heavytop.doctor import versions
 from heavytop.errors import HeavyTopError, refuse
 from heavytop.results.table import Row
 from heavytop.results.validation import THIS_PROJECT, Validation
-from heavytop.scene.arguments import (
-    Range,
-    check_callable,
-    one_of,
-    parse_names,
-    parse_options,
-    path_of,
-)
+from heavytop.scene import arguments
 from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
@@ -112,12 +105,12 @@ class Claim:
     def rows(self, **given: Any) -> Iterator[Row]:
         """Measure it."""
         found = self.measure(*self.of, **given)
-        if not self.is_proof:
+        if self.is_proof:
+            for number, (statement, measured, bound) in enumerate(found, 1):
+                about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
+                yield replace(self, **about).judge(float(measured))
+        else:
             yield self.judge(float(found))
-            return
-        for number, (statement, measured, bound) in enumerate(found, 1):
-            about = {"id": f"{self.id}/{number}", "statement": statement, "bound": float(bound)}
-            yield replace(self, **about).judge(float(measured))
 
     def judge(
         self, measured: float | None = None, failure: str | None = None, skipped: str | None = None
@@ -130,8 +123,8 @@ class Claim:
         holds = failure is None and measured is not None and measured <= self.bound
         row = Row({name: getattr(self, name) for name in CLAIM_FIELDS}, script=f"{self.script}.py")
         row |= {"authority": self.authority.name, "numbers": self.authority.numbers}
-        row |= {"measured": measured, "passed": None if skipped else holds}
-        return Row(row, skipped=skipped, failure=failure)
+        passed = None if skipped else holds
+        return Row(row, measured=measured, passed=passed, skipped=skipped, failure=failure)
 
 
 CLAIM_FIELDS: Final = ("id", "statement", "bound", "reason", "holds", "needs")
@@ -278,12 +271,13 @@ def validate(
     >>> found.counts, found.failed
     ({'passed': 1, 'failed': 0, 'skipped': 0}, ())
     """
-    check_callable("progress", progress)
-    place = None if scripts is None else str(path_of("scripts", scripts).resolve())
+    arguments.check_callable("progress", progress)
+    place = None if scripts is None else str(arguments.path_of("scripts", scripts).resolve())
     every = load_claims(place)
     known = {name: name for each in every.values() for name in (each.id, each.script)}
-    _, wrong = parse_options(KIND, {"jobs": jobs}, {"jobs": Range(1, math.inf, whole=True)})
-    asked, faults = parse_names(KIND, "names", names, one_of(known))
+    whole = arguments.Range(1, math.inf, whole=True)
+    _, wrong = arguments.parse_options(KIND, {"jobs": jobs}, {"jobs": whole})
+    asked, faults = arguments.parse_names(KIND, "names", names, arguments.one_of(known))
     refuse(wrong, faults * (names not in ((), [])))
 
     def wanted(each: Claim) -> bool:

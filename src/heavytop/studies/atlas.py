@@ -151,7 +151,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
             column[tile] = found[name]
         codes = found["kind"].ravel() * np.int64(len(VERDICT_DETAILS)) + found["detail"].ravel()
         pairs += np.bincount(codes, minlength=pairs.size).reshape(pairs.shape)
-    kinds = dict(zip(VERDICT_NAMES, pairs.sum(axis=1).tolist(), strict=True))
+    kinds = zip(VERDICT_NAMES, pairs.sum(axis=1).tolist(), strict=True)
     details = {
         f"{VERDICT_NAMES[k]}, {VERDICT_DETAILS[d]}": int(pairs[k, d])
         for k, d in np.argwhere(pairs)
@@ -164,7 +164,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         axes={"x": plane.x.range, "y": plane.y.range},
         shape=plane.shape,
         what=what,
-        counts={name: count for name, count in kinds.items() if count},
+        counts={name: count for name, count in kinds if count},
         details=details,
         uncertified=int(np.count_nonzero(columns["certified"] == 0)),
         curves=tuple(
@@ -181,10 +181,8 @@ def _dataset(plane: Plane, columns: Columns, parameters: Parameters) -> xarray.D
     """The map, which says of its columns what they are, by the CF conventions."""
     import xarray
 
-    places = {
-        axis.name: (axis.name, axis.values, quantity_of(axis.name).attributes)
-        for axis in (plane.y, plane.x)
-    }
+    axes = plane.y, plane.x
+    places = {a.name: (a.name, a.values, quantity_of(a.name).attributes) for a in axes}
     about = {
         "Conventions": "CF-1.11",
         "title": plane.scene.title or plane.scene.name,
@@ -198,13 +196,12 @@ def _dataset(plane: Plane, columns: Columns, parameters: Parameters) -> xarray.D
 
 def _attributes(name: str) -> dict[str, Any]:
     """What a map says of a column."""
-    words = VALUES.get(name) or TAG_BITS.get(name, ())
     found: dict[str, Any] = dict(quantity_of(name).attributes)
-    if not words:
-        return found
-    codes = np.arange(len(words), dtype=np.uint8)
-    flags = {"flag_values": codes} if name in VALUES else {"flag_masks": 1 << codes}
-    return found | flags | {"flag_meanings": " ".join(words)}
+    if words := (VALUES | TAG_BITS).get(name):
+        codes = np.arange(len(words), dtype=np.uint8)
+        found |= {"flag_values": codes} if name in VALUES else {"flag_masks": 1 << codes}
+        found["flag_meanings"] = " ".join(words)
+    return found
 
 
 # --- making an atlas ------------------------------------------------------------------------------
@@ -278,16 +275,9 @@ def atlas(
         plane = Plane(scene, values["x"], values["y"])
         faults += _impossible(plane, what, folder is None)
     refuse(faults)
-    how = {"executor": executor, "on_progress": progress}
-    with Journal.open(folder, _parameters(plane, what)) as journal:
-        return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
-
-
-def _parameters(plane: Plane, what: str) -> Parameters:
-    """Return what is asked of an atlas, as JSON."""
-    return {
+    parameters = {
         "kind": KIND,
-        "scene": plane.scene.problem(),
+        "scene": scene.problem(),
         "x": plane.x.text,
         "y": plane.y.text,
         "what": what,
@@ -295,6 +285,9 @@ def _parameters(plane: Plane, what: str) -> Parameters:
         # Workers may be several machines: the processor is not among the versions.
         "versions": {key: value for key, value in versions().items() if key != "cpu"},
     }
+    how = {"executor": executor, "on_progress": progress}
+    with Journal.open(folder, parameters) as journal:
+        return complete(journal, jobs=values.get("jobs", usable_cpus()), **how)
 
 
 def complete(journal: Journal, *, jobs: int, **how: Any) -> Atlas:

@@ -186,18 +186,17 @@ class Plane:
 
     def at(self, x: Array, y: Array) -> dict[str, Any]:
         """The tops and starts at places of the plane, given as arrays that broadcast."""
+        numbers = self.held | {self.x.name: x, self.y.name: y}
         with np.errstate(all="ignore"):
-            return _with_rates(
-                self.held | {self.x.name: x, self.y.name: y}, float(self.scene.start.thetadot)
-            )
+            return _with_rates(numbers, float(self.scene.start.thetadot))
 
     @cached_property
     def held(self) -> dict[str, Any]:
         """The numbers of the scene that no axis changes, by name."""
         top, start = self.scene.top, self.scene.start
-        numbers = {name: getattr(top, name) for name in ("A", "C", "gMR")} | {
-            name: getattr(start, name) for name in ("theta", "thetadot", "phidot", start.held)
-        }
+        numbers = {name: getattr(top, name) for name in ("A", "C", "gMR")}
+        names = ("theta", "thetadot", "phidot", start.held)
+        numbers |= {name: getattr(start, name) for name in names}
         changed = {ROLES[axis.name] for axis in (self.x, self.y)}
         return {name: float(value) for name, value in numbers.items() if ROLES[name] not in changed}
 
@@ -264,9 +263,8 @@ def boundaries(tops: Mapping[str, Any]) -> dict[str, Terms]:
     """
     wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
     top = dict(zip(tops, wide, strict=True))
-    A, C, gMR, theta, thetadot, phidot = (
-        top[name] for name in ("A", "C", "gMR", "theta", "thetadot", "phidot")
-    )
+    names = ("A", "C", "gMR", "theta", "thetadot", "phidot")
+    A, C, gMR, theta, thetadot, phidot = (top[name] for name in names)
     u, sine, rise = np.cos(theta), np.sin(theta), 2 * np.sin(theta / 2) ** 2
     omega3 = top["omega3"] if "omega3" in top else top["psidot"] + phidot * u
     kinetic = A * (thetadot**2 + (phidot * sine) ** 2) / 2
@@ -374,9 +372,7 @@ def _piece(plane: Plane, name: str, places: Array) -> Row:
     return Row(name=name, x=x, y=y)
 
 
-def _values(plane: Plane, places: Array) -> tuple[Array, Array]:
+def _values(plane: Plane, places: Array) -> tuple[Array, ...]:
     """The values of x and y at places."""
-    x, y = (
-        axis.at(each / (MESH - 1)) for axis, each in zip((plane.x, plane.y), places, strict=True)
-    )
-    return x, y
+    axes = zip((plane.x, plane.y), places, strict=True)
+    return tuple(axis.at(each / (MESH - 1)) for axis, each in axes)

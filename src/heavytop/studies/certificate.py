@@ -119,9 +119,7 @@ def certify(
     """
     check_callable("progress", progress)
     jobs = whole("jobs", jobs, 1, 1024)
-    if isinstance(run, Scene):
-        run = run_in_doubles(run)
-    parameters = certificate_parameters(run)
+    parameters = certificate_parameters(run_in_doubles(run) if isinstance(run, Scene) else run)
     with Journal.open(folder, parameters) as journal:
         return complete(journal, jobs=jobs, executor=executor, on_progress=progress)
 
@@ -203,13 +201,12 @@ def _rounding(trajectory: Trajectory, own: BinaryRun, flow: Flow) -> dict[str, f
     Those of which there is no bound are left out.
     """
     rounding = dict.fromkeys(("axis", "theta"), 0.0)
-    try:
+    with suppress(TooCoarse):
         phi = UNIT * flow.largest_angle + CERTIFIED[own.formulation].rest
-    except TooCoarse:
-        return rounding
-    uniform = 4 * UNIT * abs(own.constants["kappa"] * own.end)
-    known = {"phi": phi, "psi": 2 * phi + uniform}
-    return rounding | {name: known[name] for name in _followed(trajectory)}
+        uniform = 4 * UNIT * abs(own.constants["kappa"] * own.end)
+        known = {"phi": phi, "psi": 2 * phi + uniform}
+        rounding |= {name: known[name] for name in _followed(trajectory)}
+    return rounding
 
 
 def _followed(trajectory: Trajectory) -> list[str]:
