@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, dataclass_transform
 
@@ -144,7 +145,8 @@ class Result(Plotted):
     def numbers(self) -> Table:
         """Its numbers as one table: that of `to_pandas` and of CSV."""
         if self.table:
-            return Table.of_rows(getattr(self, self.table), self.index)
+            rows = getattr(self, self.table)
+            return Table(rows, [*dict.fromkeys(chain.from_iterable(rows))], keys=self.index)
         return next(self.tables(), Table.of_facts(self.facts()))._replace(keys=self.index)
 
     def to_csv(self) -> str:

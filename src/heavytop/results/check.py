@@ -162,10 +162,10 @@ class Check(Result):
 
     def _columns_in_words(self) -> str:
         """The columns that were used, and the others."""
-        used = [f"{name} ({q})" if q != name else name for name, q in self.columns.items() if q]
-        ignored = [name for name, quantity in self.columns.items() if not quantity]
-        others = f"; ignored: {', '.join(ignored)}" if ignored else ""
-        return harmless(", ".join(used) + others)
+        columns = self.columns.items()
+        used = ", ".join(name if name == q else f"{name} ({q})" for name, q in columns if q)
+        ignored = ", ".join(name for name, q in columns if not q)
+        return harmless(f"{used}; ignored: {ignored}" if ignored else used)
 
     def _phase_in_words(self) -> Iterator[Fact]:
         """How far the data run ahead, or why they do not tell it."""

@@ -81,11 +81,6 @@ class Table(NamedTuple):
     keys: Sequence[str] = ()
 
     @classmethod
-    def of_rows(cls, rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> Table:
-        """All columns of some rows."""
-        return cls(rows, [*dict.fromkeys(name for row in rows for name in row)], keys=keys)
-
-    @classmethod
     def of_facts(cls, facts: Iterable[Fact]) -> Table:
         """Labels, and what they say, as a table without headings."""
         rows = [{"label": label, "text": text} for label, text in facts]

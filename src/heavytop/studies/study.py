@@ -35,7 +35,7 @@ from heavytop.errors import ForeignFile
 from heavytop.results.base import Result
 from heavytop.results.registry import RESULTS
 from heavytop.scene.arguments import check_callable, path_of, whole
-from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, TaskRecord, differences
+from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
 from heavytop.studies.workers import TIMED_WORKER, Here, Processes, count_sent, stop_signal
 
 STUDIES: Final = {
@@ -114,8 +114,9 @@ def run(
 
     def show() -> None:
         if on_progress is not None:
-            ended = sum(record.ended for record in records)
-            on_progress(Progress(_fraction(records), ended, len(records)))
+            done = [1.0 if each.ended else each.last.fraction for each in records] or [1.0]
+            ended = sum(each.ended for each in records)
+            on_progress(Progress(sum(done) / len(done), ended, len(records)))
 
     show()
     waiting = deque(task for task in tasks if not journal.record(task).ended)
@@ -256,11 +257,6 @@ def _with_own_versions(parameters: Parameters) -> Parameters:
 
 
 _versions = cache(versions)
-
-
-def _fraction(records: Sequence[TaskRecord]) -> float:
-    done = sum(1.0 if r.ended else r.last.fraction for r in records)
-    return done / len(records) if records else 1.0
 
 
 def _submit(
