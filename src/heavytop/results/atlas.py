@@ -64,7 +64,6 @@ class Atlas(Result):
     """
 
     schema: ClassVar = "heavytop/atlas/1"
-    heading: ClassVar = "Atlas"
     chart: ClassVar = Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "map")
     goes_on: ClassVar = True
     left_out: ClassVar = ("map",)

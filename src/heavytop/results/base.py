@@ -89,8 +89,8 @@ class Result(Plotted):
     """
 
     schema: ClassVar[str]
-    heading: ClassVar[str] = ""
-    """What a page calls it."""
+    heading: ClassVar[str]
+    """What a page calls it: its name, if nothing else."""
     chart: ClassVar[Chart | None] = None
     table: ClassVar[str] = ""
     """The field that has its rows,"""
@@ -106,6 +106,7 @@ class Result(Plotted):
     versions: Mapping[str, str | None] = field(default_factory=dict)
 
     def __init_subclass__(cls) -> None:
+        cls.heading = vars(cls).get("heading", cls.__name__)
         dataclass(frozen=True, kw_only=True, repr=False)(cls)
 
     def __post_init__(self) -> None:

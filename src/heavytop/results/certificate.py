@@ -51,7 +51,6 @@ class Certificate(Result):
     """
 
     schema: ClassVar = "heavytop/certify/1"
-    heading: ClassVar = "Certificate"
     index: ClassVar = ("quantity",)
 
     scene: Mapping[str, Any]

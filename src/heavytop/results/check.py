@@ -82,7 +82,6 @@ class Check(Result):
     """
 
     schema: ClassVar = "heavytop/check/1"
-    heading: ClassVar = "Check"
     chart: ClassVar = Chart("studies.check_figure", "errors and phase over time", "curves")
     left_out: ClassVar = ("digits_required",)
 

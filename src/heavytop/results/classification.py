@@ -91,7 +91,6 @@ class Classification(Result):
     """
 
     schema: ClassVar = "heavytop/classify/1"
-    heading: ClassVar = "Classification"
     left_out: ClassVar = ("files", "versions")
 
     scene: Any

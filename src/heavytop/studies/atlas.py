@@ -87,10 +87,7 @@ def _computed(tops: dict[str, Any], what: str) -> Columns:
     seen = _mirrored(tops, bottom) if bottom.any() else tops
     rows = None if what == "kind" else motions_many(**seen, tags=True)
     verdicts = classify_many(**seen) if rows is None else rows.verdicts
-    columns = {
-        name: np.asarray(getattr(rows if name in Motions.columns else verdicts, name))
-        for name in SETS[what]
-    }
+    columns = {n: getattr(rows if n in Motions.columns else verdicts, n) for n in SETS[what]}
     if bottom.any():
         columns = _restored(columns, tops, bottom)
     return {name: each.astype(PIXEL_TYPES[name]) for name, each in columns.items()}
@@ -159,6 +156,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
     }
     seconds = sum(journal.record(task).seconds for task in tiles)
     speed = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
+    lines = ({**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane))
     return Atlas(
         scene=parameters["scene"],
         axes={"x": plane.x.range, "y": plane.y.range},
@@ -167,9 +165,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         counts={name: count for name, count in kinds if count},
         details=details,
         uncertified=int(np.count_nonzero(columns["certified"] == 0)),
-        curves=tuple(
-            {**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane)
-        ),
+        curves=tuple(lines),
         kinds_per_s=speed if what == "kind" else None,
         rows_per_s=speed if what == "rows" else None,
         versions=parameters["versions"],

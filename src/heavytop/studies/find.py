@@ -10,6 +10,7 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cache, partial
 from itertools import pairwise
 from operator import attrgetter
@@ -82,7 +83,6 @@ class Found(Result):
     """
 
     schema: ClassVar = "heavytop/find/1"
-    heading: ClassVar = "Found"
 
     scene: Mapping[str, Any]
     vary: str
@@ -182,13 +182,11 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
 
 def motion_of(scene: Scene, key: str, x: float) -> Motion | None:
     """The motion of a scene with another value of a key; None where there is no such scene."""
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), suppress(BadScene, NotANumber):
         warnings.simplefilter("ignore")
-        try:
-            changed = scene.changed(key, x if abs(x) > _LEAST else 0.0)
-        except (BadScene, NotANumber):
-            return None
-    return Motion(changed.top, changed.start)
+        changed = scene.changed(key, x if abs(x) > _LEAST else 0.0)
+        return Motion(changed.top, changed.start)
+    return None
 
 
 def kind_of(motion: Motion | None) -> str | None:
@@ -202,10 +200,9 @@ def facts_of(motion: Motion | None, names: Iterable[str]) -> dict[str, float | N
 
 
 def _fact(motion: Motion | None, name: str) -> float | None:
-    try:
+    with suppress(NoClosedForm):
         return None if motion is None else FOUND_FACTS[name][0](motion)
-    except NoClosedForm:
-        return None
+    return None
 
 
 # --- where it is so ------------------------------------------------------------------------------
@@ -247,9 +244,9 @@ def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iter
     """Where the numbers change their sign that are 0 in a kind, the others being as it wants."""
     for rule in (rule for rule in RULES if rule.kind == kind):
         distances = [partial(_criterion, motion_at, number) for number in rule.zeros]
+        factors = [partial(_criterion, motion_at, number) for number in rule.positive]
         moving = [each for each in distances if any(each(x) for x in points)]
         for low, high in _brackets(moving[0], _with_nearest(moving[0], points)) if moving else ():
-            factors = [partial(_criterion, motion_at, number) for number in rule.positive]
             positive = all(math.prod(each(x) for each in factors) > 0 for x in (low, high))
             others = any(_alike(each, low, high) for each in moving[1:])
             met = [x for x in (low, _middle(low, high), high) if moving[0](x) == 0]

@@ -34,7 +34,6 @@ class Sweep(Result):
     """
 
     schema: ClassVar = "heavytop/sweep/1"
-    heading: ClassVar = "Sweep"
     chart: ClassVar = Chart("studies.sweep_figure", "facts over the range", "rows")
 
     scene: Mapping[str, Any]

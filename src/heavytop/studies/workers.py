@@ -231,10 +231,10 @@ class TimedWorker:
         TimedOut, Lost
             As of `call`.
         """
-        each = iter(limits)
-        yield self.call(_begin, function, *args, timeout=next(each))
-        for limit in each:
-            yield self.call(_continue, timeout=limit)
+        asked: tuple[Any, ...] = (function, *args)
+        for limit in limits:
+            yield self.call(_next, *asked, timeout=limit)
+            asked = ()
 
     def close(self) -> None:
         """End the process, at once."""
@@ -246,13 +246,10 @@ class TimedWorker:
 _AT_WORK: Final[list[Iterator[Any]]] = []  # in a worker: what it goes through
 
 
-def _begin(function: Callable[..., Iterator[T]], *args: Any) -> T:
-    """In a worker: begin with what a function yields."""
-    _AT_WORK[:] = [function(*args)]
-    return next(_AT_WORK[0])  # type: ignore[no-any-return]
-
-
-def _continue() -> Any:
+def _next(function: Callable[..., Iterator[T]] | None = None, *args: Any) -> Any:
+    """In a worker: the next of what a function yields, which is begun with where it is given."""
+    if function is not None:
+        _AT_WORK[:] = [function(*args)]
     return next(_AT_WORK[0])
 
 
