@@ -133,13 +133,7 @@ CLAIMS: Final[dict[str, Claim]] = {}
 
 
 def claim(
-    authority: Authority,
-    bound: float,
-    reason: str,
-    *holds: str,
-    name: str | None = None,
-    needs: str | None = None,
-    of: tuple[Any, ...] = (),
+    authority: Authority, bound: float, reason: str, *holds: str, name: str = "", **given: Any
 ) -> Callable[[Measure], Measure]:
     """Claim that what a function returns is at most a bound.
 
@@ -150,15 +144,16 @@ def claim(
     ----------
     name : str, optional
         Its id; by default that of the function, with hyphens, and points between digits.
-    authority, bound, reason, holds, needs, of
-        As for `Claim`.
+    authority, bound, reason, holds
+        As for `Claim`, of which `given` has ``needs`` and ``of``.
     """
 
     def add(measure: Measure) -> Measure:
         paragraph = " ".join((measure.__doc__ or "").partition("\n\n")[0].split())
-        statement = paragraph.removesuffix(".").format(*of)
+        statement = paragraph.removesuffix(".").format(*given.get("of", ()))
         key = name or re.sub(r"(?<=\d)_(?=\d)", ".", measure.__name__).replace("_", "-")
-        register(Claim(key, measure, statement, authority, float(bound), reason, holds, needs, of))
+        found = key, measure, statement, authority, float(bound), reason, holds
+        register(Claim(*found, **given))
         return measure
 
     return add

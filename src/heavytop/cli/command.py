@@ -96,12 +96,11 @@ class Verbs(click.Group):
         super().__init__(**given)
         self.verbs = verbs
 
-    def main(self, args: Sequence[str] | None = None, *_: Any, **more: Any) -> NoReturn:
+    def main(self, args: Any = None, prog_name: Any = None, *_: Any, **more: Any) -> NoReturn:
         """Run a command line and exit; its words are the object of the context."""
         words = sys.argv[1:] if args is None else list(args)
         if completion := os.environ.get(COMPLETION):
             sys.exit(shell_complete(self, {}, "heavytop", COMPLETION, completion))
-        more.pop("prog_name", None)
         try:
             with self.make_context("heavytop", [*words], obj=words, **more) as ctx:
                 self.invoke(ctx)
@@ -127,14 +126,9 @@ class Verbs(click.Group):
         if name not in self.verbs:
             raise click.exceptions.NoSuchCommand(name, possibilities=self.verbs, ctx=ctx)
         takes, typed, text = read_verb(self.verbs[name])
-        return Verb(
-            name,
-            callback=partial(invoke, self.verbs[name].split()[0], takes),
-            params=[*typed, *COMMON],
-            help=text,
-            short_help=text.partition("\n")[0],
-            epilog=EXIT_CODES,
-        )
+        texts: Any = {"help": text, "short_help": text.partition("\n")[0], "epilog": EXIT_CODES}
+        callback = partial(invoke, self.verbs[name].split()[0], takes)
+        return Verb(name, callback=callback, params=[*typed, *COMMON], **texts)
 
 
 def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:

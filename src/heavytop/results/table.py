@@ -184,10 +184,8 @@ class Table(NamedTuple):
         | a\|b | 2 |
         """
         rules = ["--" if side == "left" else "--:" for side in self.sides]
-        rows = (
-            [" ".join(text.replace("|", "\\|").split()) for text in row]
-            for row in (self.head, rules, *self.texts())
-        )
+        lines = (self.head, rules, *self.texts())
+        rows = ([" ".join(text.replace("|", "\\|").split()) for text in row] for row in lines)
         return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
     @property

@@ -149,11 +149,8 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
         codes = found["kind"].ravel() * np.int64(len(VERDICT_DETAILS)) + found["detail"].ravel()
         pairs += np.bincount(codes, minlength=pairs.size).reshape(pairs.shape)
     kinds = zip(VERDICT_NAMES, pairs.sum(axis=1).tolist(), strict=True)
-    details = {
-        f"{VERDICT_NAMES[k]}, {VERDICT_DETAILS[d]}": int(pairs[k, d])
-        for k, d in np.argwhere(pairs)
-        if VERDICT_DETAILS[d]
-    }
+    apart = [(k, d) for k, d in np.argwhere(pairs) if VERDICT_DETAILS[d]]
+    details = {f"{VERDICT_NAMES[k]}, {VERDICT_DETAILS[d]}": int(pairs[k, d]) for k, d in apart}
     seconds = sum(journal.record(task).seconds for task in tiles)
     speed = float(np.prod(plane.shape) / seconds * jobs) if seconds else 0.0
     lines = ({**each, "x": each.x.tolist(), "y": each.y.tolist()} for each in curves(plane))

@@ -370,11 +370,8 @@ def collect(journal: Journal) -> Certificate:
     bounds: dict[str, Any] = dict.fromkeys(CERTIFIED_QUANTITIES) | {
         n: x + rounding[n] + asked["start"].get(n, 0.0) for n, x in proved.items() if x is not None
     }
-    why = [
-        f"{n} is not bounded: the axis comes too near to a pole"
-        for n in ("axis", "theta", *turns)
-        if bounds[n] is None
-    ]
+    unbounded = [n for n in ("axis", "theta", *turns) if bounds[n] is None]
+    why = [f"{n} is not bounded: the axis comes too near to a pole" for n in unbounded]
     if asked["spins"] and "psi" not in turns:
         form = asked["run"]["formulation"]
         why.append(f"psi is not bounded in the {form} form, but in the attitude form")

@@ -38,11 +38,8 @@ from heavytop.scene.arguments import check_callable, path_of, whole
 from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
 from heavytop.studies.workers import TIMED_WORKER, Here, Processes, count_sent, stop_signal
 
-STUDIES: Final = {
-    entry.study.rpartition(".")[2]: f"heavytop.{entry.study}"
-    for entry in RESULTS.values()
-    if entry.study
-}
+_MODULES: Final = [each.study for each in RESULTS.values() if each.study]
+STUDIES: Final = {name.rpartition(".")[2]: f"heavytop.{name}" for name in _MODULES}
 """The module of each kind of study. A file may name a kind, never a module."""
 
 SLICE_S: Final = 1.0  # of work between two lines of the journal
