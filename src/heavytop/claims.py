@@ -29,6 +29,7 @@ from heavytop.scene import arguments
 from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import TIMED_WORKER, Lost, Processes, TimedOut
+from heavytop.text import in_a_line
 
 KIND: Final = "claims"
 PACKAGE: Final = Path(__file__).parent
@@ -327,8 +328,7 @@ def measure_task(scripts: str | None, task: str) -> list[Row]:
         try:
             rows.extend(chosen.rows())  # those before an exception stay
         except Exception as fault:  # whatever it is
-            why = " ".join(f"{type(fault).__name__}: {fault}".split())
-            rows.append(chosen.judge(failure=why))
+            rows.append(chosen.judge(failure=in_a_line(fault)))
     return rows or [chosen.judge(failure="it claims nothing")]
 
 

@@ -84,6 +84,17 @@ def harmless(text: object) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
 
 
+def in_a_line(fault: BaseException) -> str:
+    r"""An exception on one line: its type, and what it says.
+
+    Examples
+    --------
+    >>> in_a_line(ValueError("too\nlong"))
+    'ValueError: too long'
+    """
+    return " ".join(f"{type(fault).__name__}: {fault}".split())
+
+
 def cut(text: str, most: int) -> str:
     """The text, or its beginning where it is longer than `most` letters.
 

@@ -24,7 +24,7 @@ from click.shell_completion import shell_complete
 from heavytop import errors
 from heavytop.cli.signature import place_of, read_verb
 from heavytop.errors import Exit
-from heavytop.text import harmless
+from heavytop.text import harmless, in_a_line
 
 EXIT_CODES: Final = (
     "Exit codes: 0 ok; 1 a bug; 2 a bad option, or a missing optional package; 3 a bad scene, data "
@@ -338,8 +338,7 @@ def problem_of(error: BaseException) -> Problem:
     if isinstance(error, OSError) and (error.filename or error.errno in FULL):
         code = Exit.ENDED_EARLY if error.errno in FULL else Exit.USAGE
         return code, f"cannot write {error.filename or ''}".rstrip() + f": {error.strerror}"
-    what = " ".join(f"{type(error).__name__}: {error}".split())
-    return Exit.BUG, f"a bug: {what} (--debug shows where)"
+    return Exit.BUG, f"a bug: {in_a_line(error)} (--debug shows where)"
 
 
 def refuse_options(error: BaseException) -> None:

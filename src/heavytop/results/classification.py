@@ -60,14 +60,10 @@ def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]
 
 def plan_summary(chosen: Plan) -> dict[str, Any]:
     """How a scene is integrated, and why; ``cost_s`` is expected, not measured."""
-    names = ("formulation", "precision", "tolerance", "states", "projected", "tried")
-    return {
-        **{name: getattr(chosen, name) for name in names},
-        "events": chosen.watched,
-        "reasons": chosen.reasons,
-        "warnings": chosen.warnings,
-        "cost_s": chosen.seconds,
-    }
+    kept = ("formulation", "precision", "tolerance", "states", "projected", "tried")
+    more = {"events": "watched", "reasons": "reasons", "warnings": "warnings", "cost_s": "seconds"}
+    names = dict(zip(kept, kept, strict=True)) | more
+    return {key: getattr(chosen, name) for key, name in names.items()}
 
 
 class Classification(Result):

@@ -31,10 +31,8 @@ AsNumber = Callable[[Any], float | str | None]
 ERROR_NAMES: Final = (
     "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
 )  # fmt: skip
-NO_ERRORS: Final = dict.fromkeys(ERROR_NAMES) | {
-    "invariants": {},
-    "why_not": "nothing was integrated",
-}
+NOT_RUN: Final = {"invariants": {}, "why_not": "nothing was integrated"}
+NO_ERRORS: Final = dict.fromkeys(ERROR_NAMES) | NOT_RUN
 TIMES: Final = ("derive_s", "compile_s", "integrate_s")
 
 
@@ -123,13 +121,10 @@ class RunResult(Result):
         yield "errors", f"against the closed form: {', '.join(words)}"
         if self.events.table and self.motion.kind.startswith("through-"):
             yield "at the pole", AT_POLE
-        yield "cost", ", ".join(self._costs())
-
-    def _costs(self) -> Iterator[str]:
-        yield f"{self.cost.steps} steps"
-        yield from (f"{name[:-2]} {1000 * self.cost[name]:.1f} ms" for name in TIMES)
-        if (pace := self.cost.us_per_period) is not None:
-            yield f"{pace:.1f} µs a period"
+        spent = [f"{name[:-2]} {1000 * self.cost[name]:.1f} ms" for name in TIMES]
+        pace = self.cost.us_per_period
+        spent += [] if pace is None else [f"{pace:.1f} µs a period"]
+        yield "cost", ", ".join([f"{self.cost.steps} steps", *spent])
 
     def tables(self) -> Iterator[Table]:
         """The events."""

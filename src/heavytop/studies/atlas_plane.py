@@ -205,10 +205,8 @@ class Plane:
         """Where the scene itself lies, on the map or beside it."""
         top, start = self.scene.top, self.scene.start
         given = (start, top, Motion(top, start).constants)
-        x, y = (
-            next(float(getattr(each, axis.name)) for each in given if hasattr(each, axis.name))
-            for axis in (self.x, self.y)
-        )
+        names = (self.x.name, self.y.name)
+        x, y = (next(float(getattr(of, n)) for of in given if hasattr(of, n)) for n in names)
         return x, y
 
 

@@ -288,7 +288,8 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     begun, after = legs[place]["steps"], legs[place + 1] if place + 1 < len(legs) else None
     last = after["steps"] if after else parameters["steps"]
     found = checkpoint or {"at": legs[place], "found": {}, "proved": {}}
-    point, done = _from_json(found["at"]), False
+    at, done = found["at"], False
+    point = Checkpoint(tuple(at["time"]), np.array(at["state"]), at["steps"])
     while not done:
         clock, same = time.perf_counter(), True
         for _ in range(BLOCKS_A_CHUNK):
@@ -323,10 +324,6 @@ def complete(journal: Journal, **how: Any) -> Certificate:
 def _as_json(point: Checkpoint, width: int) -> dict[str, Any]:
     state = point.state[:width].tolist()
     return {"time": list(point.time), "state": state, "steps": point.steps}
-
-
-def _from_json(known: Mapping[str, Any]) -> Checkpoint:
-    return Checkpoint(tuple(known["time"]), np.array(known["state"]), known["steps"])
 
 
 def _largest(values: Sequence[float | None]) -> float | None:
@@ -379,10 +376,8 @@ def collect(journal: Journal) -> Certificate:
     if not whole_turns:
         why.append("whole turns are not proved: angles are not near enough to the exact ones")
     why += [proof["why"] for proof in proofs.values() if proof["why"]]
-    events: dict[str, Any] = {
-        event: {"count": count, "proved": proofs.get(event, {}).get("proved")}
-        for event, count in asked["counts"].items()
-    }
+    sure = {event: proofs.get(event, {}).get("proved") for event in asked["counts"]}
+    events: Any = {each: {"count": n, "proved": sure[each]} for each, n in asked["counts"].items()}
     if "cusp" in events and "turning" in events:  # each is a turning point
         events["cusp"]["proved"] = events["turning"]["proved"]
     missed = False in [each["proved"] for each in events.values()]

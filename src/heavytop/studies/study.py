@@ -37,6 +37,7 @@ from heavytop.results.registry import RESULTS
 from heavytop.scene.arguments import check_callable, path_of, whole
 from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
 from heavytop.studies.workers import TIMED_WORKER, Here, Processes, count_sent, stop_signal
+from heavytop.text import in_a_line
 
 _MODULES: Final = [each.study for each in RESULTS.values() if each.study]
 STUDIES: Final = {name.rpartition(".")[2]: f"heavytop.{name}" for name in _MODULES}
@@ -134,7 +135,7 @@ def run(
                     if fault := _loss(future):
                         lost[task] += 1
                         if lost[task] > 1:
-                            why = f"the worker on {task} was lost twice ({_words(fault)})"
+                            why = f"the worker on {task} was lost twice ({in_a_line(fault)})"
                             stopped = errors.Stop.WORKER_LOST
                             raise errors.StoppedEarly(stopped, why, journal.folder) from fault
                         waiting.appendleft(task)
@@ -267,7 +268,7 @@ def _submit(
         return pool.submit(advance_task, *work, own.origins(journal.parameters.get("own", {})))
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[Chunk] = Future()
-        future.set_exception(futures.BrokenExecutor(f"no new work is accepted: {_words(fault)}"))
+        future.set_exception(futures.BrokenExecutor(f"no new work is accepted: {in_a_line(fault)}"))
         return future
 
 
@@ -301,7 +302,3 @@ def _loss(future: Future[Chunk]) -> BaseException | None:
     if fault is None or isinstance(fault, _LOST) or type(fault).__name__ in _LOST_BY_NAME:
         return fault
     raise fault
-
-
-def _words(fault: BaseException) -> str:
-    return " ".join(f"{type(fault).__name__}: {fault}".split())
