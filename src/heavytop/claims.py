@@ -12,7 +12,6 @@ import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -332,9 +331,7 @@ def measure_task(scripts: str | None, task: str) -> list[Row]:
     return rows or [chosen.judge(failure="it claims nothing")]
 
 
-def complete(
-    journal: Journal, *, jobs: int = 1, executor: Executor | None = None, **how: Any
-) -> Validation:
+def complete(journal: Journal, *, jobs: int = 1, executor: Any = None, **how: Any) -> Validation:
     """Measure what is left, and return the result.
 
     Raises

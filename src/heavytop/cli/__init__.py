@@ -37,9 +37,7 @@ VERBS: Final = {
     "report": "cli.verbs:report",
     "film": "plots.film:film",
     "explore": "report.explorer:explore",
-    "scenes": "cli.verbs:scenes",
-    "derive": "cli.verbs:derive",
-    "doctor": "cli.verbs:doctor",
+    **{name: f"cli.verbs:{name}" for name in ("scenes", "derive", "doctor")},
 }
 """The function of each verb, and after it the one that it calls, whose parameters it has too."""
 

@@ -183,7 +183,7 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
             size = f"{harmless(found)}: {found.stat().st_size / 1e6:.2g} MB"
             found = CommandResult(size, document=document | {"file": str(found)})
         answer = found if isinstance(found, CommandResult) else CommandResult(found)
-        deliver(answer, folder, path, figures=typed.get("figures", True))
+        deliver(answer, folder, path, typed.get("figures", True))
 
 
 def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
@@ -257,9 +257,7 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
     return update
 
 
-def deliver(
-    answer: CommandResult, folder: Path | None, path: Path | None, *, figures: bool
-) -> None:
+def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figures: bool) -> None:
     """Write what was found, print it, and exit with what is wrong with it."""
     from heavytop.report.files import write_study
     from heavytop.results.base import Result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -62,12 +62,7 @@ def run(
 
 
 def resume(
-    folder: Path,
-    *,
-    methods: Sequence[str] = (),
-    figures: bool = True,
-    progress: Any = None,
-    **workers: Any,
+    folder: Path, *, figures: bool = True, progress: Any = None, **how: Any
 ) -> CommandResult:
     """Continue a study or a run that was interrupted or killed.
 
@@ -89,7 +84,7 @@ def resume(
     with typing(begun.get("command") or typed()):  # that of the command that began it
         if not (run := begun.get("run")):
             finished = any((folder / name).exists() for name in RESULTS)
-            found = study.resume(folder, methods=methods, progress=progress, **workers)
+            found = study.resume(folder, progress=progress, **how)
             return CommandResult(found, [(Exit.OK, f"{folder}: this study is finished")] * finished)
         if known := finished_run(folder):
             code = Exit.OK if known.outcome == Outcome.FINISHED else Exit.ENDED_EARLY

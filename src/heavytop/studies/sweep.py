@@ -82,9 +82,7 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     return Sweep(scene=scene.problem(), over=key, rows=rows)
 
 
-def read_request(
-    scene: Scene, over: str, facts: Sequence[str]
-) -> tuple[str, Sequence[float], list[str]]:
+def read_request(scene: Scene, over: str, facts: object) -> tuple[str, list[float], list[str]]:
     """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
     expect_scene(scene)
     known = one_of({name: name for name in find.FOUND_FACTS})
