@@ -157,8 +157,7 @@ def problems_of(
         yield early.exit, f"ended early {at}: {early}; the partial result is {where}"
         return
     if result.missed_digits:
-        digits = result.scene["want"]["digits"]
-        yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), digits)
+        yield Exit.OUT_OF_BOUND, missed(dict(result.missed_digits), result.scene["want"]["digits"])
     if result.missed_events:  # of which a warning tells, unless it is quiet
         why = "; ".join(differences(result.missed_events, result.events))
         yield Exit.OUT_OF_BOUND, why if option("quiet") else ""

@@ -243,8 +243,7 @@ class Result(Plotted):
 
     def html(self) -> str:
         """The facts and the tables in HTML."""
-        parts = (Table.of_facts(self.facts()), *self.tables())
-        return "".join(part.html for part in parts)
+        return "".join(part.html for part in (Table.of_facts(self.facts()), *self.tables()))
 
 
 def plots(module: str) -> Any:

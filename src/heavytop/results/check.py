@@ -123,8 +123,7 @@ class Check(Result):
     def facts(self) -> Iterator[Fact]:
         """The verdict, how the data were read, their errors and events, and what explains them."""
         yield "verdict", self._verdict()
-        span = "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s"
-        yield "data", span.format(**self.data)
+        yield "data", "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**self.data)
         yield "columns", self._columns_in_words()
         start = (f"{name} = {x:.10g}" for name, x in self.scene["start"].items() if x)
         yield "start", f"{ORIGINS[self.origin]}: {', '.join(start)}"

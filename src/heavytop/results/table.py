@@ -210,8 +210,7 @@ class Table(NamedTuple):
         found = pandas.DataFrame([*self.rows], columns=[*self.columns]).infer_objects()
         found = found.astype({name: float for name in found if found[name].isna().all()})
         for key in ("units", "long_name"):
-            about = {name: of.attributes[key] for name, of in self.quantities.items()}
-            found.attrs[key] = about
+            found.attrs[key] = {name: of.attributes[key] for name, of in self.quantities.items()}
         return found.set_index([*self.keys]) if self.keys else found
 
     def to_xarray(self) -> xarray.Dataset:

@@ -322,8 +322,7 @@ def complete(journal: Journal, **how: Any) -> Certificate:
 
 
 def _as_json(point: Checkpoint, width: int) -> dict[str, Any]:
-    state = point.state[:width].tolist()
-    return {"time": list(point.time), "state": state, "steps": point.steps}
+    return {"time": [*point.time], "state": point.state[:width].tolist(), "steps": point.steps}
 
 
 def _largest(values: Sequence[float | None]) -> float | None:
