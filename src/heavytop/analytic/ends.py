@@ -24,7 +24,8 @@ from heavytop.analytic.many import (
     over_a_period,
     tilt,
 )
-from heavytop.classification.arrays import Array, Starts
+from heavytop.classification.arrays import Starts
+from heavytop.exact.pairs import Array
 
 DUPLICATIONS: Final = 16  # each leaves a quarter of a difference, whose square is lost
 # of a height, beside what it swings over: by so much of a period times are off

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from heavytop.analytic.motion import Motion
-from heavytop.classification.arrays import Array, InputArrays, Mask, Starts, with_spin
+from heavytop.classification.arrays import InputArrays, Mask, Starts, with_spin
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts, classify_many, impossible
 from heavytop.errors import NoClosedForm
-from heavytop.exact.pairs import PI_REST
+from heavytop.exact.pairs import PI_REST, Array
 from heavytop.scene.arguments import expect
 
 # motions at a time: the arrays in use stay in the cache, the calls are few

@@ -33,11 +33,9 @@ from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import Steps, defects
 from heavytop.certificate.system import CERTIFIED, UP
 from heavytop.certificate.table import MARGIN
-from heavytop.exact.pairs import UNIT, add
+from heavytop.exact.pairs import UNIT, Array, add
 
-Array = NDArray[np.float64]
 Places = NDArray[np.intp]
-Words = tuple[Array, Array]
 Known = tuple[Array, Array]  # the solution, and how far it is off
 
 NEAR: Final = 1.3  # a bound so near the largest error found is not made better

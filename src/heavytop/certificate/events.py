@@ -11,19 +11,16 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 import sympy as sp
 from flint import arb, arb_poly
-from numpy.typing import NDArray
 
 from heavytop.certificate.balls import TooCoarse, hull, pair, up, upper
 from heavytop.certificate.system import UP
 from heavytop.equations.lambdify import lambdified
 from heavytop.exact.balls import working
-from heavytop.exact.pairs import UNIT, add, two_product
+from heavytop.exact.pairs import UNIT, Words, add, two_product
 
 if TYPE_CHECKING:
     from heavytop.certificate.flow import Flow
 
-Array = NDArray[np.float64]
-Words = tuple[Array, Array]
 
 BEFORE_START: Final = 1e-7  # of a piece before time 0, in which an event may be
 NEWTON_STEPS: Final = 20

@@ -16,7 +16,6 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 from flint import acb, arb
-from numpy.typing import NDArray
 
 from heavytop.certificate.balls import TooCoarse, pair, up
 from heavytop.certificate.events import zeros
@@ -24,10 +23,7 @@ from heavytop.certificate.system import CERTIFIED, QuadraticSystem
 from heavytop.certificate.table import TABLE_ERROR, SolutionTable
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.balls import working
-from heavytop.exact.pairs import UNIT, add, multiply, two_product
-
-Array = NDArray[np.float64]
-Words = tuple[Array, Array]
+from heavytop.exact.pairs import UNIT, Array, Words, add, multiply, two_product
 
 ROTATED: Final = 1e-28  # a state, by rounding and by rotation: far above 2^-104 and `pair`'s
 FEW_TURNS: Final = 256  # of which sines and cosines are kept, or all that a short run has

@@ -9,18 +9,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import Steps
 from heavytop.certificate.system import CERTIFIED
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.exact.pairs import UNIT, add
+from heavytop.exact.pairs import UNIT, Array, add
 from heavytop.integration.blocks import Checkpoint, Integrator, Polynomials
 from heavytop.integration.engine import engine
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

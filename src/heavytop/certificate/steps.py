@@ -15,10 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.system import UNIT_FACTOR, UP, QuadraticSystem
-from heavytop.exact.pairs import UNIT, add, two_product
-
-Array = NDArray[np.float64]
-Words = tuple[Array, Array]
+from heavytop.exact.pairs import UNIT, Array, Words, add, two_product
 
 MORE = 3  # degrees of a defect beyond the order of a step that are computed
 # Coefficients of a step that are added up with twice the digits; the others are small. The order of

@@ -16,13 +16,10 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import sympy as sp
 from flint import arb, arb_mat
-from numpy.typing import NDArray
 
 from heavytop.certificate.balls import upper
 from heavytop.equations.formulation import Formulation
-from heavytop.exact.pairs import UNIT
-
-Array = NDArray[np.float64]
+from heavytop.exact.pairs import UNIT, Array
 
 UP: Final = 1 + 1e-12  # more than what a sum of positive terms is rounded by
 UNIT_FACTOR: Final = -1  # the place of a factor that is 1, behind all states

@@ -15,14 +15,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from flint import arb, arb_poly
-from numpy.typing import NDArray
 
 from heavytop.certificate.balls import TooCoarse, hull, operator_norm, pair, sup, up, upper
 from heavytop.certificate.system import QuadraticSystem
-from heavytop.exact.pairs import UNIT, add, multiply
-
-Array = NDArray[np.float64]
-Words = tuple[Array, Array]
+from heavytop.exact.pairs import UNIT, Words, add, multiply
 
 KEPT_COEFFICIENTS: Final = 12  # coefficients of a piece that are kept,
 LEADING_COEFFICIENTS: Final = 3  # of which the first have twice the digits

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.classification.kinds import TAGS, Kind
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
+from heavytop.exact.pairs import Array
 from heavytop.scene.arguments import broken_names
 from heavytop.scene.starts import ANGLE_RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-Array: TypeAlias = "NDArray[np.float64]"
 Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
 

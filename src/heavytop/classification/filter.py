@@ -21,7 +21,6 @@ from heavytop.classification import kinds
 from heavytop.classification.arrays import (
     VERDICT_DETAILS,
     VERDICT_NAMES,
-    Array,
     Codes,
     Mask,
     Starts,
@@ -29,7 +28,7 @@ from heavytop.classification.arrays import (
 from heavytop.classification.kinds import Criterion, Kind, Rule
 from heavytop.classification.reduced import Reduced, reduced_numbers
 from heavytop.classification.signs import Sign, Signs, Tristate
-from heavytop.exact.pairs import PI_REST, UNIT
+from heavytop.exact.pairs import PI_REST, UNIT, Array
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 

@@ -14,7 +14,6 @@ from heavytop.classification.arrays import (
     TAG_NAMES,
     VERDICT_DETAILS,
     VERDICT_NAMES,
-    Array,
     Codes,
     InputArrays,
     Mask,
@@ -26,6 +25,7 @@ from heavytop.classification.arrays import (
 from heavytop.classification.classify import classify
 from heavytop.classification.filter import Filtered, filtered
 from heavytop.errors import Impossible
+from heavytop.exact.pairs import Array
 from heavytop.scene.arguments import expect
 
 # tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew

@@ -10,7 +10,7 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
-from flint import arb
+from flint import arb, arb_mat
 
 from heavytop.comparison.steppers import FixedStep, InitialValueProblem, Kernel, compiled, summation
 from heavytop.exact.balls import working
@@ -44,22 +44,17 @@ def coefficients(s: int) -> tuple[Array, Array, Array]:
     polynomial through them.
     """
     with working(_BITS):
-        roots = [arb.legendre_p_root(s, k, weight=True) for k in reversed(range(s))]
-        nodes, weights = (np.array(each) for each in zip(*roots, strict=True))
-        at_nodes = np.array([[x.legendre_p(k) for k in range(s)] for x in nodes])
+        nodes = [(1 + arb.legendre_p_root(s, k)) / 2 for k in reversed(range(s))]
+        lagrange = arb_mat([[x**k for k in range(s)] for x in nodes]).inv()
 
-        def integrals(x: arb) -> Any:
-            """Return half the integrals from -1 to x of the Lagrange polynomials of the nodes.
-
-            These are sum_k (k + 1/2) P_k(node) P_k weight, and (2k + 1) P_k = P_(k+1)' - P_(k-1)'.
-            """
-            p = [x.legendre_p(k) for k in range(s + 1)]
-            rises = [1 + x, *(p[k + 1] - p[k - 1] for k in range(1, s))]
-            return weights * (at_nodes @ np.array(rises)) / 4
+        def integrals(*ends: arb) -> Any:
+            """Return the integrals from 0 to ends of the Lagrange polynomials of the nodes."""
+            powers = [[x**k / k for k in range(1, s + 1)] for x in ends]
+            return np.array((arb_mat(powers) * lagrange).tolist())
 
         b = integrals(arb(1))
-        exact = np.vstack([np.transpose([integrals(x) for x in nodes]), b])
-        beyond = np.transpose([integrals(x + 2) - b for x in nodes])
+        exact = np.vstack([integrals(*nodes).T, b])
+        beyond = (integrals(*(x + 1 for x in nodes)) - b).T
         high = exact.astype(np.float64)
         return high, (exact - high).astype(np.float64), beyond.astype(np.float64)
 

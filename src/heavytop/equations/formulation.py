@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ time = sp.Symbol("t", real=True)
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Formulation:
     """States, right-hand sides, maps from and to Euler angles, events and invariants.
 
@@ -85,19 +85,32 @@ class Formulation:
         """Whether theta = 0 and theta = pi are ordinary points."""
         return FORMULATIONS[self.name].starts_at_pole
 
-    @property
+    @cached_property
     def powers(self) -> Mapping[str, int]:
         """The powers of 1/s in the units of its states and constants, by the names of the symbols.
 
         Measured in another unit of time, equations and events are the same functions of states and
         constants: they are homogeneous in these powers. So is what the start makes of rates.
         """
-        return _powers(self)
+        of = [*zip(self.states, self.start, strict=True), *self.parameters.items()]
+        known = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
+        function = lambdified([x for _, x in of], (*known, *lag.VELOCITIES, lag.gMR))
 
-    @property
+        def values(unit: float) -> list[float]:
+            rates = (unit * k for k, _ in enumerate(lag.VELOCITIES, 1))
+            return list(function(*known.values(), *rates, 2.3 * unit**2))
+
+        powers = {symbol.name: 1 for symbol in self.given}  # rates of frames
+        for (symbol, _), one, two in zip(of, values(1.0), values(2.0), strict=True):
+            powers[symbol.name] = (
+                round(math.log2(two / one)) if one else 0
+            )  # as a quadrature is
+        return powers
+
+    @cached_property
     def is_rate(self) -> NDArray[np.bool_]:
         """Which states are rates [rad/s]; the others have no time in their units."""
-        return _is_rate(self)
+        return np.array([self.powers[s.name] == 1 for s in self.states])
 
     @property
     def height(self) -> Any:
@@ -122,24 +135,3 @@ class Formulation:
 def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
     """Return the components of a vector in space as outputs are called."""
     return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
-
-
-@cache
-def _is_rate(form: Formulation) -> NDArray[np.bool_]:
-    return np.array([form.powers[s.name] == 1 for s in form.states])
-
-
-@cache
-def _powers(form: Formulation) -> Mapping[str, int]:
-    of = [*zip(form.states, form.start, strict=True), *form.parameters.items()]
-    known = {lag.A: 1.3, lag.C: 0.7, lag.theta: 0.9, lag.phi: 0.4, lag.psi: 0.3}
-    function = lambdified([x for _, x in of], (*known, *lag.VELOCITIES, lag.gMR))
-
-    def values(unit: float) -> list[float]:
-        rates = (unit * k for k, _ in enumerate(lag.VELOCITIES, 1))
-        return list(function(*known.values(), *rates, 2.3 * unit**2))
-
-    powers = {symbol.name: 1 for symbol in form.given}  # rates of frames
-    for (symbol, _), one, two in zip(of, values(1.0), values(2.0), strict=True):
-        powers[symbol.name] = round(math.log2(two / one)) if one else 0  # a quadrature begins at 0
-    return powers

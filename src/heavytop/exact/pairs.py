@@ -15,7 +15,8 @@ from flint import arb
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
-Words = TypeVar("Words", float, NDArray[np.float64])
+Words: TypeAlias = tuple[Array, Array]  # as many double-doubles
+Doubles = TypeVar("Doubles", float, NDArray[np.float64])
 DoubleDouble = tuple[float, float]
 
 EPSILON: Final = 2.0**-52  # between 1 and the next double
@@ -24,14 +25,14 @@ PI_REST: Final = 1.2246467991473532e-16  # of π, beyond a double
 _CIRCLE: Final = 2 * pi
 
 
-def two_sum(a: Words, b: Words | float) -> tuple[Words, Words]:
+def two_sum(a: Doubles, b: Doubles | float) -> tuple[Doubles, Doubles]:
     """Return a + b exactly, as rounded sum and error (Knuth)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
-def two_product(a: Words, b: Words | float) -> tuple[Words, Words]:
+def two_product(a: Doubles, b: Doubles | float) -> tuple[Doubles, Doubles]:
     """Return a b exactly, as rounded product and error (Dekker)."""
     product = a * b
     a_high: Any = upper(a)
@@ -47,19 +48,19 @@ def upper(a: Any) -> Any:
     return high - (high - a)
 
 
-def add(x: tuple[Words, Words], y: tuple[Words, Words]) -> tuple[Words, Words]:
+def add(x: tuple[Doubles, Doubles], y: tuple[Doubles, Doubles]) -> tuple[Doubles, Doubles]:
     """Return the sum of two double-doubles, to about 32 digits; arrays add elementwise."""
     high, error = two_sum(x[0], y[0])
     return two_sum(high, error + (x[1] + y[1]))
 
 
-def multiply(x: tuple[Array, Array], y: tuple[Array, Array]) -> tuple[Array, Array]:
+def multiply(x: Words, y: Words) -> Words:
     """Return the product of two double-doubles, to about 31 digits."""
     high, low = two_product(x[0], y[0])
     return two_sum(high, low + (x[0] * y[1] + x[1] * y[0]))
 
 
-def total(high: Array, *others: Array | float, rest: Any = 0.0) -> tuple[Array, Array]:
+def total(high: Array, *others: Array | float, rest: Any = 0.0) -> Words:
     """Return a sum as a double-double; what is large and cancels comes first, small is the rest."""
     low = rest
     for term in others:
@@ -80,9 +81,7 @@ class Linear:
     def __init__(self, start: arb, step: arb, rate: arb) -> None:
         self._words = double_double(start), double_double(step), double_double(rate)
 
-    def __call__(
-        self, n: Array, t: Array, t_lo: Array | float, *more: Array
-    ) -> tuple[Array, Array]:
+    def __call__(self, n: Array, t: Array, t_lo: Array | float, *more: Array) -> Words:
         """Return the value at the times t + t_lo, and more added to it, as double-doubles."""
         start, step, rate = self._words
         grown, rest = two_product(t, rate[0])

@@ -9,11 +9,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
-
-Array = NDArray[np.float64]
+from heavytop.exact.pairs import Array
 
 SLOWEST_PACE, FASTEST_PACE = (
     2.0**-8,

@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.analytic.ends import Ends, ends_many
 from heavytop.analytic.many import motions_many
 from heavytop.analytic.motion import Motion
-from heavytop.classification.arrays import InputArrays, with_spin
+from heavytop.classification.arrays import InputArrays, Mask, with_spin
 from heavytop.classification.many import impossible
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import HeavyTopError, Impossible, Outcome, refuse
+from heavytop.exact.pairs import Array
 from heavytop.integration.batch import Journey, Lane, Zeros
 from heavytop.integration.outputs import Sample, sample
 from heavytop.run.ensemble_events import Expected, counted, tallied
@@ -28,8 +29,6 @@ from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, 
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
 ENSEMBLE_NAME = "propagate_many"

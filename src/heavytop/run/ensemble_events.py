@@ -7,11 +7,11 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
+from heavytop.classification.arrays import Mask
 from heavytop.errors import HeavyTopError
-from heavytop.exact.pairs import EPSILON
+from heavytop.exact.pairs import EPSILON, Array
 from heavytop.integration.batch import Zeros, joined
 from heavytop.integration.outputs import event_function
 from heavytop.run.counts import tally
@@ -20,8 +20,6 @@ from heavytop.run.estimates import LOCAL_ROUNDING
 if TYPE_CHECKING:
     from heavytop.run.ensemble import Ensemble
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 SMALL_NUTATION = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
