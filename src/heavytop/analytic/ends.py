@@ -9,21 +9,13 @@ References: B. C. Carlson (1995), *Numer. Algorithms* 10, 13-26; R. Bulirsch (19
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from heavytop.analytic import many
 from heavytop.analytic.events import COUNT_EDGE
-from heavytop.analytic.many import (
-    MORE_STEPS,
-    MOTIONS_AT_ONCE,
-    PROMISED,
-    Nutations,
-    nutations,
-    over_a_period,
-    tilt,
-)
+from heavytop.analytic.many import Nutations
 from heavytop.classification.arrays import Starts
 from heavytop.exact.pairs import Array
 
@@ -34,8 +26,7 @@ LEAST_COUNTED: Final = 1e-6  # of heights, and of the part of it in which one is
 NO_ZERO: Final = 2.0**-400  # instead of a sine of zero
 
 
-@dataclass(frozen=True, slots=True)
-class Ends:
+class Ends(NamedTuple):
     """Where motions are at the ends of their spans; nan where that is not known.
 
     Attributes
@@ -76,8 +67,8 @@ def ends_many(start: Mapping[str, Array], time: Array) -> Ends:
     """
     names = ("A", "C", "gMR", "theta", "thetadot", "phidot", "psidot")
     found = np.empty((8, time.size))
-    for at in range(0, time.size, MOTIONS_AT_ONCE):
-        span = slice(at, at + MOTIONS_AT_ONCE)
+    for at in range(0, time.size, many.MOTIONS_AT_ONCE):
+        span = slice(at, at + many.MOTIONS_AT_ONCE)
         numbers = [start[name][span] for name in names]
         with np.errstate(all="ignore"):  # unreliable numbers may be anything
             found[:, span] = _ends(Starts._make((*numbers, "psidot")), time[span])
@@ -88,8 +79,8 @@ def ends_many(start: Mapping[str, Array], time: Array) -> Ends:
 
 def _ends(starts: Starts, time: Array) -> Array:
     """Rows of θ, of how far φ and ψ went, of the doubt, and of the counts."""
-    n = nutations(starts)
-    K, turns = over_a_period(n)
+    n = many.nutations(starts)
+    K, turns = many.over_a_period(n)
     swing, tau = n.down + n.up, time / starts.A
     rising = np.where(n.sign * starts.thetadot < 0, 1.0, -1.0)
     passed, begun = _since_u1(n, n.down / swing, n.up / swing)
@@ -101,10 +92,10 @@ def _ends(starts: Starts, time: Array) -> Array:
     passes = np.stack((np.floor(x / (2 * K)) + (rising < 0), periods))  # of an exact one φ jumps
     turned = periods * turns + np.sign(rest) * swept - rising * begun
     at_bottom, at_top = turned = np.where(n.P == 0, passes * turns, turned)
-    theta = tilt(n.sign, n.at_u2[1] + swing * cn * cn, n.at_u1[0] + swing * sn * sn)
+    theta = many.tilt(n.sign, n.at_u2[1] + swing * cn * cn, n.at_u1[0] + swing * sn * sn)
     psi = n.sign * (n.kappa * tau + at_bottom - at_top)
     late = (abs(x) + K) * (2 + n.speed / n.w) + (abs(turned) + abs(turns)).sum(axis=0)
-    known = n.known & (n.error <= PROMISED) & (starts.theta > 0)
+    known = n.known & (n.error <= many.PROMISED) & (starts.theta > 0)
     counts = _counts(n, starts, passed / (2 * K), K, tau)
     found = np.vstack((theta, at_bottom + at_top, psi, n.error * late, counts))
     return np.where(known & np.isfinite(found[:4]).all(axis=0), found, np.nan)
@@ -159,7 +150,7 @@ def jacobi(x: Array, mc: Array) -> tuple[Array, Array]:
     [0.80300182] [0.59597657]
     """
     a, b, means = np.ones_like(mc), np.sqrt(mc), []
-    for _ in range(MORE_STEPS):
+    for _ in range(many.MORE_STEPS):
         means.append((a, b))
         a, b = (a + b) / 2, np.sqrt(a * b)
     angle, dn = np.maximum(a * x, NO_ZERO), np.ones_like(mc)

@@ -20,15 +20,8 @@ from heavytop.exact.balls import Interval
 from heavytop.exact.number import rational
 from heavytop.exact.parse import written
 from heavytop.files import write_document, write_text
-from heavytop.scene.arguments import (
-    Range,
-    Reader,
-    one_of,
-    parse_names,
-    parse_options,
-    path_of,
-    shown,
-)
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Range, Reader, one_of, parse_names, parse_options
 from heavytop.scene.quantities import QUANTITIES, component_names
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import EVENTS
@@ -95,7 +88,7 @@ class Reference:
         ----------
         path : path
         """
-        place = path_of("path", path)
+        place = arguments.path_of("path", path)
         if place.suffix.lower() == ".json":
             write_document(place, self.document())
         else:
@@ -243,7 +236,7 @@ def _time(value: Any) -> Fraction:
     except (NotANumber, ArithmeticError):
         exact = None
     if exact is None:
-        raise Refused(f"rational numbers in seconds, not {shown(value)}")
+        raise Refused(f"rational numbers in seconds, not {arguments.shown(value)}")
     return exact
 
 

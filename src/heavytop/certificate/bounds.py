@@ -136,10 +136,7 @@ def _of_axis(states: Array, change: Array, room: Array) -> dict[str, ErrorModel]
     near, least = np.maximum(r - room, 0.0) * (1 - 1e-14), (length - room) * (1 - 1e-14)
     own = np.sqrt(dx * dx + dy * dy + dz * dz)
     along = (x * dx + y * dy) / r  # of the horizontal part
-    theta, rounding = (
-        np.abs(z * along - r * dz) / (length * length),
-        THETA_ROUNDING * np.arctan2(r, z),
-    )
+    theta, rounding = np.abs(z * along - r * dz) / length**2, THETA_ROUNDING * np.arctan2(r, z)
     phi = (x * dy - y * dx) / (r * r)
     return {
         "axis": ErrorModel(own, np.ones_like(r), np.zeros_like(r)),

@@ -9,7 +9,7 @@ less than one in 10^12: `UP` is there for that.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,7 @@ STEP_MARGIN = 1 + 2.0**-48
 STEPS_AT_ONCE = 1000  # steps at a time, whose coefficients stay in the cache
 
 
-@dataclass(frozen=True, slots=True)
-class Steps:
+class Steps(NamedTuple):
     """Some steps of a run, in its own unit of time.
 
     Attributes
@@ -80,7 +79,7 @@ class Steps:
 
     def where(self, index: slice) -> Steps:
         """Return some of them."""
-        return Steps(*(getattr(self, name)[..., index] for name in self.__slots__))
+        return Steps(*(each[..., index] for each in self))
 
     def at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
         """Return states (n, m) on polynomials, as sums of two doubles, with two bounds of each.

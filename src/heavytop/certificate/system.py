@@ -10,7 +10,6 @@ this package sharp.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -65,8 +64,7 @@ class Term(NamedTuple):
     second: int
 
 
-@dataclass(frozen=True, slots=True)
-class QuadraticSystem:
+class QuadraticSystem(NamedTuple):
     """The terms of each right-hand side, and the weight of each state in the norm of errors.
 
     Attributes

@@ -144,15 +144,12 @@ class SolutionTable:
 
     def _keep(self) -> None:
         """Keep the polynomials as doubles; axes: order, then word, then state and piece."""
-        rows = [[[q[k] for q in p] for p, *_ in self.pieces] for k in range(KEPT_COEFFICIENTS)]
-        lead = np.array(
-            [[[pair(c) for c in row] for row in k] for k in rows[:LEADING_COEFFICIENTS]]
-        )
-        rest = np.array(
-            [[[float(c) for c in row] for row in k] for k in rows[LEADING_COEFFICIENTS:]]
-        )
-        self._lead = np.ascontiguousarray(lead.transpose(0, 3, 2, 1))
-        self._rest = np.ascontiguousarray(rest.transpose(0, 2, 1))
+        states = [*zip(*(piece.p for piece in self.pieces), strict=True)]
+        orders = [[[q[k] for q in state] for state in states] for k in range(KEPT_COEFFICIENTS)]
+        lead, rest = orders[:LEADING_COEFFICIENTS], orders[LEADING_COEFFICIENTS:]
+        pairs = np.array([[[pair(c) for c in row] for row in order] for order in lead])
+        self._lead = np.ascontiguousarray(np.moveaxis(pairs, 3, 1))
+        self._rest = np.array(rest).astype(np.float64)
 
     def ball(self, t: arb) -> list[arb]:
         """Return the solution at a time within the table, in balls."""

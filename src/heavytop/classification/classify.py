@@ -13,26 +13,9 @@ from typing import Final
 
 from flint import arb
 
-from heavytop.classification import kinds
-from heavytop.classification.kinds import (
-    KIND_DETAILS,
-    RULES,
-    SO,
-    TAGS,
-    Criterion,
-    Kind,
-    Rule,
-    Tag,
-    Verdict,
-)
-from heavytop.classification.reduced import (
-    MOST_SIGN_BITS,
-    Real,
-    Reduced,
-    ball_sign,
-    reduced_from_scene,
-    root_of,
-)
+from heavytop.classification import kinds, reduced
+from heavytop.classification.kinds import KIND_DETAILS, TAGS, Criterion, Kind, Rule, Tag, Verdict
+from heavytop.classification.reduced import MOST_SIGN_BITS, Real, Reduced, ball_sign, root_of
 from heavytop.classification.signs import CERTAINLY_NOT, Sign, Signs, Tristate
 from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
@@ -93,7 +76,7 @@ def classify(top: Top, start: State) -> Verdict:
     expect("start", start, State)
     signs = SceneSigns(top, start)
     with working(SIGN_BITS):
-        fitting = ((rule, signs.fit(rule)) for rule in RULES)
+        fitting = ((rule, signs.fit(rule)) for rule in kinds.RULES)
         rule, fits = next((rule, fits) for rule, fits in fitting if not fits.no)
         if not fits.yes:
             unknown = signs.undecided(*rule.zeros, *rule.positive)
@@ -218,7 +201,7 @@ class SceneSigns(Signs):
     """
 
     def __init__(self, top: Top, start: State) -> None:
-        self.top, self.source = top, reduced_from_scene(top, start)
+        self.top, self.source = top, reduced.reduced_from_scene(top, start)
         self._found: dict[Criterion, Sign] = {}
 
     @cached_property
@@ -264,7 +247,7 @@ def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
     `side` is the sign of the product that does, None where there is none or it is undecided.
     """
     decided = " and ".join(_conditions(signs, rule))
-    text = f"{decided}: {SO[rule.kind]}"
+    text = f"{decided}: {kinds.SO[rule.kind]}"
     if side is None:
         return text
     names, _, shown = KIND_DETAILS[rule.kind]
@@ -275,7 +258,7 @@ def general_reason(rule: Rule) -> str:
     """Why a rule fits, without numbers."""
     zeros = [f"{number.symbol} = 0" for number in rule.zeros]
     shown = [f"{number.symbol} {_RELATIONS[side]}" for number, side in rule.shown]
-    return f"{' and '.join((*zeros, *shown))}: {SO[rule.kind]}"
+    return f"{' and '.join((*zeros, *shown))}: {kinds.SO[rule.kind]}"
 
 
 def _conditions(signs: SceneSigns, rule: Rule) -> Iterator[str]:

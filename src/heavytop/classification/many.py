@@ -9,19 +9,8 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heavytop.classification.arrays import (
-    IMPOSSIBLE,
-    TAG_NAMES,
-    VERDICT_DETAILS,
-    VERDICT_NAMES,
-    Codes,
-    InputArrays,
-    Mask,
-    Starts,
-    bits,
-    detail,
-    with_spin,
-)
+from heavytop.classification import arrays
+from heavytop.classification.arrays import VERDICT_NAMES, Codes, InputArrays, Mask, Starts
 from heavytop.classification.classify import classify
 from heavytop.classification.filter import Filtered, filtered
 from heavytop.errors import Impossible
@@ -62,13 +51,13 @@ class Verdicts:
     sent: int
 
     names: ClassVar[tuple[str, ...]] = VERDICT_NAMES
-    details: ClassVar[tuple[str, ...]] = VERDICT_DETAILS
-    tag_names: ClassVar[tuple[str, ...]] = TAG_NAMES
+    details: ClassVar[tuple[str, ...]] = arrays.VERDICT_DETAILS
+    tag_names: ClassVar[tuple[str, ...]] = arrays.TAG_NAMES
 
     @property
     def impossible(self) -> Mask:
         """Where no top or no start has these numbers."""
-        return np.equal(self.kind, IMPOSSIBLE)
+        return np.equal(self.kind, arrays.IMPOSSIBLE)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -138,7 +127,7 @@ def classify_many(
     """
     expect("tags", tags, bool)
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
-    columns = InputArrays(with_spin(given, psidot, omega3))
+    columns = InputArrays(arrays.with_spin(given, psidot, omega3))
     found = np.empty((5, columns.size), np.uint8)  # the rows of `Filtered`
     for at in range(0, columns.size, TOPS_AT_ONCE):
         span = slice(at, at + TOPS_AT_ONCE)
@@ -173,12 +162,13 @@ def _classify_open(columns: InputArrays, found: Codes) -> int:
             found[:, at] = _IMPOSSIBLE[:, 0]
             continue
         sent += 1
-        kind, holding, unsure = VERDICT_NAMES.index(verdict.kind), verdict.tags, verdict.open_tags
-        found[:, at] = kind, detail(holding), verdict.certified, bits(holding), bits(unsure)
+        kind, detail = VERDICT_NAMES.index(verdict.kind), arrays.detail(verdict.tags)
+        held, unknown = map(arrays.bits, (verdict.tags, verdict.open_tags))
+        found[:, at] = kind, detail, verdict.certified, held, unknown
     return sent
 
 
-_IMPOSSIBLE: Final = np.array([[IMPOSSIBLE], [0], [1], [0], [0]], np.uint8)  # it is proved
+_IMPOSSIBLE: Final = np.array([[arrays.IMPOSSIBLE], [0], [1], [0], [0]], np.uint8)  # it is proved
 
 
 def impossible(A: Array, C: Array, theta: Array) -> Mask:

@@ -20,16 +20,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.comparison.steppers import (
-    ComparisonStepper,
-    InitialValueProblem,
-    IntegrationFailed,
-    NotFinite,
-    StepperState,
-    compiled,
-    compiled_function,
-    derivatives,
-)
+from heavytop.comparison import steppers
+from heavytop.comparison.steppers import InitialValueProblem, IntegrationFailed, StepperState
 from heavytop.exact.pairs import Array, DoubleDouble, add
 
 if TYPE_CHECKING:
@@ -58,9 +50,9 @@ def right_hand_side(problem: InitialValueProblem, *, guarded: bool = True) -> Ra
     """
     known = problem.constants.values()
     if not guarded:
-        bare, fixed = derivatives(problem.equations, np.float64, np), np.array([*known])
+        bare, fixed = steppers.derivatives(problem.equations, np.float64, np), np.array([*known])
         return lambda _, y: bare(*y, *fixed)
-    rates = derivatives(problem.equations)
+    rates = steppers.derivatives(problem.equations)
 
     def at(_: float, y: Any) -> Sequence[float]:
         try:
@@ -88,7 +80,7 @@ Solver = Callable[..., Taken]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class AdaptiveStepper(ComparisonStepper):
+class AdaptiveStepper(steppers.ComparisonStepper):
     """A stepper of an adaptive solver; a block ends after its steps, or at `far`.
 
     Attributes
@@ -111,7 +103,7 @@ class AdaptiveStepper(ComparisonStepper):
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps."""
-        taken = self._block(at)
+        taken = self._taken(np.array(at.state), self.direction * self.far, *at.carry)
         self.on_steps(taken)
         time = add(at.time, (float(taken.times[-1]), 0.0))
         count = taken.steps or len(taken.times) - 1
@@ -130,31 +122,28 @@ class AdaptiveStepper(ComparisonStepper):
         """Return the states at times in the block after a state: a run aside for each."""
         local = [add(t, (-at.time[0], -at.time[1]))[0] for t in times]
         ahead = [self.direction * t for t in local]
-        taken = self._block(at)
+        taken = self._taken(np.array(at.state), self.direction * self.far, *at.carry)
         last = np.searchsorted(self.direction * taken.times, ahead, "right") - 1
-        rows = [self._aside(taken, i, t) for i, t in zip(last, local, strict=True)]
+        rests = (t - float(taken.times[i]) for i, t in zip(last, local, strict=True))
+        rows = [self._aside(taken.states[i], rest) for i, rest in zip(last, rests, strict=True)]
         return np.array(rows).reshape(-1, len(self.start))
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return t itself."""
         return t, 0.0
 
-    def _block(self, at: StepperState) -> Taken:
-        return self._taken(np.array(at.state), self.direction * self.far, *at.carry)
-
-    def _aside(self, taken: Taken, i: int, t: float) -> Array:
-        state: Array = taken.states[i]
-        if (rest := t - float(taken.times[i])) == 0:
+    def _aside(self, state: Array, rest: float) -> Array:
+        if rest == 0:
             return state
         times, states, *_ = self._taken(state, rest)
         if times[-1] != rest:
             raise IntegrationFailed("the solver gave up between two steps")
-        return states[-1]  # type: ignore[no-any-return]
+        return np.asarray(states[-1])
 
     def _taken(self, state: Array, end: float, *first: float) -> Taken:
         taken = self.solver(state, end, self.steps, *first)
         if not np.isfinite(taken.states).all():
-            raise NotFinite
+            raise steppers.NotFinite
         return taken
 
 
@@ -247,7 +236,7 @@ def _cyrk_solve() -> tuple[Any, float]:
         return times, rows
 
     words = "int64, float64[::1], float64, float64[::1], float64, float64, int64"
-    return compiled(solve, f"Tuple((float64[::1], float64[:, ::1]))({words})")
+    return steppers.compiled(solve, f"Tuple((float64[::1], float64[:, ::1]))({words})")
 
 
 @cache
@@ -258,7 +247,7 @@ def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
 
     began = time.perf_counter()
     n, k = len(equations.states), len(equations.constants_in(equations.derivatives))
-    rates, to_fixed_tuple = compiled_function(derivatives(equations))
+    rates, to_fixed_tuple = steppers.compiled_function(steppers.derivatives(equations))
 
     def at(dy: Any, t: float, y: Any, arguments: Any) -> None:
         known = carray(arguments, (k + 1,))

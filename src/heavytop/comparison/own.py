@@ -187,21 +187,20 @@ def registered(name: str) -> Registered:
     return _REGISTERED[name]
 
 
-def _own_names(texts: Iterable[str]) -> list[str]:
+def _of_ones_own(texts: Iterable[str]) -> dict[str, Registered]:
     names = dict.fromkeys(text.partition("=")[0] for text in texts)
-    return [name for name in names if name in _REGISTERED]
+    return {name: _REGISTERED[name] for name in names if name in _REGISTERED}
 
 
 def as_parameters(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     """Return what a study remembers of methods of one's own: nothing where there are none."""
-    found = {name: _REGISTERED[name].digest for name in _own_names(texts)}
+    found = {name: own.digest for name, own in _of_ones_own(texts).items()}
     return {"own": found} if found else {}
 
 
 def origins(texts: Iterable[str]) -> Origins:
     """Return where those methods come from that are one's own and can be loaded elsewhere."""
-    found = [(name, *_REGISTERED[name][1:]) for name in _own_names(texts)]
-    return [origin for origin in found if origin[2]]
+    return [(name, *own[1:]) for name, own in _of_ones_own(texts).items() if own.place]
 
 
 def expect_anywhere(texts: Iterable[str]) -> None:
@@ -213,7 +212,7 @@ def expect_anywhere(texts: Iterable[str]) -> None:
         A function stands in no file or module.
     """
     rule = "must stand in a file or a module, as it runs in another process"
-    if homeless := [(n, rule) for n in _own_names(texts) if not _REGISTERED[n].place]:
+    if homeless := [(name, rule) for name, own in _of_ones_own(texts).items() if not own.place]:
         raise Impossible(homeless)
 
 

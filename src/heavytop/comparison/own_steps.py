@@ -10,24 +10,15 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
+from heavytop.comparison import steppers
 from heavytop.comparison.adaptive import AdaptiveStepper, Solver, Taken
 from heavytop.comparison.own import BODY_FORMS, Method
-from heavytop.comparison.steppers import (
-    Advance,
-    FixedStep,
-    InitialValueProblem,
-    IntegrationFailed,
-    MethodError,
-    NotFinite,
-    Stepper,
-    TopConstants,
-    compiled_function,
-    derivatives,
-)
+from heavytop.comparison.steppers import FixedStep, InitialValueProblem, IntegrationFailed, Stepper
 from heavytop.exact.pairs import Array
 
 Rates = Callable[[Array], Array]
@@ -55,7 +46,7 @@ def own_stepper(
         constants: tuple[float, ...] = form.constants
     else:
         constants = tuple(problem.constants.values())
-        function = derivatives(problem.equations)
+        function = steppers.derivatives(problem.equations)
     warned, f = Counter[str](), RightHandSide(function, constants, problem.top)
     about: dict[str, Any] = {"start": start, "form": form, "warned": warned}
     if method.solves:
@@ -81,7 +72,7 @@ def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], 
     """Return f(y) compiled by numba, with the constants of one top and start."""
     from numba import njit
 
-    rates, to_fixed_tuple = compiled_function(function)
+    rates, to_fixed_tuple = steppers.compiled_function(function)
 
     def f(y: Any) -> Any:
         result, found = rates(*to_fixed_tuple(y, n), *constants), np.empty(n)
@@ -92,6 +83,7 @@ def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], 
     return njit(f)
 
 
+@dataclass
 class RightHandSide:
     """The f(y) of a step: it counts its calls, and knows its top; on a pole its numbers are nan.
 
@@ -102,10 +94,10 @@ class RightHandSide:
     calls : int
     """
 
-    def __init__(
-        self, function: Callable[..., Any], constants: Sequence[float], top: TopConstants | None
-    ) -> None:
-        self.function, self.constants, self.top, self.calls = function, constants, top, 0
+    function: Callable[..., Any]
+    constants: Sequence[float]
+    top: steppers.TopConstants | None
+    calls: int = 0
 
     def __call__(self, y: Any) -> Any:
         """Return the derivatives; of an array of another library, as JAX traces, one of that."""
@@ -121,7 +113,7 @@ class RightHandSide:
 # --- steps ---------------------------------------------------------------------------------------
 
 
-def _steps(step: Callable[..., Any], f: RightHandSide, h: float) -> Advance:
+def _steps(step: Callable[..., Any], f: RightHandSide, h: float) -> steppers.Advance:
     """Return what takes steps one by one, and names what one of them did wrong."""
 
     def advance(state: Array, _work: Array, steps: int) -> int:
@@ -134,7 +126,7 @@ def _steps(step: Callable[..., Any], f: RightHandSide, h: float) -> Advance:
     return advance
 
 
-def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> Advance:
+def _compiled_steps(step: Callable[..., Any], f: Any, h: float) -> steppers.Advance:
     """Return what takes compiled steps in a compiled loop; the first one is looked at."""
     from numba import njit
 
@@ -175,9 +167,9 @@ def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
     with _named():
         after = _real(step(f, y.copy(), h))
     if after.shape != y.shape:
-        raise MethodError(f"it returns an array of shape {after.shape}, not {y.shape}")
+        raise steppers.MethodError(f"it returns an array of shape {after.shape}, not {y.shape}")
     if np.isnan(after).any() and (np.abs([y, f(y)]) < HUGE).all():
-        raise MethodError("it returns nan")
+        raise steppers.MethodError("it returns nan")
     return after
 
 
@@ -185,7 +177,7 @@ def _real(found: Any) -> Array:
     """What a person's code returned, if it is real numbers."""
     array = np.array(found)
     if array.dtype.kind not in "fiu":
-        raise MethodError(f"it returns numbers of type {array.dtype}, not reals")
+        raise steppers.MethodError(f"it returns numbers of type {array.dtype}, not reals")
     return array.astype(float)
 
 
@@ -198,7 +190,7 @@ def _named() -> Iterator[None]:
         raise
     except Exception as fault:
         why = " ".join(f"{type(fault).__name__}: {fault}".split())
-        raise MethodError(f"it raises {why:.200}") from fault
+        raise steppers.MethodError(f"it raises {why:.200}") from fault
 
 
 # --- a solver ------------------------------------------------------------------------------------
@@ -222,9 +214,9 @@ def _solver(solver: Callable[..., Any], rates: RightHandSide, tolerance: float) 
             stop = f"it stops after {times[-1]:.6g} of {span:.6g} s"
             raise IntegrationFailed(f"{stop}: {why}" if why else stop)
         if end.shape != state.shape:
-            raise MethodError(f"it returns {end.size} states, not {state.size}")
+            raise steppers.MethodError(f"it returns {end.size} states, not {state.size}")
         if not np.isfinite(end).all():
-            raise NotFinite
+            raise steppers.NotFinite
         rows, evaluations = np.array([state, end]), rates.calls - before
         return Taken(np.array([0.0, span]), rows, evaluations, steps=times.size - 1)
 

@@ -102,9 +102,7 @@ class Formulation:
 
         powers = {symbol.name: 1 for symbol in self.given}  # rates of frames
         for (symbol, _), one, two in zip(of, values(1.0), values(2.0), strict=True):
-            powers[symbol.name] = (
-                round(math.log2(two / one)) if one else 0
-            )  # as a quadrature is
+            powers[symbol.name] = round(math.log2(two / one)) if one else 0  # as a quadrature is
         return powers
 
     @cached_property

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -13,8 +12,7 @@ from heavytop.equations.formulation import Formulation, time
 from heavytop.equations.lambdify import Functions, lambdified
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Invariants:
+class Invariants(NamedTuple):
     """Functions of the states and of the constants that occur.
 
     Attributes
@@ -48,10 +46,8 @@ def invariants_of(formulation: Formulation) -> Invariants:
     >>> found.values, found.constants
     ((-k_0*w - k_1*w**2/2 - k_2*w**3/3 + wdot**2/2,), (k_0, k_1, k_2))
     """
-    states = formulation.states
-    values = tuple(
-        x.as_independent(*states, as_Add=True)[1] for x in formulation.invariants.values()
-    )
+    states, found = formulation.states, formulation.invariants.values()
+    values = tuple(x.as_independent(*states, as_Add=True)[1] for x in found)
     constants = tuple(formulation.constants_in(values))
     arguments = (*states, *constants)
     sizes = [sum(sp.Abs(a * sp.diff(x, a)) for a in arguments) for x in values]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
@@ -47,8 +46,7 @@ def translated(
     return evaluated(expressions, names, constant, _FUNCTIONS)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class System:
+class System(NamedTuple):
     """First-order equations as heyoka takes them, every constant in them of some precision.
 
     Attributes
@@ -63,7 +61,7 @@ class System:
 
     equations: list[tuple[Any, Any]]
     loaded: tuple[str, ...]
-    zeros: list[Any] = field(default_factory=list)
+    zeros: list[Any]
 
     @classmethod
     def of(cls, form: Formulation, bits: int, events: tuple[str, ...] = ()) -> Self:

@@ -23,7 +23,7 @@ from heavytop.errors import HeavyTopError, Impossible, Outcome, refuse
 from heavytop.exact.pairs import Array
 from heavytop.integration.batch import Journey, Lane, Zeros
 from heavytop.integration.outputs import Sample, sample
-from heavytop.run.ensemble_events import Expected, counted, tallied
+from heavytop.run.ensemble_events import Expected, counted, pole_momenta, tallied
 from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
 from heavytop.scene.state import State
@@ -318,7 +318,7 @@ def _binary(form: Formulation, start: Columns) -> tuple[Array, dict[str, Array]]
     """States at the start (k, n) and constants (k,) by name."""
     with np.errstate(all="ignore"):  # what is no number is found out lane by lane
         values = _start_function(form)(*(start[symbol.name] for symbol in _SYMBOLS))
-        momenta = _pole_momenta(start) if form.phi_wraps else {}
+        momenta = pole_momenta(start) if form.phi_wraps else {}
     rows = [np.broadcast_to(np.asarray(x, dtype=float), start["A"].shape) for x in values]
     count = len(form.states)
     names = (p.name for p in form.parameters)
@@ -329,15 +329,6 @@ def _binary(form: Formulation, start: Columns) -> tuple[Array, dict[str, Array]]
 @cache
 def _start_function(form: Formulation) -> Any:
     return lambdified((*form.start, *form.parameters.values()), _SYMBOLS)
-
-
-def _pole_momenta(start: Columns) -> dict[str, Array]:
-    """(p_φ ± p_ψ)/A by terms of which something is left beside a pole, whose side they tell."""
-    theta, phidot = start["theta"], start["phidot"]
-    b = start["C"] / start["A"] * (start["psidot"] + phidot * np.cos(theta))
-    drift = phidot * np.sin(theta) ** 2
-    plus, minus = (2 * b * np.square(half(theta / 2)) for half in (np.cos, np.sin))
-    return {"P_plus": drift + plus, "P_minus": drift - minus}
 
 
 def _frame(form: Formulation, start: Columns) -> dict[str, Array]:

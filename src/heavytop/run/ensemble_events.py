@@ -60,12 +60,20 @@ class Expected(NamedTuple):
             nods = abs(thetadot) / rate + abs(pull) / rate**2  # about how far, at least
             begins = (nods > 0) & ((thetadot == 0) | (theta == 0))
             return cls(nods <= 0, begins, begins & (nods < SMALL_NUTATION), short, rate)
-        drift = phidot * sine**2
-        above, below = (2 * b * np.square(f(theta / 2)) for f in (np.sin, np.cos))  # b (1 ∓ u)
-        never = ~((drift - above) * (drift + below) < 0) | ((thetadot == 0) & (phidot == 0))
+        plus, minus = pole_momenta(start).values()
+        never = ~(plus * minus < 0) | ((thetadot == 0) & (phidot == 0))
         begins = ~never & (phidot == 0)
         again = sine * abs(thetadot) / (thetadot**2 + abs(g) * sine**2)  # beside a pole or a cusp
         return cls(never, begins, begins, np.fmin(short, again / 2), rate)
+
+
+def pole_momenta(start: Mapping[str, Array]) -> dict[str, Array]:
+    """(p_φ ± p_ψ)/A by terms of which something is left beside a pole, whose side they tell."""
+    theta, phidot = start["theta"], start["phidot"]
+    b = start["C"] / start["A"] * (start["psidot"] + phidot * np.cos(theta))
+    drift = phidot * np.sin(theta) ** 2
+    plus, minus = (2 * b * np.square(half(theta / 2)) for half in (np.cos, np.sin))
+    return {"P_plus": drift + plus, "P_minus": drift - minus}
 
 
 def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
