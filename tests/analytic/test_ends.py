@@ -120,7 +120,7 @@ def test_without_the_doubt_ends_are_wrong(monkeypatch):
     """Beyond what is promised, ends are farther off than 1e-11: there they are said to be nan."""
     start, time = started(nasty(np.random.default_rng(9), 600, "psidot"), 10)
     reliable = np.isfinite(ends_many(start, time).theta)
-    monkeypatch.setattr(ends, "PROMISED", np.inf)
+    monkeypatch.setattr(ends.many, "PROMISED", np.inf)
     found = ends_many(start, time)
     more = np.flatnonzero(np.isfinite(found.theta) & ~reliable)
     assert any(off(found, start, time, i)[0] > 1e-11 for i in more)
