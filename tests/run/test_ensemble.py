@@ -199,7 +199,7 @@ def test_the_mark_of_a_top_does_not_depend_on_who_measures_it(monkeypatch):
     given = {"theta": THETA, "phidot": PHIDOT, "omega3": OMEGA3, "time": 20 * TIME}
     marks, errors = [], []
     for promised in (1e-12, 0.0):
-        monkeypatch.setattr("heavytop.analytic.ends.PROMISED", promised)
+        monkeypatch.setattr("heavytop.analytic.many.PROMISED", promised)
         found = ht.propagate_many(**SICM, **given, digits=13, events=EVENTS)
         marks.append(found.missed.tolist())
         errors.append(found.error)

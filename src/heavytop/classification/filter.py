@@ -149,9 +149,8 @@ class ArraySigns(Signs):
         """The sign of one number."""
         if number not in self._found:
             total = number.value(self.reduced)
-            self._found[number] = Sign(
-                total, total.value > 0, total.least > 0, np.equal(total.magnitude, 0)
-            )
+            nothing = np.equal(total.magnitude, 0)
+            self._found[number] = Sign(total, total.value > 0, total.least > 0, nothing)
         return self._found[number]
 
 

@@ -16,6 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 import sympy as sp
+from flint import arb
 
 from heavytop import exact
 from heavytop.errors import WrongType
@@ -102,8 +103,7 @@ def evaluated(
     [np.float64(-0.6666666666666667)]
     """
     function = lambdified([*expressions], [*named], number, functions, ordered=False)
-    values: list[Any] = function(*named.values())
-    return values
+    return [*function(*named.values())]
 
 
 @dataclass
@@ -227,7 +227,7 @@ class Rounded:
         self.expressions = tuple(map(sp.sympify, expressions))
         self.names = sorted({x.name for e in self.expressions for x in e.free_symbols})
         with working(_BITS):
-            self._function = lambdified(self.expressions, self.names, _ball, _BALLS)
+            self._function = lambdified(self.expressions, self.names, arb, _BALLS)
 
     def __call__(self, named: Mapping[str, Exact]) -> list[float]:
         """Return the values at exact numbers, given by the names of the symbols."""
@@ -241,10 +241,6 @@ class Rounded:
 _BITS: Final = 128
 # methods of python-flint
 _BALLS: Functions = {name: methodcaller(name) for name in ("sin", "cos", "sqrt")}
-
-
-def _ball(integer: int) -> Any:
-    return Exact.of(integer).ball(_BITS)
 
 
 def _double(ball: Any) -> float | None:

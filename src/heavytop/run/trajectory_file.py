@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from heavytop import __version__
-from heavytop.analytic.motion import Motion
 from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.files import array, attribute, open_sealed, write_sealed
@@ -36,7 +35,7 @@ from heavytop.run.start import integrator_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
-from heavytop.scene.scene import Scene, read_scene
+from heavytop.scene.scene import read_scene
 
 if TYPE_CHECKING:
     import pandas
@@ -101,24 +100,17 @@ def frame(data: xarray.Dataset, dimension: str) -> pandas.DataFrame:
 
 
 def write(run: Trajectory | SceneMotion, path: str | os.PathLike[str]) -> None:
-    """Write a run to a netCDF file, whole or not at all."""
-    kept = _kept(run) if isinstance(run, Trajectory) else {}
-    _write(_contents(run) | kept, _attributes(run), path)
-
-
-def _write(
-    variables: Variables, attributes: Mapping[str, Any], path: str | os.PathLike[str]
-) -> None:
-    """Write a netCDF file, without the time that xarray takes to import."""
+    """Write a netCDF file, whole or not at all, without the time that xarray takes to import."""
     import h5netcdf
     import h5py
 
+    kept = _kept(run) if isinstance(run, Trajectory) else {}
     target, held = Path(path), BytesIO()  # HDF5 does not survive a full disk
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target.parent}: no such folder")
     with h5netcdf.File(held, "w") as file:
-        file.attrs.update(attributes)
-        for name, (dimensions, values, told) in variables.items():
+        file.attrs.update(_attributes(run))
+        for name, (dimensions, values, told) in (_contents(run) | kept).items():
             column = np.asarray(values)
             if column.dtype.kind == "U" and not (name in dimensions or name.endswith("_text")):
                 encoded = np.char.encode(column, "utf-8")  # letters, which are read back at once
@@ -188,9 +180,8 @@ def _kept(trajectory: Trajectory) -> Variables:
     if not trajectory.in_doubles:
         more = "of the run in more than doubles"
         points |= {name: _whole(points[name]) for name in ("time", "states")}
-        kept |= _over(
-            "t", {n: _whole(getattr(orbit.samples, n)) for n in OWN_COLUMNS}, "own_", more
-        )
+        own = {name: _whole(getattr(orbit.samples, name)) for name in OWN_COLUMNS}
+        kept |= _over("t", own, "own_", more)
     return kept | _over("checkpoint", points, "checkpoint_", "at the start of a block")
 
 
@@ -271,20 +262,15 @@ def _trajectory(file: Any) -> Trajectory:
     if attribute(file, "source") == SceneMotion.source:
         told = "xarray reads the samples, heavytop.Motion has the motion at any time"
         raise ValueError(f"of the closed form, nothing was integrated: {told}")
-    scene, motion, chosen = _planned(file)
-    outcome = Outcome(attribute(file, "outcome"))
-    orbit = _orbit(file, chosen, outcome)
-    cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
-    return replace(not_integrated(scene, motion, chosen, orbit), outcome=outcome, statistics=cost)
-
-
-def _planned(file: Any) -> tuple[Scene, Motion, Plan]:
-    """The scene of a file, its motion and its plan."""
     scene = read_scene(attribute(file, "scene"), where="scene in file")
     if "name" in file.attrs:
         scene = replace(scene, name=attribute(file, "name"))
     written = {name: _tuples(x) for name, x in json.loads(attribute(file, "plan")).items()}
-    return scene, closed_form_of(scene), Plan(**written)
+    motion, chosen, outcome = closed_form_of(scene), Plan(**written), attribute(file, "outcome")
+    orbit = _orbit(file, chosen, Outcome(outcome))
+    cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
+    run = not_integrated(scene, motion, chosen, orbit)
+    return replace(run, outcome=orbit.outcome, statistics=cost)
 
 
 def _tuples(value: Any) -> Any:
@@ -299,12 +285,9 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
         stored = array(file, name)
         return stored if bits == DOUBLE else reals(stored, bits)
 
-    rows = zip(*(numbers(f"checkpoint_{n}") for n in ("time", "states")), strict=True)
-    steps = array(file, "checkpoint_steps").tolist()
-    points = tuple(
-        Checkpoint(tuple(time.tolist()), state.copy(), done)
-        for (time, state), done in zip(rows, steps, strict=True)
-    )
+    times, states = (numbers(f"checkpoint_{name}") for name in ("time", "states"))
+    rows = zip(times, states, array(file, "checkpoint_steps").tolist(), strict=True)
+    points = tuple(Checkpoint(tuple(t.tolist()), state.copy(), done) for t, state, done in rows)
 
     def seen(prefix: str = "") -> Seen:
         return Seen(*(array(file, f"{prefix}{name}") for name in Seen._fields))
@@ -313,8 +296,8 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
     samples = seen()
     if bits > DOUBLE:
         constants = {name: reals(np.array(x), bits)[()] for name, x in constants.items()}
-        t, states = (numbers(f"own_{name}") for name in OWN_COLUMNS)
-        samples = Seen(t, 0 * t, states)
+        t, own = (numbers(f"own_{name}") for name in OWN_COLUMNS)
+        samples = Seen(t, 0 * t, own)
     return Orbit(
         integrator=integrator_of(chosen, constants, points[0]),
         checkpoints=points,
