@@ -36,6 +36,7 @@ from heavytop.certificate.table import MARGIN
 from heavytop.exact.pairs import UNIT, Array, add
 
 Places = NDArray[np.intp]
+ByName = Mapping[str, float]
 Known = tuple[Array, Array]  # the solution, and how far it is off
 
 NEAR: Final = 1.3  # a bound so near the largest error found is not made better
@@ -173,11 +174,7 @@ OUTPUTS = {"axis": _of_axis, "attitude": _of_attitude}
 
 
 def bound(
-    flow: Flow,
-    steps: Steps,
-    floor: Mapping[str, float],
-    rounding: Mapping[str, float],
-    deepest: int = MOST_HALVINGS,
+    flow: Flow, steps: Steps, floor: ByName, rounding: ByName, deepest: int = MOST_HALVINGS
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the largest errors found, and their proved bounds, over some steps.
 

@@ -109,12 +109,9 @@ class QuadraticSystem(NamedTuple):
         rows = [[x] for x in start]
         y = [*rows, [arb(1)]]
         for n in range(order):
-            found = [
-                sum((c * _coefficient(y[j], y[k], n) for c, j, k in row), arb(0))
-                for row in self.terms
-            ]
-            for known, x in zip(rows, found, strict=True):
-                known.append(x / (n + 1))
+            for known, row in zip(rows, self.terms, strict=True):
+                rate = sum((c * _coefficient(y[j], y[k], n) for c, j, k in row), arb(0))
+                known.append(rate / (n + 1))
         return rows
 
     def jacobian(self, y: Sequence[arb]) -> arb_mat:

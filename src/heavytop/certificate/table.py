@@ -138,9 +138,8 @@ class SolutionTable:
         """Return a bound of what `at` leaves out of polynomials, and of what it rounds."""
         kept, lead, reach = KEPT_COEFFICIENTS, LEADING_COEFFICIENTS, self.reach
         rounding = 4 * kept * UNIT
-        return self.system.norm(
-            [sup(q, reach, kept) + rounding * sup(q, reach, lead, kept) for q in p]
-        )
+        lost = (sup(q, reach, kept) + rounding * sup(q, reach, lead, kept) for q in p)
+        return self.system.norm([*lost])
 
     def _keep(self) -> None:
         """Keep the polynomials as doubles; axes: order, then word, then state and piece."""

@@ -184,11 +184,10 @@ _FURTHER: Final[dict[str, Callable[[SceneSigns, Kind], bool]]] = {
 class UndecidedError(Exception):
     """A number that is neither separated from zero nor proved to be zero."""
 
-    def __init__(self, symbol: str, size: arb) -> None:
-        self.bound, _ = bound_of(size)
-        super().__init__(
-            f"the sign of {symbol} is open: in units A = 1 its size is at most {self.bound}"
-        )
+    def __init__(self, symbol: str, ball: arb) -> None:
+        self.bound, _ = bound_of(ball)
+        size = f"in units A = 1 its size is at most {self.bound}"
+        super().__init__(f"the sign of {symbol} is open: {size}")
 
 
 _SIGNS: Final = {x: Sign(x, x == 1, x in (1, -1), x == 0) for x in (1, 0, -1, None)}

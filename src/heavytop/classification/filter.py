@@ -125,11 +125,8 @@ def cosines(theta: Array) -> tuple[Bounded, Bounded, Bounded]:
     cos = np.where(polar, np.where(late, near - 1, 1 - near), sine)
     one_minus_cos = np.where(polar > late, near, 1 - cos)
     one_plus_cos = np.where(polar & late, near, 1 + cos)
-    return (
-        Bounded(cos),
-        Bounded(one_minus_cos, one_minus_cos),
-        Bounded(one_plus_cos, one_plus_cos),
-    )
+    below, above = (Bounded(x, x) for x in (one_minus_cos, one_plus_cos))
+    return Bounded(cos), below, above
 
 
 # --- signs of arrays -----------------------------------------------------------------------------
@@ -214,9 +211,8 @@ _MAY: Final = {name: np.isin(VERDICT_NAMES, list(tag.kinds)) for name, tag in ki
 def _put_tags(signs: ArraySigns, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
     for bit, (name, tag) in enumerate(kinds.TAGS.items()):
-        yes, no = (
-            signs.fit(tag) & _FURTHER[name](signs, found) if name in _FURTHER else signs.fit(tag)
-        )
+        further = _FURTHER.get(name)
+        yes, no = signs.fit(tag) & further(signs, found) if further else signs.fit(tag)
         may = _MAY[name][found.kind]
         for array, mask in ((found.tags, may & yes), (found.open_tags, may & ~yes & ~no)):
             array |= mask * np.uint8(1 << bit)
@@ -239,11 +235,9 @@ def _decided(holds: Mask) -> Tristate:
 def _near_separatrix(signs: ArraySigns, _: Filtered) -> Tristate:
     """Only that it is not near is decided: how near it is, is beyond doubles."""
     up, weight = signs.reduced.g.value > 0, np.abs(signs.reduced.g.value)
-    over, passed = (
-        [signs.sign(number).number.least for number in numbers]
-        for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), _AT_POLES)
-    )
-    missed = np.where(up, *passed)
+    numbers = (kinds.OVER_TOP, kinds.OVER_BOTTOM, *_AT_POLES)
+    *over, top, bottom = (signs.sign(number).number.least for number in numbers)
+    missed = np.where(up, top, bottom)
     passes = (missed > 0) & ((kinds.FAR_RATIO * missed) ** 2 > 10 * weight)
     return Tristate(signs.always.no, (2 * kinds.FAR_RATIO * np.where(up, *over) > weight) | passes)
 
@@ -269,9 +263,8 @@ def _reverses(signs: ArraySigns, _: Filtered) -> Tristate:
     rough = spin_at(near)
     off = 4 * FILTER_ROUNDING * (1 + rough.magnitude / root)  # root is the slope
     ends = near - off, near + off
-    (below, speed_below), (above, speed_above) = (
-        (spin_at(end), kinds.speed_at(x, Bounded(end))) for end in ends
-    )
+    below, above = map(spin_at, ends)
+    speed_below, speed_above = (kinds.speed_at(x, Bounded(end)) for end in ends)
     known = (below.value < 0) != (above.value < 0)
     for each in (below, above, speed_below, speed_above):
         known = known & (each.least > 0)

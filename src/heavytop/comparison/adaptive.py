@@ -110,13 +110,8 @@ class AdaptiveStepper(steppers.ComparisonStepper):
         short = count < self.steps and abs(taken.times[-1]) < self.far
         if short or time == at.time:  # which LSODA takes for success
             raise IntegrationFailed("the solver gave up: its steps vanish, or its derivatives")
-        return StepperState(
-            time=time,
-            state=tuple(taken.states[-1].tolist()),
-            carry=taken.carry,
-            steps=at.steps + count,
-            evaluations=at.evaluations + taken.evaluations,
-        )
+        state, evaluations = taken.states[-1].tolist(), at.evaluations + taken.evaluations
+        return StepperState(time, tuple(state), taken.carry, at.steps + count, evaluations)
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a state: a run aside for each."""

@@ -10,7 +10,6 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -30,17 +29,15 @@ SOLVED: Final = 4.0  # periods that a solver goes at once
 FIRST_CALL: Final = 1e-3  # of that: a call in which it imports and compiles
 
 
-def own_stepper(
-    method: Method, problem: InitialValueProblem, setting: float, steps: int
-) -> Stepper:
+def own_stepper(own: Method, problem: InitialValueProblem, setting: float, steps: int) -> Stepper:
     """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks.
 
     Its first step is taken here and thrown away, so that what it imports and compiles is no part
     of a block, and is held against no limit of time.
     """
     start, form = problem.start, None
-    if method.formulation in BODY_FORMS:
-        form = BodyForm(method.formulation, problem.parameters)
+    if own.formulation in BODY_FORMS:
+        form = BodyForm(own.formulation, problem.parameters)
         start = tuple(form.start(np.array(start)).tolist())
         function: Any = form.derivatives
         constants: tuple[float, ...] = form.constants
@@ -49,17 +46,17 @@ def own_stepper(
         function = steppers.derivatives(problem.equations)
     warned, f = Counter[str](), RightHandSide(function, constants, problem.top)
     about: dict[str, Any] = {"start": start, "form": form, "warned": warned}
-    if method.solves:
+    if own.solves:
         span, ahead = problem.span * (1.0 if steps else SOLVED), problem.direction
-        solve = _solver(_watched(method.function, warned), f, setting)
+        solve = _solver(_watched(own.function, warned), f, setting)
         with suppress(IntegrationFailed):
             solve(np.array(start), span * FIRST_CALL)
         return AdaptiveStepper(solver=solve, direction=ahead, steps=1, far=abs(span), **about)
-    h, block = problem.span / setting, steps or STEPS_A_BLOCK[method.language]
-    if method.compiled:
-        take = _compiled_steps(method.function, _compiled_rates(function, constants, len(start)), h)
+    h, block = problem.span / setting, steps or STEPS_A_BLOCK[own.language]
+    if own.compiled:
+        take = _compiled_steps(own.function, _compiled_rates(function, constants, len(start)), h)
     else:
-        take = _steps(method.function, f, h)
+        take = _steps(own.function, f, h)
     with suppress(IntegrationFailed):
         take(np.array(start), np.empty(0), 1)
     return FixedStep(h=h, advance=_watched(take, warned), steps=block, **about)
@@ -83,7 +80,6 @@ def _compiled_rates(function: Callable[..., Any], constants: tuple[float, ...], 
     return njit(f)
 
 
-@dataclass
 class RightHandSide:
     """The f(y) of a step: it counts its calls, and knows its top; on a pole its numbers are nan.
 
@@ -94,10 +90,8 @@ class RightHandSide:
     calls : int
     """
 
-    function: Callable[..., Any]
-    constants: Sequence[float]
-    top: steppers.TopConstants | None
-    calls: int = 0
+    def __init__(self, function: Callable[..., Any], constants: Sequence[float], top: Any) -> None:
+        self.function, self.constants, self.top, self.calls = function, constants, top, 0
 
     def __call__(self, y: Any) -> Any:
         """Return the derivatives; of an array of another library, as JAX traces, one of that."""

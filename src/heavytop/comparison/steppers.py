@@ -235,13 +235,8 @@ class FixedStep(ComparisonStepper):
         state, work = self._arrays(at)
         evaluations = self._advance(state, work, self.steps)
         steps = at.steps + self.steps
-        return StepperState(
-            time=two_product(self.h, float(steps)),
-            state=tuple(state.tolist()),
-            carry=tuple(work[: self.carried].tolist()),
-            steps=steps,
-            evaluations=at.evaluations + evaluations,
-        )
+        time, carry = two_product(self.h, float(steps)), tuple(work[: self.carried].tolist())
+        return StepperState(time, tuple(state.tolist()), carry, steps, at.evaluations + evaluations)
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at ends of steps in the block after a state: the orbit's own bits."""

@@ -32,26 +32,6 @@ _DOCUMENT = r"""\documentclass{{article}}
 """
 
 
-_TEXT = """
-angular velocity: its body components, from the rotation matrix and its rate
-kinetic energy: principal moments A, A and C about the pivot, which is at rest
-potential energy: summed over the constituents; about the centre of mass their heights cancel
-Lagrangian: L = T - V; precession, spin and time are absent from it
-Lagrange equations: for tilt, precession and spin: what vanishes along a motion
-accelerations: the Lagrange equations solved; singular where the axis is vertical
-momenta: derivatives of L by the velocities; the last two are constants of the motion
-energy: the Legendre transform of L, a constant of the motion; it is T + V
-cyclic velocities: the definitions of the two constant momenta, solved
-Routhian: L less constant momenta times their velocities: a Lagrangian for the tilt
-effective potential: minus what is left of the Routhian without the kinetic energy of the tilt
-reduced energy: the energy in the tilt and its rate alone (SICM, equation 2.66)
-cubic: the squared rate of u is a cubic; E' is the energy without that of the spin
-axis: the symmetry axis in space, the third column of the rotation matrix
-axis equations: the axis e turns about l, the angular momentum over A, and gravity turns l
-"""
-_WORDS = dict(line.split(": ", 1) for line in _TEXT.strip().splitlines())  # of each step, in order
-
-
 class Step(NamedTuple):
     """One step of the derivation.
 
@@ -83,25 +63,43 @@ def derivation() -> tuple[Step, ...]:
     """
     form = axis_form()
     rates = (rate.subs(g, gMR / A) for rate in form.derivatives)
-    equations = {
-        "angular velocity": _equations("omega_1:4", *lag.angular_velocity()),
-        "kinetic energy": _equations("T", lag.kinetic_energy()),
-        "potential energy": _equations("V", lag.potential_energy()),
-        "Lagrangian": _equations("L", lag.lagrangian()),
-        "Lagrange equations": _equations([0, 0, 0], *map(by_moments, lag.lagrange_equations())),
-        "accelerations": _equations(lag.ACCELERATIONS, *map(by_moments, lag.accelerations())),
-        "momenta": _equations("p_theta p_phi p_psi", *map(by_moments, lag.momenta())),
-        "energy": _equations("E", by_moments(lag.energy())),
-        "cyclic velocities": _equations("phidot psidot", *lag.cyclic_velocities()),
-        "Routhian": _equations("R", lag.routhian()),
-        "effective potential": _equations("V_eff", lag.effective_potential()),
-        "reduced energy": _equations("E", lag.reduced_energy()),
-        "cubic": _equations([lag.u, sp.Symbol("udot") ** 2], sp.cos(theta), lag.cubic()),
-        "axis": _equations("e_x e_y e_z", *lag.axis()),
-        "axis equations": _equations("edot_x edot_y edot_z ldot_x ldot_y", *rates)
-        + _equations([l_z, form.spin], p_phi / A, p_psi / A),
-    }
-    return tuple(Step(name, words, equations[name]) for name, words in _WORDS.items())
+    steps = (
+        ("angular velocity", "its body components, from the rotation matrix and its rate",
+         _equations("omega_1:4", *lag.angular_velocity())),
+        ("kinetic energy", "principal moments A, A and C about the pivot, which is at rest",
+         _equations("T", lag.kinetic_energy())),
+        ("potential energy",
+         "summed over the constituents; about the centre of mass their heights cancel",
+         _equations("V", lag.potential_energy())),
+        ("Lagrangian", "L = T - V; precession, spin and time are absent from it",
+         _equations("L", lag.lagrangian())),
+        ("Lagrange equations", "for tilt, precession and spin: what vanishes along a motion",
+         _equations([0, 0, 0], *map(by_moments, lag.lagrange_equations()))),
+        ("accelerations", "the Lagrange equations solved; singular where the axis is vertical",
+         _equations(lag.ACCELERATIONS, *map(by_moments, lag.accelerations()))),
+        ("momenta", "derivatives of L by the velocities; the last two are constants of the motion",
+         _equations("p_theta p_phi p_psi", *map(by_moments, lag.momenta()))),
+        ("energy", "the Legendre transform of L, a constant of the motion; it is T + V",
+         _equations("E", by_moments(lag.energy()))),
+        ("cyclic velocities", "the definitions of the two constant momenta, solved",
+         _equations("phidot psidot", *lag.cyclic_velocities())),
+        ("Routhian", "L less constant momenta times their velocities: a Lagrangian for the tilt",
+         _equations("R", lag.routhian())),
+        ("effective potential",
+         "minus what is left of the Routhian without the kinetic energy of the tilt",
+         _equations("V_eff", lag.effective_potential())),
+        ("reduced energy", "the energy in the tilt and its rate alone (SICM, equation 2.66)",
+         _equations("E", lag.reduced_energy())),
+        ("cubic", "the squared rate of u is a cubic; E' is the energy without that of the spin",
+         _equations([lag.u, sp.Symbol("udot") ** 2], sp.cos(theta), lag.cubic())),
+        ("axis", "the symmetry axis in space, the third column of the rotation matrix",
+         _equations("e_x e_y e_z", *lag.axis())),
+        ("axis equations",
+         "the axis e turns about l, the angular momentum over A, and gravity turns l",
+         _equations("edot_x edot_y edot_z ldot_x ldot_y", *rates)
+         + _equations([l_z, form.spin], p_phi / A, p_psi / A)),
+    )  # fmt: skip
+    return tuple(map(Step._make, steps))
 
 
 def _equations(left: str | Sequence[Any], *right: Any) -> tuple[Any, ...]:

@@ -25,6 +25,7 @@ from heavytop.exact.balls import ball_of, working
 from heavytop.exact.decimals import Context
 
 Functions = Mapping[str, Callable[..., Any]]
+Number = Callable[[int], Any]
 
 NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2, "Abs": abs}
 
@@ -32,7 +33,7 @@ NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.a
 def lambdified(
     expressions: Sequence[Any],
     arguments: Sequence[Any],
-    number: Callable[[int], Any] = float,
+    number: Number = float,
     functions: Functions = NUMPY,
     *,
     ordered: bool = True,
@@ -82,10 +83,7 @@ def lambdified(
 
 
 def evaluated(
-    expressions: Sequence[Any],
-    named: Mapping[str, Any],
-    number: Callable[[int], Any],
-    functions: Functions,
+    expressions: Sequence[Any], named: Mapping[str, Any], number: Number, functions: Functions
 ) -> list[Any]:
     """Return what expressions become when numbers, or expressions of others, stand for symbols.
 
@@ -111,7 +109,7 @@ class _Writer:
     """Python code of expressions, in which what is used twice is a line of its own."""
 
     names: Sequence[str]
-    number: Callable[[int], Any]
+    number: Number
     known: dict[str, Any]
     ordered: bool
     uses: Counter[Any] = field(default_factory=Counter)

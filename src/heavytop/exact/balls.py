@@ -217,9 +217,8 @@ class Interval:
         """The digits that are known, without zeros at the end, and a radius, rounded outward."""
         unit = Fraction(10) ** -int(_places(2 * self.spread) if self.spread else _PLACES)
         shown = round(self.middle / unit) * unit
-        text = _decimal(
-            shown, 1 + max(0, -int(_places(abs(shown / unit) or Fraction(1)))), ROUND_HALF_EVEN
-        )
+        digits = 1 + max(0, -int(_places(abs(shown / unit) or Fraction(1))))
+        text = _decimal(shown, digits, ROUND_HALF_EVEN)
         error = self.spread + abs(self.middle - shown)
         if not error:
             return f"{text:f}"

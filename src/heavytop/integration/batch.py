@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from enum import IntEnum
 from threading import Event, Lock
 from typing import Any, NamedTuple
@@ -68,6 +69,7 @@ def joined(parts: Iterable[Zeros]) -> Zeros:
     return found.at(np.lexsort((abs(found.t), found.which)))
 
 
+@dataclass(eq=False)
 class Journey:
     """Many tops under way, each from its state at time 0 to its own end, in its own unit of time.
 
@@ -85,20 +87,19 @@ class Journey:
         Steps after which a top is given up.
     """
 
-    def __init__(
-        self,
-        form: Formulation,
-        events: tuple[str, ...],
-        states: Array,
-        parameters: Mapping[str, Array],
-        times: tuple[Array, Array],
-        limit: int,
-    ) -> None:
-        self.form, self.events, self.parameters, self.limit = form, events, parameters, limit
+    form: Formulation
+    events: tuple[str, ...]
+    states: Array
+    parameters: Mapping[str, Array]
+    times: tuple[Array, Array]
+    limit: int
+
+    def __post_init__(self) -> None:
+        states, times, form = self.states, self.times, self.form
         self.halt = Event()  # once it is set no more steps are taken, and nothing found counts
         sound = np.isfinite(times[0]) & np.isfinite(states).all(axis=1)
         with np.errstate(all="ignore"):  # what is no number is found out lane by lane
-            self.pace = paces_of(form, states, parameters)
+            self.pace = paces_of(form, states, self.parameters)
             self.units = np.where(form.is_rate, self.pace[:, None], 1.0)
             self.begun = states / self.units
             self.ends, self.first = (t * self.pace for t in times)

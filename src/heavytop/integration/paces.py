@@ -13,10 +13,8 @@ import numpy as np
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import Array
 
-SLOWEST_PACE, FASTEST_PACE = (
-    2.0**-8,
-    2.0**8,
-)  # rad/s, between which rates are as good as of the size of one
+# rad/s, between which rates are as good as of the size of one
+SLOWEST_PACE, FASTEST_PACE = 2.0**-8, 2.0**8
 MOST_EXPONENT = 500  # of the exponent: far beyond any top, and squares are still finite
 
 
@@ -35,9 +33,8 @@ def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) ->
     """
     g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
-    return units_of(
-        np.maximum(np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0), falling)
-    )
+    turning = np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0)
+    return units_of(np.maximum(turning, falling))
 
 
 def units_of(pace: Array) -> Array:

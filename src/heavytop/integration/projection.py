@@ -69,9 +69,7 @@ class Projection:
         self._found = self.outside[:width]
 
     @classmethod
-    def of(
-        cls, formulation: Formulation, parameters: Mapping[str, float], start: Array
-    ) -> Projection:
+    def of(cls, form: Formulation, parameters: Mapping[str, float], start: Array) -> Projection:
         """Return the projection for the run that starts from a state, shape (n,).
 
         Raises
@@ -79,14 +77,14 @@ class Projection:
         ValueError
             The formulation has no invariant; long double has no more digits than double.
         """
-        if reason := why_not(formulation):
+        if reason := why_not(form):
             raise ValueError(reason)
-        found = invariants_of(formulation)
+        found = invariants_of(form)
         constants = [parameters[p.name] for p in found.constants]
         scale = max(1.0, float(np.max(np.abs(start))))  # as the integrator's tolerance has it
         sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
         floors = (extended() / EPSILON * sizes / scale) ** 2
-        made = cls(formulation, np.concatenate((constants, np.zeros(sizes.size), floors)))
+        made = cls(form, np.concatenate((constants, np.zeros(sizes.size), floors)))
         made(start)
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
         return made

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
 
 from heavytop.equations.formulation import Formulation
@@ -13,9 +13,7 @@ from heavytop.integration.library import hy
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
 
-def translated(
-    expressions: Sequence[Any], names: Mapping[str, Any], bits: int = DOUBLE
-) -> list[Any]:
+def translated(expressions: Sequence[Any], names: dict[str, Any], bits: int = DOUBLE) -> list[Any]:
     """Return the heyoka counterparts of sympy expressions.
 
     heyoka's own converter refuses thirds and rounds sympy's Floats to double, silently.
@@ -71,8 +69,5 @@ class System(NamedTuple):
         states = {s.name: hy.expression(s.name) for s in form.states}
         names = states | {p.name: hy.par[i] for i, p in enumerate(loaded)}
         derivatives = translated(form.derivatives, names, bits)
-        return cls(
-            list(zip(states.values(), derivatives, strict=True)),
-            tuple(p.name for p in loaded),
-            translated(watched, names, bits),
-        )
+        equations = list(zip(states.values(), derivatives, strict=True))
+        return cls(equations, tuple(p.name for p in loaded), translated(watched, names, bits))

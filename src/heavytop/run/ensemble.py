@@ -302,9 +302,8 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
     """The formulation of a name, with φ and ψ if it can, and events that it has, if they are."""
     if not isinstance(events, Sequence):
         raise wrong_type("events", "names of events, in a row", events)
-    found, faults = parse_options(
-        ENSEMBLE_NAME, {"formulation": formulation}, {"formulation": one_of(FORMULATIONS)}
-    )
+    forms = {"formulation": one_of(FORMULATIONS)}
+    found, faults = parse_options(ENSEMBLE_NAME, {"formulation": formulation}, forms)
     if events:
         known = {event: event for event in ("turning", "reversal")}
         events, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known))

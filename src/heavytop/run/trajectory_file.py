@@ -147,9 +147,7 @@ def _contents(run: Trajectory | SceneMotion) -> Variables:
     return variables | _over("space", SPACE) | _over("state", states)
 
 
-def _over(
-    dimension: str, columns: Mapping[str, Any], prefix: str = "", where: str = ""
-) -> Variables:
+def _over(along: str, columns: Mapping[str, Any], prefix: str = "", where: str = "") -> Variables:
     """Return columns over a dimension as variables that say what they are, and in which unit."""
     found = {}
     for name, values in columns.items():
@@ -157,7 +155,7 @@ def _over(
         what, unit, *second = VARIABLES[quantity]
         words = what, where, "as a decimal text" if quantity != name else ""
         told = {"long_name": ", ".join(filter(None, words)), "units": unit}
-        found[prefix + name] = (dimension, *second)[: np.ndim(values)], values, told
+        found[prefix + name] = (along, *second)[: np.ndim(values)], values, told
     return found
 
 
