@@ -32,11 +32,10 @@ MOST_EVENTS: Final = 100_000
 MOST_DIGITS: Final = 4000  # Python prints integers of 4300
 PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
-REFERENCE_COLUMNS: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
 # the columns of every quantity, and what of the motion at a time stands in them
+_COLUMNS: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
 EVENT_QUANTITIES: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
-    name: (component_names(names), names)
-    for name, names in (REFERENCE_COLUMNS | {"omega": ("omega",)}).items()
+    name: (component_names(x), x) for name, x in (_COLUMNS | {"omega": ("omega",)}).items()
 }
 
 

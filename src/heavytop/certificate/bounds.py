@@ -115,8 +115,7 @@ def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
     """Return the bound N of the difference between two points."""
     rest = D / m
     grown = np.sqrt((a + rest) * (b + rest)) * _exp(m * width / 2)
-    found: Array = UP * (grown - rest * (1 - 1e-14))
-    return found
+    return np.asarray(UP * (grown - rest * (1 - 1e-14)))
 
 
 def _exp(x: Array) -> Array:

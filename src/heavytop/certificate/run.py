@@ -127,8 +127,7 @@ def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> A
     off[:1] += 0.0 if start.time == (0.0, 0.0) else 4 * UNIT * block
     last_leg = np.abs(np.diff(kept.restarted, prepend=0.0))  # 0 but where a leg begins
     off += 4 * UNIT * last_leg
-    clock: Array = off * (1 + 1e-9)
-    return clock
+    return np.asarray(off * (1 + 1e-9))
 
 
 def binary_run(trajectory: Any, period: float | None) -> BinaryRun:

@@ -65,8 +65,7 @@ class Steps(NamedTuple):
         def summed(factors: NDArray[np.int_], order: int, states: int | None) -> Array:
             """Return the sum of factor |coefficient| reach^(k - order) over k >= order."""
             kept = sizes[order:, :states], powers[: k.size - order]
-            found: Array = np.einsum("k,knm,km->nm", factors[order:].astype(float), *kept)
-            return found
+            return np.asarray(np.einsum("k,knm,km->nm", factors[order:].astype(float), *kept))
 
         derivatives = (summed(k, 1, read), summed(k * (k - 1), 2, read))
         speed, bend = (UP * np.sqrt((each**2).sum(axis=0)) for each in derivatives)
@@ -154,5 +153,4 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
 
 def _powers(x: Array, count: int) -> Array:
     """Return the powers of numbers, shape (count, k), by multiplication alone."""
-    found: Array = np.multiply.accumulate([np.ones_like(x), *[x] * (count - 1)])
-    return found
+    return np.asarray(np.multiply.accumulate([np.ones_like(x), *[x] * (count - 1)]))

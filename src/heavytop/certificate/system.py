@@ -132,8 +132,7 @@ class QuadraticSystem(NamedTuple):
     def norms(self, y: Array) -> Array:
         """Return the norms of vectors of shape (n, k), in doubles and not too small."""
         squares = (np.array(self.weights)[:, None] * y) ** 2
-        found: Array = UP * np.sqrt(squares.sum(axis=0))
-        return found
+        return np.asarray(UP * np.sqrt(squares.sum(axis=0)))
 
 
 def _coefficient(a: Sequence[arb], b: Sequence[arb], n: int) -> arb:

@@ -108,10 +108,7 @@ LOOPING: Final = Criterion(
 """The number is of the sign of p_ψ in loops, zero in cusps. Both its terms vanish at rest."""
 
 SLEEPING: Final = Criterion(
-    "p_ψ² − 4A |gMR|",
-    lambda x: x.b * x.b - 4 * x.g * x.u0,
-    "kg² m⁴/s²",
-    lambda value, _, A: A * A * value,
+    "p_ψ² − 4A |gMR|", lambda x: x.b * x.b - 4 * x.g * x.u0, "kg² m⁴/s²", lambda y, _, A: A * A * y
 )
 """Of a sleeping top: not negative where that is stable."""
 

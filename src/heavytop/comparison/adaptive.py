@@ -213,19 +213,10 @@ def _cyrk_solve() -> tuple[Any, float]:
     def solve(
         address: int, y0: Array, end: float, args: Array, tolerance: float, first: float, most: int
     ) -> tuple[Array, Array]:
-        solution = nbsolve2_ivp(
-            address,
-            (0.0, end),
-            y0,
-            method="DOP853",
-            args=args,
-            rtol=tolerance,
-            atol=tolerance,
-            num_extra=1,  # the count of the evaluations, which is kept beside the states
-            expected_size=most + 1,
-            first_step=first,
-            max_num_steps=most,
-        )
+        # one more number, the count of the evaluations, is kept beside the states
+        solution = nbsolve2_ivp(address, (0.0, end), y0, method="DOP853", args=args, num_extra=1,
+                                rtol=tolerance, atol=tolerance, expected_size=most + 1,
+                                first_step=first, max_num_steps=most)  # fmt: skip
         times, rows = solution.t.copy(), solution.y.T.copy()
         solution.free()
         return times, rows

@@ -212,15 +212,11 @@ def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
     with _BUILDING:
         system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
         found: list[float] = []
+        states, pars = (np.zeros((len(x), width)) for x in (system.equations, system.loaded))
+        recorders = (_recorder(i * width, found) for i, _ in enumerate(system.zeros))
+        zeros = [*map(hy.nt_event_batch, system.zeros, recorders)]
         taylor = hy.taylor_adaptive_batch(
-            system.equations,
-            np.zeros((len(system.equations), width)),
-            pars=np.zeros((len(system.loaded), width)),
-            tol=EPSILON,
-            nt_events=[
-                hy.nt_event_batch(zero, _recorder(i * width, found))
-                for i, zero in enumerate(system.zeros)
-            ],
+            system.equations, states, pars=pars, tol=EPSILON, nt_events=zeros
         )
         own = taylor.state, taylor.pars, taylor.time
         return _Engine(taylor, *own, system.loaded, found)
