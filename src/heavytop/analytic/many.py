@@ -184,7 +184,7 @@ def _compute_alone(columns: InputArrays, rest: Any, found: Array) -> int:
     return len(alone)
 
 
-def rows(starts: Starts) -> tuple[Array, ...]:
+def rows(starts: Starts) -> tuple[Any, ...]:
     """Least and greatest θ, period, precession and spin, and whether they are reliable.
 
     Where θ does not nutate they mean nothing.
@@ -198,9 +198,8 @@ def rows(starts: Starts) -> tuple[Array, ...]:
     for angle, size in ((precession, turned), (spun, turned + abs(carried))):
         reliable = reliable & (n.error * size <= PROMISED * np.maximum(1.0, abs(angle)))
     tilts = [tilt(n.sign, minus, plus) for plus, minus in (n.at_u1, n.at_u2)]
-    ends: tuple[Any, Any] = np.minimum(*tilts), np.maximum(*tilts)
-    found: Any = (*ends, starts.A * period, precession, spun, reliable)
-    return found  # type: ignore[no-any-return]
+    ends = np.minimum(*tilts), np.maximum(*tilts)
+    return *ends, starts.A * period, precession, spun, reliable
 
 
 class Nutations(NamedTuple):

@@ -84,8 +84,7 @@ def _turns(numbers: dict[str, Exact], x: str, value: Exact) -> list[Number]:
     """A number, and T, Δφ and Δψ of the motion with it; unchanged where it is impossible."""
     A, C, gMR, *start = (numbers | {x: value}).items()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", FoldedTiltWarning)
+        with warnings.catch_warnings(action="error", category=FoldedTiltWarning):
             motion = Motion(Top.of_numbers(A[1], C[1], gMR[1]), State(**dict(start)))
     except (ImpossibleTop, ImpossibleStart, FoldedTiltWarning):  # such as C < 0, theta < 0
         return _turns(numbers, x, numbers[x])

@@ -14,7 +14,7 @@ from typing import Final
 from flint import arb
 
 from heavytop.classification import kinds, reduced
-from heavytop.classification.kinds import KIND_DETAILS, TAGS, Criterion, Kind, Rule, Tag, Verdict
+from heavytop.classification.kinds import KIND_DETAILS, TAGS, Criterion, Kind, Rule, Verdict
 from heavytop.classification.reduced import MOST_SIGN_BITS, Real, Reduced, ball_sign, root_of
 from heavytop.classification.signs import CERTAINLY_NOT, Sign, Signs, Tristate
 from heavytop.exact import Exact
@@ -217,12 +217,6 @@ class SceneSigns(Signs):
             found = self._found[number] = _SIGNS[side]
         return found
 
-    def fit(self, rule: Rule | Tag) -> Tristate:
-        """Whether a rule fits; of most the first number that should be 0 is not."""
-        if rule.zeros and self.sign(rule.zeros[0]).certain:
-            return CERTAINLY_NOT
-        return super().fit(rule)
-
     def product(self, *numbers: Criterion) -> int:
         """The sign of a product; raises where that of a factor is open."""
         sides = [self.sign(number).number for number in numbers]
@@ -246,7 +240,7 @@ def reason(signs: SceneSigns, rule: Rule, side: int | None) -> str:
     `side` is the sign of the product that does, None where there is none or it is undecided.
     """
     decided = " and ".join(_conditions(signs, rule))
-    text = f"{decided}: {kinds.SO[rule.kind]}"
+    text = f"{decided}: {rule.kind.so}"
     if side is None:
         return text
     names, _, shown = KIND_DETAILS[rule.kind]
@@ -257,7 +251,7 @@ def general_reason(rule: Rule) -> str:
     """Why a rule fits, without numbers."""
     zeros = [f"{number.symbol} = 0" for number in rule.zeros]
     shown = [f"{number.symbol} {_RELATIONS[side]}" for number, side in rule.shown]
-    return f"{' and '.join((*zeros, *shown))}: {kinds.SO[rule.kind]}"
+    return f"{' and '.join((*zeros, *shown))}: {rule.kind.so}"
 
 
 def _conditions(signs: SceneSigns, rule: Rule) -> Iterator[str]:

@@ -18,21 +18,32 @@ from heavytop.text import Shown
 
 
 class Kind(StrEnum):
-    """The kinds of motion, in the order in which the first that fits is taken."""
+    """The kinds of motion, in the order in which the first that fits is taken, and what follows."""
 
-    AT_REST = "at-rest"
-    FORCE_FREE = "force-free"
-    SLEEPING = "sleeping"
-    HANGING = "hanging"
-    PLANAR_PENDULUM = "planar-pendulum"
-    SEPARATRIX = "separatrix"
-    THROUGH_TOP = "through-top"
-    THROUGH_BOTTOM = "through-bottom"
-    UNIFORM_PRECESSION = "uniform-precession"
-    LOOPS = "loops"
-    CUSPS = "cusps"
-    WAVES = "waves"
+    AT_REST = "at-rest", "nothing moves, and no torque acts"
+    FORCE_FREE = "force-free", "no torque acts"
+    SLEEPING = "sleeping", "the axis stays on the vertical, where V is highest"
+    HANGING = "hanging", "the axis stays on the vertical, where V is lowest"
+    PLANAR_PENDULUM = "planar-pendulum", "the axis moves in a plane"
+    SEPARATRIX = (
+        "separatrix",
+        "the axis tends to the vertical, where V is highest, and never arrives",
+    )
+    THROUGH_TOP = "through-top", "the axis passes through the upward vertical"
+    THROUGH_BOTTOM = "through-bottom", "the axis passes through the downward vertical"
+    UNIFORM_PRECESSION = "uniform-precession", "θ is constant"
+    LOOPS = "loops", "φ̇ changes its sign"
+    CUSPS = "cusps", "φ̇ vanishes at a turning point"
+    WAVES = "waves", "φ̇ keeps its sign"
     UNDECIDED = "undecided"
+
+    so: str
+
+    def __new__(cls, name: str, so: str = "") -> Kind:
+        """Make one of its name, and of what follows where it fits."""
+        kind = str.__new__(cls, name)
+        kind._value_, kind.so = name, so
+        return kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,22 +185,6 @@ RULES: Final = (
 )
 """The first that fits is taken. The separatrix leads to the pole where V is highest: at the other
 one the energy to spare is zero only at rest."""
-
-SO: Final = {
-    Kind.AT_REST: "nothing moves, and no torque acts",
-    Kind.FORCE_FREE: "no torque acts",
-    Kind.SLEEPING: "the axis stays on the vertical, where V is highest",
-    Kind.HANGING: "the axis stays on the vertical, where V is lowest",
-    Kind.PLANAR_PENDULUM: "the axis moves in a plane",
-    Kind.SEPARATRIX: "the axis tends to the vertical, where V is highest, and never arrives",
-    Kind.THROUGH_TOP: "the axis passes through the upward vertical",
-    Kind.THROUGH_BOTTOM: "the axis passes through the downward vertical",
-    Kind.UNIFORM_PRECESSION: "θ is constant",
-    Kind.LOOPS: "φ̇ changes its sign",
-    Kind.CUSPS: "φ̇ vanishes at a turning point",
-    Kind.WAVES: "φ̇ keeps its sign",
-}
-"""What follows where a rule fits."""
 
 
 class Detail(NamedTuple):

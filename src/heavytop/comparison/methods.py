@@ -16,7 +16,7 @@ from typing import Any, Final
 from heavytop.comparison import symplectic
 from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
 from heavytop.comparison.collocation import gauss
-from heavytop.comparison.own import BODY_FORMS, registered
+from heavytop.comparison.own import BODY_FORMS, OWN_STEPS, OWN_TOLERANCE, registered
 from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import InitialValueProblem, Stepper
 from heavytop.equations.registry import FORMULATIONS
@@ -287,13 +287,14 @@ def _own_entry(name: str) -> MethodEntry:
     """Return a method of one's own, which a person has named."""
     own = registered(name).method
     if own.solves:
-        row, grid = partial(_by_tolerance, most=1e-1), HALF_DECADES if own.compiled else DECADES
+        row, usual = partial(_by_tolerance, most=1e-1), OWN_TOLERANCE
+        grid = HALF_DECADES if own.compiled else DECADES
     else:
-        row, grid = _by_steps, _OWN_STEPS
+        row, usual, grid = _by_steps, OWN_STEPS, _OWN_STEPS
     body = own.formulation in BODY_FORMS
     return row(
         name,
-        own.usual_setting,
+        own.setting or usual,
         partial(own_stepper, own),
         order=own.order,
         grid=grid if own.setting is None else (own.setting,),

@@ -101,11 +101,6 @@ class Method:
         return bool({"t_span", "y0"} & set(names))
 
     @property
-    def usual_setting(self) -> float:
-        """The setting where a study gives none."""
-        return self.setting or (OWN_TOLERANCE if self.solves else OWN_STEPS)
-
-    @property
     def compiled(self) -> bool:
         """Whether numba compiles it."""
         return hasattr(self.function, "py_func")

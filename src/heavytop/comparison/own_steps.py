@@ -146,8 +146,7 @@ def _watched(function: Callable[..., T], warned: Counter[str]) -> Callable[..., 
     """A function whose warnings are counted, and not printed."""
 
     def watched(*given: Any, **options: Any) -> T:
-        with warnings.catch_warnings(record=True) as heard:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as heard:
             try:
                 return function(*given, **options)
             finally:

@@ -65,20 +65,18 @@ class FormulationEntry:
 
 _POLES, _ANGLES, _SIDES = ("top", "bottom"), (None, "angles"), (None, "phi", "sigma", "delta")
 _RATES = ("phi_rate", "psi_rate")
-_by_angles = partial(FormulationEntry, starts_at_pole=False)
+_polar = partial(FormulationEntry, starts_at_pole=False)
 
 # us is from ``validation/03_benchmarks.py``
 FORMULATIONS: Mapping[str, FormulationEntry] = {
     "cubic": FormulationEntry(
         "reduced_cubic.cubic_form", _POLES, gives=Need.TILT, states=2, us=2.5, point_mass=True
     ),
-    "routh": _by_angles("euler_angles.routh_form", _ANGLES, states=2, us=21.0, rates=_RATES),
-    "subsystem": _by_angles(
-        "euler_angles.subsystem_form", _ANGLES, states=4, us=36.0, rates=_RATES
-    ),
+    "routh": _polar("euler_angles.routh_form", _ANGLES, states=2, us=21.0, rates=_RATES),
+    "subsystem": _polar("euler_angles.subsystem_form", _ANGLES, states=4, us=36.0, rates=_RATES),
     "axis": FormulationEntry(
         "euler_poisson.axis_form", _SIDES, states=5, us=3.8, rates=("frame_rate",), point_mass=True
     ),
     "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES, states=6, us=10.0),
-    "lagrange": _by_angles("euler_angles.lagrange_form", (None,), states=6, us=30.0, grows=True),
+    "lagrange": _polar("euler_angles.lagrange_form", (None,), states=6, us=30.0, grows=True),
 }

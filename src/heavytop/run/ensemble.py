@@ -290,9 +290,8 @@ def propagate_many(
     start["theta"] = np.where(broken, np.nan, start["theta"])  # such a lane is singular
     begun, parameters = _binary(form, start)
     zeros = [Expected.of(event, start) for event in events]
-    first = np.full(end.shape, np.inf)
-    for each in zeros:
-        first = np.where(each.risky, np.minimum(first, each.short), first)
+    shorts = (np.where(each.risky, each.short, np.inf) for each in zeros)
+    first = np.min([np.full(end.shape, np.inf), *shorts], axis=0)
     journey = Journey(form, events, begun, parameters, (end, first), MOST_STEPS)
     run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
     return replace(run, zeros=counted(run, zeros)) if events else run
