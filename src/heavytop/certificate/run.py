@@ -60,10 +60,6 @@ class BinaryRun:
         """The formulation whose right-hand sides are quadratic: without angles and quadratures."""
         return FORMULATIONS[self.formulation].build(None)
 
-    @property
-    def _read(self) -> int:
-        return CERTIFIED[self.formulation].read
-
     @cached_property
     def integrator(self) -> Integrator:
         """What takes its steps."""
@@ -95,7 +91,8 @@ class BinaryRun:
         length = forward * np.minimum(np.abs(kept.length), left)
         clock = _clock(start, kept, own.pace, self.block * own.pace)
         states = kept.coefficients[:, : len(self.core.states)].transpose(2, 1, 0)
-        steps = Steps.of(np.ascontiguousarray(states), label, length, clock, self._read)
+        read = CERTIFIED[self.formulation].read
+        steps = Steps.of(np.ascontiguousarray(states), label, length, clock, read)
         return steps.where(slice(np.count_nonzero(length))), end
 
     def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
@@ -106,7 +103,8 @@ class BinaryRun:
         (high, low), more, plain = steps.at(np.array([i]), steps.length[[i]])
         off = (more + plain)[:, 0] + (2 * steps.clock[i] + 16 * UNIT * last) * steps.speed[i]
         near = np.abs((high + low)[:, 0] - state) <= 2 * off
-        return not bool(near[: self._read].all())  # of these speed is bounded; they have no unit
+        # of the states that outputs read speed is bounded; they have no unit
+        return not bool(near[: CERTIFIED[self.formulation].read].all())
 
 
 def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:

@@ -16,7 +16,6 @@ from flint import arb
 from heavytop.classification import kinds, reduced
 from heavytop.classification.kinds import KIND_DETAILS, TAGS, Criterion, Kind, Rule, Verdict
 from heavytop.classification.reduced import MOST_SIGN_BITS, Real, Reduced, ball_sign, root_of
-from heavytop.classification.signs import CERTAINLY_NOT, Sign, Signs, Tristate
 from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
 from heavytop.scene.arguments import expect
@@ -107,12 +106,12 @@ def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ..
     holding: list[str] = []
     unknown: list[str] = []
     for name, tag in TAGS.items():
-        fits = signs.fit(tag) if kind in tag.kinds else CERTAINLY_NOT
+        fits = signs.fit(tag) if kind in tag.kinds else kinds.CERTAINLY_NOT
         try:
             if name in _FURTHER and not fits.no and not _FURTHER[name](signs, kind):
-                fits = CERTAINLY_NOT
+                fits = kinds.CERTAINLY_NOT
         except UndecidedError:
-            fits = Tristate(False, False)
+            fits = kinds.Tristate(False, False)
         if not fits.no:
             (holding if fits.yes else unknown).append(name)
     return tuple(holding), tuple(unknown)
@@ -190,10 +189,10 @@ class UndecidedError(Exception):
         super().__init__(f"the sign of {symbol} is open: {size}")
 
 
-_SIGNS: Final = {x: Sign(x, x == 1, x in (1, -1), x == 0) for x in (1, 0, -1, None)}
+_SIGNS: Final = {x: kinds.Sign(x, x == 1, x in (1, -1), x == 0) for x in (1, 0, -1, None)}
 
 
-class SceneSigns(Signs):
+class SceneSigns(kinds.Signs):
     """The signs of criteria for one top and one start, each computed when it is first needed.
 
     They take a working precision of 106 bits.
@@ -201,14 +200,14 @@ class SceneSigns(Signs):
 
     def __init__(self, top: Top, start: State) -> None:
         self.top, self.source = top, reduced.reduced_from_scene(top, start)
-        self._found: dict[Criterion, Sign] = {}
+        self._found: dict[Criterion, kinds.Sign] = {}
 
     @cached_property
     def balls(self) -> Reduced:
         """The motion in balls of 106 bits."""
         return self.source.reduced(SIGN_BITS)
 
-    def sign(self, number: Criterion) -> Sign:
+    def sign(self, number: Criterion) -> kinds.Sign:
         """The sign of a number: 1, -1, 0 where that is proved, or None."""
         if (found := self._found.get(number)) is None:
             side = ball_sign(number.value(self.balls))

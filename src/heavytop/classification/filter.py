@@ -25,9 +25,8 @@ from heavytop.classification.arrays import (
     Mask,
     Starts,
 )
-from heavytop.classification.kinds import Criterion, Kind, Rule
+from heavytop.classification.kinds import Criterion, Kind, Rule, Sign, Signs, Tristate
 from heavytop.classification.reduced import Reduced, reduced_numbers
-from heavytop.classification.signs import Sign, Signs, Tristate
 from heavytop.exact.pairs import PI_REST, UNIT, Array
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
