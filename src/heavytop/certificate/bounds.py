@@ -33,7 +33,7 @@ from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import Steps, defects
 from heavytop.certificate.system import CERTIFIED, UP
 from heavytop.certificate.table import MARGIN
-from heavytop.exact.pairs import UNIT, Array, add
+from heavytop.exact.pairs import UNIT, Array, Words, add
 
 Places = NDArray[np.intp]
 ByName = Mapping[str, float]
@@ -282,9 +282,7 @@ def _bounded(
     return found
 
 
-def _room(
-    flow: Flow, points: Points, width: Array, fastest: Array, bend: Array, spare: Array
-) -> tuple[Array, Array]:
+def _room(flow: Flow, points: Points, width: Array, V: Array, A: Array, spare: Array) -> Words:
     """Return how far states come from those at points over half of an interval, and their rates.
 
     Half of one takes the states that outputs read as far as their speed there and its greatest
@@ -294,5 +292,5 @@ def _room(
     rates = np.array(flow.system.rates([*points.states], np.ones_like(points.since)))
     own = rates[: CERTIFIED[flow.form.name].read]
     half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
-    gone = np.minimum(fastest * half, speed * half + bend * half**2 / 2)
+    gone = np.minimum(V * half, speed * half + A * half**2 / 2)
     return UP * (gone + spare), rates

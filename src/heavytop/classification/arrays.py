@@ -4,7 +4,6 @@ in which arrays hold kinds, their details and tags.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import reduce
 from math import prod
 from typing import Any, Final, NamedTuple, TypeAlias
@@ -22,6 +21,7 @@ from heavytop.scene.top import Top
 
 Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
+Given: TypeAlias = "dict[str, ArrayLike]"
 
 ARRAY_RANGE: Final = 2.0**100  # or 1 over it, of numbers that doubles decide about
 _WHOLE: Final = 2.0**53
@@ -117,7 +117,7 @@ class InputArrays:
         The shapes do not broadcast.
     """
 
-    def __init__(self, given: Mapping[str, ArrayLike]) -> None:
+    def __init__(self, given: Given) -> None:
         arrays = {name: _array(name, each) for name, each in given.items()}
         try:
             self.shape = np.broadcast_shapes(*(each.shape for each in arrays.values()))
@@ -152,9 +152,7 @@ class InputArrays:
         return Top.of_numbers(**moments), State(**numbers)
 
 
-def with_spin(
-    given: Mapping[str, ArrayLike], psidot: ArrayLike | None, omega3: ArrayLike | None
-) -> dict[str, ArrayLike]:
+def with_spin(given: Given, psidot: ArrayLike | None, omega3: ArrayLike | None) -> Given:
     """Tops and starts with their spin, of which one name at most is given; none is ψ̇ = 0."""
     if psidot is not None and omega3 is not None:
         raise ImpossibleStart(broken_names(ANGLE_RATES, ("psidot", "omega3")))

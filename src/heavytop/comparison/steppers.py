@@ -260,9 +260,8 @@ class FixedStep(ComparisonStepper):
     def _advance(self, state: Array, work: Array, steps: int) -> int:
         evaluations = self.advance(state, work, steps)
         if evaluations < 0:
-            raise IntegrationFailed(
-                "the iteration for a step does not converge: the steps are too long"
-            )
+            why = "the iteration for a step does not converge: the steps are too long"
+            raise IntegrationFailed(why)
         if not np.isfinite(state).all():
             raise NotFinite
         return evaluations

@@ -134,9 +134,8 @@ def _power(base: Exact, exponent: Exact) -> Exact:
     """Return base to the exponent, which has to be small."""
     e = exponent.fraction
     if e is None or _height(e) > _MAX_POWER:
-        raise NotANumber(
-            f"an exponent is a whole number or a fraction p/q, both at most {_MAX_POWER}"
-        )
+        rule = f"an exponent is a whole number or a fraction p/q, both at most {_MAX_POWER}"
+        raise NotANumber(rule)
     return base**e
 
 
@@ -157,9 +156,8 @@ _OPERATORS: Final[dict[str, tuple[int, int, Callable[[Exact, Exact], Exact]]]] =
 def _within_limits(x: Exact) -> Exact:
     """The number itself, if it is within the limits, as what it is made of is."""
     parts = x.args if x.op in ("+", "*") else (x,)
-    if any(part.op == "rational" and _height(part.args[0]) > _MAX_HEIGHT for part in parts) or any(
-        part.op == "^" and _height(part.args[1]) > _MAX_BUILT_POWER for part in parts
-    ):
+    most = {"rational": _MAX_HEIGHT, "^": _MAX_BUILT_POWER}
+    if any(part.op in most and _height(part.args[-1]) > most[part.op] for part in parts):
         raise NotANumber("a number is too large to be held exactly")
     if (q := x.fraction) is not None:
         return in_range(q)
