@@ -148,7 +148,7 @@ def motions_many(
     """
     expect("tags", tags, bool)
     tops = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
-    given: dict[str, Any] = with_spin(tops, psidot, omega3)
+    given = with_spin(tops, psidot, omega3)
     columns = InputArrays(given)
     found = np.empty((len(Motions.columns), columns.size))
     reliable = np.empty(columns.size, np.bool_)
@@ -156,13 +156,12 @@ def motions_many(
         span = slice(at, at + MOTIONS_AT_ONCE)
         with np.errstate(all="ignore"):  # unreliable numbers may be anything
             *numbers, reliable[span] = rows(columns.starts(span))
-        for column, number in zip(found, numbers, strict=True):
-            column[span] = number
+        found[:, span] = np.broadcast_arrays(*numbers)
     sent = 0 if reliable.all() else _compute_alone(columns, np.flatnonzero(~reliable), found)
     found.setflags(write=False)
-    given = {name: np.array(each) for name, each in given.items()}
+    kept = {name: np.array(each) for name, each in given.items()}
     low, high, period, precession, spin = (each.reshape(columns.shape) for each in found)
-    return Motions(given, tags, low, high, period, precession, spin, sent)
+    return Motions(kept, tags, low, high, period, precession, spin, sent)
 
 
 def _compute_alone(columns: InputArrays, rest: Any, found: Array) -> int:

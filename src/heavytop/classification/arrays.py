@@ -4,6 +4,7 @@ in which arrays hold kinds, their details and tags.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import reduce
 from math import prod
 from typing import Any, Final, NamedTuple, TypeAlias
@@ -21,7 +22,7 @@ from heavytop.scene.top import Top
 
 Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
-Given: TypeAlias = "dict[str, ArrayLike]"
+Given: TypeAlias = "Mapping[str, ArrayLike]"
 
 ARRAY_RANGE: Final = 2.0**100  # or 1 over it, of numbers that doubles decide about
 _WHOLE: Final = 2.0**53

@@ -26,8 +26,6 @@ from heavytop.integration.outputs import Sample, sample
 from heavytop.run.ensemble_events import Expected, counted, pole_momenta, tallied
 from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 Columns = Mapping[str, Array]
 
@@ -131,9 +129,7 @@ class Ensemble:
 
     def _motion(self, i: int) -> Motion:
         """The motion of one top."""
-        numbers = {name: float(column[i]) for name, column in self.start.items()}
-        top = Top.of_numbers(*(numbers.pop(name) for name in ("A", "C", "gMR")))
-        return Motion(top, State(**numbers))
+        return Motion(*InputArrays(self.start).one(i))
 
     def _within(self, error: Array, run: Sample) -> Mask:
         """Where a run has its digits; not where that is not known."""
