@@ -186,8 +186,7 @@ def _counts(n: Nutations, starts: Starts, ahead: Array, K: Array, tau: Array) ->
     reversal = np.where(sure, _until(ends, one, other), np.nan)
     none = (n.P == 0).any(axis=0) | (n.b == 0) | (least < -LEAST_COUNTED)
     none |= starts.still & starts.level
-    counts: Array = np.vstack((turning, np.where(none, 0.0, reversal)))
-    return counts
+    return np.vstack((turning, np.where(none, 0.0, reversal)))
 
 
 def _until(end: Array, *fractions: Array) -> Array:

@@ -103,8 +103,7 @@ class Projection:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
         self._given[:] = state
         self._nearest(self.inside, outputs=self.outside)
-        found: Array = self._found.astype(float)
-        return found
+        return np.asarray(self._found, float)
 
 
 @per_thread
