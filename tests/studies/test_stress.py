@@ -18,7 +18,7 @@ from heavytop.run.span import closed_form_of
 from heavytop.run.start import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, cases, reference
-from heavytop.studies.stress_runs import CaseRun, judge, missed_events, run_case
+from heavytop.studies.stress_runs import CaseRun, judge, missed_events, prepare
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")
@@ -27,7 +27,7 @@ UNDER = 200_000  # steps
 
 def found(case, method, step_limit=UNDER):
     truth, chosen = reference(case), stress_method(method)
-    return judge(run_case(cases()[case], chosen, truth, step_limit), truth, case, chosen)
+    return judge(prepare(cases()[case], chosen, truth, step_limit)(), truth, case, chosen)
 
 
 def verdict(result, truth, method="auto"):
@@ -115,15 +115,14 @@ def test_what_the_code_of_a_method_does_wrong_is_called_that(function, outcome, 
 
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():
     undetermined = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
-    assert undetermined.undetermined
-    assert not HERE.undetermined
+    assert undetermined.digits == 0 < HERE.digits
     lost = verdict(CaseRun(axis=(0.6, 0.0, 0.8)), undetermined)
     assert (lost.outcome, lost.digits_lost) == (StressOutcome.DIVERGED, 0.0)
     lucky = CaseRun(axis=(1e-9, 0.0, 1.0))
     finding = verdict(lucky, undetermined)
     assert (finding.outcome, finding.untold) == (StressOutcome.OK, True)
     assert "undetermined: no digits are left" in finding.note
-    assert not verdict(replace(lucky, more_bits=True), undetermined).untold
+    assert not verdict(lucky._replace(more_bits=True), undetermined).untold
 
 
 def test_whole_turns_of_phi_and_psi_are_seen_though_the_axis_does_not_see_them():

@@ -159,7 +159,7 @@ def test_settings_are_run_in_turn_from_every_start_in_every_round(toys):
     assert toys.log == ["strang=1", "strang=2"] * 16  # both are slow: two rounds
     assert [(point.runs, point.starts) for point in found.points] == [(2, 8), (2, 8)]
     assert [point.us_per_period for point in found.points] == [1e6, 2e6]
-    assert [point.setup_s for point in found.points] == [0.5, 0.5]  # deriving and compiling
+    assert [point.setup_s for point in found.points] == [0.5, 0.5]
 
 
 def test_the_time_is_the_best_of_the_runs_and_the_median_of_the_starts(toys, monkeypatch):

@@ -28,10 +28,7 @@ SURE_POWER: Final = 0.2  # standard error of an exponent beyond which there is n
 EXPONENT_SHARE: Final = 0.12  # unless it is so small a part of the exponent
 BOUNDED: Final = 0.25  # an exponent nearer to 0 than to that of a random walk
 ORDER_ERRORS: Final = 1e-11, 0.03  # errors between which an order shows: above rounding, and small
-MEMBER_INDEX: Final = ("scheme", "start", "periods")
-METHOD_COLUMNS: Final = (
-    "name", "us_per_period", "energy", "energy_growth", "phase_s", "phase_growth", "axis"
-)  # fmt: skip
+METHOD_COLUMNS: Final = "energy", "energy_growth", "phase_s", "phase_growth", "axis"
 SERIES: Final = ("energy", "phase_s", "axis", "p_phi", "p_psi")
 
 
@@ -49,7 +46,8 @@ class Growth(NamedTuple):
     points : int
         How many times were fitted.
     word : str
-        What it does instead: ``bounded`` or ``changes sign``; empty where neither is sure.
+        What it does instead: ``bounded``, ``changes sign`` or ``lost``, where the last is None;
+        empty where none is sure.
     """
 
     exponent: float | None
@@ -134,8 +132,8 @@ class Drift(Result):
         """The errors of every method at the last time."""
         about = {"name": quantity_of("scheme"), **{n: error_of(n) for n in ("energy", "axis")}}
         rows = [_last(each) for each in self.methods if each.skipped is None]
-        kept = [n for n in METHOD_COLUMNS if n != "us_per_period" or any(row[n] for row in rows)]
-        yield Table(rows, kept, meanings=about)
+        timed = ["us_per_period"] * any(row["us_per_period"] for row in rows)
+        yield Table(rows, ("name", *timed, *METHOD_COLUMNS), meanings=about)
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors that grow, of those that are not zero."""
@@ -172,8 +170,8 @@ class Drift(Result):
             return self
 
         def us_per_period(method: Any) -> float | None:
-            tasks = (task_name(method.name, number) for number in range(len(method.members)))
-            records = [journal.record(task) for task in tasks]
+            numbers = range(len(method.members))
+            records = [journal.record(task_name(method.name, k)) for k in numbers]
             gone = sum(each.last.checkpoint["periods"] for each in records if each.last.checkpoint)
             return sum(each.seconds for each in records) / gone * 1e6 if gone else None
 
@@ -210,7 +208,7 @@ class Drift(Result):
             for k, n in enumerate(run.periods)
         ]
         errors = error_names(run for _, run in runs)
-        keys = MEMBER_INDEX if members else self.index
+        keys = ("scheme", *["start"] * members, "periods")
         about = {name: error_of(name) for name in errors}
         return Table(rows, (*keys, *errors), meanings=about, keys=keys)
 
@@ -308,16 +306,16 @@ def growth(
     points = [(n, e) for n, e in zip(periods, errors, strict=True) if e]
     from_here = max((n for n, _ in points), default=0.0) / 10**LAST_DECADES * 0.999
     fitted = [(n, e) for n, e in points if n >= from_here]
-    if len(fitted) < LEAST_POINTS:
-        return Growth(None, None, len(fitted))
-    slope, stderr = _power(fitted)
+    slope, stderr = _power(fitted, LEAST_POINTS)
+    if slope is not None and slope >= BOUNDED:
+        return Growth(slope, stderr, len(fitted))
     known = [e for n, e in zip(periods, signs, strict=False) if e and n >= from_here]
-    turns = any(a * b < 0 for a, b in pairwise(known))
-    if not _sure(slope, stderr):
-        return Growth(None, None, len(fitted), "changes sign" if turns else "")
-    if slope < BOUNDED:
-        return Growth(None, None, len(fitted), "bounded")
-    return Growth(slope, stderr, len(fitted))
+    word = "lost" if None in [*errors[-1:]] else ""
+    if slope is not None:
+        word = "bounded"
+    elif len(fitted) >= LEAST_POINTS and any(a * b < 0 for a, b in pairwise(known)):
+        word = "changes sign"
+    return Growth(None, None, len(fitted), word)
 
 
 def order_of(errors: Mapping[float, float | None]) -> float | None:
@@ -334,22 +332,21 @@ def order_of(errors: Mapping[float, float | None]) -> float | None:
     >>> round(order_of({n: n**-4.0 for n in (1, 10, 20, 40, 80, 1e4)}), 6)
     4.0
     """
-    clear = [
-        (n, e) for n, e in sorted(errors.items()) if e and ORDER_ERRORS[0] < e < ORDER_ERRORS[1]
-    ][-5:]
-    if len(clear) < LEAST_ORDERS:
-        return None
-    slope, stderr = _power(clear)
-    return -slope if _sure(slope, stderr) and slope < -BOUNDED else None
+    least, most = ORDER_ERRORS
+    clear = [(n, e) for n, e in sorted(errors.items()) if e and least < e < most]
+    slope, _ = _power(clear[-5:], LEAST_ORDERS)
+    return None if slope is None or slope >= -BOUNDED else -slope
 
 
-def _sure(slope: float, stderr: float) -> bool:
-    """Whether points lie on a power law."""
-    return stderr < max(SURE_POWER, EXPONENT_SHARE * abs(slope))
+def _power(points: Sequence[tuple[float, float]], least: int) -> tuple[float | None, float | None]:
+    """The power of x as which y grows, by least squares in logarithms, and its standard error.
 
-
-def _power(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The power of x as which y grows, by least squares in logarithms, and its standard error."""
+    None where there are fewer points, or they lie on no power law.
+    """
+    if len(points) < least:
+        return None, None
     x, y = np.log(np.array(points, float)).T
     (slope, _), covariance = np.polyfit(x, y, 1, cov=True)
-    return float(slope), float(np.sqrt(covariance[0, 0]))
+    stderr = float(np.sqrt(covariance[0, 0]))
+    sure = stderr < max(SURE_POWER, EXPONENT_SHARE * abs(slope))
+    return (float(slope), stderr) if sure else (None, None)

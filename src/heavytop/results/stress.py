@@ -49,8 +49,9 @@ class StressOutcome(StrEnum):
 
 
 NO_RUN: Final[Mapping[str, Any]] = {
-    "error": None, "digits_lost": None, "condition": None, "energy_error": None, "steps": None,
-    "named": False, "untold": False, "turns": None, "plan": "", "note": "",
+    "case": "", "method": "", "formulation": "", "outcome": "", "error": None, "digits_lost": None,
+    "condition": None, "energy_error": None, "steps": None, "named": False, "untold": False,
+    "turns": None, "plan": "", "note": "",
 }  # fmt: skip
 """What is said of a run of which nothing more is known."""
 

@@ -54,7 +54,7 @@ class WorkPrecision(Result):
         ``steps`` of the run from the scene's own start; ``error`` and ``error_spread`` of what it
         ``measures``, the axis or, where the states do not give it, theta [rad]; ``theta_error``
         [rad]; ``phase_error`` [s], None beyond a twentieth of a period; ``energy_error``, relative
-        to max(|E'|, gMR); ``setup_s``, to derive and to compile [s]; how often a method of one's
+        to max(|E'|, gMR); ``setup_s``, to compile [s]; how often a method of one's
         own ``warned``.
     skipped : tuple of mapping
         The ``method`` and ``setting`` of what gave no point, and the ``reason``.

@@ -261,7 +261,7 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     # studies
     "periods": Quantity("periods", "1", "time in nutation periods"),
     "us_per_period": Quantity("time", "µs", "of a nutation period, in the steps", ".3g"),
-    "setup_s": Quantity("setup", "s", "to derive and to compile", ".2g"),
+    "setup_s": Quantity("setup", "s", "to compile", ".2g"),
     "ratio": Quantity("slower", "1", "times the cheapest", ".3g"),
     "setting": Quantity("setting", "", "tolerance, or steps a period", ".3g"),
     "digits_lost": Quantity("digits lost", "1", "beyond what conditioning allows", ".1f"),

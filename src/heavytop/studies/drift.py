@@ -21,7 +21,6 @@ import numpy as np
 from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.doctor import versions
 from heavytop.errors import MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
@@ -31,14 +30,13 @@ from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.journal import Chunk, Journal, Parameters
-from heavytop.studies.methods import AUTO, method, plan_auto, read_methods_of
+from heavytop.studies.methods import AUTO, method, parameters_of, plan_auto, read_methods_of
 from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
 Columns = dict[str, tuple[float | None, ...]]
 
-KIND: Final = "drift"
 DEFAULT: Final = (
     "taylor-axis",
     "taylor-axis-projected",
@@ -160,18 +158,14 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     BadScene
         As of `drift`.
     """
-    names, values = read_methods_of(scene, methods, options, DRIFT_OPTIONS, _checked)
-    jobs = values.pop("jobs")
-    texts = [_auto(scene, values["periods"]) if name == AUTO else name for name in names]
-    parameters = {
-        "kind": KIND,
-        "scene": scene.problem(),
-        "methods": list(dict.fromkeys(texts)),
-        **values,
-        **own.as_parameters(texts),
-        "versions": versions(),
-    }
-    return parameters, jobs
+
+    def checked(text: str) -> str:
+        return text if text == AUTO else method(text).text
+
+    names, values = read_methods_of(scene, methods, options, DRIFT_OPTIONS, checked)
+    jobs, n = values.pop("jobs"), values["periods"]
+    names = [plan_auto(AUTO, scene, n).text if name == AUTO else name for name in names]
+    return parameters_of("drift", names, scene=scene.problem(), **values), jobs
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -187,9 +181,8 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     A method of one's own goes in a process that can be killed, unless it is a function that was
     handed over, which stays where it is.
     """
-    name = task.rpartition("/")[0].partition("=")[0]
-    mine, asked = own.origins([name]), (parameters, task, checkpoint)
-    if mine and not name.startswith("own:"):
+    text, asked = task.rpartition("/")[0], (parameters, task, checkpoint)
+    if (mine := own.origins([text])) and not text.startswith(own.HANDED_OVER):
         limits = chain([SET_UP_S], repeat(LIMIT_S))
         chunks = TIMED_WORKER.stages(_chunks, *asked, mine, limits=limits)
     else:
@@ -219,57 +212,41 @@ def _chunks(
     state, sampled, ended = StepperState(**checkpoint["state"]), checkpoint["sampled"], ""
     yield Chunk(checkpoint, fraction=0.0)
     while sampled < len(times) and not ended:
-        rows: list[dict[str, Any]] = []
-        seconds = 0.0
-        while sampled < len(times) and seconds < CHUNK_S:
+        rows, seconds = list[dict[str, Any]](), 0.0
+        while sampled < len(times) and seconds < CHUNK_S and not ended:
             try:
                 began = time.perf_counter()
                 after = found.stepper.block(state)
                 seconds += time.perf_counter() - began
                 reached = [t for t in times[sampled:] if t <= after.time]
-                rows += _rows(found, state, reached, periods[sampled:])
+                rows += [*_rows(found, state, reached, periods[sampled:])]
+                state, sampled = after, sampled + len(reached)
             except IntegrationFailed as failure:
                 ended = str(failure)
-                break
-            state, sampled = after, sampled + len(reached)
-        done, gone = bool(ended) or sampled == len(times), state.time[0]
+        gone = state.time[0]
         checkpoint |= {"state": asdict(state), "periods": gone / found.period,
                        "sampled": sampled, "ended": ended, "warned": dict(warned)}  # fmt: skip
+        done = bool(ended) or sampled == len(times)
         yield Chunk(dict(checkpoint), rows, done, gone / times[-1][0], seconds)
+
+
+def _rows(
+    found: MethodRun, state: StepperState, times: Sequence[DoubleDouble], periods: Sequence[float]
+) -> Iterator[dict[str, Any]]:
+    """The errors at times in the block after a state."""
+    states = found.stepper.states_at(state, times).tolist() if times else ()
+    for n, t, each in zip(periods, times, states, strict=False):
+        error = found.reference(t, each)
+        numbers = (error.energy, error.phase_s, error.axis or 0.0, *error.invariants.values())
+        if not all(map(math.isfinite, numbers)):
+            raise IntegrationFailed("its errors are no longer finite")
+        yield {"periods": n, "t": t, "state": each, **error._asdict()}
 
 
 def complete(journal: Journal, **how: Any) -> Drift:
     """Do the runs that are left, and return the result."""
     run(journal, **how)
     return collect(journal)
-
-
-def _rows(
-    found: MethodRun, state: StepperState, times: Sequence[DoubleDouble], periods: Sequence[float]
-) -> list[dict[str, Any]]:
-    """The errors at times in the block after a state."""
-    if not times:
-        return []
-    states = found.stepper.states_at(state, times).tolist()
-    rows = []
-    for n, t, each in zip(periods, times, states, strict=False):
-        error = asdict(found.reference(t, each))
-        numbers = (error["energy"], error["phase_s"], *error["invariants"].values())
-        if not all(map(math.isfinite, (*numbers, error["axis"] or 0.0))):
-            raise IntegrationFailed("its errors are no longer finite")
-        rows.append({"periods": n, "t": t, "state": each, **error})
-    return rows
-
-
-def _checked(text: str) -> str:
-    """A method as it is named in parameters; auto waits for the number of periods."""
-    return text if text == AUTO else method(text).text
-
-
-def _auto(scene: Scene, periods: float) -> str:
-    """The method that auto stands for in a run of this length."""
-    found = plan_auto(AUTO, scene, periods)
-    return f"taylor-{found.formulation}{'-projected' if found.projected else ''}"
 
 
 # --- starts and times ------------------------------------------------------------------------
@@ -292,16 +269,14 @@ def perturbed_start(start: State, seed: int, number: int) -> State:
     """
     if number == 0:
         return start
-    drawn = np.random.default_rng([seed, number]).uniform(-START_SPREAD, START_SPREAD, 3).tolist()
-    theta = float(start.theta)
-    return State(
-        theta=theta + drawn[0] * min(theta, math.pi - theta),
-        thetadot=float(start.thetadot) * (1 + drawn[1]),
-        phi=start.phi,
-        phidot=float(start.phidot) * (1 + drawn[2]),
-        psi=start.psi,
-        omega3=float(start.omega3),
+    rng = np.random.default_rng([seed, number])
+    tilted, faster, turning = rng.uniform(-START_SPREAD, START_SPREAD, 3).tolist()
+    theta, thetadot, phidot, omega3 = map(
+        float, (start.theta, start.thetadot, start.phidot, start.omega3)
     )
+    rates = {"thetadot": thetadot * (1 + faster), "phidot": phidot * (1 + turning)}
+    tilt = theta + tilted * min(theta, math.pi - theta)
+    return State(tilt, phi=start.phi, psi=start.psi, omega3=omega3, **rates)
 
 
 def sample_times(periods: float, samples: int) -> tuple[float, ...]:
@@ -342,56 +317,52 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     """What was found of a method, as a row of the result."""
     chosen = method(text)
     tasks = [task_name(text, number) for number in range(journal.parameters["ensemble"])]
-    records = [] if chosen.absent else [journal.record(task) for task in tasks]
-    failed = [record.last.failed for record in records if record.last.failed]
+    lasts = [journal.record(task).last for task in tasks]
     absent = str(MissingPackage(chosen.name, chosen.absent)) if chosen.absent else None
-    skipped = next(iter(failed), absent)
-    known = [record.last.checkpoint for record in ([] if skipped else records)]
-    columns = [_columns(journal.rows(task), lost) for task in tasks[: len(known)]]
-    row: dict[str, Any] = {
+    skipped = absent or next((last.failed for last in lasts if last.failed), None)
+    known = [] if skipped else [last.checkpoint for last in lasts]
+    steps = [each["state"]["steps"] for each in known]
+    runs = [_columns(journal.rows(task), lost) for task in tasks[: len(known)]]
+    members = [_series(x) | {"steps": n} for x, n in zip(runs, steps, strict=True)]
+    every = _series(_over(runs) if known else {"periods": ()})
+    signs = members[0] if known else every
+    grows = {name: growth(every["periods"], every[c], signs[c]) for name, c in GROWING.items()}
+    return {
         "name": chosen.text,
         "formulation": chosen.states,
         "language": chosen.language,
         "setting": {chosen.set_by: chosen.setting},
         "order": known[0]["order"] if known else None,
         "us_per_period": None,
-        "steps": float(np.mean([x["state"]["steps"] for x in known])) if known else None,
-        "ended": {str(k): x["ended"] for k, x in enumerate(known) if x["ended"]},
-        "warned": sum((Counter(x["warned"]) for x in known), Counter[str]()),
+        "steps": float(np.mean(steps)) if known else None,
+        "ended": {str(k): each["ended"] for k, each in enumerate(known) if each["ended"]},
+        "warned": sum((Counter(each["warned"]) for each in known), Counter[str]()),
         "skipped": skipped,
-        "members": [
-            _series(x) | {"steps": at["state"]["steps"]}
-            for x, at in zip(columns, known, strict=True)
-        ],
-        **_series(_over(columns) if known else {"periods": ()}),
+        "members": members,
+        **every,
+        **{f"{name}_exponent": each.exponent for name, each in grows.items()},
+        "stderr": {name: each.stderr for name, each in grows.items()},
+        "growth": {name: each.exponent or each.word or None for name, each in grows.items()},
     }
-    signs = row["members"][0] if known else row
-    found = {n: growth(row["periods"], row[c], signs[c]) for n, c in GROWING.items()}
-    grows = {name: each.exponent or each.word or None for name, each in found.items()}
-    if not grows["phase"] and row["phase_s"] and row["phase_s"][-1] is None:
-        grows["phase"] = "lost"
-    exponents = {f"{name}_exponent": each.exponent for name, each in found.items()}
-    stderr = {name: each.stderr for name, each in found.items()}
-    return row | exponents | {"stderr": stderr, "growth": grows}
 
 
 def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
     """The errors of a run, without phases from where the first is lost."""
-    names = rows[0]["invariants"] if rows else ()
-    columns = {name: tuple(row["invariants"][name] for row in rows) for name in names}
-    columns |= {name: tuple(row[name] for row in rows) for name in ("periods", "energy", "axis")}
+    names = ("periods", "energy", "axis", *(rows[0]["invariants"] if rows else ()))
+    flat = [{**row, **row["invariants"]} for row in rows]
     phases = [*takewhile(lambda phase: abs(phase) < lost, (row["phase_s"] for row in rows))]
-    return columns | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
+    found = {name: tuple(row[name] for row in flat) for name in names}
+    return found | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
 
 
 def _over(members: Sequence[Columns]) -> Columns:
     """Root mean squares over all runs, at the times that all of them reached."""
     shortest = min(members, key=lambda columns: len(columns["periods"]))
-    found, root = {}, math.sqrt(len(members))
-    for name in shortest:
+    found, root = dict(shortest), math.sqrt(len(members))
+    for name in shortest.keys() - {"periods"}:
         every = zip(*(each[name] for each in members), strict=False)
         found[name] = tuple(None if None in x else math.hypot(*x) / root for x in every)
-    return found | {"periods": shortest["periods"]}
+    return found
 
 
 def _series(columns: Columns) -> dict[str, Any]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import cache, partial
+from itertools import product
 from typing import Any, Final, TypeVar
 
 from heavytop.comparison import methods as comparison
 from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
+from heavytop.doctor import versions
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Fault, Impossible, MissingPackage, Refused, refuse
 from heavytop.exact.pairs import EPSILON
@@ -19,6 +21,7 @@ from heavytop.run.planning import plan_steps
 from heavytop.run.span import closed_form_of
 from heavytop.scene.arguments import Reader, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene
+from heavytop.studies.journal import Parameters
 from heavytop.text import nearest
 
 T = TypeVar("T")
@@ -48,7 +51,14 @@ def method(text: str) -> MethodEntry:
     ('axis', 1e-09)
     """
     name, equals, setting = text.partition("=")
-    found = _named(name)
+    every = {**taylor_methods(), **METHODS}
+    try:
+        found = every.get(name) or comparison.named(name)
+    except Impossible as wrong:
+        if ":" in name:
+            raise Refused(wrong.faults[0].rule) from None
+        rule = f"auto, one of your own (mine.py:rk4) or one of {', '.join(every)}"
+        raise Refused(rule, nearest(name, (AUTO, *every))) from None
     if not equals:
         return found
     try:
@@ -60,39 +70,33 @@ def method(text: str) -> MethodEntry:
     return replace(found, setting=value)
 
 
-def _named(name: str) -> MethodEntry:
-    """Return a method by its name, with its usual setting."""
-    every = {**taylor_methods(), **METHODS}
-    try:
-        return every.get(name) or comparison.named(name)
-    except Impossible as wrong:
-        if ":" in name:
-            raise Refused(wrong.faults[0].rule) from None
-        rule = f"auto, one of your own (mine.py:rk4) or one of {', '.join(every)}"
-        raise Refused(rule, nearest(name, (AUTO, *every))) from None
+def _only(x: float) -> dict[str, Any]:
+    """What a method with one setting alone is."""
+    return dict.fromkeys(("default", "setting", "least", "most"), x) | {"grid": (x,)}
+
+
+VARIANTS: Final[Mapping[str, dict[str, Any]]] = {
+    "": {},
+    "-projected": {"projected": True},
+    "-compensated": _only(BROUWER),
+    "-mpfr": _only(2.0 ** (1 - MPFR_BITS)) | {"bits": MPFR_BITS},
+}
+"""Of the Taylor integrator, by the end of the name."""
 
 
 @cache
 def taylor_methods() -> Mapping[str, MethodEntry]:
     """Return the Taylor integrator's methods: every formulation, projected or in more bits."""
-    found = []
+    found = {}
+    limits = {"set_by": BY_TOLERANCE, "least": EPSILON, "most": 1e-2}
+    grid = (*(x for x in DECADES if x >= EPSILON), EPSILON)
     for form, formulation in FORMULATIONS.items():
-        limits = {"set_by": BY_TOLERANCE, "least": EPSILON, "most": 1e-2}
-        grid = (*(x for x in DECADES if x >= EPSILON), EPSILON)
         about = {"language": "compiled by heyoka", "formulation": form, "short": form}
         plain = entry(f"taylor-{form}", EPSILON, None, grid=grid, **limits, **about)
-        found.append(plain)
-        if not why_not(formulation.build()):
-            found.append(replace(plain, name=f"{plain.name}-projected", projected=True))
-        found.append(_at_one_setting(plain, "compensated", BROUWER))
-        precise = _at_one_setting(plain, "mpfr", 2.0 ** (1 - MPFR_BITS))
-        found.append(replace(precise, bits=MPFR_BITS))
-    return {each.name: each for each in found}
-
-
-def _at_one_setting(plain: MethodEntry, word: str, x: float) -> MethodEntry:
-    bounds = {"default": x, "setting": x, "least": x, "most": x, "grid": (x,)}
-    return replace(plain, name=f"{plain.name}-{word}", **bounds)  # type: ignore[arg-type]
+        for end, differs in VARIANTS.items():
+            if "projected" not in differs or not why_not(formulation.build()):
+                found[plain.name + end] = replace(plain, name=plain.name + end, **differs)
+    return found
 
 
 # --- auto ------------------------------------------------------------------------------------
@@ -122,8 +126,6 @@ def auto_digits(text: str) -> int:
 def plan_auto(text: str, scene: Scene, periods: float) -> MethodEntry:
     """Return the method that ``auto`` or ``auto=DIGITS`` stands for in a run of so many periods.
 
-    Its name is the text.
-
     Raises
     ------
     BadScene
@@ -133,8 +135,36 @@ def plan_auto(text: str, scene: Scene, periods: float) -> MethodEntry:
                    samples=2, digits=auto_digits(text), name=scene.name)  # fmt: skip
     chosen = plan_steps(wanted)
     bits, x = bits_of(chosen.precision), chosen.tolerance
-    found = replace(method(f"taylor-{chosen.formulation}"), bits=bits, default=x, setting=x)
-    return replace(found, name=text, projected=chosen.projected)
+    found = method(f"taylor-{chosen.formulation}{'-projected' * chosen.projected}")
+    return replace(found, bits=bits, default=x, setting=x)
+
+
+def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]:
+    """Return what a text asks for in a run of so many periods: one setting, or all of the grid.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("sicm-kicked")
+    >>> [method.setting for method in settings("taylor-axis=1e-9", scene, 100)]
+    [1e-09]
+    >>> [(method.name, method.formulation) for method in settings("auto=6", scene, 100)]
+    [('auto=6', 'axis')]
+    """
+    if is_auto(text):
+        return (replace(plan_auto(text, scene, periods), name=text),)
+    found = method(text)
+    grid = () if "=" in text else found.grid
+    return tuple(replace(found, setting=float(x)) for x in grid) or (found,)
+
+
+def expected(text: str) -> str:
+    """Return a text that names a method, or auto with digits or without; refuse any other."""
+    if is_auto(text):
+        auto_digits(text)
+    else:
+        method(text)
+    return text
 
 
 # --- what a person names ---------------------------------------------------------------------
@@ -187,6 +217,13 @@ def read_methods_of(
     return names, values
 
 
+def parameters_of(kind: str, names: Iterable[str], **asked: Any) -> Parameters:
+    """Return what is asked of a study of methods, as JSON."""
+    methods = [*dict.fromkeys(names)]
+    about = {"kind": kind, "methods": methods, "versions": versions()}
+    return {**about, **asked, **own.as_parameters(methods)}
+
+
 # --- what is put under stress ----------------------------------------------------------------
 
 AUTO_ANGLES: Final = "auto-angles"
@@ -203,17 +240,15 @@ def stress_methods() -> Mapping[str, MethodEntry]:
     auto = replace(method("taylor-axis"), formulation=AUTO, setting=0.0)
     found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=AUTO_ANGLES, short="auto:φψ")]
     found += [method(f"taylor-{form}") for form in FORMULATIONS]
-    for form in FORMULATIONS:
-        for row in METHODS.values():
-            if form in row.stress:
-                name = row.name if form == row.formulation else f"{row.name}-{form}"
-                each = replace(method(f"{name}={row.stress[form]}"), short=f"{row.short}:{form[0]}")
-                if row.language == "python":
-                    build: Any = row.build
-                    each = replace(each, block=0, build=partial(build, guarded=False))
-                else:
-                    each = replace(each, block=BLOCK if row.fixed else CALL)
-                found.append(each)
+    for form, row in product(FORMULATIONS, METHODS.values()):
+        if form in row.stress:
+            name = row.name if form == row.formulation else f"{row.name}-{form}"
+            build: Any = row.build
+            differs: dict[str, Any] = {"block": BLOCK if row.fixed else CALL}
+            if row.language == "python":
+                differs = {"block": 0, "build": partial(build, guarded=False)}
+            chosen = method(f"{name}={row.stress[form]}")
+            found.append(replace(chosen, short=f"{row.short}:{form[0]}", **differs))
     usual = partial(scipy_stepper, "RK45", atol=1e-6, guarded=False)
     defaults = replace(method("dop853-scipy-lagrange=1e-3"), build=usual, block=0, short="ivp:l")
     found.append(replace(defaults, name="solve-ivp-defaults"))

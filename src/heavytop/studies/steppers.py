@@ -13,13 +13,12 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import Any, Final
+from functools import cached_property
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import ReducedMotion
 from heavytop.comparison.methods import MethodEntry, make_stepper
 from heavytop.comparison.own_steps import OBSERVED, BodyForm
 from heavytop.comparison.steppers import (
@@ -57,8 +56,7 @@ ORDER_PERIODS: Final = 0.0618  # so that spinning tops need no more
 # --- one method from one start ---------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class MethodRun:
+class MethodRun(NamedTuple):
     """One method set up for one start.
 
     Attributes
@@ -90,29 +88,25 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     tolerance = EPSILON if method.is_rival or method.bits > DOUBLE else method.setting
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
     parameters, start = binary_start(scene, chosen)
-    known, digits = parameters, REFERENCE_DIGITS
-    if method.bits > DOUBLE:
-        known = {name: text(x) for name, x in parameters.items()}
-        digits = max(REFERENCE_DIGITS, digits_of(method.bits) + REFERENCE_SPARE_DIGITS)
-    numbers, own = as_stored(start.state), partial(motion_of, chosen)
-    reference = ReferenceSolution(chosen.equations, known, numbers, own, digits)
-    period = reference.period
-    if period is None:  # the scene's own start nutates, but its rounded one does not
+    digits = max(REFERENCE_DIGITS, digits_of(method.bits) + REFERENCE_SPARE_DIGITS)
+    number, state = context(digits).mpf, as_stored(start.state)
+    known = dict(zip(parameters, map(number, as_stored(parameters.values())), strict=True))
+    exact = ClosedForm(motion_of(chosen, digits, [*map(number, state)], known))
+    if exact.period is None:  # the scene's own start nutates, but its rounded one does not
         rounded = f"as it is rounded here, nothing nutates ({REFERENCE_DIGITS} digits)"
         rule = f"so close to a pole that, {rounded}"
         theta = str(scene.start.theta)
         raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
-    if not method.is_rival:
-        taylor = integrator_of(chosen, parameters, start)
-        stepper = TaylorStepper(taylor, start, FARTHEST_PERIODS * period)
-        return MethodRun(stepper, reference, period)
-    state, top = tuple(start.state.tolist()), top_constants(scene.top)
-    problem = InitialValueProblem(chosen.equations, parameters, state, period=period, top=top)
-    taken = make_stepper(method, problem)
-    body = getattr(taken, "form", None)
-    if body is not None:
-        reference = replace(reference, body=body, first_row=taken.begin().state)
-    return MethodRun(taken, reference, period)
+    if method.is_rival:
+        about: Any = {"period": exact.period, "top": top_constants(scene.top)}
+        problem = InitialValueProblem(chosen.equations, parameters, state, **about)
+        stepper = make_stepper(method, problem)
+    else:
+        taylor, far = integrator_of(chosen, parameters, start), FARTHEST_PERIODS * exact.period
+        stepper = TaylorStepper(taylor, start, far)
+    first, body = stepper.begin().state, getattr(stepper, "form", None)
+    reference = ReferenceSolution(chosen.equations, known, exact, digits, first, body)
+    return MethodRun(stepper, reference, exact.period)
 
 
 def measured_order(scene: Scene, method: MethodEntry) -> float | None:
@@ -123,11 +117,8 @@ def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     errors = {}
     for steps in ORDER_STEPS:
         with suppress(IntegrationFailed, HeavyTopError):
-            found = set_up(scene, replace(method, setting=steps))
-            end = found.stepper.output_time(ORDER_PERIODS * found.period)
-            before, _, _ = walk(found.stepper, end)
-            row = found.stepper.states_at(before, [end])[0].tolist()
-            errors[steps] = found.reference(end, row).axis or abs(found.reference.tilt(end, row))
+            off, tilt, _, _ = go(set_up(scene, replace(method, setting=steps)), ORDER_PERIODS)
+            errors[steps] = off.axis or abs(tilt)
     return order_of(errors)
 
 
@@ -135,13 +126,22 @@ class TooSlow(IntegrationFailed):
     """A run that was stopped between two blocks."""
 
 
+Clock = Callable[[], float]
+
+
+def go(
+    run: MethodRun, periods: float, limit: float = math.inf, clock: Clock = time.perf_counter
+) -> tuple[StateError, float, StepperState, float]:
+    """Take a run so far: its error there, that of theta, what the last block led to, seconds."""
+    end, before, last, seconds = walk(run, periods, limit, clock)
+    row = run.stepper.states_at(before, [end])[0].tolist()
+    return run.reference(end, row), run.reference.tilt(end, row), last, seconds
+
+
 def walk(
-    stepper: Stepper,
-    end: DoubleDouble,
-    limit: float = math.inf,
-    clock: Callable[[], float] = time.perf_counter,
-) -> tuple[StepperState, StepperState, float]:
-    """Go from the start past a time: where the last block began and ended, seconds in blocks.
+    run: MethodRun, periods: float, limit: float = math.inf, clock: Clock = time.perf_counter
+) -> tuple[DoubleDouble, StepperState, StepperState, float]:
+    """Go so far: the time there, where the last block began and ended, seconds in blocks.
 
     Raises
     ------
@@ -150,13 +150,14 @@ def walk(
     IntegrationFailed
         It cannot go on.
     """
-    after, seconds = stepper.begin(), 0.0
+    end, after = run.stepper.output_time(periods * run.period), run.stepper.begin()
+    seconds = 0.0
     while True:
         before, began = after, clock()
-        after = stepper.block(before)
+        after = run.stepper.block(before)
         seconds += clock() - began
         if after.time >= end:  # double-doubles compare as their words do
-            return before, after, seconds
+            return end, before, after, seconds
         if seconds > limit:
             raise TooSlow(f"stopped at t = {after.time[0]:.3g} s after {seconds:.3g} s")
 
@@ -226,8 +227,7 @@ def as_stored(numbers: Iterable[Any]) -> tuple[Any, ...]:
 # --- the reference solution ------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class StateError:
+class StateError(NamedTuple):
     """The error of a state, with its sign; None where the formulation does not determine it.
 
     Attributes
@@ -256,103 +256,76 @@ class ReferenceSolution:
     ----------
     formulation : Formulation
     parameters : mapping from str to number
-        The run's own constants, by symbol name: floats, or decimal texts.
-    start : sequence of float or str
-        The run's own states at the start.
-    own : callable
-        From a number of digits, the states and the parameters to the motion they define.
-    body : BodyForm or None
-        What observes rows that are not states of the formulation.
-    first_row : tuple of float
-        The first of such rows.
+        The run's own constants, by symbol name.
+    exact : ClosedForm
+        Of the run's own start.
     digits : int
         More than the run's numbers have.
+    start : sequence of float or str
+        The first of its rows.
+    body : BodyForm or None
+        What observes rows that are not states of the formulation.
     """
 
     formulation: Formulation
     parameters: Mapping[str, Any]
-    start: tuple[Any, ...]
-    own: Callable[[int, Sequence[Any], Mapping[str, Any]], ReducedMotion]
-    digits: int = REFERENCE_DIGITS
+    exact: ClosedForm
+    digits: int
+    start: Sequence[Any]
     body: BodyForm | None = None
-    first_row: tuple[float, ...] = ()
-
-    @property
-    def period(self) -> float | None:
-        """T [s] of the run's own motion; None where nothing nutates."""
-        period: float | None = self.exact.period
-        return period
-
-    @cached_property
-    def ctx(self) -> Context:
-        """The numbers it computes in."""
-        return context(self.digits)
-
-    @cached_property
-    def exact(self) -> ClosedForm:
-        """The closed form of the run's own start."""
-        values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
-        source = self.own(self.digits, [*map(self.ctx.mpf, self.start)], values)
-        return ClosedForm(source)
 
     def __call__(self, t: DoubleDouble, row: Sequence[Any]) -> StateError:
         """Return the error of a state at a time [s]; the row is laid out as the start."""
         u, udot, values, axis = self._observed(row)
         exact, first = self._exact(t), self._first
-        change = {name: values[name] - first[name] for name in values}
-        scale = max(abs(first["energy"]), abs(self.exact.reduced.g)) or 1
-        energy = change.pop("energy") / scale
+        size = {name: abs(x) if abs(x) > CLOSE_ROTATION else 1 for name, x in first.items()}
+        size["energy"] = max(abs(first["energy"]), abs(self.exact.reduced.g)) or 1
+        off = {name: float((x - first[name]) / size[name]) for name, x in values.items()}
         frequency = 2 * self.ctx.pi / self.exact.mpf("period", self.digits)
-        return StateError(
-            energy=float(energy),
-            invariants={name: float(x / self._size(name)) for name, x in change.items()},
-            phase_s=float(ahead(u - exact.u, udot - exact.udot, exact, frequency)),
-            axis=float(self.ctx.norm([x - y for x, y in zip(axis, exact.axis, strict=True)]))
-            if axis
-            else None,
-        )
+        phase = float(ahead(u - exact.u, udot - exact.udot, exact, frequency))
+        apart = [x - y for x, y in zip(axis, exact.axis if axis else (), strict=True)]
+        far = float(self.ctx.norm(apart)) if axis else None
+        return StateError(off.pop("energy"), off, phase, far)
 
     def tilt(self, t: DoubleDouble, row: Sequence[Any]) -> float:
         """Return the error of theta at a time [rad]; the row is laid out as the start."""
         u = min(max(self._observed(row)[0], -self.ctx.one), self.ctx.one)
         return float(self.ctx.acos(u) - self._exact(t).theta)
 
-    def _exact(self, t: DoubleDouble) -> Any:
-        return self.exact.at(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]), self.digits)
+    @property
+    def ctx(self) -> Context:
+        """The numbers it computes in."""
+        return context(self.digits)
 
-    def _size(self, name: str) -> Any:
-        """What an invariant is measured by: its start, unless that is rounding alone."""
-        return first if (first := abs(self._first[name])) > CLOSE_ROTATION else 1
+    def _exact(self, t: DoubleDouble) -> Any:
+        return self.exact.at(sum(map(self.ctx.mpf, t)), self.digits)
 
     @cached_property
     def _first(self) -> dict[str, Any]:
         """The invariants at the start."""
-        return self._observed(self.first_row or self.start)[2]
+        return self._observed(self.start)[2]
 
     def _observed(self, row: Sequence[Any]) -> tuple[Any, Any, dict[str, Any], list[Any]]:
         """u, udot, the invariants, and the direction of the axis where the states give it."""
-        states = [self.ctx.mpf(x) for x in row]
-        if self.body is not None:
-            names: tuple[str, ...] = OBSERVED
-            u, udot, *others = self.body.observe(states, self.ctx.sqrt)
-        else:
-            names = (*self.formulation.invariants,)
-            u, udot, *others = self._function(*states)
+        names: Sequence[str] = OBSERVED if self.body else [*self.formulation.invariants]
+        u, udot, *others = self._observe([self.ctx.mpf(x) for x in row])
         values, axis = dict(zip(names, others, strict=False)), others[len(names) :]
-        if not axis:
-            return u, udot, values, axis
-        size = self.ctx.norm(axis)  # 1 within the error of the method, which `length` measures
-        x, y, z = axis = [component / size for component in axis]
-        if abs(z) >= EVEN_AXIS:  # z has lost the digits of 1 - |z|
-            z = self.ctx.sign(z) * self.ctx.sqrt(1 - x * x - y * y)
-        return z, udot / size, values, axis
+        if axis:
+            size = self.ctx.norm(axis)  # 1 within the error of the method, which `length` measures
+            x, y, u = axis = [component / size for component in axis]
+            udot /= size
+            if abs(u) >= EVEN_AXIS:  # z has lost the digits of 1 - |z|
+                u = self.ctx.sign(u) * self.ctx.sqrt(1 - x * x - y * y)
+        return u, udot, values, axis
 
     @cached_property
-    def _function(self) -> Callable[..., Sequence[Any]]:
-        """What is observed, as a function of the states alone."""
-        form, ctx = self.formulation, self.ctx
+    def _observe(self) -> Callable[[Sequence[Any]], Sequence[Any]]:
+        """What is observed, as a function of a row alone."""
+        form, ctx, body = self.formulation, self.ctx, self.body
+        if body:
+            return lambda row: body.observe(row, ctx.sqrt)
         given = [p for p in (*form.parameters, *form.given) if p.name in self.parameters]
-        names = ("sin", "cos", "sqrt", "atan2")
-        function = observed(form, given, ctx.mpf, {name: getattr(ctx, name) for name in names})
-        constants = [ctx.mpf(self.parameters[p.name]) for p in given]
-        return lambda *states: function(*states, *constants)
+        functions = {name: getattr(ctx, name) for name in ("sin", "cos", "sqrt", "atan2")}
+        function = observed(form, given, ctx.mpf, functions)
+        constants = [self.parameters[p.name] for p in given]
+        return lambda row: function(*row, *constants)

@@ -8,20 +8,21 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
 from heavytop import errors
 from heavytop.comparison import own
 from heavytop.doctor import versions
-from heavytop.results.stress import Stress, StressCases, StressOutcome
+from heavytop.results.stress import NO_RUN, Stress, StressCases, StressOutcome
 from heavytop.results.table import Row
 from heavytop.scene.arguments import Range, check_callable, one_of, parse_names, parse_options
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
-from heavytop.studies.methods import read_methods, stress_method, stress_methods
+from heavytop.studies.methods import parameters_of, read_methods, stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
-from heavytop.studies.stress_runs import judge, prepare, run_case, run_row
+from heavytop.studies.stress_runs import judge, prepare
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut
 
@@ -99,21 +100,15 @@ def stress(
     chosen, no_cases = parse_names(KIND, "cases", some, one_of(all_cases()))
     known, no_methods = read_methods(KIND, asked, stress_method)
     errors.refuse(faults, no_cases, no_methods)
-    names = list(dict.fromkeys(each.name for each in known))
+    names = [each.name for each in known]
     own.expect_anywhere(names)
-    if known and all(each.absent for each in known):
+    if all(each.absent for each in known):
         raise errors.MissingPackage(known[0].name, known[0].absent)
-    parameters = {
-        "kind": KIND,
-        "cases": list(dict.fromkeys(each.name for each in chosen)),
-        "methods": names,
-        "time_limit": values["time_limit"],
-        **own.as_parameters(names),
-        "versions": versions(),
-    }
-    how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
+    tried = [*dict.fromkeys(each.name for each in chosen)]
+    limit = values.pop("time_limit")
+    parameters = parameters_of(KIND, names, cases=tried, time_limit=limit)
     with Journal.open(folder, parameters) as journal:
-        return complete(journal, on_progress=progress, **how)
+        return complete(journal, executor=executor, on_progress=progress, **values)
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -138,22 +133,22 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
     budget : float
         What it was given [s].
     """
-    parameters, runs, skipped = journal.parameters, [], []
+    parameters, runs, skipped = journal.parameters, list[Any](), list[Any]()
     methods = [stress_method(name) for name in parameters["methods"]]
-    for method in methods:
-        for case in parameters["cases"]:
-            task = f"{case}/{method.name}"
-            record = journal.record(task).last
-            if record.done:
-                runs += [run_row(**row) for row in journal.rows(task)]
-                continue
-            absent = method.absent and str(errors.MissingPackage(method.name, method.absent))
-            reason = absent or record.failed or "the budget was spent"
-            lost = record.failed is not None
-            skipped.append(Row(case=case, method=method.name, reason=reason, lost=lost))
-    limits = {"time_s": parameters["time_limit"], "steps": MOST_STRESS_STEPS}
+    for method, case in product(methods, parameters["cases"]):
+        task = f"{case}/{method.name}"
+        last = journal.record(task).last
+        if last.done:
+            [row] = journal.rows(task)
+            runs.append({**NO_RUN, **row, "outcome": StressOutcome(row["outcome"])})
+            continue
+        absent = method.absent and str(errors.MissingPackage(method.name, method.absent))
+        reason = absent or last.failed or "the budget was spent"
+        about = {"case": case, "method": method.name, "reason": reason}
+        skipped.append(about | {"lost": last.failed is not None})
+    limits = {"budget_s": budget, "time_s": parameters["time_limit"], "steps": MOST_STRESS_STEPS}
     return Stress(
-        limits={"budget_s": budget, **limits},
+        limits=limits,
         hard={name: all_cases()[name].hard for name in parameters["cases"]},
         methods={each.name: f"{each.short} {each.set_to}".rstrip() for each in methods},
         cases=tuple(runs),
@@ -170,9 +165,9 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     try:
         [_, found] = TIMED_WORKER.stages(run_task, *asked, limits=(SET_UP_S, limit))
     except TimedOut:
-        form = stress_method(method).states
+        about = {"case": case, "method": method, "formulation": stress_method(method).states}
         what = {"outcome": StressOutcome.TIME_LIMIT, "note": f"killed after {limit:g} s"}
-        found = run_row(case=case, method=method, formulation=form, named=True, **what)
+        found = Row(NO_RUN, **about, **what, named=True)
     yield Chunk(rows=[found], done=True)
 
 
@@ -183,10 +178,10 @@ def run_task(
     own.load(methods)
     with Path(os.devnull).open("w", encoding="utf-8") as nothing:  # the Fortran and C of solvers
         os.dup2(nothing.fileno(), 2)
-    chosen, asked = stress_method(method), all_cases()[case]
-    ready = prepare(asked, chosen, truth) if chosen.is_rival else None
+    chosen = stress_method(method)
+    go = prepare(all_cases()[case], chosen, truth, MOST_STRESS_STEPS)
     yield Row()
-    yield judge(run_case(asked, chosen, truth, MOST_STRESS_STEPS, ready), truth, case, chosen)
+    yield judge(go(), truth, case, chosen)
 
 
 def listing() -> StressCases:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any, Final, NamedTuple
 
@@ -20,7 +20,7 @@ from heavytop import errors
 from heavytop.comparison.methods import MethodEntry, make_stepper
 from heavytop.comparison.steppers import InitialValueProblem, IntegrationFailed
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.exact.pairs import two_product
+from heavytop.exact.pairs import DoubleDouble, two_product
 from heavytop.integration.outputs import event_function, invariants, sample
 from heavytop.results.stress import AUTO, NO_RUN, WRONG_AXIS, StressOutcome
 from heavytop.results.table import Row
@@ -40,8 +40,7 @@ KEPT_SHARE: Final = 0.5  # of the digits that conditioning leaves
 WATCHED_EVENTS: Final = ("turning", "reversal")
 
 
-@dataclass(frozen=True, slots=True)
-class CaseRun:
+class CaseRun(NamedTuple):
     """What one run gave, before it is judged.
 
     Attributes
@@ -51,9 +50,10 @@ class CaseRun:
     message : str
         What it said of that, or of a doubt.
     steps : int
-    axis : tuple of 3 float, or None
-        At the end; None where the formulation gives the tilt alone.
-    theta : float or None
+    axis : tuple of 3 float
+        At the end; empty where the formulation gives the tilt alone.
+    theta : float
+        There [rad].
     angles : tuple of float
         phi and psi at the end, where the run follows them [rad].
     energy_error : float or None
@@ -71,24 +71,20 @@ class CaseRun:
     stopped: StressOutcome | None = None
     message: str = ""
     steps: int = 0
-    axis: tuple[float, ...] | None = None
-    theta: float | None = None
+    axis: tuple[float, ...] = ()
+    theta: float = math.nan
     angles: tuple[float, ...] = ()
     energy_error: float | None = None
-    counted: Mapping[str, int] = field(default_factory=dict)
+    counted: Mapping[str, int] = {}
     plan: str = ""
     more_bits: bool = False
     step_error: float = 0.0
 
 
-def run_case(
-    case: Case,
-    method: MethodEntry,
-    truth: CaseReference,
-    step_limit: int,
-    ready: Prepared | None = None,
-) -> CaseRun:
-    """Do one run.
+def prepare(
+    case: Case, method: MethodEntry, truth: CaseReference, step_limit: int
+) -> Callable[[], CaseRun]:
+    """Return what does a run; what a method of others compiles is compiled here.
 
     Parameters
     ----------
@@ -99,22 +95,68 @@ def run_case(
         Of the case; only its end and its period are used.
     step_limit : int
         Steps after which it is given up. What looks at them between blocks takes a whole block.
-    ready : Prepared, optional
-        What `prepare` gave, where it was called before.
     """
-    if method.is_rival:
-        found = _stepped(case, method, ready or prepare(case, method, truth), truth, step_limit)
+    if not method.is_rival:
+        return partial(_taylor, case, method, step_limit)
+    chosen, trail, about = Plan(method.formulation), list[Any](), dict[str, Any]()
+    parameters, start = binary_start(case.scene, chosen)
+    problem = InitialValueProblem(
+        chosen.equations, parameters, tuple(start.state.tolist()), period=abs(truth.end),
+        direction=1 if truth.end >= 0 else -1, top=top_constants(case.scene.top),
+    )  # fmt: skip
+    stepper: Any
+    if method.fixed:
+        period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
+        steps = math.ceil(abs(truth.end) / period * method.setting)
+        if steps > step_limit:
+            message = f"it would take {steps} steps"
+            return partial(CaseRun, StressOutcome.STEP_LIMIT, message, steps)
+        order = method.published_order or measured_order(cases()[EASY].scene, method)
+        allowed = (math.tau / method.setting) ** order if order else 0.0
+        about, block = {"steps": steps, "step_error": allowed}, min(steps, method.block)
+        stepper = make_stepper(replace(method, setting=float(steps)), problem, block)
+        last = two_product(stepper.h, float(steps))
     else:
-        found = _taylor(case, method, step_limit)
-    if found.stopped is None and found.steps > step_limit:
-        message = f"{found.steps} steps, more than its limit"
-        return replace(found, stopped=StressOutcome.STEP_LIMIT, message=message)
-    return found
+        stepper, last = make_stepper(method, problem), (truth.end, 0.0)
+        if method.block == 0:  # called once: what it passes on the way shows events
+            stepper = replace(stepper, steps=step_limit, on_steps=trail.append)
+    return partial(_stepped, case, problem, stepper, last, step_limit, trail, about)
+
+
+def _stepped(
+    case: Case, problem: InitialValueProblem, stepper: Any, last: DoubleDouble, step_limit: int,
+    trail: list[Any], about: Mapping[str, Any],
+) -> CaseRun:  # fmt: skip
+    """Let a method of others go to the end."""
+    before = after = stepper.begin()
+    try:
+        while abs(after.time[0]) < abs(last[0]):
+            if after.steps >= step_limit:
+                return CaseRun(StressOutcome.STEP_LIMIT, steps=after.steps)
+            before, after = after, stepper.block(after)
+        row = after.state if after.time == last else stepper.states_at(before, [last])[0]
+    except IntegrationFailed as failure:
+        return CaseRun(StressOutcome(failure.outcome), str(failure))
+    form, known = problem.equations, problem.parameters
+    axis = row if stepper.form is None else stepper.form.axis_states(row)
+    rows, ends, counted = np.array([problem.start, axis]), np.array([0.0, problem.span]), {}
+    with np.errstate(all="ignore"):
+        seen = sample(form, rows, known, ends)
+        off = conserved(invariants(form, rows, known, ends), known)["energy"]
+    for taken in trail if case.counted else ():
+        for name in WATCHED_EVENTS:
+            signs = np.sign(event_function(form, name, taken.states, known, taken.times)[0])
+            counted[name] = int(np.sum(signs[:-1] * signs[1:] <= 0))
+    message = "; ".join(f"{count}× {text}" for text, count in stepper.warned.items())
+    energy = {"energy_error": off if math.isfinite(off) else None}
+    found = {"message": message, "steps": after.steps, "counted": counted, **energy, **about}
+    return _arrived(seen, step_limit, **found)
 
 
 def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
+    auto = method.formulation == AUTO
     wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == AUTO_ANGLES else ("axis",)
-    if method.formulation != AUTO and FORMULATIONS[method.formulation].gives is Need.TILT:
+    if not auto and FORMULATIONS[method.formulation].gives is Need.TILT:
         wanted = ("theta",)
     scene = replace(case.scene, quantities=wanted)
     with warnings.catch_warnings(record=True) as caught:
@@ -128,106 +170,30 @@ def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
     doubts = [w.message for w in caught if issubclass(w.category, errors.DoubtfulWarning)]
     message, end, chosen = "; ".join(map(str, doubts)), found.orbit.end, found.plan
     about: dict[str, Any] = {"steps": found.statistics.steps}
-    if method.formulation == AUTO:
+    if auto:
         parts = (chosen.formulation, chosen.precision, "projected" * chosen.projected)
-        about["plan"] = ", ".join(filter(None, parts))
-        about["more_bits"] = chosen.precision != "double"
+        more_bits = chosen.precision != "double"
+        about |= {"plan": ", ".join(filter(None, parts)), "more_bits": more_bits}
     if found.outcome is not errors.Outcome.FINISHED:
         why = message or f"{found.outcome} at t = {end:.6g} s"
         return CaseRun(StressOutcome(found.outcome), why, **about)
     with np.errstate(all="ignore"):
         about["counted"] = {name: found.events.count(name) or 0 for name in scene.events}
         about["energy_error"] = energy_error(found)
-        return _arrived(found([end]), message=message, **about)
+        return _arrived(found([end]), step_limit, message=message, **about)
 
 
-class Prepared(NamedTuple):
-    """A method set up for a case; of a fixed step how many it takes, and what they allow."""
-
-    problem: InitialValueProblem
-    stepper: Any
-    steps: int = 0
-    step_error: float = 0.0
-
-
-def prepare(case: Case, method: MethodEntry, truth: CaseReference) -> Prepared:
-    """Return a method of others set up for a case; what it compiles is compiled here."""
-    chosen = Plan(method.formulation)
-    parameters, start = binary_start(case.scene, chosen)
-    span, steps, block, allowed = abs(truth.end), 0, method.block, 0.0
-    if method.fixed:
-        period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
-        steps = math.ceil(span / period * method.setting)
-        order = method.published_order or measured_order(cases()[EASY].scene, method)
-        allowed = (math.tau / method.setting) ** order if order else 0.0
-        method, block = replace(method, setting=float(steps)), min(steps, block)
-    problem = InitialValueProblem(
-        chosen.equations, parameters, tuple(start.state.tolist()), period=span,
-        direction=1 if truth.end >= 0 else -1, top=top_constants(case.scene.top),
-    )  # fmt: skip
-    return Prepared(problem, make_stepper(method, problem, block), steps, allowed)
-
-
-def _stepped(
-    case: Case, method: MethodEntry, ready: Prepared, truth: CaseReference, step_limit: int
-) -> CaseRun:
-    """Let a method of others go to the end."""
-    if ready.steps > step_limit:
-        message = f"it would take {ready.steps} steps"
-        return CaseRun(StressOutcome.STEP_LIMIT, message, ready.steps)
-    stepper, trail = ready.stepper, list[Any]()
-    if method.block == 0:  # called once: what it passes on the way shows events
-        stepper = replace(stepper, steps=step_limit, on_steps=trail.append)
-    last = two_product(stepper.h, float(ready.steps)) if method.fixed else (truth.end, 0.0)
-    before = after = stepper.begin()
-    try:
-        while abs(after.time[0]) < abs(last[0]):
-            if after.steps >= step_limit:
-                return CaseRun(StressOutcome.STEP_LIMIT, steps=after.steps)
-            before, after = after, stepper.block(after)
-        row = after.state if after.time == last else stepper.states_at(before, [last])[0]
-    except IntegrationFailed as failure:
-        return CaseRun(StressOutcome(failure.outcome), str(failure))
-    form, known = ready.problem.equations, ready.problem.parameters
-    axis = row if stepper.form is None else stepper.form.axis_states(row)
-    rows = np.array([ready.problem.start, axis])
-    ends = np.array([0.0, truth.end])
-    with np.errstate(all="ignore"):
-        seen = sample(form, rows, known, ends)
-        off = conserved(invariants(form, rows, known, ends), known)["energy"]
-    counted = {}
-    for taken in trail if case.counted else ():
-        signs = {n: np.sign(event_function(form, n, taken.states, known, taken.times)[0])
-                 for n in WATCHED_EVENTS}  # fmt: skip
-        counted = {name: int(np.sum(s[:-1] * s[1:] <= 0)) for name, s in signs.items()}
-    return _arrived(
-        seen,
-        message="; ".join(f"{count}× {text}" for text, count in stepper.warned.items()),
-        steps=ready.steps or after.steps,
-        step_error=ready.step_error,
-        energy_error=off if math.isfinite(off) else None,
-        counted=counted,
-    )
-
-
-def _arrived(seen: Any, **about: Any) -> CaseRun:
+def _arrived(seen: Any, step_limit: int, **about: Any) -> CaseRun:
     """Return a run that came to the end, with axis and angles as they were seen there."""
+    if (steps := about["steps"]) > step_limit:
+        about["message"] = f"{steps} steps, more than its limit"
+        return CaseRun(StressOutcome.STEP_LIMIT, **about)
     axis, angles = tuple(seen.axis[-1].tolist()), (float(seen.phi[-1]), float(seen.psi[-1]))
-    return CaseRun(
-        axis=None if math.isnan(sum(axis)) else axis,
-        theta=float(seen.theta[-1]),
-        angles=angles if math.isfinite(sum(angles)) else (),
-        **about,
-    )
+    about["angles"] = angles if math.isfinite(sum(angles)) else ()
+    return CaseRun(axis=() if math.isnan(sum(axis)) else axis, theta=float(seen.theta[-1]), **about)
 
 
 # --- how a run is judged ---------------------------------------------------------------------
-
-
-def run_row(*, case: str, method: str, formulation: str, outcome: str, **more: Any) -> Row:
-    """Return what is said of a run, with nothing where nothing is known."""
-    names = {"case": case, "method": method, "formulation": formulation}
-    return Row(**names, outcome=StressOutcome(outcome), **{**NO_RUN, **more})
 
 
 def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) -> Row:
@@ -241,43 +207,37 @@ def judge(found: CaseRun, truth: CaseReference, case: str, method: MethodEntry) 
     method : MethodEntry
     """
     row_of = partial(
-        run_row, case=case, method=method.name, formulation=method.formulation, plan=found.plan,
-        steps=found.steps, energy_error=found.energy_error, condition=min(truth.condition, 1e300),
+        Row, NO_RUN, case=case, method=method.name, formulation=method.formulation,
+        plan=found.plan, steps=found.steps, energy_error=found.energy_error,
+        condition=min(truth.condition, 1e300),
     )  # fmt: skip
     if found.stopped:
         return row_of(outcome=found.stopped, note=found.message, named=True)
     off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
+    error = math.dist(found.axis, truth.axis) if found.axis else abs(found.theta - truth.theta)
     if method.name == AUTO_ANGLES:
         truth, error = truth.of_angles(), max(map(abs, off), default=math.nan)
-    elif found.axis is not None:
-        error = math.dist(found.axis, truth.axis)
-    else:
-        error = math.nan if found.theta is None else abs(found.theta - truth.theta)
     if not math.isfinite(error):
         return row_of(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
     outcome, why = _outcome(found, truth, error)
-    chance = truth.undetermined and not found.more_bits
+    chance = truth.digits == 0 and not found.more_bits
     turns = [round(angle / math.tau) for angle in off]  # which the axis does not see
     pairs = zip("φψ", turns, strict=False)
     wrong = [f"{name} is off by {n:+d} turn{'s'[: abs(n) > 1]}" for name, n in pairs if n]
     notes = ["undetermined: no digits are left" * chance, why, ", ".join(wrong), found.message]
     return row_of(
-        outcome=outcome,
-        error=error,
-        digits_lost=truth.digits_lost(error),
-        named=bool(found.message),
-        untold=chance,
-        turns=tuple(turns) or None,
+        outcome=outcome, error=error, digits_lost=truth.digits_lost(error),
+        named=bool(found.message), untold=chance, turns=tuple(turns) or None,
         note="; ".join(filter(None, notes)),
-    )
+    )  # fmt: skip
 
 
 def _outcome(found: CaseRun, truth: CaseReference, error: float) -> tuple[StressOutcome, str]:
     """Return the outcome of a run that has arrived, and what is wrong with it."""
-    granted = replace(truth, rounding=max(truth.rounding, found.step_error))
+    off, step_error = found.energy_error, found.step_error
+    granted = replace(truth, rounding=max(truth.rounding, step_error))
     poor = granted.digits_lost(error) > (1 - KEPT_SHARE) * granted.digits
     if poor or error >= WRONG_AXIS:
-        off = found.energy_error
         message = "" if off is None else f"energy error {off:.0e}"
         return StressOutcome.DIVERGED if error >= WRONG_AXIS else StressOutcome.INACCURATE, message
     if missed := missed_events(found.counted, truth.counts):

@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
-from dataclasses import replace
 from functools import cache
 from itertools import chain, product, zip_longest
 from statistics import median, quantiles
@@ -17,10 +16,8 @@ from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
 from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
-from heavytop.doctor import versions
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import HeavyTopError, Stop, StoppedEarly
-from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.scene import Scene, scene_of
@@ -28,17 +25,16 @@ from heavytop.studies.drift import perturbed_start
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import (
     AUTO,
-    auto_digits,
-    is_auto,
+    expected,
     method,
-    plan_auto,
+    parameters_of,
     read_methods_of,
+    settings,
 )
-from heavytop.studies.steppers import MethodRun, TooSlow, set_up, walk
+from heavytop.studies.steppers import MethodRun, TooSlow, go, set_up, walk
 from heavytop.studies.study import Progress
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, stop_signal
 
-KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
 ROUNDS: Final = "rounds"  # the task of timing again
 WORK_LIMITS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
@@ -63,26 +59,6 @@ WORK_METHODS: Final = (
     *IN_PYTHON,
     *(f"taylor-{form}-mpfr" for form in FORMULATIONS),
 )
-
-
-def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]:
-    """Return what a text asks for in a run of so many periods: one setting, or all of the grid.
-
-    Examples
-    --------
-    >>> from heavytop.scene.scene import load_scene
-    >>> scene = load_scene("sicm-kicked")
-    >>> [method.setting for method in settings("taylor-axis=1e-9", scene, 100)]
-    [1e-09]
-    >>> [(method.name, method.formulation) for method in settings("auto=6", scene, 100)]
-    [('auto=6', 'axis')]
-    """
-    if is_auto(text):
-        return (plan_auto(text, scene, periods),)
-    found = method(text)
-    if "=" in text:
-        return (found,)
-    return tuple(replace(found, setting=float(setting)) for setting in found.grid)
 
 
 # --- measuring -------------------------------------------------------------------------------
@@ -159,21 +135,11 @@ def work_precision(
 
 def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
     """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
-    names, values = read_methods_of(scene, methods, options, WORK_LIMITS, _checked)
-    parameters = {"kind": KIND, "scene": scene.problem(), "methods": names,
-                  "periods": values["periods"], **own.as_parameters(names),
-                  "versions": versions()}  # fmt: skip
+    names, values = read_methods_of(scene, methods, options, WORK_LIMITS, expected)
+    about = {"scene": scene.problem(), "periods": values["periods"]}
+    parameters = parameters_of("work_precision", names, **about)
     tasks(parameters)  # a plan may be refused: before anything is written
     return parameters
-
-
-def _checked(text: str) -> str:
-    """The text, if it names a method or auto."""
-    if is_auto(text):
-        auto_digits(text)
-    else:
-        method(text)
-    return text
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -198,8 +164,7 @@ def complete(
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), journal.parameters
-    budget = keep_budget(journal, budget, BUDGET_S)
-    asked = _asked(parameters)
+    budget, asked = keep_budget(journal, budget, BUDGET_S), _asked(parameters)
 
     def show(fraction: float) -> None:
         if stop.is_set():
@@ -210,27 +175,22 @@ def complete(
 
     with stop_signal() as stop, closing(TIMED_WORKER):
         show(0.0)
-        derived = {each.formulation: _derived(each.formulation) for each in asked}
         (runs := Rounds(journal, asked, budget, began)).take(show)
     if stop.is_set():
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder)
-    rows = runs.rows
+    periods = parameters["periods"]
     return WorkPrecision(
         scene=parameters["scene"],
-        periods=parameters["periods"],
-        phase=parameters["periods"] - BEFORE_END,
+        periods=periods,
+        phase=periods - BEFORE_END,
         budget=budget,
-        points=tuple(_point(x, rows[x], derived[x.formulation]) for x in asked if rows[x]),
-        skipped=tuple(_skipped(x, runs.refused[x]) for x in asked if not rows[x]),
-        versions=versions(),
+        points=tuple(_point(each, [*rows.values()]) for each, rows in runs.rows.items() if rows),
+        skipped=tuple(
+            {"method": x.name, "setting": {x.set_by: x.setting}, "rival": x.is_rival, "reason": why}
+            for x, why in ((x, runs.refused[x]) for x in asked if not runs.rows[x])
+        ),
+        versions=parameters["versions"],
     )
-
-
-def _derived(formulation: str) -> float:
-    """How long a formulation takes to derive [s]; next to nothing if it was before."""
-    began = clock()
-    FORMULATIONS[formulation].build()
-    return clock() - began
 
 
 class Rounds:
@@ -247,11 +207,17 @@ class Rounds:
         states = [perturbed_start(scene.start, 0, k) for k in range(NEIGHBOURS)]
         self.starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
         self.journal, self.budget, self.deadline = journal, budget, began + budget
+        self.limit = max(1.0, budget / RUN_LIMITS)
         self.turns = [*product(range(NEIGHBOURS), _in_turn(settings))]
         self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
         self.refused: dict[MethodEntry, str] = {}
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
         self.ready = cache(lambda start, each: set_up(self.starts[start], each))
+
+    @property
+    def late(self) -> bool:
+        """Whether the time of its budget is over."""
+        return clock() > self.deadline
 
     def take(self, show: Callable[[float], object]) -> None:
         """Take all rounds, unless their times are stored."""
@@ -262,7 +228,7 @@ class Rounds:
                 self._first(*place)
             elif not stored:
                 self._repeat(*place, turn)
-        if not stored and clock() <= self.deadline:
+        if not stored and not self.late:
             times = {x.text: {k: y["seconds"] for k, y in z.items()} for x, z in self.rows.items()}
             self.journal.append(ROUNDS, Chunk(rows=[times], done=True))
         for known in self.journal.rows(ROUNDS):
@@ -271,51 +237,49 @@ class Rounds:
                     row["seconds"] = known[each.text][str(start)]
 
     def _first(self, start: int, each: MethodEntry) -> None:
-        known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
+        known, task, late = self.rows[each], f"{each.text}/{start}", self.late
         if self.journal.record(task).ended:
             [known[start]] = self.journal.rows(task)
             return
         if each in self.refused or (late and known):
             return
-        limit = max(1.0, self.budget / RUN_LIMITS)
         try:
             if late:
                 raise IntegrationFailed(f"not started: no time was left in {self.budget:g} s")
             if (slow := self.too_slow.get(each.name)) and not known:
                 raise IntegrationFailed(f"not started: {slow} took too long")
             if start == 0:
-                self._expect_return(each, limit)
-            known[start] = first_run(self.ready(start, each), self.periods, limit)
+                self._expect_return(each)
+            known[start] = first_run(self.ready(start, each), self.periods, self.limit)
         except (IntegrationFailed, HeavyTopError) as refusal:
             known.clear()
             self.refused[each] = " ".join(str(refusal).split())
             if isinstance(refusal, TooSlow | TimedOut):
                 self.too_slow[each.name] = each.label
-                self.refused[each] += f": more than {limit:g} s for a run"
+                self.refused[each] += f": more than {self.limit:g} s for a run"
             return
         if known[start]["seconds"][0] <= SHORT_RUN_S:
             self._time(start, each)
         self.journal.append(task, Chunk(rows=[known[start]], done=True))
 
-    def _expect_return(self, each: MethodEntry, limit: float) -> None:
+    def _expect_return(self, each: MethodEntry) -> None:
         """Let a method of one's own go first in a process that can be killed, if that can load it.
 
         It may take half of the time that is left to get ready: others want some too.
         """
         if mine := own.origins([each.name]):
-            ready_s = min(SET_UP_S, max(limit, (self.deadline - clock()) / 2))
-            asked = self.starts[0], each.text, mine, self.periods, limit
-            TIMED_WORKER.call(_try, *asked, timeout=ready_s + 2 * limit)
+            ready_s = min(SET_UP_S, max(self.limit, (self.deadline - clock()) / 2))
+            asked = self.starts[0], each.text, mine, self.periods, self.limit
+            TIMED_WORKER.call(_try, *asked, timeout=ready_s + 2 * self.limit)
 
     def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
         spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())
-        if start in self.rows[each] and spent <= REPEATS_S and clock() <= self.deadline:
+        if start in self.rows[each] and spent <= REPEATS_S and not self.late:
             for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_RUN_S else 2):
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        run = self.ready(start, each)
-        _, _, seconds = walk(run.stepper, _end(run, self.periods), clock=clock)
+        *_, seconds = walk(self.ready(start, each), self.periods - BEFORE_END, clock=clock)
         self.rows[each][start]["seconds"].append(seconds)
 
 
@@ -323,8 +287,7 @@ def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: floa
     """In a worker: run a method once; what it raises is raised again where it is measured."""
     own.load(mine)
     with suppress(IntegrationFailed):
-        found = set_up(scene, method(text))
-        walk(found.stepper, _end(found, periods), limit)
+        walk(set_up(scene, method(text)), periods - BEFORE_END, limit)
 
 
 def _in_turn(tried: Sequence[MethodEntry]) -> list[MethodEntry]:
@@ -335,21 +298,13 @@ def _in_turn(tried: Sequence[MethodEntry]) -> list[MethodEntry]:
     return [each for turn in zip_longest(*by_name.values()) for each in turn if each]
 
 
-def _end(run: MethodRun, periods: float) -> DoubleDouble:
-    """The time at which a run is looked at [s]."""
-    return run.stepper.output_time((periods - BEFORE_END) * run.period)
-
-
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     """Return what a run of so many nutation periods gives, for JSON: errors, costs, seconds.
 
     It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
-    end = _end(run, periods)
     stepper: Any = run.stepper
-    before, last, seconds = walk(stepper, end, limit, clock)
-    row = stepper.states_at(before, [end])[0].tolist()
-    off, tilt = run.reference(end, row), run.reference.tilt(end, row)
+    off, tilt, last, seconds = go(run, periods - BEFORE_END, limit, clock)
     if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
         raise NotFinite
     return {
@@ -366,42 +321,34 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     }
 
 
-def _point(each: MethodEntry, rows: dict[int, dict[str, Any]], derived_s: float) -> dict[str, Any]:
-    """Return the medians and spreads over the starts."""
-    first = rows[0]
-    costs = [min(row["seconds"]) / row["periods"] * 1e6 for row in rows.values()]
-    columns = {name: [row[name] for row in rows.values()] for name in ERROR_KEYS.values()}
-    medians = {name: None if None in x else median(x) for name, x in columns.items()}
-    axis = medians.pop("axis_error") is not None
-    errors, by_tolerance = columns[ERROR_KEYS["axis" if axis else "theta"]], not each.fixed
+def _point(each: MethodEntry, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return the medians and spreads over the starts; the first is the scene's own."""
+    costs = [min(run["seconds"]) / run["periods"] * 1e6 for run in runs]
+    errors = {name: [run[name] for run in runs] for name in ERROR_KEYS.values()}
+    medians = {name: None if None in x else median(x) for name, x in errors.items()}
+    measures = "theta" if medians.pop("axis_error") is None else "axis"
+    error = errors[ERROR_KEYS[measures]]
     return {
         "method": each.name,
         "formulation": each.states,
         "language": each.language,
-        "tolerance": each.setting if by_tolerance else None,
-        "steps_a_period": None if by_tolerance else each.setting,
+        "tolerance": None if each.fixed else each.setting,
+        "steps_a_period": each.setting if each.fixed else None,
         "bits": each.bits,
-        "measures": "axis" if axis else "theta",
+        "measures": measures,
         "rival": each.is_rival,
         "has_order": each.is_rival and (each.order is not None or not each.source),
         "us_per_period": median(costs),
         "us_spread": _spread(costs),
-        "rhs_evaluations": first["evaluations"],
-        "error": median(errors),
-        "error_spread": _spread(errors),
-        "starts": len(rows),
+        "rhs_evaluations": runs[0]["evaluations"],
+        "error": median(error),
+        "error_spread": _spread(error),
+        "starts": len(runs),
         **medians,
-        "setup_s": derived_s + first["compile_s"],
-        "runs": min(len(row["seconds"]) for row in rows.values()),
-        "periods": first["periods"],
-        "steps": first["steps"],
-        "warned": first["warned"],
+        "setup_s": runs[0]["compile_s"],
+        "runs": min(len(run["seconds"]) for run in runs),
+        **{name: runs[0][name] for name in ("periods", "steps", "warned")},
     }
-
-
-def _skipped(each: MethodEntry, reason: str) -> dict[str, Any]:
-    setting = {each.set_by: each.setting}
-    return {"method": each.name, "setting": setting, "rival": each.is_rival, "reason": reason}
 
 
 def _spread(values: Sequence[float]) -> float:
