@@ -17,6 +17,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.bits import bits_of
 from heavytop.results.table import Row
 from heavytop.results.work_precision import WorkPrecision, front
+from heavytop.studies import steppers
 from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.methods import method
@@ -142,7 +143,8 @@ class Toy:
 def toys(monkeypatch):
     """Runs of toys: a block takes as long as the setting of the method says."""
     Toy.now, Toy.log = 0.0, []
-    monkeypatch.setattr(timing, "clock", lambda: Toy.now)
+    for module in (timing, steppers):
+        monkeypatch.setattr(module, "clock", lambda: Toy.now)
     monkeypatch.setattr(timing, "set_up", lambda scene, each: Toy(each.setting, each.label))
     return Toy
 

@@ -137,12 +137,9 @@ class Drift(Result):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The errors that grow, of those that are not zero."""
-        columns = [columns_of(method) for method in self.methods]
-        return {
-            name: draw("studies", "error_growth", self, name)
-            for name in error_names(self.methods)
-            if any(any(errors.get(name, ())) for errors in columns)
-        }
+        grown = {n for each in self.methods for n, x in columns_of(each).items() if any(x)}
+        names = [name for name in error_names(self.methods) if name in grown]
+        return {name: draw("studies", "error_growth", self, name) for name in names}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Own methods that were skipped, and runs that ended early."""
@@ -271,8 +268,7 @@ def _last(method: Any) -> dict[str, Any]:
     row = {"name": method.name, "us_per_period": method.get("us_per_period")}
     row |= {name: x[-1] for name, x in columns_of(method).items() if x}
     if method.periods and row["phase_s"] is None:
-        lost = next(n for n, x in zip(method.periods, method.phase_s, strict=True) if x is None)
-        row["phase_s"] = f"lost at {lost:.3g}"
+        row["phase_s"] = f"lost at {method.periods[method.phase_s.index(None)]:.3g}"
     for name in ("energy", "phase"):
         grows = method.growth[name]
         if isinstance(grows, float | int):

@@ -17,6 +17,7 @@ MOST_LOST: Final = 2.0  # digits beyond the condition, of auto
 UNTOLD: Final = "?"
 UNDETERMINED: Final = "nothing-to-tell"
 UNTOLD_RULE: Final = "undetermined: conditioning leaves no digits, so that agreement is chance"
+FAR_OFF: Final = f"it ends off by {WRONG_AXIS:g} or more, or with numbers not finite"
 HEADS: Final = "a method over its setting; a form alone is Taylor's; :a axis form, :l Lagrange's"
 
 
@@ -38,11 +39,7 @@ class StressOutcome(StrEnum):
     METHOD_ERROR = "method-error", "err", "its code fails, or returns nan or what is no state"
     SINGULAR = "singular", "sing", "the run stopped on the way, at numbers that are not finite"
     STALLED = "stalled", "stall", "steps shrank to zero, or the equations of one have no solution"
-    DIVERGED = (
-        "diverged",
-        "div",
-        f"it ends off by {WRONG_AXIS:g} or more, or with numbers not finite",
-    )
+    DIVERGED = "diverged", "div", FAR_OFF
     INACCURATE = "inaccurate", "!", "it ends with fewer than half of the digits that are possible"
     MISSED_EVENTS = "missed-events", "ev", "the end state is right, the number of events is wrong"
     OK = "ok", "", "it ends with half or more of the digits that conditioning and its step leave"
@@ -135,11 +132,8 @@ class Stress(Result):
                 yield f"{outcome.mark} {outcome}", outcome.rule
         if any(run.untold for run in self.cases):
             yield UNTOLD, UNTOLD_RULE
-        failed = (
-            run
-            for run in self.cases
-            if run.outcome != StressOutcome.OK or run.untold or any(run.turns or ())
-        )
+        ok = StressOutcome.OK
+        failed = [x for x in self.cases if x.outcome != ok or x.untold or any(x.turns or ())]
         for (case, outcome, note), runs in grouped(failed, "case", "outcome", "note").items():
             methods = ", ".join(run.method for run in runs)
             yield case, f"{outcome}: {methods}{note and f': {note}'}"
@@ -170,11 +164,10 @@ class Stress(Result):
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that failed or were killed in every case, and how in the first."""
         bad = (StressOutcome.METHOD_ERROR, StressOutcome.TIME_LIMIT)
-        ended, found = {x.method for x in self.cases if x.outcome not in bad}, dict[str, str]()
-        for each in (*self.cases, *self.skipped):
-            if ":" in each.method and each.method not in ended:
-                found.setdefault(each.method, each.get("note") or each.reason)
-        return found
+        ended = {x.method for x in self.cases if x.outcome not in bad}
+        runs = grouped((*self.cases, *self.skipped), "method").items()
+        own = {name: first for (name,), (first, *_) in runs if ":" in name and name not in ended}
+        return {name: each.get("note") or each.reason for name, each in own.items()}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Auto was silently wrong, or nothing was run."""

@@ -125,7 +125,7 @@ class WorkPrecision(Result):
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
         yield Table([*summaries(self.points)], POINT_COLUMNS, meanings=BESTS)
         side = quantity_of(self._error).symbol
-        if rows := [self._leader(self.points[i]) for i in self.front]:
+        if rows := [self.points[i] for i in self.front]:
             yield _chosen(rows, FRONT, f"Pareto front, {side}")
             leaders = [
                 {**each, "to": target, "next": (each.get("against") or {}).get("method")}
@@ -146,40 +146,38 @@ class WorkPrecision(Result):
 
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that have no point, and why their first setting has none."""
-        measured, found = {point.method for point in self.points}, dict[str, str]()
-        for each in self.skipped:
-            if ":" in each.method and each.method not in measured:
-                found.setdefault(each.method, each.reason)
-        return found
+        measured = {point.method for point in self.points}
+        own = {
+            name: rows for (name,), rows in grouped(self.skipped, "method").items() if ":" in name
+        }
+        return {name: rows[0].reason for name, rows in own.items() if name not in measured}
 
     @property
     def _error(self) -> str:
         axis = any(point["measures"] == "axis" for point in self.points)
         return "axis_error" if axis else "theta_error"
 
-    def _leader(self, point: Any) -> Any:
-        """What is said of a point that leads; None of none."""
-        if point is None:
+    def _leader(self, points: Sequence[Any], bound: float | None = None) -> Any:
+        """What is said of the fastest point within a bound, or of the best; None of none."""
+        if bound is None:
+            bound = min((error_of_point(p, self._error) for p in points), default=math.inf)
+        if (point := fastest(points, self._error, bound)) is None:
             return None
         known = {name: point[name] for name in LEADER_KEYS}
-        place = self.points.index(point)
-        return known | {"error": error_of_point(point, self._error), "point": place}
+        return known | {"error": point["error"], "point": self.points.index(point)}
 
     def _leaders(self) -> dict[str, Any]:
         """Who is cheapest within each target, with the best of the other side; the best."""
         found = dict[str, Any]()
         for target, bound in TARGETS.items():
-            found[target] = first = self._leader(fastest(self.points, self._error, bound))
+            found[target] = first = self._leader(self.points, bound)
             if first:
                 others = [each for each in self.points if each["rival"] != first["rival"]]
-                other = self._leader(fastest(others, self._error, bound))
+                other = self._leader(others, bound)
                 ratio = other and other["us_per_period"] / first["us_per_period"]
                 first |= {"against": other, "ratio": ratio}
         doubles = [point for point in self.points if point["bits"] <= DOUBLE]
-        for name, some in (("best", self.points), ("best_in_doubles", doubles)):
-            *_, last = (None, *(some[i] for i in front(some, self._error)))
-            found[name] = self._leader(last)
-        return found
+        return found | {"best": self._leader(self.points), "best_in_doubles": self._leader(doubles)}
 
 
 def front(points: Sequence[Any], error: str) -> tuple[int, ...]:

@@ -30,7 +30,7 @@ from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.journal import Chunk, Journal, Parameters
-from heavytop.studies.methods import AUTO, method, parameters_of, plan_auto, read_methods_of
+from heavytop.studies.methods import AUTO, method, parameters_of, plan_auto, read_asked
 from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
@@ -38,13 +38,9 @@ from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 Columns = dict[str, tuple[float | None, ...]]
 
 DEFAULT: Final = (
-    "taylor-axis",
-    "taylor-axis-projected",
-    "taylor-cubic",
-    "dop853-cyrk",
-    "sofroniou-spaletta10",
-    "gauss8",
-)
+    "taylor-axis", "taylor-axis-projected", "taylor-cubic",
+    "dop853-cyrk", "sofroniou-spaletta10", "gauss8",
+)  # fmt: skip
 DRIFT_OPTIONS: Final = {
     "periods": Range(1, 1e12),
     "ensemble": Range(1, 10_000, whole=True),
@@ -162,7 +158,7 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     def checked(text: str) -> str:
         return text if text == AUTO else method(text).text
 
-    names, values = read_methods_of(scene, methods, options, DRIFT_OPTIONS, checked)
+    names, values = read_asked(scene, methods, options, DRIFT_OPTIONS, checked)
     jobs, n = values.pop("jobs"), values["periods"]
     names = [plan_auto(AUTO, scene, n).text if name == AUTO else name for name in names]
     return parameters_of("drift", names, scene=scene.problem(), **values), jobs
@@ -270,13 +266,12 @@ def perturbed_start(start: State, seed: int, number: int) -> State:
     if number == 0:
         return start
     rng = np.random.default_rng([seed, number])
-    tilted, faster, turning = rng.uniform(-START_SPREAD, START_SPREAD, 3).tolist()
-    theta, thetadot, phidot, omega3 = map(
-        float, (start.theta, start.thetadot, start.phidot, start.omega3)
-    )
-    rates = {"thetadot": thetadot * (1 + faster), "phidot": phidot * (1 + turning)}
-    tilt = theta + tilted * min(theta, math.pi - theta)
-    return State(tilt, phi=start.phi, psi=start.psi, omega3=omega3, **rates)
+    tilt, nod, turn = rng.uniform(-START_SPREAD, START_SPREAD, 3).tolist()
+    theta, omega3 = float(start.theta), float(start.omega3)
+    rates = {"thetadot": float(start.thetadot) * (1 + nod)}
+    rates |= {"phidot": float(start.phidot) * (1 + turn), "omega3": omega3}
+    theta += tilt * min(theta, math.pi - theta)
+    return State(theta, phi=start.phi, psi=start.psi, **rates)
 
 
 def sample_times(periods: float, samples: int) -> tuple[float, ...]:
@@ -300,17 +295,13 @@ def sample_times(periods: float, samples: int) -> tuple[float, ...]:
 def collect(journal: Journal) -> Drift:
     """Return the drift that the runs of a study add up to, all at their end."""
     asked = journal.parameters
-    scene = scene_of(asked["scene"])
-    period = float(closed_form_of(scene).period or 0.0)
-    states = [perturbed_start(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
-    found = Drift(
-        scene=asked["scene"],
-        **{name: asked[name] for name in (*DRIFT_FIELDS, "versions")},
-        spread=START_SPREAD,
-        starts=tuple({name: float(getattr(each, name)) for name in VARIED} for each in states),
-        methods=tuple(_method(journal, text, LOST_PHASE * period) for text in asked["methods"]),
-    )
-    return found.timed(journal)
+    scene, numbers = scene_of(asked["scene"]), range(asked["ensemble"])
+    lost = LOST_PHASE * float(closed_form_of(scene).period or 0.0)
+    states = [perturbed_start(scene.start, asked["seed"], number) for number in numbers]
+    starts = tuple({name: float(getattr(each, name)) for name in VARIED} for each in states)
+    methods = tuple(_method(journal, text, lost) for text in asked["methods"])
+    about = {name: asked[name] for name in ("scene", *DRIFT_FIELDS, "versions")}
+    return Drift(**about, spread=START_SPREAD, starts=starts, methods=methods).timed(journal)
 
 
 def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
@@ -327,10 +318,10 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     every = _series(_over(runs) if known else {"periods": ()})
     signs = members[0] if known else every
     grows = {name: growth(every["periods"], every[c], signs[c]) for name, c in GROWING.items()}
+    about = {"name": chosen.text, "formulation": chosen.states, "language": chosen.language}
+    words = {name: each.exponent or each.word or None for name, each in grows.items()}
     return {
-        "name": chosen.text,
-        "formulation": chosen.states,
-        "language": chosen.language,
+        **about,
         "setting": {chosen.set_by: chosen.setting},
         "order": known[0]["order"] if known else None,
         "us_per_period": None,
@@ -342,7 +333,7 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
         **every,
         **{f"{name}_exponent": each.exponent for name, each in grows.items()},
         "stderr": {name: each.stderr for name, each in grows.items()},
-        "growth": {name: each.exponent or each.word or None for name, each in grows.items()},
+        "growth": words,
     }
 
 

@@ -102,25 +102,20 @@ def taylor_methods() -> Mapping[str, MethodEntry]:
 # --- auto ------------------------------------------------------------------------------------
 
 
-def is_auto(text: str) -> bool:
-    """Whether a text is ``auto`` or ``auto=DIGITS``."""
-    return text.partition("=")[0] == AUTO
-
-
 def auto_digits(text: str) -> int:
-    """Return the digits of ``auto=DIGITS``, or the usual ones of ``auto``.
+    """Return the digits of ``auto=DIGITS``, the usual ones of ``auto``, or 0 of any other text.
 
     Raises
     ------
     Refused
         They are no digits.
     """
-    _, equals, digits = text.partition("=")
-    if not equals:
-        return AUTO_DIGITS
-    if not digits.isdecimal() or not 1 <= int(digits[:4]) <= AUTO_MOST:
-        raise Refused(f"whole digits after auto=, from 1 to {AUTO_MOST}")
-    return int(digits)
+    name, equals, digits = text.partition("=")
+    if name == AUTO and equals:
+        if not digits.isdecimal() or not 1 <= int(digits[:4]) <= AUTO_MOST:
+            raise Refused(f"whole digits after auto=, from 1 to {AUTO_MOST}")
+        return int(digits)
+    return AUTO_DIGITS if name == AUTO else 0
 
 
 def plan_auto(text: str, scene: Scene, periods: float) -> MethodEntry:
@@ -151,7 +146,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]
     >>> [(method.name, method.formulation) for method in settings("auto=6", scene, 100)]
     [('auto=6', 'axis')]
     """
-    if is_auto(text):
+    if auto_digits(text):
         return (replace(plan_auto(text, scene, periods), name=text),)
     found = method(text)
     grid = () if "=" in text else found.grid
@@ -160,9 +155,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[MethodEntry, ...]
 
 def expected(text: str) -> str:
     """Return a text that names a method, or auto with digits or without; refuse any other."""
-    if is_auto(text):
-        auto_digits(text)
-    else:
+    if not auto_digits(text):
         method(text)
     return text
 
@@ -189,7 +182,7 @@ def read_methods(file: str, methods: Any, read: Callable[[str], T]) -> tuple[lis
     return parse_names(file, "methods", methods, found, (str, own.Method, Callable))
 
 
-def read_methods_of(
+def read_asked(
     scene: Scene, methods: Any, options: Mapping[str, object], readers: Mapping[str, Reader],
     read: Callable[[str], str],
 ) -> tuple[list[str], dict[str, Any]]:  # fmt: skip
@@ -211,7 +204,7 @@ def read_methods_of(
         rule = f"no nutation period to count: {motion.kind}"
         faults.append(Fault(file, None, "start", "", rule, "a top that nutates is needed"))
     refuse(faults, wrong)
-    needs = [() if is_auto(name) else method(name).absent for name in names]
+    needs = [() if auto_digits(name) else method(name).absent for name in names]
     if all(needs):
         raise MissingPackage(names[0], needs[0])
     return names, values

@@ -38,11 +38,11 @@ from heavytop.integration.blocks import Block, Checkpoint, Integrator
 from heavytop.integration.engine import NEVER, text
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import motion_of
+from heavytop.run.plan import Plan
 from heavytop.run.planning import plan
 from heavytop.run.start import binary_start, integrator_of
 from heavytop.run.verify import ahead
 from heavytop.scene.scene import Scene
-from heavytop.scene.top import Top
 
 REFERENCE_DIGITS: Final = 40  # of the reference solution
 EVEN_AXIS: Final = 0.7  # of |z|, above which x and y determine it better
@@ -52,6 +52,7 @@ CLOSE_ROTATION: Final = 1e-12  # as the distance of a rotation from one, at the 
 FARTHEST_PERIODS: Final = 1e6  # periods: no step is that long
 ORDER_STEPS: Final = tuple(12.5 * 2**k for k in range(13))  # a period
 ORDER_PERIODS: Final = 0.0618  # so that spinning tops need no more
+clock: Callable[[], float] = time.perf_counter  # [s]
 
 # --- one method from one start ---------------------------------------------------------------
 
@@ -98,9 +99,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
         theta = str(scene.start.theta)
         raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
     if method.is_rival:
-        about: Any = {"period": exact.period, "top": top_constants(scene.top)}
-        problem = InitialValueProblem(chosen.equations, parameters, state, **about)
-        stepper = make_stepper(method, problem)
+        stepper = make_stepper(method, problem_of(scene, chosen, exact.period))
     else:
         taylor, far = integrator_of(chosen, parameters, start), FARTHEST_PERIODS * exact.period
         stepper = TaylorStepper(taylor, start, far)
@@ -126,20 +125,17 @@ class TooSlow(IntegrationFailed):
     """A run that was stopped between two blocks."""
 
 
-Clock = Callable[[], float]
-
-
 def go(
-    run: MethodRun, periods: float, limit: float = math.inf, clock: Clock = time.perf_counter
+    run: MethodRun, periods: float, limit: float = math.inf
 ) -> tuple[StateError, float, StepperState, float]:
     """Take a run so far: its error there, that of theta, what the last block led to, seconds."""
-    end, before, last, seconds = walk(run, periods, limit, clock)
+    end, before, last, seconds = walk(run, periods, limit)
     row = run.stepper.states_at(before, [end])[0].tolist()
     return run.reference(end, row), run.reference.tilt(end, row), last, seconds
 
 
 def walk(
-    run: MethodRun, periods: float, limit: float = math.inf, clock: Clock = time.perf_counter
+    run: MethodRun, periods: float, limit: float = math.inf
 ) -> tuple[DoubleDouble, StepperState, StepperState, float]:
     """Go so far: the time there, where the last block began and ended, seconds in blocks.
 
@@ -162,9 +158,12 @@ def walk(
             raise TooSlow(f"stopped at t = {after.time[0]:.3g} s after {seconds:.3g} s")
 
 
-def top_constants(top: Top) -> TopConstants:
-    """Return what a method of one's own may read of a top."""
-    return TopConstants(float(top.A), float(top.C), float(top.gMR))
+def problem_of(scene: Scene, chosen: Plan, span: float) -> InitialValueProblem:
+    """Return what a method of others is set up for, at the run's own binary start."""
+    parameters, start = binary_start(scene, chosen)
+    state, ahead = tuple(start.state.tolist()), 1 if span >= 0 else -1
+    top = TopConstants(*(float(x) for x in (scene.top.A, scene.top.C, scene.top.gMR)))
+    return InitialValueProblem(chosen.equations, parameters, state, ahead, abs(span), top)
 
 
 # --- the Taylor integrator as a stepper ------------------------------------------------------

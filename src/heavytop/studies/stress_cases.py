@@ -69,21 +69,16 @@ class Case:
         """Return the case as a row of the document heavytop/stress-cases/1."""
         scene = self.scene
         span = f"{scene.time} s" if scene.periods is None else f"{scene.periods} periods"
-        return {
-            "name": self.name,
-            "top": {name: str(getattr(scene.top, name)) for name in ("A", "C", "gMR")},
-            "start": {name: str(value) for name, value in scene.start.given},
-            "span": span,
-            "why": self.hard,
-            "events": self.counted,
-        }
+        top = {name: str(getattr(scene.top, name)) for name in ("A", "C", "gMR")}
+        start = {name: str(value) for name, value in scene.start.given}
+        about = {"span": span, "why": self.hard, "events": self.counted}
+        return {"name": self.name, "top": top, "start": start, **about}
 
 
 @cache
 def cases() -> Mapping[str, Case]:
     """Return all cases by name, in their order."""
-    found = [*_poles(), *_sleepers(), *_separatrices(), *_reversals(), *_spins(), *_others()]
-    return MappingProxyType({case.name: case for case in found})
+    return MappingProxyType({case.name: case for case in (*_near_poles(), *_elsewhere())})
 
 
 def _case(
@@ -92,9 +87,8 @@ def _case(
 ) -> Case:  # fmt: skip
     about: Any = {"periods": periods} if time is None else {"time": time}
     about |= {"name": name, "events": EVENTS if counted else (), "samples": 2, "digits": 10}
-    return Case(
-        name, hard, Scene(Top(*top), State(**start), quantities=("axis",), **about), counted
-    )
+    scene = Scene(Top(*top), State(**start), quantities=("axis",), **about)
+    return Case(name, hard, scene, counted)
 
 
 def _shipped(name: str, hard: str, scene: str, **more: Any) -> Case:
@@ -103,7 +97,8 @@ def _shipped(name: str, hard: str, scene: str, **more: Any) -> Case:
     return _case(name, hard, top, **dict(read.start.given), **more)
 
 
-def _poles() -> Iterator[Case]:
+def _near_poles() -> Iterator[Case]:
+    """At the vertical: passes, sleeping tops, separatrices."""
     hard = "φ and ψ turn as fast as 1/θ near a pole, and jump at the pole"
     yield _case("through-top", hard, SIMPLE, **_falling("0"))
     yield _case("through-bottom", hard, SIMPLE, **_falling("0", "-"))
@@ -119,6 +114,22 @@ def _poles() -> Iterator[Case]:
     yield _case("start-at-top", hard, SIMPLE, theta=0, thetadot=1, omega3=2)
     hard = "cancellation in p_φ − p_ψ cosθ: 2e-6 is left of 1e-2"
     yield _shipped("beside-the-top", hard, "sicm-forward-spin-held")
+    for off in (f"1{sign}1e-{power}" for sign in "+-" for power in (1, 4, 8, 12)):
+        hard = f"a pushed, almost sleeping top: its spin is {off} times the threshold"
+        pushed: Start = {"thetadot": "1e-6", "phidot": off, "omega3": f"4*({off})"}
+        yield _case(f"sleeping-{off}", hard, SIMPLE, time=20, theta="1e-6", **pushed)
+    hard = "a tilt of 1e-6 grows as exp(0.97 t) until the top falls; errors grow with it"
+    yield _case("falling-asleep", hard, SIMPLE, time=25, theta="1e-6", phidot="0.25", omega3=1)
+    hard = "absolute tolerances are larger than the motion itself"
+    yield _case("asleep-1e-6", hard, BOOK, time=5, theta="1e-6", psidot=140)
+    hard = "a tilt of 1e-6 grows a millionfold"
+    yield _case("falling-1e-6", hard, BOOK, time=5, theta="1e-6", psidot=20)
+    hard = "the axis approaches the vertical for ever; rounding errors grow as exp(t/2)"
+    start: Start = {"theta": "pi/3", "phidot": "2/sqrt(3)", "omega3": "2*sqrt(3)"}
+    for time in (10, 20, 40, 80, 3000):
+        yield _case(f"separatrix-{time}", hard, SIMPLE, time=time, **start)
+    hard = "the axis stays near the vertical for a long time, and errors grow there"
+    yield _shipped("near-separatrix", hard, "near-separatrix", time=45)
 
 
 def _falling(near: str, side: str = "") -> Start:
@@ -132,37 +143,13 @@ def _falling(near: str, side: str = "") -> Start:
     return {"theta": theta, "thetadot": thetadot, "phidot": phidot, "omega3": 2}
 
 
-def _sleepers() -> Iterator[Case]:
-    for off in (f"1{sign}1e-{power}" for sign in "+-" for power in (1, 4, 8, 12)):
-        hard = f"a pushed, almost sleeping top: its spin is {off} times the threshold"
-        pushed: Start = {"thetadot": "1e-6", "phidot": off, "omega3": f"4*({off})"}
-        yield _case(f"sleeping-{off}", hard, SIMPLE, time=20, theta="1e-6", **pushed)
-    hard = "a tilt of 1e-6 grows as exp(0.97 t) until the top falls; errors grow with it"
-    yield _case("falling-asleep", hard, SIMPLE, time=25, theta="1e-6", phidot="0.25", omega3=1)
-    hard = "absolute tolerances are larger than the motion itself"
-    yield _case("asleep-1e-6", hard, BOOK, time=5, theta="1e-6", psidot=140)
-    hard = "a tilt of 1e-6 grows a millionfold"
-    yield _case("falling-1e-6", hard, BOOK, time=5, theta="1e-6", psidot=20)
-
-
-def _separatrices() -> Iterator[Case]:
-    hard = "the axis approaches the vertical for ever; rounding errors grow as exp(t/2)"
-    start: Start = {"theta": "pi/3", "phidot": "2/sqrt(3)", "omega3": "2*sqrt(3)"}
-    for time in (10, 20, 40, 80, 3000):
-        yield _case(f"separatrix-{time}", hard, SIMPLE, time=time, **start)
-    hard = "the axis stays near the vertical for a long time, and errors grow there"
-    yield _shipped("near-separatrix", hard, "near-separatrix", time=45)
-
-
-def _reversals() -> Iterator[Case]:
+def _elsewhere() -> Iterator[Case]:
+    """Reversals of φ, fast spins, steady precession, long runs."""
     hard = "a cusp is a double root of φ̇: a sign test may find two changes, one or none"
     yield _case("cusp", hard, BOOK, counted=True, theta="0.1", psidot=140)
     for kick in (f"{sign}1e-{power}" for power in (3, 6, 9, 12, 15) for sign in "+-"):
         hard = f"φ̇ = {kick} rad/s at the start: two close zeros of φ̇ or none, but no cusp"
         yield _case(f"kick{kick}", hard, BOOK, counted=True, theta="0.1", psidot=140, phidot=kick)
-
-
-def _spins() -> Iterator[Case]:
     follow = "a method with the spin in its state must follow it"
     for spin in (f"1e{power}" for power in range(2, 8)):
         hard = f"ω3 = {spin} rad/s at the same p_ψ: {follow}"
@@ -174,11 +161,8 @@ def _spins() -> Iterator[Case]:
         yield _case(f"fast-{spin}", hard, SIMPLE, counted=True, theta="0.5", psidot=spin)
     for spin in ("1e4", "1e6", "1e8", "1e10"):
         hard = f"l = {spin} rad/s and |e| = 1: a step chosen for the larger one loses the axis"
-        kick: Start = {"thetadot": 1, "phidot": -1, "omega3": spin}
-        yield _case(f"kicked-fast-{spin}", hard, (1, 1, 1), periods="99.618", theta="0.5", **kick)
-
-
-def _others() -> Iterator[Case]:
+        thrown: Start = {"thetadot": 1, "phidot": -1, "omega3": spin}
+        yield _case(f"kicked-fast-{spin}", hard, (1, 1, 1), periods="99.618", theta="0.5", **thrown)
     hard = "two roots of the cubic almost coincide: rounding hides the turning points"
     for off in ("1e-3", "1e-6", "1e-9", "1e-12", "1e-15", "0"):
         start: Start = {"theta": "pi/3", "phidot": f"10+{off}", "omega3": "140.6"}
@@ -211,7 +195,7 @@ class CaseReference:
         How many events there are.
     period : float or None
         Of the nutation [s].
-    angles : (float, float)
+    angles : tuple of 2 float
         phi and psi at the end [rad].
     rounding : float
         The relative error that every method may make.
@@ -223,7 +207,7 @@ class CaseReference:
     condition: float
     counts: Counts | None
     period: float | None
-    angles: tuple[float, float] = (0.0, 0.0)
+    angles: tuple[float, ...] = (0.0, 0.0)
     rounding: float = ROUNDINGS * UNIT
 
     def of_angles(self) -> CaseReference:
@@ -260,20 +244,15 @@ class CaseReference:
 @cache
 def reference(name: str) -> CaseReference:
     """Return the truth of a case, by its name."""
-    scene = cases()[name].scene
-    motion = closed_form_of(scene)
-    end = span(scene, motion)
+    case = cases()[name]
+    motion = closed_form_of(case.scene)
+    end = span(case.scene, motion)
     exact = motion.at(end, TRUTH_DIGITS)
     x, y, z = map(float, exact.axis)
-    return CaseReference(
-        end=end,
-        theta=float(exact.theta),
-        axis=(x, y, z),
-        condition=max(1.0, _condition(scene, motion, end)),
-        counts=tally(motion, end) if cases()[name].counted else None,
-        period=motion.period,
-        angles=(float(exact.phi), float(exact.psi)),
-    )
+    condition = max(1.0, _condition(case.scene, motion, end))
+    counts = tally(motion, end) if case.counted else None
+    theta, *angles = map(float, (exact.theta, exact.phi, exact.psi))
+    return CaseReference(end, theta, (x, y, z), condition, counts, motion.period, tuple(angles))
 
 
 def _condition(scene: Scene, motion: Motion, end: float) -> float:

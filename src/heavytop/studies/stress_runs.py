@@ -27,11 +27,10 @@ from heavytop.results.table import Row
 from heavytop.run.counts import Counts
 from heavytop.run.plan import Plan
 from heavytop.run.propagation import propagate
-from heavytop.run.start import binary_start
 from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.quantities import Need
 from heavytop.studies.methods import AUTO_ANGLES
-from heavytop.studies.steppers import measured_order, top_constants
+from heavytop.studies.steppers import measured_order, problem_of
 from heavytop.studies.stress_cases import Case, CaseReference, cases
 
 EASY: Final = "ten-periods"  # the case at which the order of a method of one's own is measured
@@ -98,15 +97,11 @@ def prepare(
     """
     if not method.is_rival:
         return partial(_taylor, case, method, step_limit)
-    chosen, trail, about = Plan(method.formulation), list[Any](), dict[str, Any]()
-    parameters, start = binary_start(case.scene, chosen)
-    problem = InitialValueProblem(
-        chosen.equations, parameters, tuple(start.state.tolist()), period=abs(truth.end),
-        direction=1 if truth.end >= 0 else -1, top=top_constants(case.scene.top),
-    )  # fmt: skip
+    problem = problem_of(case.scene, Plan(method.formulation), truth.end)
+    trail, about = list[Any](), dict[str, Any]()
     stepper: Any
     if method.fixed:
-        period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
+        period = truth.period or math.tau / math.sqrt(abs(problem.parameters["g"]))
         steps = math.ceil(abs(truth.end) / period * method.setting)
         if steps > step_limit:
             message = f"it would take {steps} steps"

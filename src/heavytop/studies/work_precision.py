@@ -9,7 +9,6 @@ from contextlib import closing, suppress
 from functools import cache
 from itertools import chain, product, zip_longest
 from statistics import median, quantiles
-from time import perf_counter
 from typing import Any, Final
 
 from heavytop.checking.method import LOST_PHASE
@@ -23,15 +22,8 @@ from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
-from heavytop.studies.methods import (
-    AUTO,
-    expected,
-    method,
-    parameters_of,
-    read_methods_of,
-    settings,
-)
-from heavytop.studies.steppers import MethodRun, TooSlow, go, set_up, walk
+from heavytop.studies.methods import AUTO, expected, method, parameters_of, read_asked, settings
+from heavytop.studies.steppers import MethodRun, TooSlow, clock, go, set_up, walk
 from heavytop.studies.study import Progress
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, stop_signal
 
@@ -45,7 +37,8 @@ BEFORE_END: Final = 0.382  # of a period before the last one ends: no turning po
 REPEATS: Final = 3  # rounds after the first
 REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
 SHORT_RUN_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
-clock: Callable[[], float] = perf_counter  # [s]
+
+Report = Callable[[Progress], object]
 
 # --- the grid of settings --------------------------------------------------------------------
 
@@ -135,7 +128,7 @@ def work_precision(
 
 def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
     """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
-    names, values = read_methods_of(scene, methods, options, WORK_LIMITS, expected)
+    names, values = read_asked(scene, methods, options, WORK_LIMITS, expected)
     about = {"scene": scene.problem(), "periods": values["periods"]}
     parameters = parameters_of("work_precision", names, **about)
     tasks(parameters)  # a plan may be refused: before anything is written
@@ -156,11 +149,7 @@ def _asked(parameters: Parameters) -> list[MethodEntry]:
 
 
 def complete(
-    journal: Journal,
-    *,
-    budget: float | None = None,
-    on_progress: Callable[[Progress], object] | None = None,
-    **_: Any,
+    journal: Journal, *, budget: float | None = None, on_progress: Report | None = None, **_: Any
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), journal.parameters
@@ -178,26 +167,20 @@ def complete(
         (runs := Rounds(journal, asked, budget, began)).take(show)
     if stop.is_set():
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", journal.folder)
+    points = tuple(_point(each, [*rows.values()]) for each, rows in runs.rows.items() if rows)
+    skipped = tuple(_skipped(each, runs.refused[each]) for each in asked if not runs.rows[each])
     periods = parameters["periods"]
-    return WorkPrecision(
-        scene=parameters["scene"],
-        periods=periods,
-        phase=periods - BEFORE_END,
-        budget=budget,
-        points=tuple(_point(each, [*rows.values()]) for each, rows in runs.rows.items() if rows),
-        skipped=tuple(
-            {"method": x.name, "setting": {x.set_by: x.setting}, "rival": x.is_rival, "reason": why}
-            for x, why in ((x, runs.refused[x]) for x in asked if not runs.rows[x])
-        ),
-        versions=parameters["versions"],
-    )
+    about = {"scene": parameters["scene"], "periods": periods, "phase": periods - BEFORE_END}
+    about |= {"budget": budget, "versions": parameters["versions"]}
+    return WorkPrecision(**about, points=points, skipped=skipped)
 
 
 class Rounds:
     """Runs of settings in turn, from one start after the other, in rounds: all feel what disturbs.
 
-    The first round shows errors; slow settings are in no more than two. What runs gave is in
-    `rows`; a setting that fails from one start has none, and `refused` says why.
+    Of each method the loosest setting comes first, then the next one of each. The first round shows
+    errors; slow settings are in no more than two. What runs gave is in `rows`; a setting that fails
+    from one start has none, and `refused` says why.
     """
 
     def __init__(
@@ -208,7 +191,10 @@ class Rounds:
         self.starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
         self.journal, self.budget, self.deadline = journal, budget, began + budget
         self.limit = max(1.0, budget / RUN_LIMITS)
-        self.turns = [*product(range(NEIGHBOURS), _in_turn(settings))]
+        names = dict.fromkeys(each.name for each in settings)
+        grids = ([each for each in settings if each.name == name] for name in names)
+        in_turn = (each for turn in zip_longest(*grids) for each in turn if each)
+        self.turns = [*product(range(NEIGHBOURS), in_turn)]
         self.rows: dict[MethodEntry, dict[int, dict[str, Any]]] = {each: {} for each in settings}
         self.refused: dict[MethodEntry, str] = {}
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
@@ -279,7 +265,7 @@ class Rounds:
                 self._time(start, each)
 
     def _time(self, start: int, each: MethodEntry) -> None:
-        *_, seconds = walk(self.ready(start, each), self.periods - BEFORE_END, clock=clock)
+        *_, seconds = walk(self.ready(start, each), self.periods - BEFORE_END)
         self.rows[each][start]["seconds"].append(seconds)
 
 
@@ -290,27 +276,20 @@ def _try(scene: Scene, text: str, mine: own.Origins, periods: float, limit: floa
         walk(set_up(scene, method(text)), periods - BEFORE_END, limit)
 
 
-def _in_turn(tried: Sequence[MethodEntry]) -> list[MethodEntry]:
-    """The loosest setting of each method, then the next one of each, and so on."""
-    by_name: dict[str, list[MethodEntry]] = {}
-    for each in tried:
-        by_name.setdefault(each.name, []).append(each)
-    return [each for turn in zip_longest(*by_name.values()) for each in turn if each]
-
-
 def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     """Return what a run of so many nutation periods gives, for JSON: errors, costs, seconds.
 
     It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     stepper: Any = run.stepper
-    off, tilt, last, seconds = go(run, periods - BEFORE_END, limit, clock)
+    off, tilt, last, seconds = go(run, periods - BEFORE_END, limit)
     if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
         raise NotFinite
+    phase = abs(off.phase_s) if abs(off.phase_s) < LOST_PHASE * run.period else None
     return {
         "axis_error": off.axis,
         "theta_error": abs(tilt),
-        "phase_error": abs(off.phase_s) if abs(off.phase_s) < LOST_PHASE * run.period else None,
+        "phase_error": phase,
         "energy_error": abs(off.energy),
         "periods": last.time[0] / run.period,
         "steps": last.steps,
@@ -327,28 +306,30 @@ def _point(each: MethodEntry, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     errors = {name: [run[name] for run in runs] for name in ERROR_KEYS.values()}
     medians = {name: None if None in x else median(x) for name, x in errors.items()}
     measures = "theta" if medians.pop("axis_error") is None else "axis"
-    error = errors[ERROR_KEYS[measures]]
+    error, first = errors[ERROR_KEYS[measures]], runs[0]
+    tolerance, steps = (None, each.setting) if each.fixed else (each.setting, None)
+    about: dict[str, Any] = {"method": each.name, "formulation": each.states}
+    about |= {"language": each.language, "tolerance": tolerance, "steps_a_period": steps}
+    about |= {"bits": each.bits, "measures": measures, "rival": each.is_rival}
     return {
-        "method": each.name,
-        "formulation": each.states,
-        "language": each.language,
-        "tolerance": None if each.fixed else each.setting,
-        "steps_a_period": each.setting if each.fixed else None,
-        "bits": each.bits,
-        "measures": measures,
-        "rival": each.is_rival,
+        **about,
         "has_order": each.is_rival and (each.order is not None or not each.source),
         "us_per_period": median(costs),
         "us_spread": _spread(costs),
-        "rhs_evaluations": runs[0]["evaluations"],
+        "rhs_evaluations": first["evaluations"],
         "error": median(error),
         "error_spread": _spread(error),
         "starts": len(runs),
         **medians,
-        "setup_s": runs[0]["compile_s"],
+        "setup_s": first["compile_s"],
         "runs": min(len(run["seconds"]) for run in runs),
-        **{name: runs[0][name] for name in ("periods", "steps", "warned")},
+        **{name: first[name] for name in ("periods", "steps", "warned")},
     }
+
+
+def _skipped(each: MethodEntry, reason: str) -> dict[str, Any]:
+    setting = {each.set_by: each.setting}
+    return {"method": each.name, "setting": setting, "rival": each.is_rival, "reason": reason}
 
 
 def _spread(values: Sequence[float]) -> float:
