@@ -142,14 +142,11 @@ class Stress(Result):
 
     def tables(self) -> Iterator[Table]:
         """A row for each case with a column for each method."""
-        rows = {case: {"case": case} for case in self.hard}
-        for run in self.cases:
-            rows[run.case][run.method] = cell(run)
-        used = {run.method for run in self.cases}
-        about = {n: Quantity(head, "") for n, head in self.methods.items() if n in used}
-        if about:
-            found = [row for row in rows.values() if len(row) > 1]
-            yield Table(found, ("case", *about), meanings=about)
+        runs, used = grouped(self.cases, "case"), {run.method for run in self.cases}
+        there = [case for case in self.hard if (case,) in runs]
+        rows = [{"case": x} | {run.method: cell(run) for run in runs[(x,)]} for x in there]
+        if about := {n: Quantity(head, "") for n, head in self.methods.items() if n in used}:
+            yield Table(rows, ("case", *about), meanings=about)
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """The digits that every method lost at every case."""
@@ -166,7 +163,7 @@ class Stress(Result):
         bad = (StressOutcome.METHOD_ERROR, StressOutcome.TIME_LIMIT)
         ended = {x.method for x in self.cases if x.outcome not in bad}
         runs = grouped((*self.cases, *self.skipped), "method").items()
-        own = {name: first for (name,), (first, *_) in runs if ":" in name and name not in ended}
+        own = {n: first for (n,), (first, *_) in runs if ":" in n and n not in ended}
         return {name: each.get("note") or each.reason for name, each in own.items()}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:

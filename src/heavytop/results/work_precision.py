@@ -138,19 +138,14 @@ class WorkPrecision(Result):
         """Times, and evaluations, against every error that is measured."""
         names = [name for name, error in ERROR_KEYS.items() if front(self.points, error)]
         work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
-        return {
-            name + end: draw("studies", "work_precision", self, name, column)
-            for end, column in work.items()
-            for name in names
-        }
+        pairs = [(name, end) for end in work for name in names]
+        return {n + end: draw("studies", "work_precision", self, n, work[end]) for n, end in pairs}
 
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that have no point, and why their first setting has none."""
         measured = {point.method for point in self.points}
-        own = {
-            name: rows for (name,), rows in grouped(self.skipped, "method").items() if ":" in name
-        }
-        return {name: rows[0].reason for name, rows in own.items() if name not in measured}
+        skipped = grouped(self.skipped, "method").items()
+        return {n: x.reason for (n,), (x, *_) in skipped if ":" in n and n not in measured}
 
     @property
     def _error(self) -> str:

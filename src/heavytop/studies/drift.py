@@ -315,7 +315,7 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     steps = [each["state"]["steps"] for each in known]
     runs = [_columns(journal.rows(task), lost) for task in tasks[: len(known)]]
     members = [_series(x) | {"steps": n} for x, n in zip(runs, steps, strict=True)]
-    every = _series(_over(runs) if known else {"periods": ()})
+    every = _series(_over(runs) if known else _columns((), lost))
     signs = members[0] if known else every
     grows = {name: growth(every["periods"], every[c], signs[c]) for name, c in GROWING.items()}
     about = {"name": chosen.text, "formulation": chosen.states, "language": chosen.language}
@@ -338,11 +338,11 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
 
 
 def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
-    """The errors of a run, without phases from where the first is lost."""
-    names = ("periods", "energy", "axis", *(rows[0]["invariants"] if rows else ()))
+    """The errors of a run; None for momenta that cannot change, and for phases once one is lost."""
+    names = dict.fromkeys(("periods", *SERIES, *(rows[0]["invariants"] if rows else ())))
     flat = [{**row, **row["invariants"]} for row in rows]
+    found = {name: tuple(row.get(name) for row in flat) for name in names}
     phases = [*takewhile(lambda phase: abs(phase) < lost, (row["phase_s"] for row in rows))]
-    found = {name: tuple(row[name] for row in flat) for name in names}
     return found | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
 
 
@@ -357,7 +357,6 @@ def _over(members: Sequence[Columns]) -> Columns:
 
 
 def _series(columns: Columns) -> dict[str, Any]:
-    """Columns by their names in a result: None for momenta that cannot change."""
-    none = (None,) * len(columns["periods"])
-    found = {name: columns.get(name, none) for name in ("periods", *SERIES)}
+    """Columns as a result has them, with momenta that cannot change, and other invariants aside."""
+    found = {name: columns[name] for name in ("periods", *SERIES)}
     return found | {"invariants": {n: x for n, x in columns.items() if n not in found}}

@@ -90,9 +90,10 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
     parameters, start = binary_start(scene, chosen)
     digits = max(REFERENCE_DIGITS, digits_of(method.bits) + REFERENCE_SPARE_DIGITS)
-    number, state = context(digits).mpf, as_stored(start.state)
-    known = dict(zip(parameters, map(number, as_stored(parameters.values())), strict=True))
-    exact = ClosedForm(motion_of(chosen, digits, [*map(number, state)], known))
+    ctx = context(digits)
+    state, values = (map(ctx.mpf, as_stored(x)) for x in (start.state, parameters.values()))
+    known = dict(zip(parameters, values, strict=True))
+    exact = ClosedForm(motion_of(chosen, digits, [*state], known))
     if exact.period is None:  # the scene's own start nutates, but its rounded one does not
         rounded = f"as it is rounded here, nothing nutates ({REFERENCE_DIGITS} digits)"
         rule = f"so close to a pole that, {rounded}"
@@ -104,7 +105,7 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
         taylor, far = integrator_of(chosen, parameters, start), FARTHEST_PERIODS * exact.period
         stepper = TaylorStepper(taylor, start, far)
     first, body = stepper.begin().state, getattr(stepper, "form", None)
-    reference = ReferenceSolution(chosen.equations, known, exact, digits, first, body)
+    reference = ReferenceSolution(chosen.equations, known, exact, ctx, first, body)
     return MethodRun(stepper, reference, exact.period)
 
 
@@ -258,8 +259,8 @@ class ReferenceSolution:
         The run's own constants, by symbol name.
     exact : ClosedForm
         Of the run's own start.
-    digits : int
-        More than the run's numbers have.
+    ctx : Context
+        The numbers it computes in, of more digits than the run's have.
     start : sequence of float or str
         The first of its rows.
     body : BodyForm or None
@@ -269,7 +270,7 @@ class ReferenceSolution:
     formulation: Formulation
     parameters: Mapping[str, Any]
     exact: ClosedForm
-    digits: int
+    ctx: Context
     start: Sequence[Any]
     body: BodyForm | None = None
 
@@ -280,7 +281,7 @@ class ReferenceSolution:
         size = {name: abs(x) if abs(x) > CLOSE_ROTATION else 1 for name, x in first.items()}
         size["energy"] = max(abs(first["energy"]), abs(self.exact.reduced.g)) or 1
         off = {name: float((x - first[name]) / size[name]) for name, x in values.items()}
-        frequency = 2 * self.ctx.pi / self.exact.mpf("period", self.digits)
+        frequency = 2 * self.ctx.pi / self.exact.mpf("period", self.ctx.dps)
         phase = float(ahead(u - exact.u, udot - exact.udot, exact, frequency))
         apart = [x - y for x, y in zip(axis, exact.axis if axis else (), strict=True)]
         far = float(self.ctx.norm(apart)) if axis else None
@@ -291,13 +292,8 @@ class ReferenceSolution:
         u = min(max(self._observed(row)[0], -self.ctx.one), self.ctx.one)
         return float(self.ctx.acos(u) - self._exact(t).theta)
 
-    @property
-    def ctx(self) -> Context:
-        """The numbers it computes in."""
-        return context(self.digits)
-
     def _exact(self, t: DoubleDouble) -> Any:
-        return self.exact.at(sum(map(self.ctx.mpf, t)), self.digits)
+        return self.exact.at(sum(map(self.ctx.mpf, t)), self.ctx.dps)
 
     @cached_property
     def _first(self) -> dict[str, Any]:

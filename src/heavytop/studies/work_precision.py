@@ -42,14 +42,12 @@ Report = Callable[[Progress], object]
 
 # --- the grid of settings --------------------------------------------------------------------
 
-IN_PYTHON: Final = tuple(name for name, row in METHODS.items() if row.language == "python")
 WORK_METHODS: Final = (
     AUTO,
     *(f"taylor-{form}" for form in FORMULATIONS),
     *(f"taylor-{form}-projected" for form in ("axis", "attitude", "cubic")),  # as plans are
     *(f"taylor-{form}-compensated" for form in ("axis", "cubic")),
-    *(name for name in METHODS if name not in IN_PYTHON),
-    *IN_PYTHON,
+    *sorted(METHODS, key=lambda name: METHODS[name].language == "python"),  # which are slow
     *(f"taylor-{form}-mpfr" for form in FORMULATIONS),
 )
 
@@ -200,11 +198,6 @@ class Rounds:
         self.too_slow: dict[str, str] = {}  # by method, its setting that took too long
         self.ready = cache(lambda start, each: set_up(self.starts[start], each))
 
-    @property
-    def late(self) -> bool:
-        """Whether the time of its budget is over."""
-        return clock() > self.deadline
-
     def take(self, show: Callable[[float], object]) -> None:
         """Take all rounds, unless their times are stored."""
         stored, count = self.journal.record(ROUNDS).ended, (1 + REPEATS) * len(self.turns)
@@ -214,7 +207,7 @@ class Rounds:
                 self._first(*place)
             elif not stored:
                 self._repeat(*place, turn)
-        if not stored and not self.late:
+        if not stored and clock() <= self.deadline:
             times = {x.text: {k: y["seconds"] for k, y in z.items()} for x, z in self.rows.items()}
             self.journal.append(ROUNDS, Chunk(rows=[times], done=True))
         for known in self.journal.rows(ROUNDS):
@@ -223,7 +216,7 @@ class Rounds:
                     row["seconds"] = known[each.text][str(start)]
 
     def _first(self, start: int, each: MethodEntry) -> None:
-        known, task, late = self.rows[each], f"{each.text}/{start}", self.late
+        known, task, late = self.rows[each], f"{each.text}/{start}", clock() > self.deadline
         if self.journal.record(task).ended:
             [known[start]] = self.journal.rows(task)
             return
@@ -260,7 +253,7 @@ class Rounds:
 
     def _repeat(self, start: int, each: MethodEntry, turn: int) -> None:
         spent = (turn - 1) * sum(row["seconds"][0] for row in self.rows[each].values())
-        if start in self.rows[each] and spent <= REPEATS_S and not self.late:
+        if start in self.rows[each] and spent <= REPEATS_S and clock() <= self.deadline:
             for _ in range(1 if self.rows[each][start]["seconds"][0] > SHORT_RUN_S else 2):
                 self._time(start, each)
 
