@@ -147,14 +147,10 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
         about = {"case": case, "method": method.name, "reason": reason}
         skipped.append(about | {"lost": last.failed is not None})
     limits = {"budget_s": budget, "time_s": parameters["time_limit"], "steps": MOST_STRESS_STEPS}
-    return Stress(
-        limits=limits,
-        hard={name: all_cases()[name].hard for name in parameters["cases"]},
-        methods={each.name: f"{each.short} {each.set_to}".rstrip() for each in methods},
-        cases=tuple(runs),
-        skipped=tuple(skipped),
-        versions=versions(),
-    )
+    hard = {name: all_cases()[name].hard for name in parameters["cases"]}
+    heads = {each.name: f"{each.short} {each.set_to}".rstrip() for each in methods}
+    found: Any = {"cases": runs, "skipped": skipped, "versions": versions()}
+    return Stress(limits=limits, hard=hard, methods=heads, **found)
 
 
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
