@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
-ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
+ROUNDING: Final = 32 * sys.float_info.epsilon  # of the largest in a column
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 EVENT_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text

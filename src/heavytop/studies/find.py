@@ -11,6 +11,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from fractions import Fraction
 from functools import cache, partial
 from itertools import pairwise
 from operator import attrgetter
@@ -337,8 +338,8 @@ def _nearest(distance: Distance, a: float, b: float) -> float:
 def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     """Read KEY=A:B, or KEY=A:B:N; the key, and points from A to B: N, or `count`, or as many serve.
 
-    >>> read_range("start.psidot = 10 : 20 : 3")
-    ('start.psidot', [10.0, 15.0, 20.0])
+    >>> read_range("start.psidot = 0 : 0.3 : 4")
+    ('start.psidot', [0.0, 0.1, 0.2, 0.3])
     """
     parts = _RANGE.fullmatch(text) if isinstance(text, str) else None
     if parts is None:
@@ -346,11 +347,13 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     table, name, *ends, number = parts.groups()
     if name not in (homes := [key for key in TABLES[table] if key in QUANTITY_READERS]):
         raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))
-    low, high = sorted(float(QUANTITY_READERS[name](end.strip())) for end in ends)
-    if len(number or "") > len(str(MOST_POINTS)) or int(number or 1) > MOST_POINTS:
-        raise Refused(f"at most {MOST_POINTS} points")
-    steps = int(number or count or SAMPLES + 1)
-    points = {low + (high - low) * k / max(steps - 1, 1) for k in range(steps)} | {high}
+    exact = (QUANTITY_READERS[name](end.strip()) for end in ends)
+    first, last = sorted(Fraction(float(x)) if x.fraction is None else x.fraction for x in exact)
+    if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
+        raise Refused(f"1 to {MOST_POINTS} points")
+    low, high, steps = float(first), float(last), int(number or count or SAMPLES + 1)
+    step = (last - first) / max(steps - 1, 1)
+    points = {float(first + step * k) for k in range(steps)} | {high}
     if low * high > 0 and not (number or count):
         points |= {low * (high / low) ** (k / SAMPLES) for k in range(SAMPLES)}
     return f"{table}.{name}", sorted(x for x in points if low <= x <= high)
