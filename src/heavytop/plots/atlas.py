@@ -53,7 +53,8 @@ def draw_map(ax: Axes, atlas: Atlas, **mesh: Any) -> Axes:
     **mesh
         Keywords of the mesh.
     """
-    names, kind = atlas.names, _thinned(atlas).values
+    names, codes = atlas.names, atlas.to_xarray()["kind"]
+    kind = codes[tuple(np.s_[:: -(-n // FINEST_PICTURE)] for n in codes.shape)].values
     colours = ListedColormap([KIND_STYLES[name].colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
     edges = [_edges(atlas.axes[side], n) for side, n in zip("xy", kind.shape[::-1], strict=True)]
@@ -73,20 +74,13 @@ def draw_map(ax: Axes, atlas: Atlas, **mesh: Any) -> Axes:
             ax.fill([], [], fc=look.colour, ec="#555555", lw=0.5, label=label)
     for curve in atlas.curves:
         x, y, look = curve.x, curve.y, KIND_STYLES[BOUNDS.get(curve.name, curve.name)]
+        looks: dict[str, Any] = {"ls": look.marker, "lw": 1.5, "zorder": 3}
         if len(x) == 1:
-            looks: dict[str, Any] = {"ls": "none", "marker": "*", "ms": 9, "mec": "white"}
-            looks |= {"mew": 0.6, "zorder": 4}
+            looks = {"ls": "none", "marker": "*", "ms": 9, "mec": "white", "mew": 0.6, "zorder": 4}
         else:
             ax.plot(x, y, "-", color="white", lw=2.6, alpha=0.7, zorder=2)
-            looks = {"ls": look.marker, "lw": 1.5, "zorder": 3}
         ax.plot(x, y, color=look.colour, label=look.label, **looks)
     return ax
-
-
-def _thinned(atlas: Atlas) -> Any:
-    """The codes of kinds that are drawn, an array of xarray."""
-    kind = atlas.to_xarray()["kind"]
-    return kind[tuple(slice(None, None, -(-n // FINEST_PICTURE)) for n in kind.shape)]
 
 
 def _areas(kind: NDArray[np.uint8]) -> set[int]:

@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from io import BytesIO
 from itertools import chain, pairwise
 from pathlib import Path
@@ -31,7 +30,7 @@ from heavytop.plots.clip import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Range, Reader
+from heavytop.scene.arguments import Range, Reader, only, path_of
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene import Scene, expect_scene
 
@@ -52,35 +51,6 @@ LETTERS: Final = 70  # of a title
 WIDEST_RIM: Final = 4  # of the rims of the body
 LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
 ASIDE: Final = 0.35  # rad, by which it looks from farther round
-
-
-def _size(value: object) -> tuple[int, int]:
-    try:  # a text is the command's
-        sides: Any = value.lower().split("x") if isinstance(value, str) else value
-        width, height = (int(SIDE(int(each))) for each in sides)
-    except (TypeError, ValueError):  # of what is no pair
-        raise Refused(SIDES) from None
-    return width, height
-
-
-def _place(value: object) -> Path:
-    place = arguments.path_of("path", value)
-    if place.suffix.lower() not in FILM_WRITERS:
-        raise Refused(f"the name of a film ends in {', '.join(FILM_WRITERS)}")
-    return place
-
-
-SIDE: Final = Range(64, 4096, whole=True)
-SIDES: Final = "width and height, two whole numbers from 64 to 4096, such as 800x600"
-FILM_OPTIONS: Final[Mapping[str, Reader]] = {
-    "path": _place,
-    "seconds": Range(0.1, 600),
-    "fps": Range(1, 50),
-    "size": _size,
-    "rounds": Range(1e-3, 1e6),
-    "time": Range(1e-12, 1e12),
-    "speed": Range(1e-12, 1e12),
-}
 
 
 def film(
@@ -190,46 +160,32 @@ def film(
 # --- what is shown, and from where ---------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
 class Shot:
     """What a film shows of a scene, at even times.
 
     Attributes
     ----------
-    scene : Scene
-    clip : Clip
     size : tuple of int
         Width and height of the picture [pixels].
     follow : bool
         Whether the eye goes round.
+    record : Record
+        The motion at the times of the path.
+    momentum, rotation : numpy.ndarray, shapes (k, 3) and (k, 3, 3)
+        The angular momentum over its largest size; from body to space.
+    rims : numpy.ndarray, shape (rims, sectors, 3)
+        The body, in its own frame.
     """
 
-    scene: Scene
-    clip: Clip
-    size: tuple[int, int]
-    follow: bool = False
-
-    @cached_property
-    def record(self) -> Any:
-        """The motion at the times of the path."""
-        return self.clip.motion.at(np.linspace(0.0, self.clip.end, PATH_POINTS))
-
-    @cached_property
-    def momentum(self) -> Array:
-        """The angular momentum over its largest size, shape (k, 3)."""
-        return momentum_path(self.scene.top, self.record)
-
-    @cached_property
-    def rotation(self) -> Array:
-        """From body to space, shape (k, 3, 3)."""
-        found = Rotation.from_quat(self.record.quaternion, scalar_first=True)
-        return np.asarray(found.as_matrix())
-
-    @cached_property
-    def rims(self) -> Array:
-        """The body, in its own frame, shape (rims, sectors, 3)."""
-        top = self.scene.top
-        return _rims(float(top.C / top.A), float(np.sign(float(top.gMR))))
+    def __init__(
+        self, scene: Scene, clip: Clip, size: tuple[int, int], follow: bool = False
+    ) -> None:
+        self.scene, self.clip, self.size, self.follow = scene, clip, size, follow
+        self.record: Any = clip.motion.at(np.linspace(0.0, clip.end, PATH_POINTS))
+        self.momentum = momentum_path(scene.top, self.record)
+        turned = Rotation.from_quat(self.record.quaternion, scalar_first=True)
+        self.rotation = np.asarray(turned.as_matrix())
+        self.rims = _rims(float(scene.top.C / scene.top.A), np.sign(float(scene.top.gMR)))
 
     @property
     def titles(self) -> list[str]:
@@ -390,4 +346,27 @@ def _as_mp4(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     writer.close()
 
 
+# --- what a film takes ---------------------------------------------------------------------------
+
+
+def _size(value: object) -> tuple[int, int]:
+    try:  # a text is the command's
+        sides: Any = value.lower().split("x") if isinstance(value, str) else value
+        width, height = (int(SIDE(int(each))) for each in sides)
+    except (TypeError, ValueError):  # of what is no pair
+        raise Refused(SIDES) from None
+    return width, height
+
+
 FILM_WRITERS: Final = {".gif": _as_gif, ".webp": _as_webp, ".mp4": _as_mp4}
+ENDS: Final = f"the name of a film ends in {', '.join(FILM_WRITERS)}"
+SIDE: Final = Range(64, 4096, whole=True)
+SIDES: Final = "width and height, two whole numbers from 64 to 4096, such as 800x600"
+FILM_OPTIONS: Final[Mapping[str, Reader]] = {
+    "path": only(partial(path_of, "path"), lambda path: path.suffix.lower() in FILM_WRITERS, ENDS),
+    "seconds": Range(0.1, 600),
+    "fps": Range(1, 50),
+    "size": _size,
+    "rounds": Range(1e-3, 1e6),
+    **dict.fromkeys(("time", "speed"), Range(1e-12, 1e12)),
+}

@@ -26,15 +26,9 @@ Array = NDArray[np.float64]
 Known = Mapping[str, Any]  # a document, or a part of one
 
 # Okabe and Ito's colours, which the colour-blind tell apart.
-BLUE: Final = "#0072B2"
-ORANGE: Final = "#D55E00"
-GREEN: Final = "#009E73"
-PURPLE: Final = "#CC79A7"
-YELLOW: Final = "#E69F00"
-SKY: Final = "#56B4E9"
-BLACK: Final = "#000000"
+COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY, BLACK = COLOURS
 FAINT: Final = "#BBBBBB"
-COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY, BLACK)
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 PATH, OTHER = BLUE, ORANGE
 

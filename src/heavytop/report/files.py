@@ -12,28 +12,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from heavytop import errors
 from heavytop.doctor import versions
-from heavytop.errors import (
-    ForeignFile,
-    HeavyTopError,
-    MissingPackage,
-    NotDrawnWarning,
-    Outcome,
-    Stop,
-    StoppedEarly,
-    is_interrupt,
-)
+from heavytop.errors import ForeignFile, HeavyTopError, StoppedEarly
 from heavytop.files import locked, remove_parts
 from heavytop.results.base import Result
 from heavytop.results.run import PICTURES, RunResult, run_result
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.scene.scene_file import written
 from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, begun_with
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DOCUMENT, TRAJECTORY = "run.json", "trajectory.nc"
 PICTURE_FORMATS: Final = ("svg", "png")
@@ -111,7 +100,7 @@ def open_run(
         except OSError as fault:
             raise StoppedEarly.unwritable(fault, folder, folder) from fault
         except Exception as fault:
-            stopped = isinstance(fault, StoppedEarly) or is_interrupt(fault)
+            stopped = isinstance(fault, StoppedEarly) or errors.is_interrupt(fault)
             if not stopped and not (folder / TRAJECTORY).exists():  # it would fail again
                 (folder / STUDY).unlink(missing_ok=True)
             raise
@@ -150,8 +139,8 @@ def load_run(result: RunResult, path: Path) -> Any:
             from heavytop.run.trajectory_file import load_trajectory
 
             return load_trajectory(place)
-        except MissingPackage:
-            if result.outcome != Outcome.FINISHED:
+        except errors.MissingPackage:
+            if result.outcome != errors.Outcome.FINISHED:
                 raise
     from heavytop.run.exact import SceneMotion
     from heavytop.run.planning import plan
@@ -242,17 +231,9 @@ def write_study(
         found.save(place / files["document"])
         for form in PICTURE_FORMATS:
             (place / f"{kind}.{form}").unlink(missing_ok=True)
-    return draw_study(found, place) if figures else files
-
-
-def draw_study(found: Result, folder: Path) -> dict[str, str]:
-    """Draw the chart of a study that was written, and name it in its document.
-
-    Parameters, warnings and errors are those of `write_study`, of which `found` has the files.
-    """
-    with _writing(found, folder):
-        files = {**found.files, **_save_figure(folder, kind_of(found), found.figure, "chart")}
-        replace(found, files=files).save(folder / files["document"])
+        if figures:
+            files |= _save_figure(place, kind, found.figure, "chart")
+            replace(found, files=files).save(place / files["document"])
     return files
 
 
@@ -270,12 +251,10 @@ def _writing(found: Result, place: Path) -> Iterator[None]:
     except OSError as fault:
         raise StoppedEarly.unwritable(fault, place, folder) from fault
     except KeyboardInterrupt:
-        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", folder) from None
+        raise StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", folder) from None
 
 
-def _save_figure(
-    place: Path, name: str, draw: Callable[[], Figure | None], key: str
-) -> dict[str, str]:
+def _save_figure(place: Path, name: str, draw: Callable[[], Any], key: str) -> dict[str, str]:
     """Draw a figure and save it in every form; the names of its files, none where it fails."""
     from heavytop.plots.style import save
 
@@ -298,4 +277,4 @@ def warn_not_drawn(name: str) -> Iterator[None]:
         raise
     except UNDRAWABLE as fault:
         why = f"{name}: not drawn ({type(fault).__name__}: {fault})"
-        warnings.warn(why, NotDrawnWarning, stacklevel=3)
+        warnings.warn(why, errors.NotDrawnWarning, stacklevel=3)

@@ -5,34 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+from matplotlib.figure import Figure
 
 from heavytop.analytic.motion import Motion
 from heavytop.plots.figures import run_figure
 from heavytop.plots.sphere import motion_figure
+from heavytop.results import classification
 from heavytop.results.base import Result, given
-from heavytop.results.classification import (
-    Planned,
-    course_facts,
-    motion_summary,
-    plan_summary,
-    verdict_facts,
-)
 from heavytop.results.run import run_result
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import quantity_of
+from heavytop.scene.scene import Scene
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 from heavytop.text import Shown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from heavytop.scene.scene import Scene
-    from heavytop.scene.state import State
-    from heavytop.scene.top import Top
 
 LONGEST_EXPRESSION: Final = 16  # letters of a number that is shown as an expression
 
-Cell = tuple[Any, "Figure | None"]
+Cell = tuple[Any, Figure | None]
 """A result, or facts, and a picture beside it."""
 
 
@@ -40,7 +32,8 @@ def html_of(thing: Any) -> str:
     """What a cell shows of a thing: its picture, and beside it what is said."""
     from heavytop.plots.style import svg_address
 
-    said, figure = _CELLS.get(type(thing).__name__, _result)(thing)
+    cell = _CELLS.get(type(thing).__name__)
+    said, figure = cell(thing) if cell else (thing, thing.figure())
     html = said.html() if isinstance(said, Result) else Table.of_facts(said).html
     beside = "display:flex;flex-wrap:wrap;gap:1.5em"
     image = f'<img style="max-width:100%" src="{svg_address(figure)}" alt="">' if figure else ""
@@ -63,9 +56,7 @@ def _exact(values: Iterable[tuple[str, Any]]) -> Iterator[Fact]:
     """Numbers as they were given; long expressions, as sums of solids are, to six digits."""
     for name, x in values:
         text = f"[{', '.join(map(str, x))}]" if isinstance(x, tuple) else str(x)
-        formula = (
-            not isinstance(x, str) and set(text) & set("/*") and len(text) > LONGEST_EXPRESSION
-        )
+        formula = not isinstance(x, str) and {*text} & {*"/*"} and len(text) > LONGEST_EXPRESSION
         quantity = quantity_of(name)
         yield quantity.symbol, quantity.with_unit(f"{float(x):.6g}" if formula else text)
 
@@ -87,19 +78,15 @@ def _scene(scene: Scene) -> Iterator[Fact]:
 
 
 def _motion(motion: Motion) -> Iterator[Fact]:
-    summary = motion_summary(motion)
-    yield from verdict_facts(summary)
-    yield from course_facts(summary)
+    summary = classification.motion_summary(motion)
+    yield from classification.verdict_facts(summary)
+    yield from classification.course_facts(summary)
 
 
 def _errors(errors: Any) -> Iterator[Fact]:
     for name, x in asdict(errors).items():
         if isinstance(x, float):
             yield quantity_of(name).heading, f"{x:.1e}"
-
-
-def _result(result: Result) -> Cell:
-    return result, result.figure()
 
 
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
@@ -109,8 +96,11 @@ _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Motion": lambda motion: (_motion(motion), motion_figure(motion)),
     "Trajectory": lambda run: (run_result(run), run_figure("overview", run)),
     "Errors": lambda errors: (_errors(errors), None),
-    "Verdict": lambda verdict: (verdict_facts(asdict(verdict)), None),
-    "Plan": lambda plan: (Planned(scene={}, plan=plan_summary(plan)).facts(), None),
+    "Verdict": lambda verdict: (classification.verdict_facts(asdict(verdict)), None),
+    "Plan": lambda plan: (
+        classification.Planned(scene={}, plan=classification.plan_summary(plan)).facts(),
+        None,
+    ),
 }
 """By the name of a class; any other is a result."""
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import warnings
 from base64 import b64encode
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -24,7 +25,7 @@ from heavytop.results.drift import Drift
 from heavytop.results.registry import RESULTS
 from heavytop.results.run import PICTURES, RunResult
 from heavytop.results.table import Fact, Table
-from heavytop.scene.quantities import QUANTITIES
+from heavytop.scene.quantities import ANGLES, QUANTITIES
 from heavytop.studies.journal import Journal, begun_with
 from heavytop.text import harmless
 
@@ -32,10 +33,8 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
-SYMBOLS: Final = (
-    "theta", "phi", "psi", "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi", "period",
-    "precession", "spin",
-)  # fmt: skip
+CONSTANTS: Final = ("A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi")
+SYMBOLS: Final = (*ANGLES, *CONSTANTS, "period", "precession", "spin")
 LEADING: Final = 4  # facts of a result that are read first
 TABLE_DIGITS: Final = 6  # of its first table
 
@@ -191,18 +190,14 @@ def page_of(folders: Sequence[Path]) -> Page:
     """
     paths = sorted(_documents(folders), key=lambda path: [*RESULTS].index(path.name))
     root = os.path.commonpath([path.parent.parent for path in paths]) if paths else ""
-    numbers: Counter[str] = Counter()
-    sections = []
-    for path in paths:
-        numbers[path.name] += 1
-        sections.append(_section(path, harmless(path.relative_to(root)), numbers[path.name]))
+    numbers = defaultdict[str, Iterator[int]](lambda: count(1))
+    names = [harmless(path.relative_to(root)) for path in paths]
+    sections = [_section(p, x, next(numbers[p.name])) for p, x in zip(paths, names, strict=True)]
     headings = Counter(section.heading for section in sections)
-    apart = (  # of the same heading: with their files
-        each if headings[each.heading] == 1
-        else each._replace(heading=f"{each.heading} ({each.name})")
-        for each in sections
-    )  # fmt: skip
-    return Page(tuple(apart), typed())
+    for k, each in enumerate(sections):
+        if headings[each.heading] > 1:  # with their files
+            sections[k] = each._replace(heading=f"{each.heading} ({each.name})")
+    return Page(tuple(sections), typed())
 
 
 def _documents(folders: Sequence[Path]) -> dict[Path, None]:
@@ -283,13 +278,9 @@ POLICY: Final = (
 
 def rendered(template: str, scripts: Sequence[str] = PAGE_SCRIPTS, **values: Any) -> str:
     """A template with its style and scripts: one file, which asks no network for anything."""
-    jinja = Environment(
-        loader=PackageLoader("heavytop.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    blocks: Any = {"trim_blocks": True, "lstrip_blocks": True}
+    jinja = Environment(autoescape=True, undefined=StrictUndefined, **blocks)
+    jinja.loader = PackageLoader("heavytop.report")
     jinja.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     texts = {name: (TEMPLATES / name).read_text("utf-8") for name in (*scripts, *STYLES)}
     values |= {name.replace(".", "_"): Markup(text) for name, text in texts.items()}

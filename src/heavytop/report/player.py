@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -11,10 +11,6 @@ from heavytop.plots.clip import PERIODS, Clip
 from heavytop.plots.figures import DrawnRun
 from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH
-
-if TYPE_CHECKING:
-    from heavytop.analytic.record import Record
-    from heavytop.integration.outputs import Sample
 
 FRAMES: Final = 1001
 LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
@@ -29,10 +25,7 @@ def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def frames(
-    thing: Any,
-    rounds: float | None = None,
-    time: float | None = None,
-    speed: float | None = None,
+    thing: Any, rounds: float | None = None, time: float | None = None, speed: float | None = None
 ) -> dict[str, Any]:
     """The frames of a run, or of a motion, at even steps from its start to ``end`` [s].
 
@@ -48,7 +41,7 @@ def frames(
     motion, last = clip.motion, clip.end
     times, notes = np.linspace(0.0, last, FRAMES), []
     whole = clip.pushed or abs(last) > abs(end)
-    record: Sample | Record = motion.at(times) if whole else run.at(times)
+    record: Any = motion.at(times) if whole else run.at(times)
     if clip.pushed:
         notes.append(f"Without a push it stays as it is; here it was pushed at {PUSH:g} rad/s.")
     elif not (np.isfinite(record.quaternion).all() and np.isfinite(record.omega).all()):

@@ -11,7 +11,7 @@ import numbers
 import operator
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache, partial
@@ -276,10 +276,9 @@ def _number(value: object, whole: bool) -> int | float | None:
     """Return a value as a plain number, if it is one; a truth value is none."""
     if isinstance(value, bool) or not (whole or isinstance(value, numbers.Real | Decimal)):
         return None
-    try:
+    with suppress(TypeError, OverflowError, ValueError):  # longer than any float; a signalling nan
         return operator.index(value) if whole else float(value)  # type: ignore[arg-type]
-    except (TypeError, OverflowError, ValueError):  # longer than any float; a signalling nan
-        return None
+    return None
 
 
 # --- the numbers of a scene ------------------------------------------------------------------

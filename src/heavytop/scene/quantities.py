@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from decimal import ROUND_CEILING, Context
 from enum import IntEnum
@@ -170,10 +170,9 @@ class Quantity(NamedTuple):
 
 def read_decimal(value: Any) -> Any:
     """A number from a text of more digits than a double has; another text as it is."""
-    try:
+    with suppress(ValueError):
         return float(value) if isinstance(value, str) else value
-    except ValueError:
-        return value
+    return value
 
 
 PRECISION: Final = re.compile(r"\d+(?=g)")
