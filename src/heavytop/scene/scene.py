@@ -15,7 +15,7 @@ from heavytop.scene import arguments, scene_file
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
 from heavytop.scene.shipped import FOLDER, shipped_names
 from heavytop.scene.state import State
-from heavytop.scene.top import Top
+from heavytop.scene.top import WITHOUT_MASS, Top
 from heavytop.text import Shown, closest, cut, harmless, nearest
 
 MAX_BYTES: Final = 1_000_000
@@ -110,8 +110,7 @@ class Scene(Shown):
             faults += scene_file.faults_of(error, "Scene", spans)
         body = values.get("top")
         if "reaction" in values.get("quantities", ()) and body and body.mass is None:
-            rule = "missing: the force on the pivot needs mass and distance"
-            faults.append(Fault(name, None, "top.mass", "", rule))
+            faults.append(Fault(name, None, "top.mass", "", WITHOUT_MASS))
         refuse(faults)
         arguments.set_fields(self, values)
 

@@ -20,6 +20,8 @@ from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.solids import Solid, read_solids, whole
 from heavytop.text import Shown
 
+WITHOUT_MASS: Final = "missing: the force on the pivot needs mass and distance"
+
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
 class Top(Shown):
@@ -168,8 +170,7 @@ class Top(Shown):
         import numpy as np
 
         if self.mass is None or self.distance is None:
-            rule = "missing: the force on the pivot needs mass and distance"
-            raise ImpossibleTop([("mass", rule)])
+            raise ImpossibleTop([("mass", WITHOUT_MASS)])
         A, C, gMR, M, R = map(number, (self.A, self.C, self.gMR, self.mass, self.distance))
         gravity = dict(self.given).get("gravity")
         weight = number(self.gMR / self.distance if gravity is None else self.mass * gravity)
