@@ -213,12 +213,9 @@ def octaves(size: int, most: int = 8) -> tuple[Any, Any]:
 
     Octaves are the first row, the second, two more, four more, …: early rows weigh most.
     """
-    edges = [0, *(2**k for k in range(int(np.log2(size)) + 1)), size]
-    each = [
-        np.unique(np.linspace(a, b - 1, min(b - a, most)).astype(int))
-        for a, b in pairwise(edges)
-        if b > a
-    ]
+    edges = sorted({0, *(2**k for k in range(int(np.log2(size)) + 1)), size})
+    spread = (np.linspace(a, b - 1, min(b - a, most)) for a, b in pairwise(edges))
+    each = [np.unique(rows.astype(int)) for rows in spread]
     return np.concatenate(each), np.cumsum([0, *map(len, each[:-1])])
 
 
@@ -292,12 +289,11 @@ def _fitted(c: Comparison) -> State:
 
     p, size, misfit = np.array([float(getattr(guess, x)) for x in FITTED_START]), some.t.size, 0.0
     doubled = (FIRST_FITTED * 2**k for k in range(8) if FIRST_FITTED * 2**k < size)
+    how: dict[str, Any] = {"x_scale": "jac"} | dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
     try:
         for rows in (*doubled, size):
             if misfit < FITS:
-                found = least_squares(
-                    axis_error, p, x_scale="jac", args=(rows,), xtol=1e-15, ftol=1e-15, gtol=1e-15
-                )
+                found = least_squares(axis_error, p, args=(rows,), **how)
                 p, misfit = found.x, np.sqrt(2 * found.cost / rows)
     except HeavyTopError:
         misfit = np.inf

@@ -285,14 +285,11 @@ def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]
         return shift, _at_times(c, c.data.t + shift)
     key = c.start.held if name == "spin" else name
     value = float(getattr(c.top if name in MOMENT_NAMES else c.start, key))
-    if name == "A":  # from C/2, where all mass is far out
-        value += x * (value - float(c.top.C) / 2)
-    elif name == "theta":
-        value = float(np.clip(value + x / 2, 0, np.pi))
-    elif name in MOMENT_NAMES:
-        value += x * value
-    else:
-        value += 2 * x * max(abs(value), 0.1 * c.exact.fastest)
+    # A from C/2, where all mass is far out
+    most = {"A": value - float(c.top.C) / 2, "C": value, "gMR": value, "theta": 0.5}
+    value += x * most.get(name, 2 * max(abs(value), 0.1 * c.exact.fastest))
+    if name == "theta":
+        value = float(np.clip(value, 0, np.pi))
     return value, c.with_numbers(**{key: value})
 
 

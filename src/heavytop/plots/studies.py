@@ -40,10 +40,8 @@ def sweep_figure(found: Found) -> Figure:
     columns = {name: fact_quantity(name) for name in found.rows[0] if name != "kind"}
     panels = [*dict.fromkeys(x.unit for name, x in columns.items() if name != found.over)]
     size, grid = (7.0, 1.4 + 2.2 * len(panels)), {"nrows": len(panels), "sharex": True}
-    values = {
-        name: x.shown[1] * np.array([row[name] for row in found.rows], float)
-        for name, x in columns.items()
-    }
+    size_of = {name: x.shown[1] for name, x in columns.items()}
+    values = {x: size_of[x] * np.array([row[x] for row in found.rows], float) for x in columns}
     along = columns.pop(found.over)
     with style.sheet(title_of(found.scene), size, 3, **grid) as (figure, axes):
         for (name, about), colour in zip(columns.items(), cycle(style.COLOURS), strict=False):

@@ -116,11 +116,8 @@ def title_of(scene: Any) -> str:
 
 def legend(figure: Any, columns: int = 4, **looks: Any) -> None:
     """Name below a figure, once, all that is drawn in it, whichever panel it stands in."""
-    known = {
-        label: handle
-        for ax in figure.axes
-        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-    }
+    each = (zip(*ax.get_legend_handles_labels(), strict=True) for ax in figure.axes)
+    known = {label: handle for panel in each for handle, label in panel}
     if known:
         place: Any = {"loc": "outside lower center", "ncols": columns}
         figure.legend(known.values(), known.keys(), **place | looks)

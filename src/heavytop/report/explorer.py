@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from heavytop.classification import kinds
 from heavytop.classification.classify import general_reason
-from heavytop.classification.kinds import Criterion, Kind
+from heavytop.classification.kinds import KIND_DETAILS, RULES, Criterion, Kind
 from heavytop.errors import Fault, NotANumber, refuse
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
@@ -128,16 +128,10 @@ def _data(scene: Scene) -> dict[str, Any]:
     rules = [
         {"kind": rule.kind, "zeros": _names(rule.zeros), "positive": _names(rule.positive),
          "why": general_reason(rule)}
-        for rule in kinds.RULES
+        for rule in RULES
     ]  # fmt: skip
-    details = {
-        kind: {"names": detail.names, "product": _names(detail.product)}
-        for kind, detail in kinds.KIND_DETAILS.items()
-    }
-    looks = {
-        kind: {**KIND_STYLES[kind]._asdict(), "plain": words}
-        for kind, words in PLAIN_LIMITS.items()
-    }
+    details = {k: {"names": x.names, "product": _names(x.product)} for k, x in KIND_DETAILS.items()}
+    looks = {kind: KIND_STYLES[kind]._asdict() | {"plain": x} for kind, x in PLAIN_LIMITS.items()}
     shipped = [load_scene(name) for name in shipped_names()]
     others = [_start(each) for each in shipped if each.name != scene.name]
     return {

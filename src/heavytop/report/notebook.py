@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from heavytop.analytic.motion import Motion
 from heavytop.plots.figures import run_figure
 from heavytop.plots.sphere import motion_figure
-from heavytop.results import classification
+from heavytop.results import classification as results
 from heavytop.results.base import Result, given
 from heavytop.results.run import run_result
 from heavytop.results.table import Fact, Table
@@ -78,9 +78,9 @@ def _scene(scene: Scene) -> Iterator[Fact]:
 
 
 def _motion(motion: Motion) -> Iterator[Fact]:
-    summary = classification.motion_summary(motion)
-    yield from classification.verdict_facts(summary)
-    yield from classification.course_facts(summary)
+    summary = results.motion_summary(motion)
+    yield from results.verdict_facts(summary)
+    yield from results.course_facts(summary)
 
 
 def _errors(errors: Any) -> Iterator[Fact]:
@@ -96,11 +96,8 @@ _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Motion": lambda motion: (_motion(motion), motion_figure(motion)),
     "Trajectory": lambda run: (run_result(run), run_figure("overview", run)),
     "Errors": lambda errors: (_errors(errors), None),
-    "Verdict": lambda verdict: (classification.verdict_facts(asdict(verdict)), None),
-    "Plan": lambda plan: (
-        classification.Planned(scene={}, plan=classification.plan_summary(plan)).facts(),
-        None,
-    ),
+    "Verdict": lambda verdict: (results.verdict_facts(asdict(verdict)), None),
+    "Plan": lambda plan: (results.Planned(scene={}, plan=results.plan_summary(plan)).facts(), None),
 }
 """By the name of a class; any other is a result."""
 

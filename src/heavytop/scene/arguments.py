@@ -303,8 +303,7 @@ class Way(NamedTuple):
 
     def foreign(self, given: Collection[str]) -> list[str]:
         """The names that belong in no slot."""
-        every = {name for slot in (*self.slots, *self.optional) for name in slot}
-        return [name for name in given if name not in every]
+        return [name for name in given if not any(name in x for x in self.slots + self.optional)]
 
     def distance(self, given: Collection[str]) -> float:
         """The share of its slots that are empty, and how many names are foreign."""
