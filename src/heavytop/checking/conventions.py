@@ -220,8 +220,7 @@ def _worlds(*spelled: str, mirrored: bool = False) -> Undo:
                 if quarter := round(_offset(turned, "phi") / QUARTER) * QUARTER:
                     about = np.rint(_about(quarter))
                     other = _turn(turned, about, about.T if carried else IDENTITY)
-                    words = f"{_letters((about @ space).T)}{down}"
-                    yield Variant(words, other, cost + 0.5)
+                    yield Variant(f"{_letters((about @ space).T)}{down}", other, cost + 0.5)
             if not mirrored and R is not None:
                 yield Variant(f"{_letters(up)} in the body", _turn(c, IDENTITY, up))
 

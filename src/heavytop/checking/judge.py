@@ -206,8 +206,7 @@ def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene
     except BadScene as bad:
         if not any(fault.key == "start" for fault in bad.faults):
             raise
-        lacking = ["format=1", "start.theta=0", "span.periods=1"]
-        return load_scene(scene, [*changes, *lacking]).top
+        return load_scene(scene, [*changes, "format=1", "start.theta=0", "span.periods=1"]).top
 
 
 def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:

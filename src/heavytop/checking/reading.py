@@ -86,9 +86,8 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         It cannot be read, or is no trajectory; every fault is listed.
     """
     chosen = expect("columns", {} if columns is None else columns, dict)
-    for word in (word for pair in chosen.items() for word in pair):
-        if not isinstance(word, str):
-            raise wrong_type("columns", "texts alone, such as {'t': 'Zeit'}", word)
+    if wrong := [x for pair in chosen.items() for x in pair if not isinstance(x, str)]:
+        raise wrong_type("columns", "texts alone, such as {'t': 'Zeit'}", wrong[0])
     name, scene = "data", None
     if isinstance(data, str | os.PathLike):
         path = path_of("data", data)

@@ -218,5 +218,5 @@ def _try(
                     )
         for steps, after in states:
             with suppress(HeavyTopError):
-                misfit = np.maximum(decades(after, begins), -6.5)  # no fit reaches more
-                yield Explanation(steps, misfit, after.first)
+                # no fit reaches more than 6.5 decades
+                yield Explanation(steps, np.maximum(decades(after, begins), -6.5), after.first)

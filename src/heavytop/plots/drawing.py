@@ -26,11 +26,10 @@ def plotted(
         raise Impossible([("what", "there is nothing to draw")])
     units = UNITS_SHOWN.get() if unit is None else read_units(expect("unit", unit, str))
     name = next(iter(charts)) if what is None else expect("what", what, str)
-    draw = read_argument("what", name, one_of(charts))
+    draw: Draw = read_argument("what", name, one_of(charts))
     with showing(units):
         if ax is not None:
-            drawn: Axes = draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
-            return drawn
+            return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
         return _shown_by_pyplot(draw, getattr(thing, "figure_size", None), looks)
 
 
@@ -53,8 +52,7 @@ def _shown_by_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
 def _charts(thing: Any) -> Mapping[str, Draw]:
     """By name what draws a thing on axes; the first is drawn where no name is given."""
     if hasattr(thing, "charts"):
-        charts: Mapping[str, Draw] = thing.charts()
-        return charts
+        return dict(thing.charts())
     run = DrawnRun.of(thing)
     names = dict.fromkeys([*["theta"] * run.stands, *DRAW])
     if run.trajectory is None:

@@ -165,8 +165,7 @@ def loop(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
         The trajectory did not follow phi; `over_time` draws theta.
     """
     path = _against(ax, run, "phi", "theta", looks)
-    first = np.asarray(path.get_xydata())[0]
-    ax.plot(*first, "o", color=path.get_color(), ms=3, zorder=4)
+    ax.plot(*np.asarray(path.get_xydata())[0], "o", color=path.get_color(), ms=3, zorder=4)
     return _upright(ax, run)
 
 

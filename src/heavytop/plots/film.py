@@ -242,8 +242,7 @@ class Shot:
         unit, path, motion = min(self.size) / 600, self.record.axis, self.clip.motion
 
         def line(points: Array, colour: str, width: float, order: float) -> None:
-            flat = view.project(points)[0]
-            ax.plot(*flat.T, color=colour, lw=width * unit, zorder=order)
+            ax.plot(*view.project(points)[0].T, color=colour, lw=width * unit, zorder=order)
 
         ax.add_patch(Circle((0.0, 0.0), 1.0, fc="none", ec=FILM_FAINT, lw=unit, zorder=1))
         line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FILM_FAINT, 1, 1)

@@ -25,7 +25,7 @@ from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import path_of
-from heavytop.scene.quantities import QUANTITIES, UNIT_OF
+from heavytop.scene.quantities import QUANTITIES, RATES, UNIT_OF
 from heavytop.scene.scene import Scene, expect_scene, load_scene
 from heavytop.scene.shipped import shipped_names
 
@@ -34,21 +34,17 @@ EXPLORER_SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
 START_INPUTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
 NUMBER_NAMES: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Criterion)}
 
-RATE_LIMITS: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
-INPUT_LIMITS: Final = RATE_LIMITS | {
+INPUT_LIMITS: Final = dict.fromkeys((*RATES, "omega3"), (-1e6, 1e6)) | {
     "theta": (0.0, math.pi), "phi": (-1e6, 1e6), "psi": (-1e6, 1e6),
     "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9), "mass": (0.0, 1e15),
 }  # fmt: skip
 """Between what the page takes each number, in SI."""
 
 BOXES: Final = {
-    of: {name: float(size) for name, size in UNITS_OF[UNIT_OF[key]].items()}
-    for of, key in {
-        "theta": "theta", "phidot": "phidot", "thetadot": "thetadot", "spin": "psidot",
-        "A": "A", "mass": "mass", "distance": "distance",
-    }.items()
-}  # fmt: skip
-"""The units that a box takes, in SI."""
+    name.replace("psidot", "spin"): {unit: float(x) for unit, x in UNITS_OF[UNIT_OF[name]].items()}
+    for name in ("theta", "phidot", "thetadot", "psidot", "A", "mass", "distance")
+}
+"""The units that a box takes, in SI; that of the spin takes those of ψ̇."""
 
 PLAIN_LIMITS: Final = {
     Kind.AT_REST: "Nothing moves.",

@@ -38,8 +38,7 @@ def frames(thing: Any, **asked: float | None) -> dict[str, Any]:
     clip = Clip.of(run.motion, end, LONGEST_S, **asked)
     motion, last = clip.motion, clip.end
     times, notes = np.linspace(0.0, last, FRAMES), []
-    whole = clip.pushed or abs(last) > abs(end)
-    record: Any = motion.at(times) if whole else run.at(times)
+    record: Any = motion.at(times) if clip.pushed or abs(last) > abs(end) else run.at(times)
     if clip.pushed:
         notes.append(f"Without a push it stays as it is; here it was pushed at {PUSH:g} rad/s.")
     elif not (np.isfinite(record.quaternion).all() and np.isfinite(record.omega).all()):

@@ -124,8 +124,7 @@ class Scene(Shown):
 
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
-        names = ("A", "C", "gMR", "mass", "distance")
-        top = {name: getattr(self.top, name) for name in names}
+        top = {name: getattr(self.top, name) for name in ("A", "C", "gMR", "mass", "distance")}
         return {
             "format": FORMAT,
             "title": self.title,

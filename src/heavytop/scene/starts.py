@@ -46,8 +46,7 @@ def completed(given: Values) -> Values:
     """Return a start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
     way = way_of(given)
     if way is ANGLE_RATES:
-        placed = {*_PLACED} & given.keys()
-        names = ("thetadot", "phidot") if placed else _FIELDS
+        names = ("thetadot", "phidot") if {*_PLACED} & given.keys() else _FIELDS
         spin = {} if {*_SPINS} & given.keys() else {"psidot": ZERO}
         return {**dict.fromkeys(names, ZERO), **given, **spin}
     still = way is CONSTANTS_START and not {*_ENERGIES} & given.keys()
@@ -206,8 +205,7 @@ def _too_low(values: Values, x: Numbers, least: Exact, more: str = "") -> Imposs
     if x.keys() >= {*_MOMENTA} and abs(float(x["p_phi"])) <= abs(float(x["p_psi"])) > 0:
         tilt = float(acos(x["p_phi"] / x["p_psi"]) * 180 / PI)
         rest = f"; these momenta at rest have theta = {tilt:.4g} deg"
-    rule = f"at least {short(least)} {where}{more}{rest}"
-    return ImpossibleStart([(_energy_of(values), rule)])
+    return ImpossibleStart([(_energy_of(values), f"at least {short(least)} {where}{more}{rest}")])
 
 
 def _energy_of(values: Values) -> str:
@@ -259,8 +257,7 @@ def _theta(top: Top, values: Values, x: Numbers) -> Exact:
     between = [u for u in roots if (ONE - u**2).sign() == 1]  # p_φ = ±p_ψ has a pole as a root
     if not between:
         least, at = _lowest(top, float(p_phi), float(p_psi))
-        where = f", which have it at theta = {at:.6g}"
-        raise _too_low(values, x, Exact.of(least) + rest, where)
+        raise _too_low(values, x, Exact.of(least) + rest, f", which have it at theta = {at:.6g}")
     return acos(between[0 if _branch(values, "falling", "rising") == 1 else -1])
 
 
@@ -325,8 +322,7 @@ def _steady(values: Values, top: Top) -> dict[str, Any]:
     if not (fast or light) and larger.sign() == 0:
         raise ImpossibleStart([(held, "not 0 at this theta")])
     slow = ZERO if fast or light else 2 * top.gMR / larger
-    rate = larger / (2 * square) if fast else slow
-    return {"phidot": rate, "held": held, "spin": values[held]}
+    return {"phidot": larger / (2 * square) if fast else slow, "held": held, "spin": values[held]}
 
 
 def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
