@@ -189,14 +189,13 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     write_whole(place, lambda part: part.write_bytes(data))
 
 
-def svg(figure: Figure) -> str:
-    """The SVG of a figure, its texts in the font of the reader."""
-    return _render(figure, "svg", **{"svg.fonttype": "none"}).decode()
-
-
 def svg_address(figure: Figure) -> str:
-    """A figure as the address of an image, in which no script runs and no identifier is met."""
-    return f"data:image/svg+xml;base64,{b64encode(svg(figure).encode()).decode()}"
+    """A figure as the address of an image, in which no script runs and no identifier is met.
+
+    Its texts are in the font of the reader.
+    """
+    data = _render(figure, "svg", **{"svg.fonttype": "none"})
+    return f"data:image/svg+xml;base64,{b64encode(data).decode()}"
 
 
 def _render(figure: Figure, form: str, **style: str) -> bytes:

@@ -215,7 +215,7 @@ def write_study(
     Raises
     ------
     StoppedEarly
-        A file cannot be written.
+        A file cannot be written, or Ctrl-C.
 
     Warns
     -----
@@ -223,7 +223,8 @@ def write_study(
         The chart cannot be drawn; all else is written.
     """
     place, kind = Path(folder), kind_of(found)
-    with _writing(found, place):
+    kept = place if found.goes_on else None  # to go on with
+    try:
         place.mkdir(parents=True, exist_ok=True)
         remove_parts(place, [f"{kind}.{form}" for form in ("json", "nc", *PICTURE_FORMATS)])
         files = {"document": f"{kind}.json", **found.save_data(place)}
@@ -234,24 +235,16 @@ def write_study(
         if figures:
             files |= _save_figure(place, kind, found.figure, "chart")
             replace(found, files=files).save(place / files["document"])
+    except OSError as fault:
+        raise StoppedEarly.unwritable(fault, place, kept) from fault
+    except KeyboardInterrupt:
+        raise StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", kept) from None
     return files
 
 
 def kind_of(found: Result) -> str:
     """The kind of a result: the name of its document."""
     return found.schema.split("/")[1]
-
-
-@contextmanager
-def _writing(found: Result, place: Path) -> Iterator[None]:
-    """Say how a study goes on, if it does, whose files cannot be written, or at Ctrl-C."""
-    folder = place if found.goes_on else None
-    try:
-        yield
-    except OSError as fault:
-        raise StoppedEarly.unwritable(fault, place, folder) from fault
-    except KeyboardInterrupt:
-        raise StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", folder) from None
 
 
 def _save_figure(place: Path, name: str, draw: Callable[[], Any], key: str) -> dict[str, str]:
