@@ -24,7 +24,9 @@ def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
     return {"runs": runs, "marks": marks, "path": PATH}
 
 
-def frames(thing: Any, **asked: float | None) -> dict[str, Any]:
+def frames(
+    thing: Any, rounds: float | None = None, time: float | None = None, speed: float | None = None
+) -> dict[str, Any]:
     """The frames of a run, or of a motion, at even steps from its start to ``end`` [s].
 
     ``quaternion``, body to space and scalar first, and ``momentum``, the angular momentum over its
@@ -35,7 +37,7 @@ def frames(thing: Any, **asked: float | None) -> dict[str, Any]:
     """
     run = DrawnRun.of(thing, PERIODS)
     top, end = run.motion.top, run.end
-    clip = Clip.of(run.motion, end, LONGEST_S, **asked)
+    clip = Clip.of(run.motion, end, LONGEST_S, rounds=rounds, time=time, speed=speed)
     motion, last = clip.motion, clip.end
     times, notes = np.linspace(0.0, last, FRAMES), []
     record: Any = motion.at(times) if clip.pushed or abs(last) > abs(end) else run.at(times)
@@ -57,7 +59,7 @@ def frames(thing: Any, **asked: float | None) -> dict[str, Any]:
     ]
     return {
         "title": run.title, "end": last, "spin": spin, "notes": notes,
-        "seconds": clip.seconds if asked.get("speed") else None,
+        "seconds": clip.seconds if speed else None,
         "precession": motion.mean_angle_rates[0] * last,
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_MARKS],
         "shape": [float(top.C / top.A), float(np.sign(float(top.gMR)))],
