@@ -1,5 +1,7 @@
 """The command in this process: what it says, and how it ends where its run fails."""
 
+import json
+
 from click.testing import CliRunner
 
 import heavytop.run.propagation
@@ -15,6 +17,23 @@ def printed(*words):
     found = heavytop_(*words)
     assert found.exit_code == 0, found.output
     return found.stdout
+
+
+def document(*words):
+    """What a command says in JSON that ends well."""
+    return json.loads(printed(*words, "--json"))
+
+
+def refused(code, *words):
+    """What a command says on stderr that ends with a code."""
+    found = heavytop_(*words)
+    assert found.exit_code == code, found.output
+    return found.stderr
+
+
+def names(folder):
+    """What lies in a folder beside its journal."""
+    return {path.name for path in folder.iterdir()} - {"study.jsonl", "lock"}
 
 
 def fail_with(monkeypatch, error):

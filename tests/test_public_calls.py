@@ -2,7 +2,9 @@
 
 import inspect
 import operator
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import heavytop as ht
@@ -12,81 +14,58 @@ START = ht.State("0.1", phidot=-15, psidot=140)
 SCENE = ht.Scene(TOP, START, time="0.01", name="scene")
 MOTION = ht.Motion(TOP, START)
 RUN = ht.propagate(SCENE)
-NUMBERS = {"A": 1, "C": 1, "gMR": 1, "theta": 1}
-PLANE = {"scene": SCENE, "x": "phidot=-2:2:3", "y": "psidot=-2:2:3", "jobs": 1}
 
-# what each public function needs, as it should be
-NEEDED = {
-    "Motion": {"top": TOP, "start": START},
-    "Scene": {"top": TOP, "start": START, "time": 2},
-    "State": {"theta": 1},
-    "Top": {"A": 1, "C": 1, "gMR": 1},
-    "atlas": PLANE,
-    "classify": {"top": TOP, "start": START},
-    "classify_many": NUMBERS,
-    "check": {"data": {"t": range(5), "theta": [0.1] * 5}, "scene": SCENE},
-    "certify": {"run": SCENE},
-    "drift": {"scene": SCENE},
-    "extend": {"trajectory": RUN, "time_span": 3},
-    "facts": {"motion": MOTION},
-    "find": {"scene": SCENE, "vary": "start.psidot=1:2", "so_that": "round=1"},
-    "sweep": {"scene": SCENE, "over": "start.psidot=1:2:3", "facts": ["round"]},
-    "explore": {"scene": SCENE, "path": "no such folder/x.html"},
-    "film": {"scene": SCENE, "path": "no such folder/x.gif"},
-    "load_atlas": {"folder": "nowhere"},
-    "load_scene": {"name_or_path": "sicm-kicked"},
-    "load_trajectory": {"path": "nowhere"},
-    "motions_many": NUMBERS,
-    "plan": {"scene": SCENE},
-    "propagate": {"scene": SCENE},
-    "propagate_many": NUMBERS | {"time": 1},
-    "reference": {"scene": SCENE, "times": [1]},
-    "resume": {"folder": "nowhere"},
-    "run_errors": {"trajectory": RUN},
-    "sensitivities": {"top": TOP, "start": START},
-    "stress": {"cases": ["kick-1e-9"], "methods": ("taylor-axis",)},
-    "validate": {"names": ["betsch-cone"]},
-    "work_precision": {"scene": SCENE},
-    "State.from_constants": {"top": TOP, "E": 1, "p_phi": 1, "p_psi": 1, "theta": 1},
-    "State.from_quaternion": {"quaternion": [1, 0, 0, 0]},
-    "State.from_rotation": {"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]},
-    "State.kicked": {"theta": 1, "omega3": 1, "phidot": 1},
-    "State.steady": {"top": TOP, "theta": 1, "omega3": 200},
-    "Top.from_parts": dict.fromkeys(("mass", "distance", "A_cm", "C_cm", "gravity"), 1),
-    "Top.from_solids": {"parts": [], "gravity": 1},
-}
+# what public functions take, by its name, as it should be
+GOOD = {
+    "A": 1, "C": 1, "gMR": 1, "theta": 1, "time": 2, "top": TOP, "start": START, "scene": SCENE,
+    "run": SCENE, "trajectory": RUN, "motion": MOTION, "time_span": 3, "times": [1],
+    "x": "phidot=-2:2:3", "y": "psidot=-2:2:3", "vary": "start.psidot=1:2", "so_that": "round=1",
+    "over": "start.psidot=1:2:3", "facts": ["round"], "cases": ["kick-1e-9"], "parts": [],
+    "methods": ("taylor-axis",), "names": ["betsch-cone"], "E": 1,
+    "data": {"t": range(5), "theta": [0.1] * 5},
+    "p_phi": 1, "p_psi": 1, "quaternion": [1, 0, 0, 0], "omega3": 200, "phidot": 1, "mass": 1,
+    "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "distance": 1, "A_cm": 1, "C_cm": 1,
+    "gravity": 1, "folder": "nowhere", "path": "no such folder/x.gif", "name_or_path": "mine",
+}  # fmt: skip
+BESIDES = {  # what is tried though it may be left out
+    "Scene": "time", "check": "scene", "explore": "scene path", "stress": "cases methods",
+    "validate": "names", "State.from_constants": "E p_phi p_psi theta", "State.steady": "omega3",
+    "Top.from_parts": "A_cm C_cm",
+}  # fmt: skip
+MAKERS = ("Motion", "Scene", "State", "Top", "State.from_quaternion", "State.from_rotation",
+          "State.kicked", "Top.from_solids")  # fmt: skip
+FUNCTIONS = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
 WRONG = [object(), "of no use", None, 1j, {}]
 NAMES = [("stress", "cases"), ("stress", "methods"), ("explore", "scene")]  # or all
 OPTIONAL = [("Scene", "time"), ("State.from_constants", "E"), *NAMES]
 A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
-PLACES = [(name, place) for name, given in NEEDED.items() for place in given if place != "jobs"]
 
 
 def named(name):
     return operator.attrgetter(name)(ht)
 
 
-@pytest.mark.parametrize(("name", "place"), PLACES)
+def needed(name):
+    """What a function needs, as it should be."""
+    own = inspect.signature(named(name)).parameters.values()
+    empty = [p.name for p in own if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+    return {x: GOOD[x] for x in (*empty, *BESIDES.get(name, "").split())}
+
+
+EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
+
+
+@pytest.mark.parametrize(("name", "place"), [(n, place) for n in EVERY for place in needed(n)])
 def test_what_a_function_does_not_take_is_refused_by_name(name, place):
     for wrong in WRONG:
         if (name, place) in (OPTIONAL if wrong is None else NAMES * isinstance(wrong, str)):
             continue
         with pytest.raises(ht.HeavyTopError) as refusal:
-            named(name)(**NEEDED[name] | {place: wrong})
+            named(name)(**needed(name) | {place: wrong})
         told = str(refusal.value)
         assert (wrong if isinstance(wrong, str) and place in A_PATH else place) in told
         assert told.isprintable() or "\n" in told
         assert len(told) < 300
-
-
-def test_every_public_function_is_among_them():
-    """A function that is new is tried as the others are."""
-    known = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
-    assert known <= NEEDED.keys()
-    for name, given in NEEDED.items():
-        own = inspect.signature(named(name)).parameters
-        empty = {n for n, p in own.items() if p.default is p.empty and p.kind is not p.VAR_KEYWORD}
-        assert empty <= given.keys() <= own.keys()
 
 
 OPTIONS = {
@@ -104,7 +83,60 @@ def test_an_option_of_no_use_is_refused_by_name(name):
     for option in OPTIONS[name].split():
         for wrong in (object(), 1j):
             with pytest.raises(ht.HeavyTopError, match=option):
-                named(name)(**NEEDED[name] | {option: wrong})
+                named(name)(**needed(name) | {option: wrong})
+
+
+SEPARATRIX = ht.load_scene("separatrix")
+HEAVY = replace(SCENE, top=ht.Top.from_parts(mass=1, distance=1, gravity="9.81", A_cm=1, C_cm=1))
+FAST = ht.Scene(ht.Top(1, "1e-7", 1), ht.State(1, psidot="1e7"), time=1)
+REFUSED = [  # a function, what it is given besides, and the keys of all that is wrong
+    ("Scene", {"periods": 1}, "periods"),
+    ("Scene", {"quantities": ("thta",)}, "quantities"),
+    ("Scene", {"events": "turning"}, "events"),
+    ("Scene", {"start": 0.1}, "start"),
+    ("Scene", {"quantities": ("reaction",)}, "top.mass"),
+    *(("load_scene", {"name_or_path": "sicm-kicked", "overrides": x}, "overrides")
+      for x in ("start.phidot=-14", [-14], np.array([0.5]), None)),
+    ("find", {"vary": "start.psidt=1:2"}, "vary"),
+    ("find", {"vary": "psidot=1:2", "so_that": "rond = 3"}, "vary so_that"),
+    ("find", {"vary": "start.psidot=1:x", "so_that": "round = 3 kg"}, "vary so_that"),
+    ("find", {"vary": "start.psidot=1", "so_that": "kind < waves"}, "vary so_that"),
+    ("find", {"so_that": "kind = wave"}, "so_that"),
+    ("find", {"vary": "top.A=-3:-1"}, "top.A"),
+    ("find", {"scene": HEAVY, "vary": "top.gMR=1:2"}, "top.gMR"),
+    ("sweep", {"over": "psidot=1:2", "facts": ["rond", 3]}, "facts facts over"),
+    ("sweep", {"over": "start.psidot = 50:400:99999999999"}, "over"),
+    ("atlas", {"x": "phi=0:1:5"}, "x"),
+    ("atlas", {"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "x y jobs"),
+    ("atlas", {"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "y"),
+    ("atlas", {"executor": 3}, "executor"),
+    ("atlas", {"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "x, y"),
+    ("film", {"path": "x.avi", "seconds": 0, "fps": 99, "size": (1, 2)}, "seconds path fps size"),
+    ("film", {"size": (4096, 4096), "seconds": 600}, "size"),
+    ("film", {"rounds": 1, "time": 2}, "rounds"),
+    ("film", {"speed": 1, "time": 2, "seconds": 3}, "speed"),
+    ("explore", {"scene": FAST, "path": "x.html"}, "psidot C/A"),
+    *(("reference", {"times": x}, "times") for x in ("0:1", "0:1:0", "0:1:1e-12", ["1/3"], [], 3)),
+    *(("reference", {"quantities": x}, "quantities") for x in (["tetha"], "theta")),
+    ("reference", {"digits": 1}, "digits"),
+    ("reference", {"events": ["cups"]}, "events"),
+    *((study, {"scene": SEPARATRIX, "periods": "9", "methods": ["auto", "strang=x"]},
+       "periods start methods") for study in ("drift", "work_precision")),
+    ("validate", {"names": ["hold", 3]}, "names names"),
+    ("validate", {"names": "holds"}, "names"),
+    ("validate", {"jobs": 0}, "jobs"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "given", "keys"), REFUSED)
+def test_all_that_is_wrong_is_named_at_once_and_nothing_done(
+    name, given, keys, monkeypatch, tmp_path
+):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ht.BadScene) as refusal:
+        named(name)(**needed(name) | given)
+    assert " ".join(fault.key for fault in refusal.value.faults) == keys
+    assert not [*tmp_path.iterdir()]
 
 
 def test_what_is_of_another_type_is_a_type_error():

@@ -1,6 +1,13 @@
-"""Two runs, of which one was sampled, split, stored or interrupted: they have the same bits."""
+"""Runs of shipped scenes, and two of them that have the same bits, however they were made."""
 
 import numpy as np
+
+import heavytop as ht
+
+
+def run_of(*changes, name="sicm-kicked", **how):
+    """A run of a shipped scene with changes."""
+    return ht.propagate(ht.load_scene(name, changes), **how)
 
 
 def same(a, b):

@@ -10,8 +10,6 @@ import heavytop as ht
 from heavytop.equations import lagrangian as lag
 from heavytop.exact import PI
 from heavytop.exact.decimals import context
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 from ..motions import MOTIONS, motion, named
 from ..views import Bounds, holds
@@ -60,7 +58,7 @@ def test_constants_are_the_legendre_transform(seed):
     E = lag.energy()
     symbolic = {"E": E, "E_prime": E - p_psi**2 / (2 * lag.C), "p_phi": p_phi, "p_psi": p_psi}
     state = dict(zip(("thetadot", "phidot", "psidot"), rates, strict=True))
-    found = ht.Motion(Top(*numbers[:3]), State(numbers[3], **state)).integrals(50)._asdict()
+    found = ht.Motion(ht.Top(*numbers[:3]), ht.State(numbers[3], **state)).integrals(50)._asdict()
     for name, value in found.items():
         exact = CTX.mpf(str(symbolic[name].subs(values).evalf(60)))
         assert abs(value - exact) < CTX.mpf(10) ** -46, name

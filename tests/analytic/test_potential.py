@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from heavytop.analytic.motion import Motion
+from heavytop import Motion, State, Top
 from heavytop.analytic.potential import Potential
 from heavytop.equations import lagrangian as lag
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 from ..motions import BOOK, INVERTED
 

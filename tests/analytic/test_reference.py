@@ -7,11 +7,9 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
-from heavytop.analytic.motion import Motion
+from heavytop import ForeignFile, Motion, load_scene
 from heavytop.analytic.reference import EVENT_QUANTITIES, read_times, reference
 from heavytop.cli import app
-from heavytop.errors import BadScene, ForeignFile
-from heavytop.scene.scene import load_scene
 from heavytop.scene.shipped import shipped_scenes
 
 KICKED = load_scene("sicm-kicked")
@@ -52,21 +50,6 @@ def test_events_between_two_times_and_before_the_start():
 def test_whole_turns_have_all_their_digits():
     late = reference(KICKED, [10**11], ["phi"], digits=2).columns["phi"]
     assert off(late[0], reference(KICKED, [10**11], ["phi"], digits=40).columns["phi"][0]) <= 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        *(({"times": each}, "times = ") for each in ("0:1", "0:1:0", "0:1:1e-12", ["1/3"], [], 3)),
-        ({"quantities": ["tetha"]}, "tetha"), ({"digits": 1}, "from 2 to 4000"),
-        ({"events": ["cups"]}, 'did you mean "cusp"'),
-        ({"quantities": "theta"}, "a sequence of names"),
-    ],
-)  # fmt: skip
-def test_bad_arguments_are_named(arguments, said):
-    with pytest.raises(BadScene, match=said):
-        reference(**({"scene": KICKED, "times": "0:1:1"} | arguments))
 
 
 def test_times_from_a_file(tmp_path):

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
+from heavytop import BadScene, check
 from heavytop.checking.comparison import Comparison
 from heavytop.checking.conventions import INERTIA_ROW, NUMBER_ROW, OMEGAS, TABLE, Variant
-from heavytop.checking.judge import check
 from heavytop.checking.reading import TIME_UNITS, read
 from heavytop.checking.search import Explanation, Undoing, judge, undo_names
-from heavytop.errors import BadScene
 from heavytop.scene.quantities import RATES
 
 from .made import SCENE, exact

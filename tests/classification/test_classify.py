@@ -13,11 +13,9 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heavytop.classification import Kind
+from heavytop import Kind, State, Top
 from heavytop.classification.classify import UndecidedError, classify
 from heavytop.exact import Exact, sqrt
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 from ..motions import BOOK
 from ..starts import CTX, kind_of

@@ -8,8 +8,7 @@ import pytest
 import heavytop as ht
 from heavytop.classification import kinds, many
 from heavytop.classification.arrays import TAG_NAMES, bits, detail
-from heavytop.classification.many import classify_many
-from heavytop.errors import FoldedTiltWarning, Impossible, ImpossibleStart, NotANumber
+from heavytop.errors import Impossible, NotANumber
 
 from ..starts import nasty, regular, top_and_state
 
@@ -32,7 +31,7 @@ def assert_one_by_one(numbers, found):
 @pytest.mark.parametrize("held", ["psidot", "omega3"])
 def test_many_are_what_they_are_one_by_one(held):
     numbers = nasty(np.random.default_rng(7), 800, held)
-    found = classify_many(**numbers, tags=True)
+    found = ht.classify_many(**numbers, tags=True)
     assert found.certified.all()
     assert_one_by_one(numbers, found)
 
@@ -42,13 +41,13 @@ def test_away_from_the_boundaries_none_is_sent():
     numbers = regular(np.random.default_rng(3), 1000)
     numbers["C"][::5] = numbers["A"][::5]
     numbers["omega3"][::7] = 0.0
-    found = classify_many(**numbers, tags=True)
+    found = ht.classify_many(**numbers, tags=True)
     assert found.sent == 0
     assert_one_by_one(numbers, found)
     both = [(found.tags & bits((name,)) > 0).mean() for name in TAG_NAMES[:3]]
     assert 0.1 < min(both) <= max(both) < 0.9
     passing = {"A": 2, "C": 1.5, "gMR": 3, "theta": 0, "thetadot": 2, "phidot": 9}
-    found = classify_many(**passing, omega3=np.linspace(-5, 5, 40), tags=True)
+    found = ht.classify_many(**passing, omega3=np.linspace(-5, 5, 40), tags=True)
     assert (found.counts, found.sent, found.tags.any()) == ({"through-top": 40}, 0, False)
 
 
@@ -59,7 +58,7 @@ def test_near_the_separatrix():
     thetadot = math.sqrt(rise) * (1 + 10.0 ** np.arange(-12, -1, 0.25))
     given = {"A": 1.0, "C": 0.5, "gMR": 1.0, "theta": 1.0, "phidot": 0.7, "omega3": omega3}
     numbers = {name: np.full(44, x) for name, x in given.items()} | {"thetadot": thetadot}
-    found = classify_many(**numbers, tags=True)
+    found = ht.classify_many(**numbers, tags=True)
     assert_one_by_one(numbers, found)
     assert 10 < np.sum(found.tags & bits(("near-separatrix",)) > 0) <= found.sent < 34
 
@@ -74,11 +73,11 @@ def test_spin_reversal_beside_a_turning_point():
     numbers["theta"] = np.where(flat, 10.0 ** random.uniform(-4, -1, n), numbers["theta"])
     numbers["psidot"] = 10.0 ** random.uniform(-17, -9, n) * random.choice((-1, 0, 1), n)
     numbers["thetadot"] = 10.0 ** random.uniform(-17, -5, n) * random.choice((-1, 0, 1), n)
-    found = classify_many(**numbers, tags=True)
+    found = ht.classify_many(**numbers, tags=True)
     assert_one_by_one(numbers, found)
     assert 0.05 < (found.tags & bits(("spin-reversal",)) > 0).mean() < 0.95
     still = (numbers["psidot"] == 0) & (numbers["thetadot"] == 0) & ~flat
-    assert classify_many(**{name: x[still] for name, x in numbers.items()}, tags=True).sent == 0
+    assert ht.classify_many(**{name: x[still] for name, x in numbers.items()}, tags=True).sent == 0
 
 
 def test_far_from_the_separatrix_by_two_numbers():
@@ -109,14 +108,14 @@ def test_arrays_are_broadcast_whatever_their_order(monkeypatch):
         "theta": random.uniform(0, 3, (5, 4, 3)).T, "phidot": random.normal(size=5),
         "thetadot": np.float32(0.25), "psidot": 3,
     }  # fmt: skip
-    found = classify_many(**given, tags=True)
+    found = ht.classify_many(**given, tags=True)
     assert found.kind.shape == found.certified.shape == found.tags.shape == (3, 4, 5)
     monkeypatch.setattr(many, "TOPS_AT_ONCE", 7)
-    parts = classify_many(**given, tags=True)
+    parts = ht.classify_many(**given, tags=True)
     for field in ("kind", "detail", "certified", "tags", "open_tags"):
         assert np.array_equal(getattr(parts, field), getattr(found, field)), field
     full = np.broadcast_arrays(*given.values())
-    one = classify_many(**{name: x[1, 2, 3] for name, x in zip(given, full, strict=True)})
+    one = ht.classify_many(**{name: x[1, 2, 3] for name, x in zip(given, full, strict=True)})
     assert one.kind == found.kind[1, 2, 3]
 
 
@@ -136,7 +135,7 @@ def test_what_is_impossible_is_marked_and_counted(still):
     base = GOOD | ({"thetadot": 0.0, "phidot": 0.0, "omega3": 0.0, "theta": 0.0} if still else {})
     cases = [base | {name: x} for name, x in BAD] + [base]
     table = {name: np.array([case[name] for case in cases]) for name in base}
-    found = classify_many(**table, tags=True)
+    found = ht.classify_many(**table, tags=True)
     assert found.impossible.tolist() == [True] * len(BAD) + [False]
     assert found.counts["impossible"] == len(BAD)
     assert sum(found.counts.values()) == len(cases)
@@ -144,23 +143,23 @@ def test_what_is_impossible_is_marked_and_counted(still):
     assert not found.tags[:-1].any()
     assert found.certified.all()
     for case in cases[:-1]:
-        with pytest.raises((Impossible, FoldedTiltWarning)):  # arrays fold no tilt
+        with pytest.raises((Impossible, ht.FoldedTiltWarning)):  # arrays fold no tilt
             top_and_state(case)
 
 
 @pytest.mark.parametrize("theta", ["pi/3", [1, "x"], True, None, [[1, 2], [3]], np.longdouble(1)])
 def test_what_is_no_array_of_numbers_is_refused(theta):
     with pytest.raises(NotANumber, match="theta"):
-        classify_many(A=1, C=1, gMR=1, theta=theta)
+        ht.classify_many(A=1, C=1, gMR=1, theta=theta)
 
 
 def test_refusals_and_results_that_do_not_change():
-    with pytest.raises(ImpossibleStart, match="not both"):
-        classify_many(A=1, C=1, gMR=1, theta=1, psidot=1, omega3=1)
+    with pytest.raises(ht.ImpossibleStart, match="not both"):
+        ht.classify_many(A=1, C=1, gMR=1, theta=1, psidot=1, omega3=1)
     with pytest.raises(Impossible, match=r"theta \(2,\), phidot \(3,\)"):
-        classify_many(A=1, C=1, gMR=1, theta=[1, 2], phidot=[1, 2, 3])
+        ht.classify_many(A=1, C=1, gMR=1, theta=[1, 2], phidot=[1, 2, 3])
     k = 2**27 + 1
     with pytest.raises(NotANumber, match=r"2\^53"):
-        classify_many(A=1, C=1, gMR=np.int64(k * k), theta=0, omega3=2 * k)
-    none = classify_many(A=1, C=1, gMR=1, theta=np.zeros((0, 3)))
+        ht.classify_many(A=1, C=1, gMR=np.int64(k * k), theta=0, omega3=2 * k)
+    none = ht.classify_many(A=1, C=1, gMR=1, theta=np.zeros((0, 3)))
     assert (none.kind.shape, none.counts) == ((0, 3), {})

@@ -5,12 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from heavytop.classification.classify import classify
+from heavytop import State, Top, classify, load_scene
 from heavytop.classification.kinds import KIND_DETAILS, RULES
-from heavytop.scene.scene import load_scene
 from heavytop.scene.shipped import shipped_names
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 from ..motions import FURTHER, MOTIONS, named
 from ..starts import CTX, nasty, regular, top_and_state

@@ -12,7 +12,7 @@ from heavytop.integration.blocks import Integrator
 from heavytop.integration.orbit import Orbit, _Journey
 from heavytop.report.files import finished_run
 
-from ..commands import fail_with, heavytop_
+from ..commands import document, fail_with, heavytop_, names, refused
 
 KICKED = ("run", "sicm-kicked", "--set", "span.time=0.5")
 
@@ -32,58 +32,47 @@ def test_a_folder_gets_every_file_the_document_names(tmp_path):
     folder = tmp_path / "new" / "out"
     result = heavytop_(*KICKED, "-o", folder, "--json", "-v")
     assert result.exit_code == 0, result.stderr
-    printed = json.loads(result.stdout)
-    assert printed["schema"] == "heavytop/run/1"
-    assert printed == json.loads((folder / "run.json").read_text("utf-8"))
-    there = {path.name for path in folder.iterdir()}
-    assert there == {*printed["files"].values(), "study.jsonl", "lock"}
+    found = json.loads(result.stdout)
+    assert found["schema"] == "heavytop/run/1"
+    assert found == json.loads((folder / "run.json").read_text("utf-8"))
+    assert names(folder) == {*found["files"].values()}
     assert f"heavytop: wrote {folder / 'trajectory.nc'}\n" in result.stderr
     assert "heavytop: run sicm-kicked\n" in result.stderr
 
 
 def test_options_are_those_asked_for(tmp_path):
-    words = ("--digits", 9, "--formulation", "lagrange", "-o", tmp_path / "out", "--no-figures")
+    words = ("--digits", 9, "--formulation", "lagrange", "-o", tmp_path, "--no-figures")
     quiet = heavytop_(*KICKED, "--json", *words, "-q", "-v")
-    document = json.loads(quiet.stdout)
-    assert document["final"]["t"] == 0.5
-    assert document["scene"]["want"]["digits"] == 9
-    assert document["plan"]["formulation"] == "lagrange"
-    there = {path.name for path in (tmp_path / "out").iterdir()}
-    assert there == {"run.json", "trajectory.nc", "study.jsonl", "lock"}
+    found = json.loads(quiet.stdout)
+    assert (found["final"]["t"], found["scene"]["want"]["digits"]) == (0.5, 9)
+    assert found["plan"]["formulation"] == "lagrange"
+    assert names(tmp_path) == {"run.json", "trajectory.nc"}
     assert quiet.stderr == ""
 
 
 def test_a_tolerance_is_that_of_the_steps_and_of_a_resumed_run(tmp_path):
-    words = (*KICKED, "--no-figures", "--json", "--set", "want.digits=5", "--tolerance")
+    words = (*KICKED, "--no-figures", "--set", "want.digits=5", "--tolerance")
     errors = {}
     for tolerance in (1e-7, 1e-9):
         folder = tmp_path / str(tolerance)
-        found = heavytop_(*words, tolerance, "-o", folder)
-        assert found.exit_code == 0, found.stderr
-        document = json.loads(found.stdout)
-        assert document["plan"]["tolerance"] == tolerance
-        errors[tolerance] = document["errors"]["axis"]
+        found = document(*words, tolerance, "-o", folder)
+        assert found["plan"]["tolerance"] == tolerance
         (folder / "run.json").unlink()  # as if it had been killed before it was written
-        again = heavytop_("resume", folder, "--json")
-        assert json.loads(again.stdout)["errors"] == document["errors"]
+        assert document("resume", folder)["errors"] == found["errors"]
+        errors[tolerance] = found["errors"]["axis"]
     assert 3 < errors[1e-7] / errors[1e-9] < 3e4
-    other = heavytop_(*words, 1e-9, "-o", tmp_path / "1e-07")
-    assert other.exit_code == Exit.BAD_SCENE  # it holds another run
+    refused(Exit.BAD_SCENE, *words, 1e-9, "-o", tmp_path / "1e-07")  # it holds another run
     for wrong in (("0.5",), ("1e-9", "--digits", "30")):
-        assert heavytop_(*words, *wrong).exit_code == 2
+        refused(Exit.USAGE, *words, *wrong)
 
 
 def test_every_fault_of_a_scene_is_listed_with_its_line_and_no_folder_is_made(tmp_path):
     scene = tmp_path / "top.toml"
-    text = "format = 1\n[top]\nA = -1\nC = 1\ngMR = 1\n[start]\nthteta = 0.1\n"
-    scene.write_text(text, encoding="utf-8")
-    result = heavytop_("run", scene, "-o", tmp_path / "out", "--set", "span.time=1")
-    assert result.exit_code == Exit.BAD_SCENE
-    assert result.stdout == ""
-    assert result.stderr.startswith("heavytop: the input is not valid:\n")
-    assert f"{scene}:3" in result.stderr
-    assert f"{scene}:7" in result.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
+    scene.write_text("format = 1\n[top]\nA = -1\nC = 1\ngMR = 1\n[start]\nthteta = 0.1\n", "utf-8")
+    said = refused(Exit.BAD_SCENE, "run", scene, "-o", tmp_path / "out", "--set", "span.time=1")
+    assert said.startswith("heavytop: the input is not valid:\n")
+    assert all(f"{scene}:{line}" in said for line in (3, 7))
+    assert names(tmp_path) == {"top.toml"}
 
 
 def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, monkeypatch):
@@ -93,69 +82,50 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, 
         raise errors.EndedEarly("singular", whole(*arguments, **options))
 
     monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)
-    folder = tmp_path / "out"
-    result = heavytop_(*KICKED, "--json", "-o", folder, "--no-figures")
+    result = heavytop_(*KICKED, "--json", "-o", tmp_path, "--no-figures")
     assert result.exit_code == Exit.ENDED_EARLY
     assert json.loads(result.stdout)["schema"] == "heavytop/run/1"
-    assert (folder / "trajectory.nc").exists()
-    assert f"the partial result is in {folder}" in result.stderr
-    assert finished_run(folder) is not None
-    assert "singular" in result.stderr
-    nowhere = heavytop_(*KICKED)
-    assert nowhere.exit_code == Exit.ENDED_EARLY
-    assert "the partial result is above (-o DIR keeps it)" in nowhere.stderr
+    assert (tmp_path / "trajectory.nc").exists()
+    assert all(x in result.stderr for x in ("singular", f"the partial result is in {tmp_path}"))
+    assert finished_run(tmp_path) is not None
+    nowhere = refused(Exit.ENDED_EARLY, *KICKED)
+    assert "the partial result is above (-o DIR keeps it)" in nowhere
 
 
 def test_an_interrupted_run_is_kept_and_not_gone_through_again(tmp_path, monkeypatch):
     """To compare its part would take as long as the run did."""
-    folder, long = tmp_path / "out", (*KICKED, "--set", "span.periods=1500", "--no-figures")
+    long, advance, calls = (*KICKED, "--set", "span.periods=1500"), _Journey.advance, []
 
-    def stopped(*words):
-        with monkeypatch.context() as patched:
-            advance, calls = _Journey.advance, []
+    def struck(journey):
+        calls.append(journey)
+        if len(calls) % 3 == 0:
+            raise KeyboardInterrupt
+        return advance(journey)
 
-            def struck(journey):
-                calls.append(journey)
-                if len(calls) == 3:
-                    raise KeyboardInterrupt
-                return advance(journey)
-
-            patched.setattr(_Journey, "advance", struck)
-            patched.setattr(Integrator, "polynomials", None)
-            patched.setattr(Orbit, "at", None)
-            return heavytop_(*long, *words)
-
-    kept = stopped("-o", folder, "--json")
+    with monkeypatch.context() as patched:
+        patched.setattr(_Journey, "advance", struck)
+        patched.setattr(Integrator, "polynomials", None)
+        patched.setattr(Orbit, "at", None)
+        kept = heavytop_(*long, "-o", tmp_path, "--json", "--no-figures")
+        assert refused(Exit.INTERRUPTED, *long).endswith("; nothing was kept\n")
     assert (kept.exit_code, kept.stdout) == (Exit.INTERRUPTED, "")
     assert re.match(r"heavytop: interrupted at t = \d+\.\d+ s; the partial", kept.stderr)
-    assert kept.stderr.endswith(f"resume with:\nheavytop resume {folder}\n")
-    part = heavytop.load_trajectory(folder / "trajectory.nc")
+    assert kept.stderr.endswith(f"resume with:\nheavytop resume {tmp_path}\n")
+    part = heavytop.load_trajectory(tmp_path / "trajectory.nc")
     assert len(part.orbit.checkpoints) == 3  # the last block that was done is there
-    assert stopped().stderr.endswith("; nothing was kept\n")
-    assert heavytop_("resume", folder).exit_code == 0
 
 
 def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
-    folder = tmp_path / "out"
     with pytest.MonkeyPatch.context() as patched:
         fail_with(patched, KeyboardInterrupt())
-        stopped = heavytop_(*KICKED, "-o", folder, "--no-figures")
-        assert heavytop_(*KICKED).exit_code == Exit.INTERRUPTED
-    assert stopped.exit_code == Exit.INTERRUPTED
-    assert stopped.stderr.endswith(f"heavytop resume {folder}\n")
-    assert heavytop_("resume", folder).exit_code == 0
-    there = {path.name for path in folder.iterdir()}
-    assert there == {"run.json", "trajectory.nc", "study.jsonl", "lock"}
-    again = heavytop_("resume", folder, "--json")
-    assert again.exit_code == 0
-    assert again.stderr == f"heavytop: {folder}: this run is finished\n"
-    assert json.loads(again.stdout) == json.loads((folder / "run.json").read_text("utf-8"))
-
-
-def test_a_folder_without_a_run_cannot_be_resumed(tmp_path):
-    result = heavytop_("resume", tmp_path)
-    assert result.exit_code == Exit.BAD_SCENE
-    assert f"{tmp_path}: there is neither a study nor a run" in result.stderr
+        stopped = refused(Exit.INTERRUPTED, *KICKED, "-o", tmp_path, "--no-figures")
+        refused(Exit.INTERRUPTED, *KICKED)
+    assert stopped.endswith(f"heavytop resume {tmp_path}\n")
+    refused(0, "resume", tmp_path)
+    assert names(tmp_path) == {"run.json", "trajectory.nc"}
+    again = heavytop_("resume", tmp_path, "--json")
+    assert again.stderr == f"heavytop: {tmp_path}: this run is finished\n"
+    assert json.loads(again.stdout) == json.loads((tmp_path / "run.json").read_text("utf-8"))
 
 
 def test_digits_that_are_missed_are_told():

@@ -1,6 +1,7 @@
 """Projection onto the invariants: where it puts a state, what it keeps, and what it is worth."""
 
 from dataclasses import replace
+from functools import partial
 from unittest.mock import Mock
 
 import mpmath
@@ -165,11 +166,9 @@ def test_steps_do_not_fall_into_a_cycle():
 
 
 # Invariants depend on each other where nothing nutates, and nearly so where hardly anything does.
+CONES = {x: ht.State("pi/3", thetadot=x, phidot=10, psidot="135.6") for x in ("0", "1e-9", "0.1")}
 MOTIONS = {
-    **{
-        f"nutating by {x} rad/s": (CONE, ht.State("pi/3", thetadot=x, phidot=10, psidot="135.6"))
-        for x in ("0", "1e-9", "0.1")
-    },
+    **{f"nutating by {x} rad/s": (CONE, start) for x, start in CONES.items()},
     "sleeping": (BOOK, ht.State(theta=0, psidot=140)),
     "close to the bottom": (LIE, LIE_START),
 }
@@ -179,9 +178,8 @@ MOTIONS = {
 @pytest.mark.parametrize("formulation", ["axis", "cubic"])
 def test_no_motion_is_worse_for_it(motion, formulation):
     wanted = ht.Scene(*MOTIONS[motion], time=200, quantities=("theta",), events=())
-    plain, projected = (
-        ht.propagate(wanted, formulation=formulation, projected=p) for p in (False, True)
-    )
+    run = partial(ht.propagate, wanted, formulation=formulation)
+    plain, projected = (run(projected=p) for p in (False, True))
     assert 0.99 < projected.orbit.steps / plain.orbit.steps < 1.08  # evened out, no more than that
     errors = [run_errors(run).theta for run in (plain, projected)]
     assert errors[1] <= max(2 * errors[0], 1e-14)
@@ -206,7 +204,8 @@ def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
 @pytest.mark.parametrize("periods", ["2.007", "3.19", "4.213", "-2.007"])
 def test_a_sample_on_the_end_of_a_leg(periods):
     """Where phi is followed, a leg's end is looked at, and within rounding is the next one's."""
-    asked = [f"span.periods={periods}", "want.events=[]", "want.samples=2"]
-    scene = ht.load_scene("sicm-kicked", [*asked, 'want.quantities=["theta", "phi"]'])
-    errors = ht.run_errors(ht.propagate(scene, formulation="axis", projected=True))
-    assert errors.phi < 1e-13
+    asked = scene(periods, "want.events=[]", "want.samples=2", wants=ALL)
+    run = ht.propagate(
+        replace(asked, quantities=("theta", "phi")), formulation="axis", projected=True
+    )
+    assert ht.run_errors(run).phi < 1e-13

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 import heavytop as ht
 from heavytop.errors import Impossible
 from heavytop.plots.figures import DRAW
-from heavytop.results.stress import Stress
 from heavytop.results.table import Row
 
 from ..motions import shipped
@@ -41,7 +40,7 @@ def things(run):
         "Drift": ht.drift(SCENE, methods=["taylor-axis", "taylor-cubic"], periods=10),
         "Atlas": ht.atlas(SCENE, x="phidot=-30:40:9", y="theta=0.1:1.5:7", jobs=1),
         "WorkPrecision": diagram_of(POINTS),
-        "Stress": Stress(limits={}, hard={"cusp": ""}, methods=NAMED, cases=tuple(LOST)),
+        "Stress": ht.Stress(limits={}, hard={"cusp": ""}, methods=NAMED, cases=tuple(LOST)),
         "Check": ht.check(data, SCENE),
     }
 

@@ -100,21 +100,6 @@ def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
     assert backward.frame(backward.stage(), 1.0).getextrema() != ((255, 255),) * 3
 
 
-def test_what_cannot_be_a_film_is_refused_all_at_once(tmp_path):
-    scene = SCENE
-    with pytest.raises(ht.BadScene) as refused:
-        ht.film(scene, tmp_path / "x.avi", seconds=0, fps=99, size=(1, 2))
-    assert {fault.key for fault in refused.value.faults} == {"path", "seconds", "fps", "size"}
-    for asked, said in (
-        ({"size": (4096, 4096), "seconds": 600}, "too many"),
-        ({"rounds": 1, "time": 2}, "one of both"),
-        ({"speed": 1, "time": 2, "seconds": 3}, "two at most"),
-    ):
-        with pytest.raises(ht.BadScene, match=said):
-            ht.film(scene, tmp_path / "x.gif", **asked)
-    assert not [*tmp_path.iterdir()]
-
-
 def test_a_film_shows_one_round_or_a_time_at_the_speed_that_is_asked():
     once = ht.Motion(SCENE.top, SCENE.start).round
     assert shot(rounds=1).record.t[-1] == pytest.approx(once)

@@ -11,7 +11,7 @@ import pytest
 import heavytop as ht
 from heavytop.analytic.potential import Potential
 from heavytop.plots.style import KIND_STYLES
-from heavytop.report.explorer import INPUT_LIMITS, PLAIN_LIMITS
+from heavytop.report.explorer import PLAIN_LIMITS
 from heavytop.scene.scene import read_scene
 
 from ..commands import heavytop_, printed
@@ -253,14 +253,6 @@ def test_nothing_complained_and_nothing_was_asked_for(browser):
 
 
 # --- the verb --------------------------------------------------------------------------------
-
-
-def test_a_top_that_the_page_does_not_take_is_refused_whole(tmp_path):
-    fast = ht.Scene(ht.Top(1, "1e-7", 1), ht.State(1, psidot="1e7"), time=1)
-    with pytest.raises(ht.BadScene) as refused:
-        ht.explore(fast, tmp_path / "x.html")
-    assert {fault.key for fault in refused.value.faults} == {"psidot", "C/A"} <= set(INPUT_LIMITS)
-    assert not any(tmp_path.iterdir())
 
 
 def test_the_command_writes_the_page_of_a_scene(tmp_path):

@@ -11,13 +11,9 @@ from heavytop.errors import Stop, StoppedEarly
 from heavytop.report.files import FIGURE_FILES, write_study
 from heavytop.results.run import PICTURES
 
-from ..commands import heavytop_, printed
+from ..commands import heavytop_, names, printed
 
 SHORT = ("--set", "span.time=0.3")
-
-
-def names(folder):
-    return {path.name for path in folder.iterdir()} - {"study.jsonl", "lock"}
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from heavytop.run.counts import schedule, tally
 from heavytop.run.verify import Misses
 
 from ..motions import BOOK, INVERTED, KICKED
+from ..trajectories import run_of
 from ..views import Digits
 
 ALL = ("turning", "reversal", "cusp")
@@ -45,32 +46,27 @@ def test_near_a_cusp_the_events_are_counted_right(miss):
 
 
 def test_a_table_and_a_choice_of_them():
-    events = ht.propagate(ht.load_scene("sicm-kicked", ["span.periods=2"])).events
+    events = run_of("span.periods=2").events
     assert [row["kind"] for row in events.table(3)] == ["theta_min", "reversal", "theta_max"]
     assert counts(events) == (len(events.of("turning")), len(events.of("reversal")), 0) == (5, 4, 0)
     assert set(events.of("theta_min").kind) == {"theta_min"}
     for ask in (events.of, events.count):
         with pytest.raises(ValueError, match="one of"):
             ask("cups")
-    few = ht.propagate(ht.load_scene("sicm-kicked", ["want.events=['cusp']"])).events
+    few = run_of("want.events=['cusp']").events
     assert (few.count("turning"), few.count("cusp")) == (None, 0)
 
 
 # --- in more digits ------------------------------------------------------------------------------
 
 
-def let_go(form, digits=30):
-    wants = ("theta",) if form == "cubic" else ("theta", "phi", "psi")
-    return ht.Scene(
-        BOOK, LET_GO, periods="20.3", quantities=wants, events=ALL, digits=digits, samples=3
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["auto", "axis", "attitude", "cubic", "lagrange"])
 def test_no_event_is_missed_where_doubles_count_others(form):
     """In doubles the axis form counts 26, 4 and 1, and the cubic form runs away to infinity."""
-    run = ht.propagate(let_go(form), formulation=form)
+    wants = {"quantities": ("theta",) if form == "cubic" else ("theta", "phi", "psi")}
+    wants |= {"events": ALL, "digits": 30, "samples": 3}
+    run = ht.propagate(ht.Scene(BOOK, LET_GO, periods="20.3", **wants), formulation=form)
     exact = ht.Motion(BOOK, LET_GO)
     assert counts(run.events) == (41, 0, 21)
     assert run.events.kind[:3] == ("cusp", "theta_max", "cusp")
@@ -79,7 +75,7 @@ def test_no_event_is_missed_where_doubles_count_others(form):
 
 
 def test_events_have_all_digits():
-    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=60", "span.time=3"]))
+    run = run_of("want.digits=60", "span.time=3")
     truth = Digits(run.motion, 80)
     times, is_turning = run.numbers(run.events.own["t"]), run.events.is_turning
     assert (sum(is_turning), sum(~is_turning)) == (12, 11)
@@ -145,10 +141,9 @@ def test_a_count_says_where_an_end_leaves_it_open():
 @pytest.mark.parametrize(("name", "side"), [("through-top", 1), ("through-bottom", -1)])
 def test_at_a_pole_phidot_is_its_limit(name, side):
     """Of a pass, p_psi/2A at the top and -p_psi/2A at the bottom; elsewhere it is the run's."""
-    run = ht.propagate(ht.load_scene(name))
-    top, start = run.scene.top, run.scene.start
-    limit = side * float(top.C * start.omega3 / (2 * top.A))
-    passes = "theta_min" if side > 0 else "theta_max"
+    run = run_of(name=name)
+    top, passes = run.scene.top, "theta_min" if side > 0 else "theta_max"
+    limit = side * float(top.C * run.scene.start.omega3 / (2 * top.A))
     at_pole = np.array([kind == passes for kind in run.events.kind])
     assert at_pole.sum() > 2
     assert run.events.phidot[at_pole] == pytest.approx(limit, rel=1e-14)
@@ -178,8 +173,7 @@ LAST_OF_BITS = ("sicm-kicked", 1, 16)  # is where the end of this one is rounded
 
 @pytest.mark.parametrize(("name", "periods", "digits"), [*WHOLE, BETWEEN_DOUBLES, LAST_OF_BITS])
 def test_an_event_at_the_end_is_within_the_run(name, periods, digits):
-    changes = [f"span.periods={periods}", f"want.digits={digits}"]
-    run = ht.propagate(ht.load_scene(name, overrides=changes))
+    run = run_of(f"span.periods={periods}", f"want.digits={digits}", name=name)
     assert run(run.events.t).theta == pytest.approx(run.events.theta, abs=1e-14)
     exact = periods * ht.Motion(run.scene.top, run.scene.start).period
     assert abs(run.events.t[-1] + run.events.t_low[-1] - float(exact)) < 1e-14

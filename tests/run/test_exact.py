@@ -10,7 +10,6 @@ import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.errors import ForeignFile
 from heavytop.exact.decimals import context
 from heavytop.run.counts import count_exactly
 from heavytop.run.exact import SceneMotion
@@ -160,7 +159,7 @@ def test_film_report_check_and_resume_take_its_folder(far, tmp_path):
 
 
 def test_no_trajectory_is_read_from_it(far):
-    with pytest.raises(ForeignFile, match=r"nothing was integrated.* heavytop\.Motion"):
+    with pytest.raises(ht.ForeignFile, match=r"nothing was integrated.* heavytop\.Motion"):
         ht.load_trajectory(far[0] / "trajectory.nc")
     assert heavytop_("certify", far[0]).exit_code == 3
 

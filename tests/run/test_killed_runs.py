@@ -14,7 +14,7 @@ from heavytop.files import locked
 from heavytop.report import files as report_files
 from heavytop.studies.journal import sealed
 
-from ..commands import fail_with, heavytop_
+from ..commands import fail_with, names, printed, refused
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
@@ -41,7 +41,6 @@ AT_LAST = "heavytop.run.trajectory events_of"
 SAVED = "heavytop.run.trajectory:Trajectory save"
 DRAWN = "heavytop.plots.style save"
 TOLD = "heavytop.results.base write_document"
-PRECISE = "heavytop.run.trajectory events_of"
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 
 LONG = "--set span.periods=4000 --set want.samples=9 --set want.digits=6 --no-figures"
@@ -54,10 +53,6 @@ SCENES = {
 }
 
 
-def run(words, folder):
-    return heavytop_("run", *words.split(), "-o", folder)
-
-
 def struck(place, count, number, words, folder):
     """Run a command to which a signal comes at the n-th call of a function."""
     asked = [*place.split(), str(count), str(int(number)), *words.split(), str(folder)]
@@ -67,18 +62,16 @@ def struck(place, count, number, words, folder):
 
 def resumed(folder):
     """The files of a run that is finished by `resume`, to whom a second one has nothing to add."""
-    again = heavytop_("resume", folder)
-    assert again.exit_code == 0, again.output
+    printed("resume", folder)
     found = files(folder)
-    assert "this run is finished" in heavytop_("resume", folder).stderr
+    assert "this run is finished" in refused(0, "resume", folder)
     assert files(folder) == found
     return found
 
 
 def files(folder):
     """What lies in a folder, without the times that a run took, and the command."""
-    there = (path for path in folder.iterdir() if path.name not in ("study.jsonl", "lock"))
-    found = {path.name: path.read_bytes() for path in there}
+    found = {name: (folder / name).read_bytes() for name in names(folder)}
     document = json.loads(found["run.json"])
     document["cost"] = document["cost"]["steps"]
     del document["command"]
@@ -91,7 +84,7 @@ def whole(tmp_path_factory):
     found = {}
     for name, words in SCENES.items():
         folder = tmp_path_factory.mktemp("whole") / name
-        assert run(words, folder).exit_code == 0
+        printed("run", *words.split(), "-o", folder)
         found[name] = files(folder)
     return found
 
@@ -104,13 +97,12 @@ def whole(tmp_path_factory):
         ("long", BLOCK, 1, TERM),
         ("long", SAVED, 3, INT),
         ("long", EVENTS, 8, KILL),
-        *(("plain", AT_LAST, 1, number) for number in (KILL, INT)),  # between steps and files
+        # between steps and files
+        *((scene, AT_LAST, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),
         ("drawn", DRAWN, 4, KILL),
         ("drawn", DRAWN, 5, TERM),
         ("plain", TOLD, 1, KILL),
         ("exact", TOLD, 1, KILL),
-        ("digits", PRECISE, 1, KILL),
-        ("digits", PRECISE, 1, INT),
     ],
 )
 def test_resume_finishes_what_is_there(tmp_path, whole, scene, place, count, number):
@@ -134,7 +126,7 @@ def test_the_steps_that_were_taken_are_not_taken_again(tmp_path, whole):
     again = struck(BLOCK, 2, KILL, "resume", folder)  # a block is done, and kept
     assert again.returncode == -KILL
     assert len(ht.load_trajectory(folder / "trajectory.nc").orbit.checkpoints) == 7
-    assert run(SCENES["long"], folder).exit_code == 0  # it goes on as well
+    printed("run", *SCENES["long"].split(), "-o", folder)  # it goes on as well
     assert files(folder) == whole["long"]
 
 
@@ -159,24 +151,26 @@ def test_a_full_disk_ends_a_run_early(tmp_path, whole, kilobytes):
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
     folder = tmp_path_factory.mktemp("first") / "run"
-    assert run("sicm-kicked --no-figures", folder).exit_code == 0
+    printed(*PLAIN, "-o", folder)
     return folder
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        ("sicm-dropped", "scene.start.phidot: -15 there, 0 here"),
-        ("sicm-kicked --digits 11", "scene.want.digits: 12 there, 11 here"),
-        ("sicm-kicked --formulation axis", 'formulation: "auto" there, "axis" here'),
-        ('sleeping --set want.quantities=["class"]', "scene.start"),  # known at once
-    ],
-)
-def test_another_run_is_refused(first, words, told):
+PLAIN = ("run", "sicm-kicked", "--no-figures")
+
+
+OTHERS = {
+    "sicm-dropped": "scene.start.phidot: -15 there, 0 here",
+    "sicm-kicked --digits 11": "scene.want.digits: 12 there, 11 here",
+    "sicm-kicked --formulation axis": 'formulation: "auto" there, "axis" here',
+    'sleeping --set want.quantities=["class"]': "scene.start",  # known at once
+}
+
+
+@pytest.mark.parametrize("words", OTHERS)
+def test_another_run_is_refused(first, words):
     before = files(first)
-    refused = run(words, first)
-    assert refused.exit_code == Exit.BAD_SCENE
-    assert all(part in refused.stderr for part in (f"{first}: ", told, "--force"))
+    said = refused(Exit.BAD_SCENE, "run", *words.split(), "-o", first)
+    assert all(part in said for part in (f"{first}: ", OTHERS[words], "--force"))
     assert files(first) == before
 
 
@@ -185,12 +179,10 @@ def test_a_run_begun_by_other_versions_is_refused(first, monkeypatch, tmp_path):
         (tmp_path / name).write_bytes((first / name).read_bytes())
     here = report_files.versions()
     monkeypatch.setattr(report_files, "versions", lambda: here | {"heyoka": "99"})
-    again = run("sicm-kicked --no-figures", tmp_path)
-    for refused in (heavytop_("resume", tmp_path), again):
-        assert refused.exit_code == 3
-        assert 'versions.heyoka: "' in refused.stderr
+    for words in (("resume", tmp_path), (*PLAIN, "-o", tmp_path)):
+        assert 'versions.heyoka: "' in refused(3, *words)
     (tmp_path / "run.json").write_bytes((first / "run.json").read_bytes())
-    assert run("sicm-kicked --no-figures", tmp_path).exit_code == 0  # what is whole goes
+    printed(*PLAIN, "-o", tmp_path)  # what is whole goes
 
 
 @pytest.mark.slow
@@ -198,8 +190,8 @@ def test_force_replaces(tmp_path):
     """Also what was on its way: none of its figures stays."""
     struck(DRAWN, 4, KILL, "run sicm-kicked -o", tmp_path)
     assert (tmp_path / "overview.svg").exists()
-    assert run("sicm-dropped --no-figures --force", tmp_path).exit_code == 0
-    assert files(tmp_path).keys() == {"run.json", "trajectory.nc"}
+    printed("run", "sicm-dropped", "--no-figures", "--force", "-o", tmp_path)
+    assert names(tmp_path) == {"run.json", "trajectory.nc"}
     assert json.loads((tmp_path / "run.json").read_text())["scene"]["name"] == "sicm-dropped"
 
 
@@ -209,18 +201,16 @@ STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').
 @pytest.mark.parametrize(
     ("name", "text", "forced", "told"),
     [
-        ("run.json", "{}", "", "not the folder of a study (run.json) (--force replaces it)"),
-        ("study.jsonl", STUDY, "", "holds a study; a run needs a folder of its own"),
-        ("study.jsonl", STUDY, "--force", "holds a study; a run needs a folder of its own"),
-        ("study.jsonl", STUDY.replace("drift", "run"), "--force", "line 1: damaged"),
-        ("overview.png", "mine", "", "overview.png"),
+        ("run.json", "{}", (), "not the folder of a study (run.json) (--force replaces it)"),
+        ("study.jsonl", STUDY, (), "holds a study; a run needs a folder of its own"),
+        ("study.jsonl", STUDY, ("--force",), "holds a study; a run needs a folder of its own"),
+        ("study.jsonl", STUDY.replace("drift", "run"), ("--force",), "line 1: damaged"),
+        ("overview.png", "mine", (), "overview.png"),
     ],
 )
 def test_a_refusal_takes_nothing_away(tmp_path, name, text, forced, told):
     (tmp_path / name).write_text(text)
-    refused = run(f"sicm-kicked {forced}", tmp_path)
-    assert refused.exit_code == Exit.BAD_SCENE
-    assert told in refused.stderr
+    assert told in refused(Exit.BAD_SCENE, "run", "sicm-kicked", *forced, "-o", tmp_path)
     assert {path.name for path in tmp_path.iterdir()} <= {name, "lock"}
     assert (tmp_path / name).read_text() == text
 
@@ -228,25 +218,23 @@ def test_a_refusal_takes_nothing_away(tmp_path, name, text, forced, told):
 def test_a_run_begins_where_a_journal_is_empty_and_beside_other_files(tmp_path):
     (tmp_path / "study.jsonl").touch()  # of a disk that was full
     (tmp_path / "thesis.tex").touch()
-    refused = heavytop_("resume", tmp_path)
-    assert (refused.exit_code, "neither a study nor a run" in refused.stderr) == (3, True)
-    assert run("sicm-kicked --no-figures", tmp_path).exit_code == 0
-    assert files(tmp_path).keys() == {"run.json", "trajectory.nc", "thesis.tex"}
+    assert f"{tmp_path}: there is neither a study nor a run" in refused(3, "resume", tmp_path)
+    printed(*PLAIN, "-o", tmp_path)
+    assert names(tmp_path) == {"run.json", "trajectory.nc", "thesis.tex"}
 
 
 def test_a_run_that_fails_before_anything_is_stored_leaves_its_folder_to_others(tmp_path):
     """Such as where heyoka is missing: what is installed then is another version."""
     with pytest.MonkeyPatch.context() as patched:
         fail_with(patched, ht.MissingPackage("a run", ["heyoka"]))
-        assert run("sicm-kicked", tmp_path).exit_code == Exit.USAGE
-    assert run("sicm-dropped --no-figures", tmp_path).exit_code == 0
+        refused(Exit.USAGE, *PLAIN, "-o", tmp_path)
+    printed("run", "sicm-dropped", "--no-figures", "-o", tmp_path)
 
 
 def test_two_runs_do_not_write_one_folder(tmp_path):
     with locked(tmp_path / "lock"):
-        refused = run("sicm-kicked", tmp_path)
-    assert refused.exit_code == 2
-    assert f"is being written by process {os.getpid()}" in refused.stderr
+        said = refused(2, *PLAIN, "-o", tmp_path)
+    assert f"is being written by process {os.getpid()}" in said
 
 
 @pytest.mark.slow
@@ -256,8 +244,6 @@ def test_two_runs_do_not_write_one_folder(tmp_path):
 def test_a_damaged_file_of_a_run_is_named(tmp_path, name, told):
     struck(DRAWN, 1, KILL, "run sicm-kicked -o", tmp_path)
     (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:100])
-    refused = heavytop_("resume", tmp_path)
-    assert refused.exit_code == 3
-    assert told in refused.stderr
-    assert run("sicm-kicked", tmp_path).exit_code == 3
-    assert run("sicm-kicked --force --no-figures", tmp_path).exit_code == 0
+    assert told in refused(3, "resume", tmp_path)
+    refused(3, *PLAIN, "-o", tmp_path)
+    printed(*PLAIN, "--force", "-o", tmp_path)

@@ -9,7 +9,6 @@ from dataclasses import replace
 import pytest
 
 import heavytop as ht
-from heavytop.errors import BadScene
 from heavytop.exact import PI, sqrt
 from heavytop.run.verify import missed_digits
 
@@ -100,7 +99,7 @@ def test_no_more_model_than_is_wanted(quantities, changes, has):
     assert {name: getattr(plan, name) for name in has} == has
     if plan.formulation == "none":
         with pytest.raises(
-            BadScene, match=r"formulation = auto: nothing is integrated.* heavytop\.Motion"
+            ht.BadScene, match=r"formulation = auto: nothing is integrated.* heavytop\.Motion"
         ):
             ht.propagate(replace(scene, **changes))
 
@@ -108,7 +107,7 @@ def test_no_more_model_than_is_wanted(quantities, changes, has):
 @pytest.mark.parametrize("events", ["[]", '["turning"]'])
 @pytest.mark.parametrize("scene", ["sicm-kicked", "separatrix", "steady-betsch"])
 def test_turns_that_cannot_be_counted_are_refused(scene, events):
-    with pytest.raises(BadScene, match=r"span\.time = 1e300: at most .* turns are not counted"):
+    with pytest.raises(ht.BadScene, match=r"span\.time = 1e300: at most .* turns are not counted"):
         ht.plan(ht.load_scene(scene, ["span.time=1e300", f"want.events={events}"]))
 
 
@@ -120,7 +119,7 @@ def test_far_along_a_separatrix():
     changes = ["span.periods=3e6", "want.quantities=['phi']", "want.digits=13"]
     far = ht.plan(ht.load_scene("sicm-kicked", changes))
     assert any("digits may be missed" in x for x in far.warnings)
-    with pytest.raises(BadScene, match=r"want\.digits = 20: .* bits"):
+    with pytest.raises(ht.BadScene, match=r"want\.digits = 20: .* bits"):
         ht.plan(replace(scene, digits=20), "axis")
     assert ht.plan(replace(scene, digits=20)).formulation == "none"
 

@@ -10,20 +10,20 @@ import heavytop as ht
 from heavytop.errors import Impossible, NotANumber
 from heavytop.integration import outputs
 
-from ..trajectories import same
+from ..trajectories import run_of, same
 
+ANGLES_AND_RATES = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 ALL = 'want.quantities=["theta", "phi", "psi", "axis"]'
 
 
 @pytest.fixture(scope="module")
 def whole():
-    return ht.propagate(ht.load_scene("sicm-kicked", ["span.time=400"]))
+    return run_of("span.time=400")
 
 
 @pytest.fixture(scope="module")
 def precise():
-    changes = [ALL, "want.digits=30", "span.time=7", "want.samples=15"]
-    return ht.propagate(ht.load_scene("sicm-kicked", changes))
+    return run_of(ALL, "want.digits=30", "span.time=7", "want.samples=15")
 
 
 def test_dense_output_is_the_samples(whole):
@@ -47,8 +47,8 @@ def test_dense_output_in_more_digits_is_the_same_run_rounded(precise):
 @pytest.mark.parametrize("formulation", ["axis", "attitude", "lagrange", "routh"])
 def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formulation):
     """Every column, vectors and attitude too, from the states of the run, rounded or not."""
-    changes = [ALL, "want.digits=30", "span.time=1", "want.samples=7"]
-    run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation=formulation)
+    changes = (ALL, "want.digits=30", "span.time=1", "want.samples=7")
+    run = run_of(*changes, formulation=formulation)
     form, states = run.orbit.integrator.formulation, run.samples.states
     constants = {name: float(x) for name, x in run.orbit.parameters.items()}
     near = SimpleNamespace(phi=run.phi, psi=run.psi)
@@ -58,8 +58,8 @@ def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formul
 
 
 def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():
-    changes = ["want.digits=40", "span.time=1", 'want.quantities=["theta"]', "want.samples=7"]
-    run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation="cubic")
+    changes = ("want.digits=40", "span.time=1", 'want.quantities=["theta"]', "want.samples=7")
+    run = run_of(*changes, formulation="cubic")
     end = run.end
     for number in (end.phi, end.psi, *end.axis[:2], *end.omega, *end.quaternion):
         assert number != number
@@ -89,10 +89,9 @@ def test_times_that_are_refused_and_none(whole, precise):
 @pytest.mark.parametrize("formulation", ["axis", "attitude", "lagrange"])
 @pytest.mark.filterwarnings("ignore")
 def test_the_first_sample_is_the_start(name, formulation):
-    scene = ht.load_scene(name, ["span.time=0.1"])
-    trajectory = ht.propagate(scene, formulation=formulation)
-    for quantity in ("theta", "phi", "psi", "thetadot", "phidot", "psidot"):
-        start = float(getattr(scene.start, quantity))
+    trajectory = run_of("span.time=0.1", name=name, formulation=formulation)
+    for quantity in ANGLES_AND_RATES:
+        start = float(getattr(trajectory.scene.start, quantity))
         assert getattr(trajectory.samples, quantity)[0] == start
         assert getattr(trajectory(0.0), quantity) == start
 
@@ -112,14 +111,12 @@ def test_threads_do_not_share_an_integrator():
 @pytest.mark.parametrize("projected", [False, True])
 def test_just_before_a_checkpoint_the_motion_is_not_yet_there(projected):
     """The double of its time may be before its start by what the axis moves 1e-12 in."""
-    wants = ["want.digits=6", 'want.quantities=["axis", "phi"]', "want.events=[]", "want.samples=2"]
-    scene = ht.load_scene("sicm-kicked", ["span.periods=30000", *wants])
-    run = ht.propagate(scene, formulation="axis", projected=projected)
+    wants = ("want.digits=6", 'want.quantities=["axis", "phi"]', "want.events=[]", "want.samples=2")
+    run = run_of("span.periods=30000", *wants, formulation="axis", projected=projected)
     late = [c for c in run.orbit.checkpoints if c.time[1] > 3e-13]
     assert late
-    there = run(np.array([c.time[0] for c in late]))
-    low = np.array([c.time[1] for c in late])[:, None]
-    begun = np.array([c.state[:3] for c in late])
+    (high, low), begun = np.transpose([c.time for c in late]), np.array([c.state[:3] for c in late])
+    there, low = run(high), low[:, None]
     moved = -low * np.cross(there.omega, begun)
     off = there.axis - begun - moved
     assert np.all(np.linalg.norm(off, axis=1) < 0.3 * np.linalg.norm(moved, axis=1))
@@ -127,9 +124,8 @@ def test_just_before_a_checkpoint_the_motion_is_not_yet_there(projected):
 
 @pytest.mark.parametrize("periods", ["700", "-700"])
 def test_times_about_checkpoints_each_have_a_state(periods):
-    wants = ["want.digits=9", 'want.quantities=["axis"]', "want.events=[]"]
-    scene = ht.load_scene("sicm-kicked", [f"span.periods={periods}", *wants])
-    run = ht.propagate(scene, formulation="axis")
+    wants = ("want.digits=9", 'want.quantities=["axis"]', "want.events=[]")
+    run = run_of(f"span.periods={periods}", *wants, formulation="axis")
     t = np.array([c.time[0] for c in run.orbit.checkpoints[1:]])
     times = np.concatenate([t * (1 + k * 2.0**-53) for k in range(-6, 7)])
     assert np.max(np.abs(run(times).axis - np.tile(run(t).axis, (13, 1)))) < 1e-11
@@ -141,9 +137,9 @@ def test_times_about_checkpoints_each_have_a_state(periods):
 
 def test_a_table_has_the_samples_of_the_run_and_their_units():
     """Those of `to_xarray`, bit for bit; times are the index, parts of vectors have letters."""
-    run = ht.propagate(ht.load_scene("sicm-kicked", ["span.time=0.6"]))
+    run = run_of("span.time=0.6")
     table, data = run.to_pandas(), run.to_xarray()
-    columns = {name: data[name] for name in ("theta", "phi", "psi", "thetadot", "phidot", "psidot")}
+    columns = {name: data[name] for name in ANGLES_AND_RATES}
     for k, letter in enumerate("xyz"):
         columns |= {f"{name}_{letter}": data[name][:, k] for name in ("axis", "omega")}
     columns |= {f"states_{x}": data["states"][:, k] for k, x in enumerate(data["state"].values)}
@@ -163,10 +159,9 @@ def test_a_table_has_the_events_of_the_run(whole):
     assert same(table.index, events.t)
     assert all(same(table[x], getattr(events, x)) for x in ("theta", "phi", "phidot", "residual"))
     assert table.attrs["units"]["theta"] == "rad"
-    assert ht.propagate(ht.load_scene("steady-fast")).to_pandas(events=True).empty
+    assert run_of(name="steady-fast").to_pandas(events=True).empty
 
 
 def test_a_table_of_a_run_in_more_digits_has_its_decimals_too(precise):
-    assert tuple(precise.to_pandas()["theta_text"]) == tuple(
-        precise.to_xarray()["theta_text"].values
-    )
+    table, data = precise.to_pandas(), precise.to_xarray()
+    assert table["theta_text"].tolist() == data["theta_text"].values.tolist()

@@ -10,19 +10,24 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import MissedDigitsWarning
-from heavytop.run.plan import Plan
 from heavytop.run.propagation import completed
 from heavytop.run.trajectory import times_between
-from heavytop.run.verify import ahead, missed_digits, phase_error, run_errors, warn_of_plan
+from heavytop.run.verify import ahead, missed_digits, phase_error, warn_of_plan
+
+from ..trajectories import run_of
 
 RATES = ("thetadot", "phidot", "psidot")
+RATES_ALONE = "want.quantities=['rates']"
+
+
+def with_states(run, rows):
+    """A run whose samples have other states."""
+    return replace(run, orbit=replace(run.orbit, samples=run.orbit.samples._replace(states=rows)))
 
 
 def shifted(run, by):
     """A run whose samples are those of so much later [s]."""
-    rows = run(np.minimum(run.t + by, run.t[-1])).states
-    return replace(run, orbit=replace(run.orbit, samples=run.orbit.samples._replace(states=rows)))
+    return with_states(run, run(np.minimum(run.t + by, run.t[-1])).states)
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
@@ -33,10 +38,10 @@ def test_errors_of_rates_are_those_against_the_exact_ones(name, formulation):
     run = ht.propagate(scene, formulation=formulation)
     exact = run.motion.at(run.t, digits=25)
     off = [getattr(run.samples, x) - [float(getattr(at, x)) for at in exact] for x in RATES]
-    assert max(np.max(np.abs(off)), run_errors(run).rates) < 1e-10
-    late = run_errors(shifted(run, 1e-6)).rates  # planted
-    motion, t = run.motion, run.t[:-1]
-    moved = [getattr(motion.at(t + 1e-6), r) - getattr(motion.at(t), r) for r in RATES]
+    assert max(np.max(np.abs(off)), ht.run_errors(run).rates) < 1e-10
+    late = ht.run_errors(shifted(run, 1e-6)).rates  # planted
+    sooner, later = run.motion.at(run.t[:-1]), run.motion.at(run.t[:-1] + 1e-6)
+    moved = [getattr(later, rate) - getattr(sooner, rate) for rate in RATES]
     assert late == pytest.approx(np.max(np.abs(moved)), rel=0.3)
 
 
@@ -53,29 +58,26 @@ def test_digits_asked_of_rates_are_checked():
 
 def test_the_bound_is_not_slack():
     """The errors are those of the bits: a run in fewer bits would be seen."""
-    changes = ["want.digits=60", "span.time=3", "want.events=[]", "want.samples=7"]
     wanted = 'want.quantities=["theta", "phi", "psi"]'
-    run = ht.propagate(ht.load_scene("sicm-kicked", [*changes, wanted]))
+    run = run_of("want.digits=60", "span.time=3", "want.events=[]", "want.samples=7", wanted)
     assert run.plan.precision == "256 bits"
-    errors = run_errors(run)
-    for error in (errors.theta, errors.phi, errors.psi):
-        assert 1e-79 < error < 1e-74
-    assert 1e-78 < errors.input_rounding < 1e-73
+    errors = ht.run_errors(run)
+    for error in (errors.theta, errors.phi, errors.psi, errors.input_rounding):
+        assert 1e-79 < error < 1e-73
 
 
 def test_whole_turns_are_errors_through_a_pole_too():
     start = ht.State(2, thetadot=5, phi="0.4")
     scene = ht.Scene(ht.Top(2, 1, 3), start, time=3, quantities=("theta", "phi", "psi"))
     good = ht.propagate(scene)
-    assert max(run_errors(good).phi, run_errors(good).psi) < 1e-11
+    assert max(ht.run_errors(good).phi, ht.run_errors(good).psi) < 1e-11
     rows = good.orbit.samples.states.copy()
     rows[200:, :2] *= -1  # planted
-    orbit = replace(good.orbit, samples=good.orbit.samples._replace(states=rows))
-    assert run_errors(replace(good, orbit=orbit)).phi > 0.5
+    assert ht.run_errors(with_states(good, rows)).phi > 0.5
 
 
 def test_a_phase_that_is_planted_is_found():
-    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.events=[]"]), formulation="axis")
+    run = run_of("want.events=[]", formulation="axis")
     assert abs(phase_error(run)) < 1e-14
     motion, t = run.motion, np.linspace(0, 2, 9)
     exact, later = motion.at(t), motion.at(t + 1e-6)  # planted
@@ -85,17 +87,16 @@ def test_a_phase_that_is_planted_is_found():
 
 def test_a_cubic_run_from_the_pole_that_is_farther_is_held_against_its_numbers():
     """From theta = pi, with both poles passed, heights are measured from the top."""
-    scene = ht.Scene(
-        ht.Top(1, 1, 0), ht.State("pi", thetadot=2), time=1, quantities=("theta",), digits=13
-    )
+    wants = {"time": 1, "quantities": ("theta",), "digits": 13}
+    scene = ht.Scene(ht.Top(1, 1, 0), ht.State("pi", thetadot=2), **wants)
     run = ht.propagate(scene, formulation="cubic")
     assert run.orbit.checkpoints[0].state[0] == 2
-    assert run_errors(run).theta < 1e-13
+    assert ht.run_errors(run).theta < 1e-13
 
 
 def test_what_a_plan_says_may_disappoint_is_doubtful():
     with pytest.warns(ht.DoubtfulWarning, match="it may disappoint"):
-        warn_of_plan(Plan("lagrange", warnings=("it may disappoint",)))
+        warn_of_plan(ht.Plan("lagrange", warnings=("it may disappoint",)))
 
 
 @pytest.mark.parametrize(("form", "wants"), [("axis", ("theta", "psi")), ("cubic", ("theta",))])
@@ -103,8 +104,8 @@ def test_a_start_whose_taylor_coefficients_vanish(form, wants):
     """Let go from rest at pi/2, three of four coefficients are zero, and the last two with them."""
     asked = {"time": 20, "quantities": wants, "events": ("turning", "reversal")}
     run = ht.propagate(ht.Scene(ht.Top(1, 1, 1), ht.State("pi/2"), **asked), formulation=form)
-    assert run_errors(run).theta < 1e-13
-    assert run_errors(run).energy < 1e-14
+    assert ht.run_errors(run).theta < 1e-13
+    assert ht.run_errors(run).energy < 1e-14
     # phidot is zero throughout, and reverses nowhere
     assert [run.events.count(event) for event in asked["events"]] == [11, 0]
 
@@ -112,10 +113,8 @@ def test_a_start_whose_taylor_coefficients_vanish(form, wants):
 @pytest.mark.parametrize("formulation", ["axis", "lagrange", "routh", "subsystem"])
 def test_energy_error_is_that_of_kinetic_and_potential_energy(formulation):
     """E' = A (thetadot^2 + phidot^2 sin^2)/2 + gMR cos(theta), relative to max(|E'|, gMR)."""
-    scene = ht.load_scene("sicm-kicked", overrides=["span.time=40", "want.samples=4001"])
-    run = ht.propagate(scene, formulation=formulation)
-    A, gMR = float(scene.top.A), float(scene.top.gMR)
-    s = run.samples
+    run = run_of("span.time=40", "want.samples=4001", formulation=formulation)
+    A, gMR, s = float(run.scene.top.A), float(run.scene.top.gMR), run.samples
     kinetic = A * (s.thetadot**2 + (s.phidot * np.sin(s.theta)) ** 2) / 2
     energy = kinetic + gMR * np.cos(s.theta)
     expected = np.max(np.abs(energy - energy[0])) / max(abs(energy[0]), gMR)
@@ -127,11 +126,11 @@ def test_energy_error_is_that_of_kinetic_and_potential_energy(formulation):
 def test_a_point_mass_is_run_by_the_axis_form():
     run = ht.propagate(ht.Scene(ht.Top(1, 0, 1), ht.State(1), time=20))
     assert run.plan.formulation == "axis"
-    assert run_errors(run).theta < 1e-12
+    assert ht.run_errors(run).theta < 1e-12
 
 
 def test_invariants_are_in_the_units_that_they_say():
-    run = ht.propagate(ht.load_scene("sicm-kicked"))
+    run = run_of()
     constants = run.motion.constants.floats
     for name, known in (("energy", "E_prime"), ("p_phi", "p_phi"), ("p_psi", "p_psi")):
         if name in run.invariants:
@@ -153,7 +152,7 @@ def test_few_digits_near_a_separatrix_are_met_or_missed_aloud():
     assert missed_digits(run) == {}
     assert (run.plan.formulation, len(run.plan.tried)) == ("axis", 1)
     assert "theta off by" in run.plan.tried[0]
-    with pytest.warns(MissedDigitsWarning, match="theta"):
+    with pytest.warns(ht.MissedDigitsWarning, match="theta"):
         run = ht.propagate(scene, formulation="cubic", projected=True)
     assert missed_digits(run)["theta"] > 1e-6
 
@@ -161,7 +160,7 @@ def test_few_digits_near_a_separatrix_are_met_or_missed_aloud():
 def test_samples_at_turning_points_do_not_hide_the_phase():
     """Every sample falls on a turning point, where a late theta is right to the second order."""
     scene = replace(KICKED, quantities=("theta",), periods=ht.Exact.of(2000), time=None)
-    with pytest.warns(MissedDigitsWarning, match="theta"):
+    with pytest.warns(ht.MissedDigitsWarning, match="theta"):
         run = ht.propagate(scene, formulation="axis")
     at_samples = np.abs(run.theta - run.motion.at(run.t).theta)
     assert at_samples.max() < 1e-12 < missed_digits(run)["theta"]
@@ -208,13 +207,10 @@ def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
         assert set(missed_digits(with_late_events(run, late))) == missed
 
 
-def test_the_number_of_samples_changes_no_plan():
-    for changes in (["span.periods=300", "want.digits=6"], ["want.quantities=['rates']"]):
-        plans = {
-            ht.plan(ht.load_scene("sicm-kicked", [*changes, f"want.samples={count}"]))
-            for count in (2, 401, 1001, 100_001)
-        }
-        assert len(plans) == 1
+@pytest.mark.parametrize("changes", [("span.periods=300", "want.digits=6"), (RATES_ALONE,)])
+def test_the_number_of_samples_changes_no_plan(changes):
+    counts = (f"want.samples={n}" for n in (2, 401, 1001, 100_001))
+    assert len({ht.plan(ht.load_scene("sicm-kicked", [*changes, each])) for each in counts}) == 1
 
 
 def test_few_digits_of_psi_beside_both_poles_do_not_stall():
@@ -234,8 +230,8 @@ def test_times_between_are_spread_whatever_the_samples():
 
 
 def test_one_late_event_among_many_is_said():
-    scene = ht.load_scene("sicm-kicked", ["span.periods=6000", "want.events=['turning']"])
-    run = ht.propagate(replace(scene, quantities=("theta",), digits=9), formulation="axis")
+    scene = replace(KICKED, time=None, periods=ht.Exact.of(6000), quantities=("theta",), digits=9)
+    run = ht.propagate(scene, formulation="axis")
     assert len(run.events) > 10_000
     assert missed_digits(run) == {}
     late = with_late_events(run, 1e-6 * (np.arange(len(run.events)) == 4321))
@@ -245,12 +241,12 @@ def test_one_late_event_among_many_is_said():
 def test_a_run_that_is_extended_keeps_its_plan_and_says_a_miss():
     short = ht.propagate(replace(KICKED, digits=13, time=ht.Exact.of("0.2")))
     assert short.plan.precision == "double"
-    with pytest.warns(MissedDigitsWarning):
+    with pytest.warns(ht.MissedDigitsWarning):
         long = ht.extend(short, 2000, samples=4)
     assert (long.plan.precision, long.plan.tried) == ("double", ())
     with pytest.raises(ht.EndedEarly) as early:
         ht.extend(short, 2000, samples=4, progress=interrupting)
-    with pytest.warns(MissedDigitsWarning):
+    with pytest.warns(ht.MissedDigitsWarning):
         assert completed(early.value.trajectory).plan == long.plan
 
 

@@ -75,12 +75,3 @@ def test_nothing_is_done_twice_under_one_name():
     once = ht.stress(cases=["cusp"], methods=["auto"], budget=0)
     twice = ht.stress(cases=("cusp", "cusp"), methods=iter(["auto"] * 2), budget=Decimal(0))
     assert (twice.cases, twice.methods) == (once.cases, once.methods)
-
-
-@pytest.mark.parametrize("study", [ht.drift, ht.work_precision])
-def test_everything_that_is_wrong_is_told_at_once(study):
-    wrong = {"scene": ht.load_scene("separatrix"), "periods": "9", "methods": ["auto", "strang=x"]}
-    with pytest.raises(BadScene) as bad:
-        study(**wrong)
-    keys = {fault.key.replace("start", "scene") for fault in bad.value.faults}
-    assert keys == wrong.keys()

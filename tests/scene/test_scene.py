@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heavytop import State, Top
 from heavytop.exact import PI, Exact, cos, sqrt, tan
 from heavytop.scene.scene import Scene, load_scene, read_scene
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 from ..motions import BOOK, LIE, SCENES
 

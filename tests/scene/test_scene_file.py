@@ -3,13 +3,10 @@
 import pickle
 import re
 
-import numpy as np
 import pytest
 
-from heavytop.errors import BadScene
-from heavytop.scene.scene import Scene, load_scene, read_scene
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
+from heavytop import BadScene, State, Top
+from heavytop.scene.scene import load_scene, read_scene
 
 GOOD = """\
 format = 1
@@ -139,12 +136,6 @@ def test_text_that_is_no_toml_is_refused(text, line, rule):
     assert line is None or fault.line == line
 
 
-def test_changes_are_a_list_of_texts():
-    for changes in ("start.phidot=-14", [-14], np.array([0.5]), None):
-        with pytest.raises(BadScene, match=r"heavytop: overrides = .* a list of texts"):
-            load_scene("sicm-kicked", changes)
-
-
 def test_a_name_that_no_file_has_is_refused_with_the_nearest(tmp_path):
     (tmp_path / "my-top.toml").touch()
     for near in ("my-top", "my-top.tml", "mytop.toml"):
@@ -165,19 +156,3 @@ def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path):
     ):  # fmt: skip
         assert rule in load_fault(path).rule
     assert load_fault(latin).line == 2
-
-
-@pytest.mark.parametrize(
-    ("values", "key"),
-    [
-        ({"time": 1, "periods": 1}, "periods"),
-        ({"time": 1, "quantities": ("thta",)}, "quantities"),
-        ({"time": 1, "events": "turning"}, "events"),
-        ({"time": 1, "start": 0.1}, "start"),
-        ({"name": "Scene", "quantities": ("reaction",)}, "top.mass"),
-    ],
-)
-def test_a_scene_built_in_python_obeys_the_same_rules(values, key):
-    with pytest.raises(BadScene) as error:
-        Scene(**({"top": TOP, "start": START} | values))
-    assert [(fault.file, fault.key) for fault in error.value.faults] == [("Scene", key)]

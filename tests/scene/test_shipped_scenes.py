@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import heavytop as ht
-from heavytop.classification import Kind
 
 from ..motions import SCENES, shipped
 
@@ -49,7 +48,7 @@ TAGS = {tag for _, tags in MOTIONS.values() for tag in tags}
 
 def test_every_kind_and_every_tag_has_a_scene():
     assert list(MOTIONS) == SCENES
-    assert {kind for kind, _ in MOTIONS.values()} == {*map(str, Kind)} - {"undecided"}
+    assert {kind for kind, _ in MOTIONS.values()} == {*map(str, ht.Kind)} - {"undecided"}
     assert len(TAGS) == 16
 
 
@@ -82,7 +81,7 @@ def test_the_page_names_every_scene_and_every_tag():
     named = set(re.findall(r"`([a-z-]+)`", PAGE))
     assert MOTIONS.keys() <= named
     assert named >= TAGS
-    assert {str(kind) for kind in Kind} <= named
+    assert {str(kind) for kind in ht.Kind} <= named
 
 
 def test_the_picture_has_a_panel_for_every_kind_and_is_not_too_large():

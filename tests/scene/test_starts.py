@@ -8,14 +8,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import heavytop as ht
-from heavytop.errors import BadScene, FoldedTiltWarning, ImpossibleStart
 from heavytop.exact import PI
 from heavytop.scene.scene import read_scene
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
-TOP = Top("1.2", "0.7", "2.5")
+TOP = ht.Top("1.2", "0.7", "2.5")
 NAMES = ("E", "E_prime", "p_phi", "p_psi")
+RATES = ("thetadot", "phidot", "omega3")
+
+
+def faults(call, *given, **named):
+    """All that is wrong with what is refused."""
+    with pytest.raises((ht.BadScene, ht.ImpossibleStart)) as refusal:
+        call(*given, **named)
+    return refusal.value.faults
 
 
 def rotated(q):
@@ -34,14 +39,14 @@ def test_a_rotation_or_a_quaternion_with_any_rates_is_the_start_it_says(numbers)
     q, omega = numbers[:4], numbers[4:]
     R = rotated(q)
     starts = [
-        State.from_quaternion(q.tolist(), omega_body=omega.tolist()),
-        State.from_rotation(R.tolist(), omega_body=omega.tolist()),
-        State.from_quaternion((-q).tolist(), omega_space=(R @ omega).tolist()),
+        ht.State.from_quaternion(q.tolist(), omega_body=omega.tolist()),
+        ht.State.from_rotation(R.tolist(), omega_body=omega.tolist()),
+        ht.State.from_quaternion((-q).tolist(), omega_space=(R @ omega).tolist()),
     ]
     angles = {name: float(getattr(starts[0], name)) for name in ("theta", "phi", "psi")}
-    starts += [State(**angles, omega_body=omega), State(**angles, omega_space=R @ omega)]
-    rates = {name: float(getattr(starts[0], name)) for name in ("thetadot", "phidot", "omega3")}
-    starts.append(State.from_quaternion(q.tolist(), **rates))
+    starts += [ht.State(**angles, omega_body=omega), ht.State(**angles, omega_space=R @ omega)]
+    rates = {name: float(getattr(starts[0], name)) for name in RATES}
+    starts.append(ht.State.from_quaternion(q.tolist(), **rates))
     for start in starts:
         attitude, turning = moving(start)
         assert np.abs(attitude - R).max() < 1e-14
@@ -52,7 +57,7 @@ def test_a_rotation_or_a_quaternion_with_any_rates_is_the_start_it_says(numbers)
 @pytest.mark.parametrize("q", [(1, 0, 0, 0), (0.6, 0, 0, -0.8), (0, 1, 0, 0), (0, 0.6, 0.8, 0)])
 def test_an_axis_on_the_vertical_moves_where_its_angular_velocity_says(q, omega):
     """On a pole φ and ψ are not defined apart: what is held is where the body is a moment later."""
-    start = State.from_quaternion(q, omega_body=omega)
+    start = ht.State.from_quaternion(q, omega_body=omega)
     record, h = ht.Motion(TOP, start).at(np.array([0.0, 1e-6])), 1e-6
     R = rotated(np.array(q, float))
     later = rotated(np.array(record.quaternion[1]))
@@ -60,18 +65,18 @@ def test_an_axis_on_the_vertical_moves_where_its_angular_velocity_says(q, omega)
 
 
 def test_a_start_stays_exact_through_a_rotation():
-    start = State.from_quaternion((3, 1, 2, 5), omega_body=("1/3", 0, 7))
+    start = ht.State.from_quaternion((3, 1, 2, 5), omega_body=("1/3", 0, 7))
     again = read_scene(ht.Scene(TOP, start).to_toml()).start
     assert again == start
     assert again.given == start.given
-    assert ht.classify(TOP, State.from_quaternion((3, 1, 0, 0), omega3=5)).tags == (
+    assert ht.classify(TOP, ht.State.from_quaternion((3, 1, 0, 0), omega3=5)).tags == (
         "start-at-rest",
     )
     turned = [[1, 0, 0], [0, "cos(0.95)", "-sin(0.95)"], [0, "sin(0.95)", "cos(0.95)"]]
-    assert float(State.from_rotation(turned).theta) == 0.95
+    assert float(ht.State.from_rotation(turned).theta) == 0.95
 
 
-START = State("0.8", thetadot="1.5", phidot="-2", omega3="3.25")
+START = ht.State("0.8", thetadot="1.5", phidot="-2", omega3="3.25")
 
 
 def constants(start):
@@ -84,30 +89,29 @@ def constants(start):
 @pytest.mark.parametrize("spin", ["p_psi", "omega3"])
 @pytest.mark.parametrize("unknown", ["energy", "p_phi", "spin", "theta", "thetadot"])
 def test_any_four_constants_lead_back_to_the_motion(energy, spin, unknown):
-    known = constants(START)
-    names = {"energy": energy, "p_phi": "p_phi", "spin": spin, "theta": "theta"}
-    names["thetadot"] = "thetadot"
-    del names[unknown]
-    given = {name: known[name] for name in names.values()}
-    found = []
+    known, same = constants(START), {"energy": energy, "spin": spin}
+    names = {"energy", "p_phi", "spin", "theta", "thetadot"} - {unknown}
+    given, found = {name: known[name] for name in (same.get(x, x) for x in names)}, []
     for branch in ("falling", "rising", "forward", "backward"):
         try:
-            start = State.from_constants(TOP, **given, branch=branch)
-        except ImpossibleStart:
+            start = ht.State.from_constants(TOP, **given, branch=branch)
+        except ht.ImpossibleStart:
             continue
-        found.append([float(getattr(start, n)) for n in ("theta", "thetadot", "phidot", "omega3")])
+        found.append([float(getattr(start, n)) for n in ("theta", *RATES)])
         made = constants(start)
         assert all(float(made[n]) == pytest.approx(float(known[n]), rel=1e-13) for n in given)
-    expected = [float(getattr(START, n)) for n in ("theta", "thetadot", "phidot", "omega3")]
+    expected = [float(getattr(START, n)) for n in ("theta", *RATES)]
     assert any(np.allclose(each, expected, rtol=1e-12) for each in found)
 
 
 def test_constants_without_energy_start_at_rest_and_turning_points_follow_from_energy():
-    start = State.from_constants(TOP, p_phi=1, omega3=2, theta=1)
+    start = ht.State.from_constants(TOP, p_phi=1, omega3=2, theta=1)
     assert start.thetadot == 0
     known = ht.Motion(TOP, START)
     given = {name: str(getattr(known.constants, name)) for name in ("E", "p_phi", "p_psi")}
-    ends = [State.from_constants(TOP, **given, thetadot=0, branch=b) for b in ("falling", "rising")]
+    ends = [
+        ht.State.from_constants(TOP, **given, thetadot=0, branch=b) for b in ("falling", "rising")
+    ]
     tilts = [float(start.theta) for start in ends]
     assert tilts == pytest.approx([known.theta_min, known.theta_max], rel=1e-14)
 
@@ -116,27 +120,26 @@ def test_constants_without_energy_start_at_rest_and_turning_points_follow_from_e
 @pytest.mark.parametrize("theta", ["0.7", "2.2"])
 @pytest.mark.parametrize("spin", [{"psidot": 9}, {"omega3": -9}])
 def test_a_steady_start_stays_at_its_tilt(which, theta, spin):
-    start = State.steady(TOP, theta, which=which, **spin)
-    verdict = ht.classify(TOP, start)
-    assert verdict.kind == "uniform-precession"
-    assert which in verdict.tags
-    assert float(getattr(start, next(iter(spin)))) == next(iter(spin.values()))
-    again = State.steady(TOP, theta, phidot=start.phidot)
+    start = ht.State.steady(TOP, theta, which=which, **spin)
+    verdict, ((name, value),) = ht.classify(TOP, start), spin.items()
+    assert (verdict.kind, which in verdict.tags) == ("uniform-precession", True)
+    assert float(getattr(start, name)) == value
+    again = ht.State.steady(TOP, theta, phidot=start.phidot)
     assert float(again.omega3) == pytest.approx(float(start.omega3), rel=1e-15)
 
 
 @pytest.mark.parametrize("theta", [-0.2, 7, -7, 30, "pi + 1/10", "-pi/2", "400 deg"])
 def test_a_tilt_outside_is_the_same_motion_and_is_said(theta):
     angle = float(ht.Exact.of(theta))
-    with pytest.warns(FoldedTiltWarning, match="outside") as said:
-        start = State(theta, thetadot="0.3", phi="0.2", psi=1, phidot="0.7", psidot=4)
+    with pytest.warns(ht.FoldedTiltWarning, match="outside") as said:
+        start = ht.State(theta, thetadot="0.3", phi="0.2", psi=1, phidot="0.7", psidot=4)
     R, omega = moving(start)
     assert np.abs(R - Rotation.from_euler("ZXZ", [0.2, angle, 1]).as_matrix()).max() < 1e-13
     node, axis = np.array([math.cos(0.2), math.sin(0.2), 0]), R[:, 2]
     assert np.abs(omega - (0.3 * node + 0.7 * np.eye(3)[2] + 4 * axis)).max() < 1e-13
     assert (str(said[0].message),) == start.notices
     assert ('degrees are "30 deg"' in start.notices[0]) == (theta == 30)
-    assert not State(PI / 2).notices
+    assert not ht.State(PI / 2).notices
 
 
 LOW = {  # too little energy for these, by what is missing of the constants
@@ -150,15 +153,13 @@ LOW = {  # too little energy for these, by what is missing of the constants
 @pytest.mark.parametrize("energy", ["E", "E_prime"])
 @pytest.mark.parametrize("unknown", LOW)
 def test_the_least_energy_that_is_named_is_the_least(energy, unknown):
-    with pytest.raises(ImpossibleStart) as bad:
-        State.from_constants(TOP, **LOW[unknown], **{energy: -99})
-    (fault,) = bad.value.faults
+    (fault,) = faults(ht.State.from_constants, TOP, **LOW[unknown], **{energy: -99})
     assert fault.key == energy
     least = float(re.findall(r"at least (\S+)", fault.rule)[0])
-    made = constants(State.from_constants(TOP, **LOW[unknown], **{energy: least + 1e-9}))
+    made = constants(ht.State.from_constants(TOP, **LOW[unknown], **{energy: least + 1e-9}))
     assert all(float(made[n]) == pytest.approx(x, rel=1e-9) for n, x in LOW[unknown].items())
-    with pytest.raises(ImpossibleStart):
-        State.from_constants(TOP, **LOW[unknown], **{energy: least - 1e-9})
+    with pytest.raises(ht.ImpossibleStart):
+        ht.State.from_constants(TOP, **LOW[unknown], **{energy: least - 1e-9})
 
 
 HEAD = "format = 1\n[top]\nA = 1\nC = 0.5\ngMR = 2\n[start]\n"
@@ -198,22 +199,15 @@ WRONG = {  # what is wrong, the key that is named, and a word of its sentence
 
 @pytest.mark.parametrize("text", WRONG)
 def test_a_wrong_start_is_refused_by_one_fault_that_says_what_would_be_right(text):
-    with pytest.raises(BadScene) as bad:
-        read_scene(HEAD + text)
-    (fault,) = bad.value.faults
-    key, word = WRONG[text]
+    (fault,), (key, word) = faults(read_scene, HEAD + text), WRONG[text]
     assert fault.key == f"start.{key}"
     assert word in f"{fault.rule} {fault.hint}"
 
 
 def test_a_start_that_follows_from_a_wrong_top_is_read_all_the_same():
     head = HEAD.replace("A = 1", "A = 0")
-    for start, keys in (
-        ('steady = "slow"\ntheta = "x"\nomega3 = 9', ["top.A", "start.theta"]),
-        ('steady = "slow"\ntheta = 1\nomega3 = 9', ["top.A"]),
-    ):
-        with pytest.raises(BadScene) as bad:
-            read_scene(head + start)
-        assert [fault.key for fault in bad.value.faults] == keys
-    with pytest.raises(ImpossibleStart, match="top: a Top"):
-        State.steady(None, 1, omega3=9)
+    for theta, keys in (('"x"', ["top.A", "start.theta"]), ("1", ["top.A"])):
+        start = f'{head}steady = "slow"\ntheta = {theta}\nomega3 = 9'
+        assert [fault.key for fault in faults(read_scene, start)] == keys
+    with pytest.raises(ht.ImpossibleStart, match="top: a Top"):
+        ht.State.steady(None, 1, omega3=9)

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heavytop import State, Top
 from heavytop.exact import Exact, sqrt
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 from ..motions import BOOK, CONE
 

@@ -130,18 +130,3 @@ def test_the_double_nearest_pi_means_pi(gMR):
 
 
 # --- what is wrong --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        ({"x": "phi=0:1:5"}, "x = .*phi.*one of theta"),
-        ({"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "(?s)x = .*y = .*jobs"),
-        ({"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "both set the spin"),
-        ({"executor": 3}, "executor.*Executor"),
-        ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "GB are needed in memory"),
-    ],
-)
-def test_what_is_wrong_is_said_before_anything_is_done(wrong, words):
-    with pytest.raises(ht.BadScene, match=words):
-        ht.atlas(KICKED, **AXES | wrong)

@@ -41,22 +41,18 @@ def certified(trajectory, times=60):
     return found
 
 
-@pytest.mark.parametrize(
-    ("name", "form", "asked"),
-    [
-        ("sicm-kicked", "axis", {"time": 2}),
-        ("sicm-kicked", "attitude", {"time": 2}),
-        ("sicm-kicked", "axis", {"periods": 300}),
-        ("sicm-dropped", "attitude", {"periods": 30}),
-        ("steady-betsch", "axis", {"time": 2}),
-        ("force-free", "axis", {"time": 3}),
-        ("spherical-pendulum", "axis", {"time": -5}),
-        # back in time only a period leads; and a table that ends before its period is none
-        ("sicm-kicked", "axis", {"periods": -0.1}),
-        ("sicm-kicked", "attitude", {"periods": -0.6}),
-        ("sicm-kicked", "axis", {"periods": 0.6}),
-    ],
-)
+SPANS = [
+    *(("sicm-kicked", form, {"time": 2}) for form in ("axis", "attitude")),
+    # back in time only a period leads; and a table that ends before its period is none
+    *(("sicm-kicked", "axis", {"periods": n}) for n in (300, -0.1, 0.6)),
+    *((f"sicm-{x}", "attitude", {"periods": n}) for x, n in (("dropped", 30), ("kicked", -0.6))),
+    ("steady-betsch", "axis", {"time": 2}),
+    ("force-free", "axis", {"time": 3}),
+    ("spherical-pendulum", "axis", {"time": -5}),
+]
+
+
+@pytest.mark.parametrize(("name", "form", "asked"), SPANS)
 def test_no_error_exceeds_its_bound(name, form, asked):
     found = certified(run_of(name, form, **asked))
     assert found.proved
@@ -91,17 +87,22 @@ def test_a_state_off_by_one_ulp_is_refused_at_a_block_and_at_a_sample():
             ht.certify(replace(trajectory, orbit=replace(orbit, **wrong)))
 
 
+def with_(trajectory, **planted):
+    """The run as if it had found these events, or had these samples."""
+    found = replace(trajectory)
+    vars(found).update(planted)
+    return found
+
+
 @pytest.mark.parametrize("form", ["axis", "attitude"])
 def test_a_turn_too_many_is_seen(form):
     """At one of the samples, of an angle alone that no state shows."""
     trajectory = run_of("sicm-kicked", form, periods=30, samples=9)
     assert ht.certify(trajectory).turns is True
     for name in ("phi", "psi")[: 1 if form == "axis" else 2]:
-        wrong = replace(trajectory)
-        angles = getattr(trajectory, name).copy()
-        angles[5] += 2 * math.pi
-        vars(wrong)["samples"] = replace(trajectory.samples, **{name: angles})
-        assert ht.certify(wrong).turns is False
+        angles = getattr(trajectory, name) + 2 * math.pi * (np.arange(9) == 5)
+        wrong = replace(trajectory.samples, **{name: angles})
+        assert ht.certify(with_(trajectory, samples=wrong)).turns is False
 
 
 def test_psi_is_bounded_in_the_attitude_form_and_a_scene_that_wants_it_is_run_in_that():
@@ -111,13 +112,6 @@ def test_psi_is_bounded_in_the_attitude_form_and_a_scene_that_wants_it_is_run_in
         assert (found.formulation, found.proved) == (form, True)
         assert [n for n, x in found.bound.items() if x] == ["axis", *wanted]
         assert all(found.events[event].proved for event in ("turning", "reversal"))
-
-
-def with_events(trajectory, events):
-    """The run as if it had found these events."""
-    found = replace(trajectory)
-    vars(found)["events"] = events
-    return found
 
 
 @pytest.mark.parametrize("count", [0, 2])
@@ -130,7 +124,7 @@ def test_a_missed_or_doubled_event_is_seen(which, count):
     columns = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states", "place")
     kept = {name: np.repeat(getattr(events, name), times, axis=0) for name in columns}
     kinds = tuple(np.repeat(events.kind, times).tolist())
-    found = ht.certify(with_events(trajectory, replace(events, kind=kinds, **kept)))
+    found = ht.certify(with_(trajectory, events=replace(events, kind=kinds, **kept)))
     assert not found.proved
     event = "reversal" if events.kind[which] == "reversal" else "turning"
     assert found.events[event].proved is False
@@ -140,7 +134,7 @@ def test_a_missed_or_doubled_event_is_seen(which, count):
 def test_an_event_at_a_wrong_time_widens_the_bound():
     trajectory = run_of("sicm-kicked")
     t = trajectory.events.t + 1e-9 * (np.arange(len(trajectory.events)) == 4)
-    found = ht.certify(with_events(trajectory, replace(trajectory.events, t=t)))
+    found = ht.certify(with_(trajectory, events=replace(trajectory.events, t=t)))
     assert ht.certify(trajectory).events.time_bound_s < 1e-15 < 0.99e-9 < found.events.time_bound_s
 
 

@@ -110,11 +110,6 @@ def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
     assert spans == [1e4, 1e6]
 
 
-def test_a_motion_without_nutation_is_refused():
-    with pytest.raises(ht.BadScene, match="start"):
-        ht.drift(ht.load_scene("separatrix"))
-
-
 # --- members ---------------------------------------------------------------------------------
 
 

@@ -112,6 +112,7 @@ def test_what_no_value_has_is_said_with_the_range(vary, so_that, why) -> None:
 def test_the_ratio_of_a_fast_top_is_found() -> None:
     (least,) = find(DROPPED, "start.psidot=90:400", "ratio >= 1").solutions
     assert least.value == pytest.approx(2 * math.sqrt(3.28e-4 * 0.0456) / 6.6e-5, rel=1e-14)
+    assert find(DROPPED, "top.A=-1:1", "period = 9").solutions  # though half of it is no top
 
 
 def kicked(phidot) -> ht.Motion:
@@ -135,31 +136,6 @@ def test_boundaries_of_kinds() -> None:
     steady = find(DROPPED, "start.phidot=0.5:40", "kind = uniform-precession")
     rates = [ht.State.steady(DROPPED.top, "0.1", psidot=140, which=w) for w in ("slow", "fast")]
     assert values(steady) == pytest.approx([float(each.phidot) for each in rates], rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("vary", "so_that", "keys"),
-    [
-        ("start.psidt=1:2", "round = 3", ["vary"]),
-        ("psidot=1:2", "rond = 3", ["vary", "so_that"]),
-        ("start.psidot=1:x", "round = 3 kg", ["vary", "so_that"]),
-        ("start.psidot=1", "kind < waves", ["vary", "so_that"]),
-        ("start.psidot=1:2", "kind = wave", ["so_that"]),
-    ],
-)
-def test_what_cannot_be_asked_is_refused_with_every_fault(vary, so_that, keys) -> None:
-    with pytest.raises(ht.BadScene) as bad:
-        find(KICKED, vary, so_that)
-    assert [fault.key for fault in bad.value.faults] == keys
-
-
-def test_a_range_without_a_scene_is_refused_with_the_reason() -> None:
-    heavy = scene("mass = 1\ndistance = 1\ngravity = 9.81\nA = 2\nC = 1", "theta = 1")
-    with pytest.raises(ht.BadScene, match=r"top\.A = -3\.0: must be greater than 0"):
-        find(DROPPED, "top.A=-3:-1", "period = 1")
-    with pytest.raises(ht.BadScene, match="does not go with a top of mass"):
-        find(heavy, "top.gMR=1:2", "period = 1")
-    assert find(DROPPED, "top.A=-1:1", "period = 9").solutions
 
 
 def test_ranges_have_units_and_may_be_of_any_number() -> None:

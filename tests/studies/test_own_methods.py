@@ -8,8 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.comparison import own
-from heavytop.errors import BadScene, ForeignFile, Impossible, StoppedEarly
-from heavytop.results.stress import Stress
+from heavytop.errors import Impossible
 from heavytop.studies import journal
 
 from .. import integrators
@@ -58,7 +57,7 @@ def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(
     one, other = ht.Method(rk4, setting=200), ht.Method(rk4, setting=200, formulation="rotation")
     with pytest.raises(Impossible, match="must stand in a file"):
         ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])
-    with pytest.raises(BadScene, match="own:rk4: another method has this name"):
+    with pytest.raises(ht.BadScene, match="own:rk4: another method has this name"):
         ht.drift(scene, methods=[one, other], periods=2, samples=2)
     again = ht.drift(scene, methods=[one, one, replace(other, name="b")], periods=2, samples=2)
     assert [each.name for each in again.methods] == ["own:rk4", "own:b"]
@@ -79,7 +78,7 @@ def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(scene, mine
         if now.fraction > 0.5:
             raise KeyboardInterrupt
 
-    with pytest.raises(StoppedEarly):
+    with pytest.raises(ht.StoppedEarly):
         ht.drift(scene, folder=place, progress=stop, **asked)
     own._REGISTERED.clear()  # another process
     assert heavytop_("resume", place).exit_code == 3
@@ -87,7 +86,7 @@ def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(scene, mine
     assert resumed.numbers(members=True) == reference.numbers(members=True)
     mine.write_text(RK4 + "\n# changed\n")
     own._REGISTERED.clear()
-    with pytest.raises(ForeignFile, match="not the code with which it was begun"):
+    with pytest.raises(ht.ForeignFile, match="not the code with which it was begun"):
         ht.resume(place, methods=named)
 
 
@@ -134,7 +133,7 @@ def test_a_method_of_ones_own_that_fails_now_and_then_has_results(scene):
     assert replace(one, points=()).failures() == {"own:a": "it returns nan"}
     assert not replace(one, points=(), skipped=({"method": "strang", "reason": ""},)).failures()
     bad, good = ({**row, "outcome": x, "note": "nan"} for x in ("method-error", "diverged"))
-    test = Stress(limits={}, hard={}, methods={}, cases=(bad, good))
+    test = ht.Stress(limits={}, hard={}, methods={}, cases=(bad, good))
     assert not test.failures()
     assert replace(test, cases=(bad, bad)).failures() == {"own:a": "nan"}
 

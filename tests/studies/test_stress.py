@@ -12,13 +12,13 @@ from heavytop.comparison.adaptive import right_hand_side, scipy_stepper
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.results.stress import StressOutcome, silently_wrong
-from heavytop.run.plan import Plan
-from heavytop.run.planning import plan
 from heavytop.run.span import closed_form_of
 from heavytop.run.start import binary_start
 from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, cases, reference
 from heavytop.studies.stress_runs import CaseRun, judge, missed_events, prepare
+
+from ..integrators import raises
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")
@@ -88,24 +88,12 @@ def test_a_fixed_step_is_held_to_its_order_and_its_length():
         assert verdict(arrived(off, step_error=step), HERE).outcome == outcome
 
 
-def euler(f, y, h):
-    return y + h * f(y)
-
-
-def refuses(f, y, h):
-    raise ValueError("no luck")
-
-
-def explodes(f, y, h):
-    return y * 1e200
-
-
 @pytest.mark.parametrize(
     ("function", "outcome", "said"),
     [
-        (refuses, StressOutcome.METHOD_ERROR, "it raises ValueError: no luck"),
-        (explodes, StressOutcome.DIVERGED, "the numbers are no longer finite"),
-        (euler, StressOutcome.DIVERGED, ""),
+        (raises, StressOutcome.METHOD_ERROR, "it raises ValueError: no step"),
+        (lambda f, y, h: y * 1e200, StressOutcome.DIVERGED, "the numbers are no longer finite"),
+        (lambda f, y, h: y + h * f(y), StressOutcome.DIVERGED, ""),
     ],
 )
 def test_what_the_code_of_a_method_does_wrong_is_called_that(function, outcome, said):
@@ -195,7 +183,7 @@ def test_the_step_limit_is_kept_by_everybody():
 def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
     from scipy.integrate import solve_ivp
 
-    parameters, start = binary_start(cases()["cusp"].scene, Plan("lagrange"))
+    parameters, start = binary_start(cases()["cusp"].scene, ht.Plan("lagrange"))
     state, seen = tuple(start.state.tolist()), []
     problem = InitialValueProblem(FORMULATIONS["lagrange"].build(), parameters, state, period=0.9)
     stepper = scipy_stepper(solver, problem, 1e-6, 0, atol=1e-9, guarded=False)
@@ -213,10 +201,10 @@ def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
 
 def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
     scene = cases()["separatrix-3000"].scene
-    [digits, leaving] = plan(scene).warnings
+    [digits, leaving] = ht.plan(scene).warnings
     assert "digits may be missed" in digits
     assert "at about t = 73.5 s" in leaving  # 53 ln 2 over the growth rate 1/2
-    assert not plan(cases()["separatrix-40"].scene, "axis").warnings
+    assert not ht.plan(cases()["separatrix-40"].scene, "axis").warnings
 
 
 # --- limits ----------------------------------------------------------------------------------
