@@ -17,37 +17,31 @@ def test_import_contracts_are_kept():
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-@pytest.mark.parametrize(
-    ("statement", "absent"),
-    [
-        ("import heavytop.cli", ("numpy", "sympy", "heyoka", "matplotlib")),
-        ("import heavytop.scene.scene", ("flint",)),
-        (
-            "import heavytop; heavytop.load_scene('lie-group-benchmark')",
-            ("numpy", "mpmath", "sympy", "heyoka", "scipy", "matplotlib", "xarray"),
-        ),
-        (
-            "import heavytop as ht; from heavytop.results.classification import classified;"
-            "classified(ht.load_scene('sicm-kicked')).document()",
-            ("numpy", "heyoka", "sympy", "matplotlib"),
-        ),
-        ("import heavytop.run.propagation", ("matplotlib", "xarray")),
-        (
-            "import heavytop as ht; from matplotlib.figure import Figure;"
-            "scene = ht.load_scene('sicm-kicked');"
-            "ht.Motion(scene.top, scene.start).plot(ax=Figure().subplots())",
-            ("matplotlib.pyplot",),
-        ),
-        (
-            "from click.testing import CliRunner; from heavytop.cli import app;"
-            "assert CliRunner().invoke(app, ['classify', 'sicm-kicked']).stdout;"
-            "assert CliRunner().invoke(app, ['doctor']).stdout",
-            ("heyoka", "sympy", "scipy", "matplotlib", "xarray"),
-        ),
-    ],
-)
-def test_nothing_heavy_is_imported_before_it_is_needed(statement, absent):
-    program = f"{statement}; import sys; print(sorted(set(sys.modules) & set({absent!r})))"
+LIGHT = {  # what is done, and what is not imported by it
+    "import heavytop.cli": "numpy sympy heyoka matplotlib",
+    "import heavytop.scene.scene": "flint",
+    "ht.load_scene('lie-group-benchmark')": "numpy mpmath sympy heyoka scipy xarray matplotlib",
+    "cli('classify', 'sicm-kicked')": "numpy heyoka sympy scipy matplotlib xarray",
+    "cli('doctor')": "heyoka sympy scipy matplotlib xarray",
+    "import heavytop.run.propagation": "matplotlib xarray",
+    "plot()": "matplotlib.pyplot",
+}
+COMMAND = """
+import sys, heavytop as ht
+def cli(*words):
+    from click.testing import CliRunner
+    from heavytop.cli import app
+    assert CliRunner().invoke(app, words).stdout
+def plot():
+    from matplotlib.figure import Figure
+    scene = ht.load_scene('sicm-kicked')
+    ht.Motion(scene.top, scene.start).plot(ax=Figure().subplots())
+"""
+
+
+@pytest.mark.parametrize("done", LIGHT)
+def test_nothing_heavy_is_imported_before_it_is_needed(done):
+    program = f"{COMMAND}{done}; print(sorted(set(sys.modules) & {{*{LIGHT[done]!r}.split()}}))"
     command = [sys.executable, "-c", program]
     result = subprocess.run(command, capture_output=True, text=True, env=QUIET, check=True)
     assert result.stdout.strip() == "[]"

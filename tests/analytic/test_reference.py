@@ -5,12 +5,12 @@ from decimal import Decimal
 from fractions import Fraction
 
 import pytest
-from click.testing import CliRunner
 
 from heavytop import ForeignFile, Motion, load_scene
 from heavytop.analytic.reference import EVENT_QUANTITIES, read_times, reference
-from heavytop.cli import app
 from heavytop.scene.shipped import shipped_scenes
+
+from ..commands import document, printed
 
 KICKED = load_scene("sicm-kicked")
 
@@ -66,18 +66,14 @@ def test_times_from_a_file(tmp_path):
         read_times(str(tmp_path / "none"))
 
 
-def cli(*arguments):
-    return CliRunner().invoke(app, ["reference", *map(str, arguments)])
-
-
 def test_the_command_writes_what_it_prints(tmp_path):
-    shown = cli("sicm-kicked", "--times", "0:2:1", "--quantities", "theta,axis", "--digits", 15)
-    assert shown.stdout.splitlines()[0] == "t,theta,axis_x,axis_y,axis_z"
-    assert shown.stdout.splitlines()[3].startswith("2,0.426943705309657,")
+    words = ("reference", "sicm-kicked", "--times", "0:2:1")
+    head, *rows = printed(*words, "--quantities", "theta,axis", "--digits", 15).splitlines()
+    assert head == "t,theta,axis_x,axis_y,axis_z"
+    assert rows[2].startswith("2,0.426943705309657,")
     for ending in ("csv", "json", "CSV", "Json"):
-        path = tmp_path / f"x.{ending}"
-        assert cli("sicm-kicked", "--times", "0:1:1", "-o", path).exit_code == 0
-        assert path.stat().st_size
-    document = json.loads(cli("sicm-kicked", "--times", "0:1:1", "--json").stdout)
-    assert document["schema"] == "heavytop/reference/1"
-    assert document["columns"] == json.loads((tmp_path / "x.json").read_text())["columns"]
+        printed(*words, "-o", tmp_path / f"x.{ending}")
+        assert (tmp_path / f"x.{ending}").stat().st_size
+    found = document(*words)
+    assert found["schema"] == "heavytop/reference/1"
+    assert found["columns"] == json.loads((tmp_path / "x.json").read_text())["columns"]

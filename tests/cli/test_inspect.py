@@ -1,7 +1,5 @@
 """The verbs that integrate nothing: classify, plan, scenes, derive and doctor."""
 
-import json
-
 import pytest
 
 import heavytop as ht
@@ -9,7 +7,7 @@ from heavytop.cli import Exit
 from heavytop.equations.derivation import as_latex, as_text, derivation
 from heavytop.scene.shipped import shipped_scenes
 
-from ..commands import heavytop_
+from ..commands import document, printed, refused
 
 # --- classify and plan ---------------------------------------------------------------------------
 
@@ -17,14 +15,11 @@ from ..commands import heavytop_
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_every_scene_is_classified_and_planned_and_can_be_taken_over(name, tmp_path):
     """What `heavytop scenes NAME` prints is a file of the same scene."""
-    result = heavytop_("classify", name)
-    assert result.exit_code == 0, result.stderr
-    read = ht.load_scene(name)
-    assert f"{ht.Motion(read.top, read.start).kind}, proved" in result.stdout
-    assert not any(word in result.stdout for word in ("nan", "None"))
-    assert heavytop_("plan", name).exit_code == 0
-    path = tmp_path / "mine.toml"
-    path.write_text(heavytop_("scenes", name).stdout, "utf-8")
+    said, read, path = printed("classify", name), ht.load_scene(name), tmp_path / "mine.toml"
+    assert f"{ht.Motion(read.top, read.start).kind}, proved" in said
+    assert not any(word in said for word in ("nan", "None"))
+    printed("plan", name)
+    path.write_text(printed("scenes", name), "utf-8")
     assert ht.load_scene(path) == read
 
 
@@ -32,11 +27,10 @@ def test_every_scene_is_classified_and_planned_and_can_be_taken_over(name, tmp_p
 
 
 def test_scenes_are_listed_and_printed_as_json():
-    assert "sicm-kicked" in heavytop_("scenes").stdout
-    for words, key in ((("scenes",), "scenes"), (("scenes", "sicm-kicked"), "text")):
-        document = json.loads(heavytop_(*words, "--json").stdout)
-        assert document["schema"] == "heavytop/scenes/1"
-        assert document[key]
+    assert "sicm-kicked" in printed("scenes")
+    for key, found in (("scenes", document("scenes")), ("text", document("scenes", "sleeping"))):
+        assert found["schema"] == "heavytop/scenes/1"
+        assert found[key]
 
 
 # --- derive and doctor ---------------------------------------------------------------------------
@@ -44,18 +38,13 @@ def test_scenes_are_listed_and_printed_as_json():
 
 def test_derive_prints_text_latex_or_json():
     steps = derivation()
-    assert heavytop_("derive").stdout.rstrip("\n") == as_text(steps).rstrip("\n")
-    assert heavytop_("derive", "--latex").stdout.rstrip("\n") == as_latex(steps).rstrip("\n")
-    document = json.loads(heavytop_("derive", "--json").stdout)
-    assert [each["name"] for each in document["steps"]] == [each.name for each in steps]
+    for words, text in ((("derive",), as_text(steps)), (("derive", "--latex"), as_latex(steps))):
+        assert printed(*words).rstrip("\n") == text.rstrip("\n")
+    assert [each["name"] for each in document("derive")["steps"]] == [each.name for each in steps]
 
 
 def test_doctor_names_what_is_missing(monkeypatch):
-    found = heavytop_("doctor")
-    assert found.exit_code == 0
-    assert f"heavytop     {ht.__version__}" in found.stdout
-    assert json.loads(heavytop_("doctor", "--json").stdout)["schema"] == "heavytop/doctor/2"
+    assert f"heavytop     {ht.__version__}" in printed("doctor")
+    assert document("doctor")["schema"] == "heavytop/doctor/2"
     monkeypatch.setattr("heavytop.doctor.requirements", lambda: {"": ["no-such-package"]})
-    missing = heavytop_("doctor")
-    assert missing.exit_code == Exit.OUT_OF_BOUND
-    assert "no-such-package" in missing.stderr
+    assert "no-such-package" in refused(Exit.OUT_OF_BOUND, "doctor")

@@ -15,6 +15,7 @@ from ..integrators import dop853, midpoint_on_rotations, raises, rk4
 from . import kicked
 from .kicked import SPAN
 
+FORMS = ("axis", "lagrange", "quaternion", "rotation")
 FILE = """
 import numpy as np
 from beside import factor
@@ -35,10 +36,7 @@ def axis_error(asked, setting):
 @pytest.mark.parametrize(
     ("method", "order", "steps"),
     [
-        (own.Method(rk4), 4, 100),
-        (own.Method(rk4, formulation="lagrange"), 4, 200),
-        (own.Method(rk4, formulation="quaternion"), 4, 200),
-        (own.Method(rk4, formulation="rotation"), 4, 200),
+        *((own.Method(rk4, formulation=form), 4, 200) for form in FORMS),
         (own.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
     ],
 )
@@ -77,11 +75,11 @@ def test_a_step_and_a_solver_may_read_the_top():
 
     def step(f, y, h):
         found.append(f.top)
-        return y + h * f(y)
+        return rk4(f, y, h)
 
-    def solver(fun, t_span, y0, **options):
+    def solver(fun, *given, **options):
         found.append(fun.top)
-        return dop853(fun, t_span, y0, **options)
+        return dop853(fun, *given, **options)
 
     top = TopConstants(2.0, 1.0, 3.0)
     for asked, setting in ((step, 100), (own.Method(solver, solver=True), 1e-6)):
@@ -105,14 +103,13 @@ class Foreign:
         raise TypeError("traced")
 
 
-def forwards(f, y, h):
-    return y + h * f(y)
-
-
 def test_a_step_may_compute_in_its_states_or_in_arrays_of_another_library():
     def in_place(f, y, h):
         y += h * f(y)
         return y
+
+    def forwards(f, y, h):
+        return y + h * f(y)
 
     def by_foreign_arrays(f, y, h):
         return y + h * np.array(list(f(Foreign(y))))
@@ -179,20 +176,20 @@ def test_a_file_is_named_by_its_last_part(file):
     assert own.registered("mine.py:euler").digest
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("nowhere.py:rk4", "there is no such file"),
-        ("mine.py:rk5", "has no 'rk5'"),
-        ("bad.py:rk4", "raises ZeroDivisionError: division by zero"),
-        ("no_such_module:rk4", "raises ModuleNotFoundError"),
-        ("mine.py:np", "must be a function"),
-    ],
-)
-def test_what_cannot_be_loaded_is_told(file, text, said, monkeypatch):
+UNLOADED = {
+    "nowhere.py:rk4": "there is no such file",
+    "mine.py:rk5": "has no 'rk5'",
+    "bad.py:rk4": "raises ZeroDivisionError: division by zero",
+    "no_such_module:rk4": "raises ModuleNotFoundError",
+    "mine.py:np": "must be a function",
+}
+
+
+@pytest.mark.parametrize("text", UNLOADED)
+def test_what_cannot_be_loaded_is_told(file, text, monkeypatch):
     file.with_name("bad.py").write_text("1 / 0\n")
     monkeypatch.chdir(file.parent)
-    with pytest.raises(Impossible, match=said):
+    with pytest.raises(Impossible, match=UNLOADED[text]):
         own.register(text)
 
 

@@ -67,58 +67,46 @@ def test_which_numbers_are_algebraic():
     assert {separation(x) for x in IDENTITIES if x != 0} == {math.inf}
 
 
-@pytest.mark.parametrize(
-    ("x", "sign"),
-    [
-        (PI - Exact.of(math.pi), 1),
-        (PI - Exact.of(math.nextafter(math.pi, 4)), -1),
-        (Exact.of("3.14159265358979323846264338327950289") - PI, 1),
-        (Exact.of("3.14159265358979323846264338327950288") - PI, -1),
-        (sqrt(2) + sqrt(3) - PI, 1),
-        (cos(2), -1),
-        (-sqrt(2) - PI, -1),
-        (sqrt("1 + 1e-200") - 1, 1),
-        (1 - sqrt("1 + 1e-299") ** 3, -1),
-        (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + Exact.of("1e-200") ** 9, 1),
-        (acos("0.9999999999") - PI / 2, -1),
-        (sqrt(cos(2) ** 2) + cos(2), None),  # |x| + x: zero, and no identity
-    ],
-    ids=str,
-)
-def test_signs(x, sign):
-    assert x.sign() == sign
+POSITIVE = [
+    PI - Exact.of(math.pi),
+    Exact.of(math.nextafter(math.pi, 4)) - PI,
+    Exact.of("3.14159265358979323846264338327950289") - PI,
+    PI - Exact.of("3.14159265358979323846264338327950288"),
+    sqrt("1 + 1e-200") - 1,
+    sqrt("1 + 1e-299") ** 3 - 1,
+    sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + Exact.of("1e-200") ** 9,
+    PI / 2 - acos("0.9999999999"),
+]
 
 
-@pytest.mark.parametrize(
-    "different",
-    [
-        sqrt((1 + cos(1)) * (1 - cos(1))) - (1 - cos(1) ** 2) ** (3 * HALF),
-        sqrt(2 + sqrt(3)) - sqrt(3 + sqrt(2)),
-        cos(1) - cos(2),
-        sin(1) + sin(-2),
-        sqrt(1 + cos(1)) - sqrt(2 + 2 * cos(1)),
-        sqrt(1 + cos(1)) - sqrt(2 + cos(1)),
-        (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + TINY) * cos(1),
-        acos("0.3") - acos("0.4"),
-    ],
-    ids=str,
-)
-def test_generators_that_differ_are_not_taken_for_one(different):
-    assert not is_identity(different)
+@pytest.mark.parametrize("x", POSITIVE, ids=str)
+def test_signs(x):
+    assert (x.sign(), (-x).sign()) == (1, -1)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "sqrt(1 - cos(4)^2) - sin(4)",  # sin 4 < 0
-        "sqrt(cos(2)*(cos(2) - 1)) - cos(2)*sqrt((cos(2) - 1)/cos(2))",  # cos 2 < 0
-    ],
-)
-def test_a_root_is_not_taken_for_what_has_the_other_sign(text):
+def test_of_what_is_zero_by_no_identity_the_sign_is_open():
+    assert (sqrt(cos(2) ** 2) + cos(2)).sign() is None  # |x| + x
+
+
+DIFFERENT = [
+    sqrt((1 + cos(1)) * (1 - cos(1))) - (1 - cos(1) ** 2) ** (3 * HALF),
+    sqrt(2 + sqrt(3)) - sqrt(3 + sqrt(2)),
+    cos(1) - cos(2),
+    sin(1) + sin(-2),
+    sqrt(1 + cos(1)) - sqrt(2 + 2 * cos(1)),
+    sqrt(1 + cos(1)) - sqrt(2 + cos(1)),
+    (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + TINY) * cos(1),
+    acos("0.3") - acos("0.4"),
+    sqrt(1 - cos(4) ** 2) - sin(4),  # sin 4 < 0
+    sqrt(cos(2) * (cos(2) - 1)) - cos(2) * sqrt((cos(2) - 1) / cos(2)),  # cos 2 < 0
+]
+
+
+@pytest.mark.parametrize("different", DIFFERENT, ids=str)
+def test_what_differs_is_not_taken_for_one(different):
     """Beside 1 it is smaller than 256 bits show, where a false proof would make it 0."""
-    twice = Exact.of(text)
-    assert not is_identity(twice)
-    assert ((1 + twice * Exact.of("1e-200")) ** 2 - 1).sign() == 1
+    assert not is_identity(different)
+    assert ((1 + different * Exact.of("1e-200")) ** 2 - 1).sign() == different.sign() != 0
 
 
 def test_the_bound_holds_of_what_is_nearest_to_zero():
@@ -135,24 +123,17 @@ def drawn(random, depth):
     """A number that may well be zero: what is added and subtracted is often alike."""
     if depth == 0 or random.random() < 0.15:
         angle = random.choice(["0.1", "0.2", "4", "pi/5", "pi/7", "acos(3/5)", "pi/4 + 0.1"])
-        k = random.randint(-3, 3)
-        return random.choice(
-            [Exact.of(k), sqrt(random.randint(1, 12)), cos(angle), sin(angle), PI / 3 * k]
-        )
+        k, root = Exact.of(random.randint(-3, 3)), sqrt(random.randint(1, 12))
+        return random.choice([k, root, cos(angle), sin(angle), PI / 3 * k])
     a, b = drawn(random, depth - 1), drawn(random, depth - 1)
-    match random.randrange(8):
-        case 0 | 1:
-            return a - b
-        case 2:
-            return (a + b) * (a - b) - a * a + b * b
-        case 3:
-            return sqrt(a * a + 2 * a * b + b * b) - a - b  # 2|a + b| or 0
-        case 4:
-            return a / (1 + b * b)
-        case 5:
-            return Exact.of(1 + a * a) ** Fraction(1, 3) * b
-        case _:
-            return a * b + random.randint(-2, 2)
+    makers = (
+        *(lambda: a - b, lambda: a * b + random.randint(-2, 2)) * 2,
+        lambda: (a + b) * (a - b) - a * a + b * b,
+        lambda: sqrt(a * a + 2 * a * b + b * b) - a - b,  # 2|a + b| or 0
+        lambda: a / (1 + b * b),
+        lambda: Exact.of(1 + a * a) ** Fraction(1, 3) * b,
+    )
+    return random.choice(makers)()
 
 
 def check_signs(seed, count, depths):

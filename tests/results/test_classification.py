@@ -11,7 +11,7 @@ import heavytop as ht
 from heavytop.results.classification import classified
 from heavytop.scene.shipped import shipped_scenes
 
-from ..commands import printed
+from .. import commands
 
 # This is 0, as √cos²2 is −cos 2, and no identity that the package knows shows it.
 NOTHING = "sqrt(cos(2)^2) + cos(2)"
@@ -27,7 +27,7 @@ def document(scene, **changes):
 
 @pytest.mark.parametrize("scene", ["sicm-kicked", "sleeping"])
 def test_a_run_says_the_same(scene):
-    ran, known = (json.loads(printed(verb, scene, "--json")) for verb in ("run", "classify"))
+    ran, known = (commands.document(verb, scene) for verb in ("run", "classify"))
     assert known.pop("command") == f"heavytop classify {scene} --json"
     assert ran["motion"] == {name: known["motion"][name] for name in ran["motion"]}
     assert (ran["scene"], ran["constants"]) == (known["scene"], known["constants"])

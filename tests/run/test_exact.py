@@ -1,6 +1,5 @@
 """Spans that would take hours of steps: the closed form answers, and a run says so."""
 
-import json
 import math
 from dataclasses import replace
 from fractions import Fraction
@@ -19,7 +18,7 @@ from heavytop.scene.shipped import shipped_names
 from heavytop.studies import certificate
 from heavytop.studies.methods import plan_auto
 
-from ..commands import heavytop_
+from ..commands import document, names, printed, refused
 from ..motions import BOOK, KICKED
 
 FAR = ("sicm-kicked", "--set", "span.periods=1e12")
@@ -33,9 +32,7 @@ def kicked(periods, **wants):
 def far(tmp_path_factory):
     """The folder of a run of 1e12 periods, and its document."""
     folder = tmp_path_factory.mktemp("far") / "run"
-    done = heavytop_("run", *FAR, "-o", folder, "--json")
-    assert done.exit_code == 0, done.stderr
-    return folder, json.loads(done.stdout)
+    return folder, document("run", *FAR, "-o", folder)
 
 
 # --- the plan --------------------------------------------------------------------------------
@@ -74,8 +71,7 @@ def test_who_asks_for_steps_gets_them(monkeypatch):
 
 @pytest.mark.parametrize("digits", [12, 40])
 def test_the_end_is_that_of_the_closed_form_at_more_digits(digits):
-    done = heavytop_("run", *FAR, "--digits", digits, "--json")
-    found, scene, ctx = json.loads(done.stdout), kicked(1e12), context(120)
+    found, scene, ctx = document("run", *FAR, "--digits", digits), kicked(1e12), context(120)
     final, motion = found["final"], ht.Motion(scene.top, scene.start)
     exact = motion.at(10**12 * motion.mpf("period", 120), 110)
     bound = 10.0 ** -(min(digits, 16) - 2)
@@ -101,10 +97,9 @@ def test_a_run_says_that_nothing_was_integrated(far):
     events = found["events"]
     assert [events[name] for name in EVENTS] == [2 * 10**12 + 1, 2 * 10**12, 0]
     assert events["table"] == []
-    files = {path.name for path in folder.iterdir()}
-    assert {"overview.svg", "angles.png", "phase.svg"} <= files
-    assert files == {*found["files"].values(), "study.jsonl", "lock"}
-    assert not any(name.startswith("errors") for name in files)
+    assert {"overview.svg", "angles.png", "phase.svg"} <= names(folder)
+    assert names(folder) == {*found["files"].values()}
+    assert not any(name.startswith("errors") for name in names(folder))
 
 
 @pytest.mark.parametrize("name", shipped_names())
@@ -146,22 +141,17 @@ def test_xarray_reads_samples_under_the_names_of_a_run(far, tmp_path):
 
 def test_film_report_check_and_resume_take_its_folder(far, tmp_path):
     folder = far[0]
-    checked = heavytop_("check", folder, "--digits", 15)
-    assert checked.exit_code == 0, checked.stderr
-    film = heavytop_("film", folder, "-o", tmp_path / "x.gif", "--seconds", 1, "--size", "80x64")
-    assert film.exit_code == 0, film.stderr
-    page = heavytop_("report", folder, "-o", tmp_path / "page.html")
-    assert page.exit_code == 0, page.stderr
-    resumed = heavytop_("resume", folder)
-    assert "this run is finished" in resumed.stderr
-    again = heavytop_("run", folder, "--json", "--set", "span.periods=2")
-    assert json.loads(again.stdout)["events"]["turning"] == 5
+    printed("check", folder, "--digits", 15)
+    printed("film", folder, "-o", tmp_path / "x.gif", "--seconds", 1, "--size", "80x64")
+    printed("report", folder, "-o", tmp_path / "page.html")
+    assert "this run is finished" in refused(0, "resume", folder)
+    assert document("run", folder, "--set", "span.periods=2")["events"]["turning"] == 5
 
 
 def test_no_trajectory_is_read_from_it(far):
     with pytest.raises(ht.ForeignFile, match=r"nothing was integrated.* heavytop\.Motion"):
         ht.load_trajectory(far[0] / "trajectory.nc")
-    assert heavytop_("certify", far[0]).exit_code == 3
+    refused(3, "certify", far[0])
 
 
 def test_an_axis_that_tends_to_the_vertical_turns_once():

@@ -6,16 +6,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.scene.quantities import (
-    QUANTITIES,
-    WANTED,
-    Need,
-    Quantity,
-    component_names,
-    derived,
-    quantity_of,
-    values_of,
-)
+from heavytop.scene import quantities
+from heavytop.scene.quantities import QUANTITIES, WANTED, Need, Quantity, values_of
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=0.2", 'want.quantities=["attitude", "rates"]'])
 COLUMNS = sorted({name for wanted in WANTED for name in QUANTITIES[wanted].columns})
@@ -33,7 +25,7 @@ def test_run_closed_form_and_proved_digits_have_the_same_of_every_column(run, na
     found = run.motion.interval(name, run.t[-1], 20)
     balls = found if isinstance(found, tuple) else (found,)
     np.testing.assert_allclose(np.ravel(ours[-1]), [float(x.middle) for x in balls], atol=1e-11)
-    assert len(balls) == len(component_names((name,)))
+    assert len(balls) == len(quantities.component_names((name,)))
 
 
 def test_a_derived_quantity_is_one_row(run, monkeypatch):
@@ -44,12 +36,12 @@ def test_a_derived_quantity_is_one_row(run, monkeypatch):
     np.testing.assert_array_equal(ours, run.samples.phidot / run.samples.psidot)
     exact = values_of(run.motion.at(run.t[-1], 20), "rate_ratio")
     assert float(exact) == pytest.approx(ours[-1], rel=1e-12)
-    assert derived(("theta", "rate_ratio")) == ("rate_ratio",)
+    assert quantities.derived(("theta", "rate_ratio")) == ("rate_ratio",)
 
 
 def test_the_unit_of_the_axis_is_1_everywhere(run):
-    assert {quantity_of(name).cf_unit for name in ("axis", "axis_error")} == {"1"}
-    assert quantity_of("axis").heading == "axis"
+    assert {quantities.quantity_of(name).cf_unit for name in ("axis", "axis_error")} == {"1"}
+    assert quantities.quantity_of("axis").heading == "axis"
     assert run.to_xarray()["axis"].attrs["units"] == run.to_pandas().attrs["units"]["axis_x"] == "1"
 
 

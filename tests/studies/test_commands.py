@@ -16,7 +16,7 @@ from heavytop.studies import study, workers
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases
 
-from ..commands import heavytop_, printed
+from ..commands import document, names, printed, refused
 from ..processes import wait_for
 from .toy import drop_line, results
 
@@ -39,8 +39,7 @@ def started(*words):
 
 def files(folder):
     """What lies in a folder, beside the journal."""
-    there = (path for path in folder.iterdir() if path.name not in ("study.jsonl", "lock"))
-    return {path.name: path.read_bytes() for path in there}
+    return {name: (folder / name).read_bytes() for name in names(folder)}
 
 
 # --- killed and stopped ----------------------------------------------------------------------
@@ -68,10 +67,10 @@ def wait_for_records(folder, count, process):
 )
 def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, jobs, tmp_path):
     whole, folder, draw = tmp_path / "whole", tmp_path / "made" / "here", random.Random(jobs)
-    complete = json.loads(printed(verb, *LONG[verb], "--json", "-o", whole))
+    complete = document(verb, *LONG[verb], "-o", whole)
     assert complete["schema"] == f"heavytop/{verb}/1"
     assert {"document", "chart_svg", "chart_png"} <= complete["files"].keys()
-    assert files(whole).keys() == set(complete["files"].values())
+    assert names(whole) == set(complete["files"].values())
     parallel = ("-j", jobs) if jobs > 1 else ()
     asked = [verb, *LONG[verb], "--no-figures", "-o", folder, *parallel]
     process = started(*asked)
@@ -101,7 +100,7 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
         times = ([x["us_per_period"] for x in each.methods] for each in (stored, section.result))
         assert [*times] == [[None, None], [x["us_per_period"] for x in complete["methods"]]]
     before = results(whole), verb == "workprec" or files(whole)
-    again = json.loads(printed("resume", whole, "--json"))  # what is finished does not change
+    again = document("resume", whole)  # what is finished does not change
     if name := {"drift": "methods", "workprec": "points"}.get(verb):
         once, twice = ([x["us_per_period"] for x in each[name]] for each in (complete, again))
         assert once == twice
@@ -131,12 +130,10 @@ def test_another_study_or_other_versions_in_a_folder_are_refused(tmp_path, monke
     printed(*QUICK, "taylor-axis", "-o", tmp_path, "--no-figures")
     before = files(tmp_path)
     more = ("--seed", 3, "--set", "start.theta=0.2", "-o", tmp_path)
-    other, here = heavytop_(*QUICK, "taylor-axis", *more), study._versions()
+    assert "scene.start.theta" in refused(3, *QUICK, "taylor-axis", *more)
+    here = study._versions()
     monkeypatch.setattr(study, "_versions", lambda: here | {"heyoka": "99"})
-    newer = heavytop_("resume", tmp_path)
-    assert (other.exit_code, newer.exit_code) == (3, 3)
-    assert "scene.start.theta" in other.stderr
-    assert "versions.heyoka" in newer.stderr
+    assert "versions.heyoka" in refused(3, "resume", tmp_path)
     assert files(tmp_path) == before
 
 
@@ -144,15 +141,13 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
     monkeypatch.setattr(
         "heavytop.comparison.methods.find_spec", lambda name: None if name == "numba" else name
     )
-    alone, beside = heavytop_(*QUICK, "strang"), printed(*QUICK, "strang,auto")
-    tested = heavytop_("stress", "--methods", "dop853-cyrk", "--cases", "cusp")
-    assert alone.exit_code == tested.exit_code == 2
-    told = (alone.stderr, beside, tested.stderr)
-    assert all("pip install '.[rivals]'" in said for said in told)
+    alone, beside = refused(2, *QUICK, "strang"), printed(*QUICK, "strang,auto")
+    tested = refused(2, "stress", "--methods", "dop853-cyrk", "--cases", "cusp")
+    assert all("pip install '.[rivals]'" in said for said in (alone, beside, tested))
 
 
 def test_the_cases_are_listed_with_what_they_are():
-    known = json.loads(printed("stress", "--list", "--json"))
+    known = document("stress", "--list")
     assert [case["name"] for case in known["cases"]] == list(cases())
     assert [each["name"] for each in known["methods"]] == list(stress_methods())
 
@@ -163,5 +158,5 @@ def test_the_cases_are_listed_with_what_they_are():
 def test_dask_that_is_missing_is_named_before_anything_is_made(monkeypatch, tmp_path):
     monkeypatch.setattr(workers, "find_spec", lambda name: None)
     words = (*QUICK, "taylor-axis", "-o", tmp_path / "a", "--scheduler", "tcp://192.0.2.1:8786")
-    assert heavytop_(*words).exit_code == 2
+    refused(2, *words)
     assert not (tmp_path / "a").exists()

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import heavytop
+from heavytop.doctor import versions
 from heavytop.errors import InUse
 from heavytop.studies.journal import Journal
 from heavytop.studies.study import run
@@ -22,12 +23,7 @@ from .toy import TOYS, done, lines, results, tears
 pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 
 SOURCE = str(Path(heavytop.__file__).parents[1])
-PARAMETERS = {
-    "kind": "toy",
-    "scene": {"start": {"theta": "0.1"}},
-    "options": {"tasks": 3, "blocks": 60},
-    "versions": {"heavytop": heavytop.__version__},
-}
+PARAMETERS = {"kind": "toy", "options": {"tasks": 3, "blocks": 60}, "versions": versions()}
 STEPS = 50 * 60  # of one task
 LONGEST = 50 * 8  # of one chunk
 SLICE = 0.1  # of work between two lines of the journal [s]; see run_toy.py

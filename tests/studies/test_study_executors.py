@@ -1,5 +1,6 @@
 """Whoever does the tasks, threads, processes or strangers, the files are those of one process."""
 
+import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
 from concurrent.futures import ThreadPoolExecutor as Threads
@@ -119,16 +120,14 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
 
 def test_a_process_does_one_slice_at_a_time(monkeypatch):
     """The precision of the libraries below is global: threads would change each other's."""
-    at_work, most = [], []
+    alone = threading.Lock()
 
-    def advance(parameters, task, checkpoint):
-        at_work.append(task)
-        most.append(len(at_work))
+    def advance(*_):
+        assert alone.acquire(blocking=False)
         time.sleep(0.01)
-        at_work.remove(task)
+        alone.release()
         yield Chunk(done=True)
 
     monkeypatch.setattr(study.study_of(PARAMETERS), "advance", advance)
     with Threads(4) as pool:
         run(Journal(PARAMETERS), executor=pool)
-    assert most == [1] * 4

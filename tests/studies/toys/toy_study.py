@@ -32,13 +32,9 @@ def advance(parameters, task, checkpoint):
                 break
         _log(f"{task} {first} {steps} {os.getpid()}")
         _misbehave(task, steps)
-        yield Chunk(
-            checkpoint={"steps": steps, "x": x.hex(), "y": y.hex()},
-            rows=tuple(rows),
-            done=steps == total,
-            fraction=steps / total,
-            seconds=time.monotonic() - begun,
-        )
+        where = {"steps": steps, "x": x.hex(), "y": y.hex()}
+        how = {"fraction": steps / total, "seconds": time.monotonic() - begun}
+        yield Chunk(where, tuple(rows), done=steps == total, **how)
         if task in os.environ.get("TOY_REFUSES", ""):
             raise HeavyTopError("too steep")
 
