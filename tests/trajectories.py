@@ -1,5 +1,7 @@
 """Runs of shipped scenes, and two of them that have the same bits, however they were made."""
 
+from dataclasses import replace
+
 import numpy as np
 
 import heavytop as ht
@@ -8,6 +10,13 @@ import heavytop as ht
 def run_of(*changes, name="sicm-kicked", **how):
     """A run of a shipped scene with changes."""
     return ht.propagate(ht.load_scene(name, changes), **how)
+
+
+def planted(run, **parts):
+    """The run as if it had found these events, or had these samples."""
+    found = replace(run)
+    vars(found).update(parts)
+    return found
 
 
 def same(a, b):

@@ -13,29 +13,25 @@ def holds(interval, value, digits):
     return value in Interval(interval.middle, interval.spread + slack)
 
 
-class Digits:
-    """Those of a motion as mpmath numbers of so many digits; call it with a time."""
-
-    def __init__(self, motion, digits=50):
-        motion = motion if isinstance(motion, ClosedForm) else ClosedForm(motion)
-        self.motion, self.digits, self.ctx = motion, digits, context(digits + 10)
-
-    def __getattr__(self, name):
-        return self.motion.mpf(name, self.digits)
-
-    def __call__(self, t):
-        return self.motion.at(t, self.digits)
-
-
 class Bounds:
     """Those of a motion as intervals of so many digits; call it with a name and a time."""
 
     def __init__(self, motion, digits=15):
-        motion = motion if isinstance(motion, ClosedForm) else ClosedForm(motion)
-        self.motion, self.digits = motion, digits
+        self.motion = motion if isinstance(motion, ClosedForm) else ClosedForm(motion)
+        self.digits, self.ctx = digits, context(digits + 10)
 
     def __getattr__(self, name):
         return self.motion.interval(name, digits=self.digits)
 
     def __call__(self, name, t):
         return self.motion.interval(name, t, self.digits)
+
+
+class Digits(Bounds):
+    """Those of a motion as mpmath numbers of so many digits; call it with a time."""
+
+    def __getattr__(self, name):
+        return self.motion.mpf(name, self.digits)
+
+    def __call__(self, t):
+        return self.motion.at(t, self.digits)

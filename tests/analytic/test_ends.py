@@ -9,9 +9,8 @@ from heavytop.analytic import ends
 from heavytop.analytic.ends import carlson, ends_many, jacobi
 from heavytop.run.counts import tally
 
-from ..starts import nasty, regular
+from ..starts import nasty, regular, top_and_state
 
-TOP = ("A", "C", "gMR")
 EVENTS = ("turning", "reversal")
 
 
@@ -27,9 +26,7 @@ def started(numbers, seed):
 
 
 def motion_of(start, i):
-    numbers = {name: float(column[i]) for name, column in start.items()}
-    top = ht.Top(*(numbers.pop(name) for name in TOP))
-    return ht.Motion(top, ht.State(**numbers))
+    return ht.Motion(*top_and_state({name: float(column[i]) for name, column in start.items()}))
 
 
 def off(found, start, time, i):

@@ -67,6 +67,7 @@ def near(e):
 
 NAMES = tuple(near(1))
 TINY = ("1e-3", "1e-30", "1e-150")
+ANGLES = ("theta", "phi", "psi")
 PARTS = ("0.001", "0.13", "0.31", "0.501", "0.9", "-0.37")
 
 
@@ -99,8 +100,10 @@ def residuals(form, t):
     return [float(abs(sum(terms)) / (sum(map(abs, terms)) or 1)) for terms in balance]
 
 
-@pytest.mark.parametrize("e", TINY)
-@pytest.mark.parametrize("name", NAMES)
+every_motion = pytest.mark.parametrize(("name", "e"), [(name, e) for name in NAMES for e in TINY])
+
+
+@every_motion
 def test_the_equations_of_motion(name, e):
     """To 50 digits and more, at whatever distance from the special motion."""
     form = Digits(near(e)[name], 160)
@@ -117,14 +120,13 @@ def test_an_error_of_1e_40_in_an_elliptic_integral_is_found(part, monkeypatch):
     assert max(residuals(form, form.period / 3)) > 1e-45
 
 
-@pytest.mark.parametrize("e", TINY)
-@pytest.mark.parametrize("name", NAMES)
+@every_motion
 def test_the_start_and_the_seams(name, e):
     """The start is the given one, and the angles are continuous where the pieces meet."""
     form = Digits(near(e)[name], 70)
     ctx, at = form.ctx, form(0)
     assert abs(form.lower_turning) <= form.period / 2
-    _, _, _, theta, phidot, _, thetadot = given(form)
+    *_, theta, phidot, _, thetadot = given(form)
     if theta:  # on a pole θ̇ alone is what was given
         assert abs(at.theta - theta) <= abs(theta) * ctx.mpf("1e-70")
         assert abs(at.phidot - phidot) <= ctx.mpf("1e-60") * (1 + abs(phidot))
@@ -133,13 +135,12 @@ def test_the_start_and_the_seams(name, e):
     for quarter in (1, 3, 5, -3):
         seam, step = quarter * form.period / 4 + form.lower_turning, ctx.mpf("1e-40") * form.period
         before, after = form(seam - step), form(seam + step)
-        for angle in ("theta", "phi", "psi"):
+        for angle in ANGLES:
             moved = getattr(after, angle) - getattr(before, angle)
             assert abs(moved) <= 3 * step * abs(getattr(before, angle + "dot")) + ctx.mpf("1e-60")
 
 
-@pytest.mark.parametrize("e", TINY)
-@pytest.mark.parametrize("name", NAMES)
+@every_motion
 def test_doubles_keep_all_their_digits(name, e):
     """θ to 1e-15 of itself, φ and ψ to 1e-15 max(1, |x|): a start is exact, nothing ill-posed."""
     motion = near(e)[name]
@@ -149,7 +150,7 @@ def test_doubles_keep_all_their_digits(name, e):
     record = motion.at(times)
     for i, t in enumerate(times):
         at = motion.reader(t, 360)
-        for angle in ("theta", "phi", "psi"):
+        for angle in ANGLES:
             want, got = at(angle), arb(float(getattr(record, angle)[i]))
             size = abs(want) if angle == "theta" else abs(want).max(arb(1))
             assert abs(float(got - want)) <= 1e-15 * float(size), (angle, t)

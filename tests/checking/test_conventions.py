@@ -93,19 +93,19 @@ def explanation(misfit, *names):
     return Explanation(steps, np.array([misfit]))
 
 
-@pytest.mark.parametrize(
-    ("found", "sure", "alike"),
-    [
-        ([explanation(-8.0, "y-up")], {"y-up"}, 0),
-        ([explanation(-8.0, "y-up"), explanation(-7.9, "spin-sign")], set(), 2),
-        ([explanation(-8.0, "y-up"), explanation(-8.2, "y-up", "degrees")], {"y-up"}, 0),
-        ([explanation(-4.0, "y-up"), explanation(-8.0, "y-up", "rpm")], {"y-up", "rpm"}, 0),
-        ([explanation(-4.0, "rpm", "y-up"), explanation(-4.2, "rpm", "degrees")], {"rpm"}, 2),
-        ([explanation(-8.0, "y-up"), explanation(-8.0, "spin-held", "degrees")], {"y-up"}, 0),
-        ([explanation(-0.5, "y-up")], set(), 0),  # better, and no good
-        ([explanation(-0.3, "y-up")], set(), 0),
-    ],
-)
+VERDICTS = [
+    ([explanation(-8.0, "y-up")], {"y-up"}, 0),
+    ([explanation(-8.0, "y-up"), explanation(-7.9, "spin-sign")], set(), 2),
+    ([explanation(-8.0, "y-up"), explanation(-8.2, "y-up", "degrees")], {"y-up"}, 0),
+    ([explanation(-4.0, "y-up"), explanation(-8.0, "y-up", "rpm")], {"y-up", "rpm"}, 0),
+    ([explanation(-4.0, "rpm", "y-up"), explanation(-4.2, "rpm", "degrees")], {"rpm"}, 2),
+    ([explanation(-8.0, "y-up"), explanation(-8.0, "spin-held", "degrees")], {"y-up"}, 0),
+    ([explanation(-0.5, "y-up")], set(), 0),  # better, and no good
+    ([explanation(-0.3, "y-up")], set(), 0),
+]
+
+
+@pytest.mark.parametrize(("found", "sure", "alike"), VERDICTS)
 def test_only_what_all_good_explanations_share_is_sure(found, sure, alike):
     verdict = judge([explanation(0.0), *found])
     assert (verdict.sure, len(verdict.alike)) == (sure, alike)

@@ -18,6 +18,7 @@ from ..processes import alive, soon, wait_for
 from ..studies.toy import drop_line
 from .own_claims import FAKE, HEAD, SLOW, by_id, script
 
+pytestmark = pytest.mark.processes
 VALIDATION = Path(__file__).parents[2] / "validation"
 
 
@@ -51,7 +52,6 @@ def test_without_scripts_and_with_two_claims_of_a_name_there_is_nothing_to_measu
 # --- measuring -------------------------------------------------------------------------------
 
 
-@pytest.mark.processes
 def test_each_claim_is_judged_by_its_bound_in_the_order_of_its_script(tmp_path):
     folder, name = script(tmp_path, FAKE)
     found = validate(proofs=True, scripts=folder)
@@ -73,7 +73,6 @@ def test_each_claim_is_judged_by_its_bound_in_the_order_of_its_script(tmp_path):
     assert found.document()["authorities"] == 1  # a book; we are none
 
 
-@pytest.mark.processes
 def test_only_what_is_asked_is_measured(tmp_path):
     folder, name = script(tmp_path, FAKE)
     seen = []
@@ -86,7 +85,6 @@ def test_only_what_is_asked_is_measured(tmp_path):
         validate(["hold"], scripts=folder)
 
 
-@pytest.mark.processes
 def test_what_takes_too_long_is_killed_and_does_not_hold(tmp_path, monkeypatch):
     folder, name = script(tmp_path, SLOW)
     task, asked = f"{name}/a", {"scripts": str(folder), "claims": [f"{name}/a"]}
@@ -104,7 +102,6 @@ def test_what_takes_too_long_is_killed_and_does_not_hold(tmp_path, monkeypatch):
 ALONE = "import sys, heavytop as ht; ht.validate(scripts=sys.argv[1], jobs=2)"
 
 
-@pytest.mark.processes
 def test_a_validation_that_was_killed_goes_on_and_ends_the_same(tmp_path):
     folder, _ = script(tmp_path, SLOW)
     whole = validate(scripts=folder, jobs=2, folder=tmp_path / "out")
@@ -113,7 +110,6 @@ def test_a_validation_that_was_killed_goes_on_and_ends_the_same(tmp_path):
     assert ht.resume(tmp_path / "out").document() == whole.document()
 
 
-@pytest.mark.processes
 def test_what_was_measured_of_other_code_is_refused(tmp_path):
     place = tmp_path / "out"
     folder, _ = script(tmp_path, SLOW)
@@ -125,7 +121,6 @@ def test_what_was_measured_of_other_code_is_refused(tmp_path):
             again()
 
 
-@pytest.mark.processes
 def test_an_interrupt_is_answered_at_once_and_leaves_nothing_running(tmp_path):
     pids = tmp_path / "pids"
     waits = f"    Path({str(pids)!r}).write_text(str(os.getpid()))\n    time.sleep(60)\n"

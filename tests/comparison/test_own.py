@@ -33,13 +33,13 @@ def axis_error(asked, setting):
     return kicked.axis_error(set_up(asked, setting), SPAN)
 
 
-@pytest.mark.parametrize(
-    ("method", "order", "steps"),
-    [
-        *((own.Method(rk4, formulation=form), 4, 200) for form in FORMS),
-        (own.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
-    ],
-)
+ORDERS = [
+    *((own.Method(rk4, formulation=form), 4, 200) for form in FORMS),
+    (own.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
+]
+
+
+@pytest.mark.parametrize(("method", "order", "steps"), ORDERS)
 def test_a_step_has_its_order_in_every_form(method, order, steps):
     errors = [axis_error(method, n) for n in (steps, 2 * steps)]
     assert errors[1] < 0.02
@@ -138,19 +138,19 @@ def stops(fun, t_span, y0, **_):
     return SimpleNamespace(t=[0.0, t_span[1] / 2], y=np.array([y0, y0]).T, message="too stiff.")
 
 
-@pytest.mark.parametrize(
-    ("function", "setting", "said"),
-    [
-        (raises, 100, "it raises ValueError: no step"),
-        (lambda f, y, h: y[:2], 100, r"it returns an array of shape \(2,\), not \(5,\)"),
-        (lambda f, y, h: None, 100, "it returns numbers of type object, not reals"),
-        (lambda f, y, h: y + 1j, 100, "it returns numbers of type complex128, not reals"),
-        (lambda f, y, h: y * np.nan, 100, "it returns nan"),
-        (lambda f, y, h: y * 1e9, 100, "the numbers are no longer finite"),
-        (stops, 1e-2, "it stops after .* s: too stiff"),
-        (loses, 1e-2, "the numbers are no longer finite"),
-    ],
-)
+MISTAKES = [
+    (raises, 100, "it raises ValueError: no step"),
+    (lambda f, y, h: y[:2], 100, r"it returns an array of shape \(2,\), not \(5,\)"),
+    (lambda f, y, h: None, 100, "it returns numbers of type object, not reals"),
+    (lambda f, y, h: y + 1j, 100, "it returns numbers of type complex128, not reals"),
+    (lambda f, y, h: y * np.nan, 100, "it returns nan"),
+    (lambda f, y, h: y * 1e9, 100, "the numbers are no longer finite"),
+    (stops, 1e-2, "it stops after .* s: too stiff"),
+    (loses, 1e-2, "the numbers are no longer finite"),
+]
+
+
+@pytest.mark.parametrize(("function", "setting", "said"), MISTAKES)
 def test_what_a_method_does_wrong_is_named(function, setting, said):
     stepper = set_up(function, setting)
     with pytest.raises(IntegrationFailed, match=said) as failed:

@@ -75,13 +75,13 @@ def test_the_page_has_the_exit_codes_of_the_command():
 # --- formulas ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("latex", "parts"),
-    [
-        (r"\tfrac12 M", ["<mn>1</mn><mn>2</mn>", "<mi>M</mi>"]),
-        (r"\dot{\boldsymbol\ell} = g", ["<mover", "<mi>ℓ</mi><mo", "</mover><mo>=</mo><mi>g"]),
-    ],
-)
+FORMULAS = [
+    (r"\tfrac12 M", ["<mn>1</mn><mn>2</mn>", "<mi>M</mi>"]),
+    (r"\dot{\boldsymbol\ell} = g", ["<mover", "<mi>ℓ</mi><mo", "</mover><mo>=</mo><mi>g"]),
+]
+
+
+@pytest.mark.parametrize(("latex", "parts"), FORMULAS)
 def test_formulas_are_drawn_as_they_are_meant(extension, latex, parts):
     formulas = extension("formulas")
     node = importlib.import_module("docutils.nodes").math(latex, latex)

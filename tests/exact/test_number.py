@@ -31,11 +31,9 @@ def context(bits):
 
 @given(rationals, rationals)
 def test_rational_arithmetic_is_that_of_fractions(p, q):
-    one = Exact.of(1)
-    a, b = one * p, one * q
-    assert (a + b).fraction == p + q
-    assert (a - b).fraction == p - q
-    assert (a * b).fraction == p * q
+    a, b = Exact.of(1) * p, Exact.of(1) * q
+    found, exact = (a + b, a - b, a * b), (p + q, p - q, p * q)
+    assert tuple(x.fraction for x in found) == exact
     assert q == 0 or (a / b).fraction == p / q
     assert float(a) == float(p)
 
@@ -143,24 +141,20 @@ def test_arcs_and_their_cosines_simplify(arc, value):
 
 
 @pytest.mark.parametrize("x", ["1.0000001", "-sqrt(2)", "1 + 1e-200*sqrt(2)"])
-def test_an_arc_cosine_has_an_end(x):
-    for arc in (acos, asin):
-        with pytest.raises(NotANumber, match="within"):
-            arc(x)
+@pytest.mark.parametrize("arc", [acos, asin])
+def test_an_arc_cosine_has_an_end(x, arc):
+    with pytest.raises(NotANumber, match="within"):
+        arc(x)
 
 
 def test_threads_at_different_precisions_get_what_each_gets_alone():
     x = sqrt(2 + cos("0.1")) / (PI - sqrt(3) * sin(1)) + sqrt(5) ** 3
-    precisions = (30, 64, 150, 700) * 100
-
-    def of(bits):
-        return bounds(x.ball(bits))
-
-    alone, before = [*map(of, precisions)], sys.getswitchinterval()
+    precisions, before = (30, 64, 150, 700) * 100, sys.getswitchinterval()
+    alone = [bounds(x.ball(bits)) for bits in precisions]
     sys.setswitchinterval(1e-6)  # threads that are interrupted as often as can be
     try:
         with ThreadPoolExecutor(8) as pool:
-            assert [*pool.map(of, precisions)] == alone
+            assert [bounds(ball) for ball in pool.map(x.ball, precisions)] == alone
     finally:
         sys.setswitchinterval(before)
 

@@ -1,6 +1,7 @@
 """`plot`: the axes given, the data of the thing, the keywords of its user, clear errors."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -185,10 +186,9 @@ def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
 
 @pytest.mark.parametrize("kind", ["Motion", "Drift"])
 def test_a_keyword_that_matplotlib_has_not_is_its_own_error(kind, things, shown):
-    for ax in (None, Figure().subplots()):
-        for wrong in ("colour", "name"):
-            with pytest.raises(AttributeError, match=f"unexpected keyword argument '{wrong}'"):
-                things[kind].plot(ax=ax, **{wrong: "red"})
+    for ax, wrong in product((None, Figure().subplots()), ("colour", "name")):
+        with pytest.raises(AttributeError, match=f"unexpected keyword argument '{wrong}'"):
+            things[kind].plot(ax=ax, **{wrong: "red"})
     with pytest.raises(TypeError, match="aliases of one another"):
         things[kind].plot(lw=1, linewidth=2)
     assert shown.get_fignums() == []

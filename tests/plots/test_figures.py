@@ -8,10 +8,12 @@ import heavytop as ht
 from heavytop.plots.figures import run_figure, run_figures
 from heavytop.plots.style import save
 
+from ..trajectories import run_of
+
 
 @pytest.fixture(scope="module")
 def kicked():
-    return ht.propagate(ht.load_scene("sicm-kicked"))
+    return run_of()
 
 
 def lines(ax, label):
@@ -20,10 +22,6 @@ def lines(ax, label):
 
 def drawn(name, trajectory):
     return trajectory.plot(name, ax=Figure().subplots())
-
-
-def changed(*overrides):
-    return ht.propagate(ht.load_scene("sicm-kicked", overrides=overrides))
 
 
 KINDS = (  # a scene of every kind that looks different
@@ -41,8 +39,8 @@ DRAWN = {name: (name,) for name in KINDS} | {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_motion_can_be_drawn(name, tmp_path):
-    scene, *overrides = DRAWN[name]
-    run = ht.propagate(ht.load_scene(scene, overrides=overrides))
+    scene, *changes = DRAWN[name]
+    run = run_of(*changes, name=scene)
     for figure, draw in run_figures(run):
         save(draw(), tmp_path / f"{figure}.svg")
         assert "nan" not in (tmp_path / f"{figure}.svg").read_text("utf-8").lower()
@@ -60,7 +58,7 @@ def test_loop_marks_every_turning_point_where_it_is_and_stands_upright(kicked):
 
 
 def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
-    ax = drawn("theta", changed("span.time=60"))
+    ax = drawn("theta", run_of("span.time=60"))
     period = kicked.motion.period
     last = lines(ax, "turning point, axis lowest").get_xdata()[-1]
     assert ax.lines[0].get_xdata()[-1] == pytest.approx(12 * period)
@@ -70,7 +68,7 @@ def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
 
 @pytest.mark.parametrize("name", ["sleeping-unstable", "hanging", "at-rest"])
 def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
-    run = ht.propagate(ht.load_scene(name))
+    run = run_of(name=name)
     tilt = lines(drawn("theta", run), "after a push of 1 rad/s").get_ydata()
     assert np.ptp(tilt) > 0.01
     ax = drawn("sphere", run)
@@ -84,7 +82,7 @@ def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
     assert [ax.get_ylabel() for ax in panels] == ["θ [rad]", "φ [rad]", "ψ̇ [rad/s]"]
     assert [ax.get_xlabel() for ax in panels] == ["", "", "t [s]"]
     with pytest.raises(ValueError, match="phi"):
-        drawn("phi", changed('want.quantities=["theta"]', "want.events=[]"))
+        drawn("phi", run_of('want.quantities=["theta"]', "want.events=[]"))
 
 
 def test_the_potential_is_that_of_the_book_and_meets_the_energy_at_the_turning_points(kicked):
@@ -128,10 +126,10 @@ def test_in_the_phase_plane_the_motion_is_on_its_curve_in_a_family(kicked):
 def test_a_separatrix_is_drawn_where_there_is_one_and_can_be_the_motion_itself(kicked):
     labels = [line.get_label() for line in drawn("phase", kicked).lines]
     assert "separatrix" not in labels
-    over = changed("start.theta=0", "start.phidot=0", "start.thetadot=3", "start.psidot=60")
+    over = run_of("start.theta=0", "start.phidot=0", "start.thetadot=3", "start.psidot=60")
     curve = lines(drawn("phase", over), "separatrix")
     assert curve.get_xydata()[0].tolist() == [0.0, 0.0]
-    run = ht.propagate(ht.load_scene("separatrix"))
+    run = run_of(name="separatrix")
     assert off_curve(run, lines(drawn("phase", run), "separatrix, and the motion"), -1) < 1e-4
 
 

@@ -14,7 +14,7 @@ from heavytop.plots.style import KIND_STYLES
 from heavytop.report.explorer import PLAIN_LIMITS
 from heavytop.scene.scene import read_scene
 
-from ..commands import heavytop_, printed
+from ..commands import document, refused
 from ..motions import FURTHER, MOTIONS, SCENES, named, shipped
 from .conftest import HOSTILE
 from .explorer_page import chosen, opened, put, state, text
@@ -71,9 +71,16 @@ def asked(page, motions):
 
 
 def hold_kinds(motions, found):
+    assert [each["kind"] for each in found] == [str(motion.kind) for motion in motions]
     for motion, each in zip(motions, found, strict=True):
-        assert each["kind"] == str(motion.kind), motion
         assert each["detail"] is None or each["detail"] in motion.tags, motion
+
+
+def hold_angles(motion, found, upto=None):
+    there = motion.at(times(motion))
+    for name in NAMES[:3]:
+        exact = getattr(there, name)[:upto]
+        assert found[name][:upto] == pytest.approx(exact, rel=0, abs=APART), motion
 
 
 @pytest.mark.parametrize("beside_poles", [False, True])
@@ -87,9 +94,7 @@ def test_random_tops_have_the_kinds_and_the_angles_of_the_package(page, beside_p
         hold_kinds(motions, found)
         assert min(each["margin"] for each in found) > APART
         for motion, each in zip(motions, found, strict=True):
-            there = motion.at(times(motion))
-            for name in NAMES[:3]:
-                assert each[name] == pytest.approx(getattr(there, name), rel=0, abs=APART), motion
+            hold_angles(motion, each)
 
 
 def test_special_tops_have_the_kinds_and_the_angles_of_the_package(page):
@@ -100,15 +105,12 @@ def test_special_tops_have_the_kinds_and_the_angles_of_the_package(page):
     hold_kinds(motions, found)
     held = 0
     for motion, each in zip(motions, found, strict=True):
-        kind, there = str(motion.kind), motion.at(times(motion))
+        kind = str(motion.kind)
         if kind in STILL or "near-separatrix" in motion.tags:
             continue
         creeping = kind == "separatrix" or "asymptotic" in motion.tags
-        upto = 1 if creeping else len(there.t)  # errors grow there as exp(λt)
+        hold_angles(motion, each, 1 if creeping else None)  # errors grow there as exp(λt)
         held += 1
-        for name in NAMES[:3]:
-            exact = getattr(there, name)[:upto]
-            assert each[name][:upto] == pytest.approx(exact, abs=APART), motion
     assert held > 45
 
 
@@ -256,6 +258,6 @@ def test_nothing_complained_and_nothing_was_asked_for(browser):
 
 
 def test_the_command_writes_the_page_of_a_scene(tmp_path):
-    words = ("explore", "sleeping", "-o", tmp_path / "x.html", "--json")
-    assert json.loads(printed(*words))["file"] == str(tmp_path / "x.html")
-    assert heavytop_("explore", "sleeping", "-o", tmp_path / "x.txt").exit_code == 2
+    page = tmp_path / "x.html"
+    assert document("explore", "sleeping", "-o", page)["file"] == str(page)
+    refused(2, "explore", "sleeping", "-o", tmp_path / "x.txt")

@@ -8,7 +8,6 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-import heavytop as ht
 from heavytop.plots.figures import DrawnRun
 from heavytop.report.files import write_results
 from heavytop.report.page import page_of, player_html, write_page
@@ -16,6 +15,7 @@ from heavytop.report.player import frames, tops
 from heavytop.results.run import PICTURES
 
 from ..processes import wait_for
+from ..trajectories import run_of
 from .conftest import BREAKING, HOSTILE
 
 
@@ -23,13 +23,9 @@ def columns(text, size):
     return np.frombuffer(base64.b64decode(text), "<f4").reshape(-1, size)
 
 
-def run_of(name, *overrides):
-    return ht.propagate(ht.load_scene(name, overrides=overrides))
-
-
 @pytest.mark.parametrize("name", ["sicm-kicked", "through-top"])
 def test_the_body_and_the_events_that_are_played_are_the_runs(name):
-    trajectory = run_of(name, 'want.quantities=["attitude"]')
+    trajectory = run_of('want.quantities=["attitude"]', name=name)
     player = tops([frames(trajectory)])
     (played,) = player["runs"]
     found = columns(played["quaternion"], 4)
@@ -45,7 +41,7 @@ def test_the_body_and_the_events_that_are_played_are_the_runs(name):
 @pytest.mark.parametrize("quantity", ["theta", "attitude"])
 def test_momentum_keeps_what_is_conserved_whatever_a_run_follows(quantity):
     """L·z = p_φ and L·e = p_ψ, and e is where the quaternion takes the body's axis."""
-    run = run_of("sicm-kicked", f'want.quantities=["{quantity}"]')
+    run = run_of(f'want.quantities=["{quantity}"]')
     played = frames(run)
     w, x, y, z = columns(played["quaternion"], 4).T
     axis = np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)), axis=-1)
@@ -59,7 +55,7 @@ def test_momentum_keeps_what_is_conserved_whatever_a_run_follows(quantity):
 
 
 def test_one_round_is_played_as_fast_as_asked():
-    run = run_of("sicm-kicked")
+    run = run_of()
     played = frames(run, rounds=1, speed=0.1)
     assert played["seconds"] == pytest.approx(10 * run.motion.round)
     assert abs(played["precession"]) == pytest.approx(2 * np.pi)
@@ -68,7 +64,7 @@ def test_one_round_is_played_as_fast_as_asked():
 
 @pytest.mark.parametrize("name", ["at-rest", "sleeping-unstable"])
 def test_a_top_that_rests_is_shown_as_it_moves_when_it_is_touched(name):
-    played = frames(run_of(name))
+    played = frames(run_of(name=name))
     axis = 1 - 2 * np.sum(columns(played["quaternion"], 4)[:, 1:3] ** 2, axis=1)
     assert abs(axis[0]) == pytest.approx(1.0)
     assert np.ptp(axis) > 1e-3
@@ -76,7 +72,7 @@ def test_a_top_that_rests_is_shown_as_it_moves_when_it_is_touched(name):
 
 
 def test_a_run_in_many_digits_is_drawn_in_doubles():
-    run = run_of("sicm-kicked", "want.digits=25", "span.time=0.1")
+    run = run_of("want.digits=25", "span.time=0.1")
     assert not run.in_doubles
     assert DrawnRun.of(run).path.t.dtype == float
 
@@ -92,7 +88,7 @@ def page(tmp_path_factory):
     place = tmp_path_factory.mktemp("results")
     for k, (name, *options) in enumerate((("sicm-kicked", *HOSTILE), ("sicm-dropped",))):
         (place / str(k)).mkdir()
-        write_results(run_of(name, *options), place / str(k), figures=False)
+        write_results(run_of(*options, name=name), place / str(k), figures=False)
     one = {"overview": PICTURES["overview"]}  # that one picture is drawn shows that all are
     with patch.dict(PICTURES, one, clear=True):
         return page_of([place])
@@ -137,7 +133,7 @@ def test_every_button_that_saves_saves_the_document_of_a_result(reported, page, 
 
 
 def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):
-    alone = player_html(run_of("sicm-dropped", *HOSTILE))
+    alone = player_html(run_of(*HOSTILE, name="sicm-dropped"))
     assert len(alone) < 100_000
     page = tmp_path / "notebook.html"
     frame = f'<iframe srcdoc="{escape(alone)}" width="600" height="700"></iframe>'

@@ -89,22 +89,22 @@ def whole(tmp_path_factory):
     return found
 
 
+STRUCK = [
+    *(("long", BLOCK, 4, number) for number in (KILL, TERM, INT)),
+    ("long", BLOCK, 1, TERM),
+    ("long", SAVED, 3, INT),
+    ("long", EVENTS, 8, KILL),
+    # between steps and files
+    *((scene, AT_LAST, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),
+    ("drawn", DRAWN, 4, KILL),
+    ("drawn", DRAWN, 5, TERM),
+    ("plain", TOLD, 1, KILL),
+    ("exact", TOLD, 1, KILL),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("scene", "place", "count", "number"),
-    [
-        *(("long", BLOCK, 4, number) for number in (KILL, TERM, INT)),
-        ("long", BLOCK, 1, TERM),
-        ("long", SAVED, 3, INT),
-        ("long", EVENTS, 8, KILL),
-        # between steps and files
-        *((scene, AT_LAST, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),
-        ("drawn", DRAWN, 4, KILL),
-        ("drawn", DRAWN, 5, TERM),
-        ("plain", TOLD, 1, KILL),
-        ("exact", TOLD, 1, KILL),
-    ],
-)
+@pytest.mark.parametrize(("scene", "place", "count", "number"), STRUCK)
 def test_resume_finishes_what_is_there(tmp_path, whole, scene, place, count, number):
     folder = tmp_path / "run"
     stopped = struck(place, count, number, f"run {SCENES[scene]} -o", folder)
@@ -198,16 +198,16 @@ def test_force_replaces(tmp_path):
 STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').decode()
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "forced", "told"),
-    [
-        ("run.json", "{}", (), "not the folder of a study (run.json) (--force replaces it)"),
-        ("study.jsonl", STUDY, (), "holds a study; a run needs a folder of its own"),
-        ("study.jsonl", STUDY, ("--force",), "holds a study; a run needs a folder of its own"),
-        ("study.jsonl", STUDY.replace("drift", "run"), ("--force",), "line 1: damaged"),
-        ("overview.png", "mine", (), "overview.png"),
-    ],
-)
+FOREIGN = [
+    ("run.json", "{}", (), "not the folder of a study (run.json) (--force replaces it)"),
+    ("study.jsonl", STUDY, (), "holds a study; a run needs a folder of its own"),
+    ("study.jsonl", STUDY, ("--force",), "holds a study; a run needs a folder of its own"),
+    ("study.jsonl", STUDY.replace("drift", "run"), ("--force",), "line 1: damaged"),
+    ("overview.png", "mine", (), "overview.png"),
+]
+
+
+@pytest.mark.parametrize(("name", "text", "forced", "told"), FOREIGN)
 def test_a_refusal_takes_nothing_away(tmp_path, name, text, forced, told):
     (tmp_path / name).write_text(text)
     assert told in refused(Exit.BAD_SCENE, "run", "sicm-kicked", *forced, "-o", tmp_path)

@@ -1,6 +1,5 @@
 """Auto: the least that does, on a small slice of what validation/11_random_tops.py runs in full."""
 
-import json
 import math
 import random
 import re
@@ -12,7 +11,7 @@ import heavytop as ht
 from heavytop.exact import PI, sqrt
 from heavytop.run.verify import missed_digits
 
-from ..commands import printed
+from ..commands import document
 
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",), ("rates",))
 
@@ -51,15 +50,15 @@ def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, sample
     assert missed_digits(run) == {}
 
 
-@pytest.mark.parametrize(
-    ("scene", "form", "told"),
-    [
-        ("sicm-kicked span.periods=1e8", "auto", r"about [\d.]+ min in all"),
-        ("sicm-kicked span.periods=1e9 want.events=[]", "axis", r"about [\d.]+ h in all"),
-        ("separatrix span.time=1e7", "auto", r"long: about [\d.]+ min in all"),
-        ("sicm-kicked span.periods=1e4", "auto", ""),
-    ],
-)
+LONG = [
+    ("sicm-kicked span.periods=1e8", "auto", r"about [\d.]+ min in all"),
+    ("sicm-kicked span.periods=1e9 want.events=[]", "axis", r"about [\d.]+ h in all"),
+    ("separatrix span.time=1e7", "auto", r"long: about [\d.]+ min in all"),
+    ("sicm-kicked span.periods=1e4", "auto", ""),
+]
+
+
+@pytest.mark.parametrize(("scene", "form", "told"), LONG)
 def test_long_runs_are_told_of(scene, form, told):
     """How long it takes is said, and what would be quicker."""
     name, *changes = scene.split()
@@ -144,5 +143,5 @@ def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(end, side)
 
 
 def test_the_command_prints_the_plan_that_the_run_has():
-    told, run = (json.loads(printed(verb, "sicm-kicked", "--json")) for verb in ("plan", "run"))
+    told, run = (document(verb, "sicm-kicked") for verb in ("plan", "run"))
     assert (told["schema"], told["plan"]) == ("heavytop/plan/1", run["plan"])

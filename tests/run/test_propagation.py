@@ -22,7 +22,7 @@ from heavytop.run.propagation import completed
 from heavytop.run.verify import missed_digits
 
 from ..motions import BOOK, KICKED, MOTIONS, named
-from ..trajectories import assert_same_run, same
+from ..trajectories import assert_same_run, run_of, same
 from ..views import Digits
 
 ANGLES = ("theta", "phi", "psi")
@@ -137,15 +137,11 @@ def test_an_axis_on_a_pole_has_its_angles_and_rates(theta, digits):
 # --- more digits than doubles have ---------------------------------------------------------------
 
 
-def precise(digits, *changes, name="sicm-kicked"):
-    wanted = 'want.quantities=["theta", "phi", "psi", "axis"]'
-    return ht.load_scene(name, [f"want.digits={digits}", "want.samples=7", wanted, *changes])
-
-
 @pytest.mark.parametrize("digits", [14, 15, 17, 33, 60, 100])
 def test_every_digit_asked_for_is_right(digits):
     """Of angles, axis and rates, at every sample, of a scene whose decimals mean themselves."""
-    run = ht.propagate(precise(digits, "span.time=0.7", 'want.quantities=["attitude", "rates"]'))
+    wants = ("want.samples=7", 'want.quantities=["attitude", "rates"]')
+    run = run_of(f"want.digits={digits}", "span.time=0.7", *wants)
     truth = Digits(run.motion, digits + 20)
     ctx = truth.ctx
     bound = ctx.mpf(10) ** -digits
@@ -165,12 +161,9 @@ KINDS = """sicm-dropped lie-group-benchmark through-top through-bottom separatri
 
 @pytest.mark.parametrize("name", KINDS.split())
 def test_every_kind_of_motion_at_thirty_digits(name):
-    run = ht.propagate(ht.load_scene(name, ["want.digits=30", "want.samples=7"]))
-    errors = ht.run_errors(run)
+    run = run_of("want.digits=30", "want.samples=7", name=name)
     assert missed_digits(run) == {}
-    assert errors.theta < 1e-30
-    if len(run.events):
-        assert errors.event_time < 1e-30
+    assert ht.run_errors(run).theta < 1e-30
 
 
 # --- the same bits -------------------------------------------------------------------------------
@@ -202,7 +195,8 @@ def test_sampling_continuing_and_storing_change_no_bit(formulation, projected, t
 
 
 def test_extending_changes_nothing_in_more_digits():
-    scene = precise(30, "span.time=7", "want.samples=15")
+    wants = ["want.digits=30", 'want.quantities=["theta", "phi", "psi", "axis"]']
+    scene = ht.load_scene("sicm-kicked", [*wants, "span.time=7", "want.samples=15"])
     whole, part = (ht.propagate(replace(scene, **x)) for x in ({}, {"time": "3.5", "samples": 8}))
     longer, uneven = ht.extend(part, 7), ht.extend(part, 7, samples=2)
     states = [run.in_mpmath().states.tolist() for run in (whole, longer, uneven)]

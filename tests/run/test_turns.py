@@ -3,6 +3,7 @@
 The turns are the closed form's; the Lagrangian form, to which none are added, has them too."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -21,8 +22,7 @@ UNIT = ht.Top(A=1, C="0.5", gMR=1)
 both_forms = pytest.mark.parametrize("form", ["axis", "attitude"])
 
 
-def run(scene, formulation="attitude"):
-    return ht.propagate(scene, formulation=formulation)
+run = partial(ht.propagate, formulation="attitude")
 
 
 def shipped(name, *overrides):
@@ -60,13 +60,13 @@ def assert_turns_of_lagrange(seed):
     top, start, periods = drawn(seed)
     time = periods * ht.Motion(top, start).period
     wanted = scene(top, start, time=time, samples=25, events=(), digits=6)
-    counted = run(wanted, "lagrange")
+    counted = run(wanted, formulation="lagrange")
     if np.max(np.abs(counted.theta - own_motion(counted).at(counted.t).theta)) > 1e-4:
         return  # beside the unstable vertical: the motion itself is forgotten
     for form in ("axis", "attitude"):
         if form == "axis" and ht.Motion(top, start).kind == "planar-pendulum":
             continue
-        found = run(wanted, form)
+        found = run(wanted, formulation=form)
         aside = np.sin(found.theta) > 1e-2
         off(found, counted, aside, 1e-2)
 
@@ -104,9 +104,9 @@ def test_a_turn_that_is_lost_is_seen(monkeypatch):
 
 
 def test_an_angle_that_is_no_longer_known_is_missed_and_not_unwrapped(monkeypatch):
-    good = run(shipped("sicm-kicked"), "axis")
+    good = run(shipped("sicm-kicked"), formulation="axis")
     plant(monkeypatch, lambda exact, _: exact.phi + 2)
-    lost = run(shipped("sicm-kicked"), "axis")
+    lost = run(shipped("sicm-kicked"), formulation="axis")
     assert np.max(np.abs(lost.phi)) <= np.pi < np.max(np.abs(good.phi))
     assert ht.run_errors(lost).phi > np.pi / 2
 
@@ -117,7 +117,9 @@ def test_beside_a_pass_phi_is_that_of_before_or_of_after(name, form):
     """However close to the pole, and at the pole itself, where there is no azimuth; and after
     hundreds of passes, whatever side of the pole a drifting state passes on."""
     wanted = shipped(name, "span.periods=500.3", f"want.quantities={list(ANGLES[:2])!r}")
-    trajectory = run(wanted if form == "axis" else replace(wanted, quantities=ANGLES), form)
+    trajectory = run(
+        wanted if form == "axis" else replace(wanted, quantities=ANGLES), formulation=form
+    )
     exact = ht.Motion(wanted.top, wanted.start).at(trajectory.t)
     off(trajectory, exact, np.sin(exact.theta) > 1e-2, 1e-7)
     events, upper = trajectory.events, np.abs(trajectory.events.axis[:, 2])
@@ -146,7 +148,7 @@ def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, 
     phidot = (0.5 * spin_rate * (1 - np.cos(1.0)) + miss) / np.sin(1.0) ** 2
     start = ht.State(theta=1, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
     quantities = ANGLES if form == "attitude" else ANGLES[:2]
-    trajectory = run(scene(UNIT, start, quantities=quantities, time=30), form)
+    trajectory = run(scene(UNIT, start, quantities=quantities, time=30), formulation=form)
     exact = own_motion(trajectory).at(trajectory.t)
     off(trajectory, exact, np.sin(exact.theta) > 1e-3, 1e-9)
     assert trajectory.events.count("turning") >= 10
@@ -159,7 +161,7 @@ def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, 
 def test_every_shipped_scene_as_the_closed_form_and_as_well_as_the_axis_form(name):
     wanted = shipped(name)
     both_poles = ht.Motion(wanted.top, wanted.start).kind == "planar-pendulum"  # no psi by the axis
-    trajectory, axis = run(wanted), None if both_poles else run(wanted, "axis")
+    trajectory, axis = run(wanted), None if both_poles else run(wanted, formulation="axis")
     errors, known = (ht.run_errors(each) if each else None for each in (trajectory, axis))
     end = trajectory(trajectory.orbit.end)
     assert errors.why_not == ""

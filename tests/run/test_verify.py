@@ -14,7 +14,7 @@ from heavytop.run.propagation import completed
 from heavytop.run.trajectory import times_between
 from heavytop.run.verify import ahead, missed_digits, phase_error, warn_of_plan
 
-from ..trajectories import run_of
+from ..trajectories import planted, run_of
 
 RATES = ("thetadot", "phidot", "psidot")
 RATES_ALONE = "want.quantities=['rates']"
@@ -191,9 +191,7 @@ def test_digits_are_met_whose_bound_is_no_double():
 
 def with_late_events(run, late):
     """The run as if it had found its events so much later [s]."""
-    found = replace(run)
-    vars(found)["events"] = replace(run.events, t=run.events.t + late)
-    return found
+    return planted(run, events=replace(run.events, t=run.events.t + late))
 
 
 def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():

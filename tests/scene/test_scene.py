@@ -37,9 +37,7 @@ periods = -1.5
 @pytest.mark.parametrize("name", SCENES)
 def test_a_shipped_scene_survives_being_written(name):
     scene = load_scene(name)
-    assert scene.name == name
-    assert scene.title
-    assert scene.source
+    assert (scene.name, bool(scene.title), bool(scene.source)) == (name, True, True)
     assert read_scene(scene.to_toml()) == scene
 
 

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 import heavytop as ht
+from heavytop.run.verify import missed_digits
 
 from ..motions import SCENES, shipped
+from ..trajectories import run_of
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "what-a-top-can-do.md").read_text("utf-8")
@@ -62,16 +64,9 @@ def test_its_kind_is_proved(name):
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_it_meets_its_digits(name):
-    scene = ht.load_scene(name)
-    trajectory = ht.propagate(scene)
-    errors = ht.run_errors(trajectory)
-    bound = 10.0**-scene.digits
-    wanted = {"theta", "phi", "psi", "axis"} & set(scene.quantities)
-    assert wanted
-    for quantity in wanted:
-        end = 1.0 if quantity == "axis" else abs(getattr(trajectory, quantity)[-1])
-        assert getattr(errors, quantity) <= bound * max(1.0, end), quantity
-    assert errors.event_time is None or errors.event_time < bound * trajectory.t[-1]
+    run = run_of(name=name)
+    assert {"theta", "phi", "psi", "axis"} & set(run.scene.quantities)
+    assert missed_digits(run) == {}
 
 
 # --- the page ----------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from heavytop.report.files import write_study
 from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
 
+from ..starts import top_and_state
 from .toy import drop_line
 
 KICKED = ht.load_scene("sicm-kicked")
@@ -21,10 +22,6 @@ AXES = {"x": "phidot=-20:20:33", "y": "psidot=-150:150:29"}
 @pytest.fixture(scope="module")
 def rows():
     return ht.atlas(KICKED, **AXES, jobs=1)
-
-
-def same(one, other):
-    return one.map.equals(other.map)
 
 
 def plane_of(x, y, scene=KICKED):
@@ -37,8 +34,7 @@ def alone(plane, i, j, **more):
     numbers = {name: float(np.ravel(each)[0]) for name, each in tops.items()} | more
     if not np.isfinite(numbers["phidot"]):
         return None
-    top = ht.Top(**{name: numbers.pop(name) for name in ("A", "C", "gMR")})
-    return ht.Motion(top, ht.State(**numbers))
+    return ht.Motion(*top_and_state(numbers))
 
 
 # --- every pixel ----------------------------------------------------------------------------------
@@ -74,12 +70,12 @@ def test_however_it_is_shared_out_it_is_the_same_and_read_whole_or_not_at_all(
 ):
     monkeypatch.setattr(atlas_module, "TILE", {"kind": 128, "rows": 128})
     for jobs in (1, 2):
-        assert same(rows, ht.atlas(KICKED, **AXES, jobs=jobs, folder=tmp_path / str(jobs)))
-    assert same(rows, ht.load_atlas(tmp_path / "1"))
+        assert rows.map.equals(ht.atlas(KICKED, **AXES, jobs=jobs, folder=tmp_path / str(jobs)).map)
+    assert rows.map.equals(ht.load_atlas(tmp_path / "1").map)
     drop_line(tmp_path / "1")
     with pytest.raises(ht.ForeignFile, match="not computed yet; heavytop resume"):
         ht.load_atlas(tmp_path / "1")
-    assert same(rows, ht.resume(tmp_path / "1"))
+    assert rows.map.equals(ht.resume(tmp_path / "1").map)
 
 
 # --- files ----------------------------------------------------------------------------------------
@@ -96,7 +92,7 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
         assert stored["phidot"].attrs["units"] == "rad s-1"
         assert stored["phidot"].values.tolist() == plane_of(**AXES).x.values.tolist()
     read = ht.Atlas.load(tmp_path / "atlas.json")
-    assert same(rows, read)
+    assert rows.map.equals(read.map)
     stored = {"files": read.files, "command": None, "kinds_per_s": None, "rows_per_s": None}
     assert read.document() == rows.document() | stored
     (tmp_path / "atlas.nc").unlink()

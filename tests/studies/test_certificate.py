@@ -12,6 +12,7 @@ import heavytop as ht
 from heavytop.run.own_motion import own_motion
 
 from ..certificates import run_of
+from ..trajectories import planted
 from .toy import drop_line
 
 RNG = np.random.default_rng(1)
@@ -87,13 +88,6 @@ def test_a_state_off_by_one_ulp_is_refused_at_a_block_and_at_a_sample():
             ht.certify(replace(trajectory, orbit=replace(orbit, **wrong)))
 
 
-def with_(trajectory, **planted):
-    """The run as if it had found these events, or had these samples."""
-    found = replace(trajectory)
-    vars(found).update(planted)
-    return found
-
-
 @pytest.mark.parametrize("form", ["axis", "attitude"])
 def test_a_turn_too_many_is_seen(form):
     """At one of the samples, of an angle alone that no state shows."""
@@ -102,7 +96,7 @@ def test_a_turn_too_many_is_seen(form):
     for name in ("phi", "psi")[: 1 if form == "axis" else 2]:
         angles = getattr(trajectory, name) + 2 * math.pi * (np.arange(9) == 5)
         wrong = replace(trajectory.samples, **{name: angles})
-        assert ht.certify(with_(trajectory, samples=wrong)).turns is False
+        assert ht.certify(planted(trajectory, samples=wrong)).turns is False
 
 
 def test_psi_is_bounded_in_the_attitude_form_and_a_scene_that_wants_it_is_run_in_that():
@@ -124,7 +118,7 @@ def test_a_missed_or_doubled_event_is_seen(which, count):
     columns = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states", "place")
     kept = {name: np.repeat(getattr(events, name), times, axis=0) for name in columns}
     kinds = tuple(np.repeat(events.kind, times).tolist())
-    found = ht.certify(with_(trajectory, events=replace(events, kind=kinds, **kept)))
+    found = ht.certify(planted(trajectory, events=replace(events, kind=kinds, **kept)))
     assert not found.proved
     event = "reversal" if events.kind[which] == "reversal" else "turning"
     assert found.events[event].proved is False
@@ -134,7 +128,7 @@ def test_a_missed_or_doubled_event_is_seen(which, count):
 def test_an_event_at_a_wrong_time_widens_the_bound():
     trajectory = run_of("sicm-kicked")
     t = trajectory.events.t + 1e-9 * (np.arange(len(trajectory.events)) == 4)
-    found = ht.certify(with_(trajectory, events=replace(trajectory.events, t=t)))
+    found = ht.certify(planted(trajectory, events=replace(trajectory.events, t=t)))
     assert ht.certify(trajectory).events.time_bound_s < 1e-15 < 0.99e-9 < found.events.time_bound_s
 
 

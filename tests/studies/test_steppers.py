@@ -12,20 +12,14 @@ from heavytop.comparison.steppers import StepperState
 from heavytop.studies.methods import method, taylor_methods
 from heavytop.studies.steppers import set_up
 
+from ..comparison.kicked import at
+
 KICKED = ht.load_scene("sicm-kicked")
 TAYLOR = tuple(taylor_methods())
 
 
 def own(name, scene=KICKED):
     return set_up(scene, method(name))
-
-
-def state_near(found, t):
-    """The time and the states of a run, by its own steps."""
-    place, end = found.stepper.begin(), found.stepper.output_time(t)
-    while (after := found.stepper.block(place)).time < end:
-        place = after
-    return end[0], found.stepper.states_at(place, [end])[0]
 
 
 # --- the reference solution ------------------------------------------------------------------
@@ -110,7 +104,7 @@ def test_a_stepper_takes_the_steps_of_the_trajectory_that_propagate_integrates(n
     chosen, t = method(name), 700.618 * found.period
     scene = ht.Scene(KICKED.top, KICKED.start, time=t, quantities=("theta",), events=())
     trajectory = ht.propagate(scene, formulation=chosen.formulation, projected=chosen.projected)
-    assert state_near(found, t)[1].tolist() == trajectory(t).states.tolist()
+    assert at(found.stepper, t)[0].tolist() == trajectory(t).states.tolist()
 
 
 def test_more_bits_are_written_down_without_loss():

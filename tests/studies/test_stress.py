@@ -88,14 +88,14 @@ def test_a_fixed_step_is_held_to_its_order_and_its_length():
         assert verdict(arrived(off, step_error=step), HERE).outcome == outcome
 
 
-@pytest.mark.parametrize(
-    ("function", "outcome", "said"),
-    [
-        (raises, StressOutcome.METHOD_ERROR, "it raises ValueError: no step"),
-        (lambda f, y, h: y * 1e200, StressOutcome.DIVERGED, "the numbers are no longer finite"),
-        (lambda f, y, h: y + h * f(y), StressOutcome.DIVERGED, ""),
-    ],
-)
+MISTAKES = [
+    (raises, StressOutcome.METHOD_ERROR, "it raises ValueError: no step"),
+    (lambda f, y, h: y * 1e200, StressOutcome.DIVERGED, "the numbers are no longer finite"),
+    (lambda f, y, h: y + h * f(y), StressOutcome.DIVERGED, ""),
+]
+
+
+@pytest.mark.parametrize(("function", "outcome", "said"), MISTAKES)
 def test_what_the_code_of_a_method_does_wrong_is_called_that(function, outcome, said):
     finding = found("ten-periods", own.register(function))
     assert (finding.outcome, said in finding.note) == (outcome, True)

@@ -64,10 +64,9 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
 def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(text, digits, periods):
     (found,) = settings(text, KICKED, periods)
     asked = {"periods": periods, "quantities": ("axis",), "events": (), "samples": 2}
-    chosen = ht.plan(ht.Scene(KICKED.top, KICKED.start, digits=digits, **asked))
-    assert found.name == text
-    assert (found.formulation, found.projected) == (chosen.formulation, chosen.projected)
-    assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
+    plan = ht.plan(ht.Scene(KICKED.top, KICKED.start, digits=digits, **asked))
+    wanted = (text, plan.formulation, plan.projected, bits_of(plan.precision), plan.tolerance)
+    assert (found.name, found.formulation, found.projected, found.bits, found.setting) == wanted
 
 
 # --- the front -------------------------------------------------------------------------------
@@ -159,9 +158,8 @@ def test_settings_are_run_in_turn_from_every_start_in_every_round(toys):
     """So that what disturbs the machine disturbs all settings alike."""
     found = measured([1.0, 2.0], periods=1.3)
     assert toys.log == ["strang=1", "strang=2"] * 16  # both are slow: two rounds
-    assert [(point.runs, point.starts) for point in found.points] == [(2, 8), (2, 8)]
-    assert [point.us_per_period for point in found.points] == [1e6, 2e6]
-    assert [point.setup_s for point in found.points] == [0.5, 0.5]
+    measured_ = [(x.runs, x.starts, x.us_per_period, x.setup_s) for x in found.points]
+    assert measured_ == [(2, 8, us, 0.5) for us in (1e6, 2e6)]  # 0.5 s of compiling
 
 
 def test_the_time_is_the_best_of_the_runs_and_the_median_of_the_starts(toys, monkeypatch):
@@ -198,11 +196,9 @@ def test_nothing_is_begun_after_the_budget(toys):
 def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(toys):
     found = measured([1.0, 4.0, 5.0, 6.0], periods=5.0, budget=2400.0)
     assert [point.steps_a_period for point in found.points] == [1.0]
-    assert [each.reason for each in found.skipped] == [
-        "stopped at t = 3 s after 12 s: more than 10 s for a run",
-        "not started: strang=4 took too long",
-        "not started: strang=4 took too long",
-    ]
+    stopped, *others = (each.reason for each in found.skipped)
+    assert stopped == "stopped at t = 3 s after 12 s: more than 10 s for a run"
+    assert others == ["not started: strang=4 took too long"] * 2
 
 
 # --- what is asked ---------------------------------------------------------------------------
