@@ -129,9 +129,7 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
 
 
 @pytest.mark.parametrize(("name", "given", "keys"), REFUSED)
-def test_all_that_is_wrong_is_named_at_once_and_nothing_done(
-    name, given, keys, monkeypatch, tmp_path
-):
+def test_all_that_is_wrong_is_named_and_nothing_done(name, given, keys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ht.BadScene) as refusal:
         named(name)(**needed(name) | given)

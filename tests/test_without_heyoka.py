@@ -82,9 +82,7 @@ COMMANDS = """if True:
 
 
 @pytest.mark.slow
-def test_commands_that_integrate_nothing_say_the_same_and_the_others_write_nothing(
-    tmp_path, monkeypatch
-):
+def test_commands_say_the_same_but_those_that_integrate_write_nothing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = json.loads(elsewhere("-c", COMMANDS, *CLOSED, *INTEGRATING))
     assert said[len(CLOSED) :] == [[2, "", f"heavytop: {REFUSAL}\n"]] * len(INTEGRATING)

@@ -213,9 +213,7 @@ def test_too_few_bits_name_what_is_known():
 def test_what_cannot_be_proved_is_refused_by_name():
     """√cos²2 = −cos 2 is beyond the algebra of exact numbers."""
     nothing = sqrt(cos(2) ** 2) + cos(2)
-    with pytest.raises(
-        Unseparated, match=r"udot0 is less than .* with 4096 bits, and could not"
-    ) as told:
+    with pytest.raises(Unseparated, match=r"udot0 is less than .* with 4096 bits, and") as told:
         ht.Motion(UNIT, ht.State(theta=1, thetadot=nothing, phidot=1)).interval("theta_min")
     assert 0 < told.value.bound < 1e-300
 
@@ -229,8 +227,8 @@ def test_proofs_on_binary_numbers():
     assert of_axis((0, 0, 5), (0, 0, 2.0), 1.0).roots[1] == ONE
     tending = of_axis((0, 3, 4), (0, 1, 3), 0.5)
     assert (tending.period, tending.roots[1:]) == (None, (ONE, ONE))
-    assert of_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 0)).roots[1] == ONE
-    assert of_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 1)).roots[2] == ONE
+    for k in (0, 1):
+        assert of_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, k)).roots[1 + k] == ONE
     below = of_axis((0, 3, -4), (0, -1, 3), -0.5)
     assert below.roots[:2] == (Interval(Fraction(-1), Fraction(0)),) * 2
 

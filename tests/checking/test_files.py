@@ -60,9 +60,8 @@ def table(path, header, columns, between=",", comma=".", encoding="utf-8"):
     with path.open("w", encoding=encoding, newline="") as file:
         rows = csv.writer(file, delimiter=between)
         rows.writerow(header)
-        rows.writerows(
-            [f"{x:.14g}".replace(".", comma) for x in row] for row in zip(*columns, strict=True)
-        )
+        for row in zip(*columns, strict=True):
+            rows.writerow([f"{x:.14g}".replace(".", comma) for x in row])
     return path
 
 

@@ -146,9 +146,8 @@ def test_errors_of_energy_and_momenta_are_measured(size):
     assert found["p_phi"].max < 1e-13
     planted = float(TOP.C) * size * abs(record.psidot).max()
     found = check(angles(record) | {"psidot": record.psidot * (1 + size)}, SCENE).errors
-    assert found["p_psi"].max * max(abs(constants[x]) for x in ("p_phi", "p_psi")) == approx(
-        planted
-    )
+    size = max(abs(constants[x]) for x in ("p_phi", "p_psi"))
+    assert found["p_psi"].max * size == approx(planted)
 
 
 # --- events --------------------------------------------------------------------------------------

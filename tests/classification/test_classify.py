@@ -83,9 +83,8 @@ def with_reversal(low, u1, where, third):
     (1 + where)²; with where = u₂ that is a cusp.
     """
     b = sqrt(2 * (1 + u1) * (1 + third) / (1 + where))
-    return Top(1, X("0.25"), 1), State(
-        low, phidot=b * (where - u1) / (1 - u1 * u1), omega3=b / X("0.25")
-    )
+    C, phidot = X("0.25"), b * (where - u1) / (1 - u1 * u1)
+    return Top(1, C, 1), State(low, phidot=phidot, omega3=b / C)
 
 
 @pytest.mark.parametrize(("high", "low"), PAIRS)
@@ -122,9 +121,7 @@ def test_a_cusp_of_nested_roots_is_decided():
 def test_what_cannot_be_proved_is_undecided():
     """|cos 2| + cos 2 is 0 for all that 4096 bits say, and by no identity."""
     found = classify(Top(1, 1, 1), State("0.3", phidot="sqrt(cos(2)^2)+cos(2)", psidot=10))
-    assert found.kind is Kind.UNDECIDED
-    assert not found.certified
-    assert found.tags == ()
+    assert (found.kind, found.certified, found.tags) == (Kind.UNDECIDED, False, ())
     assert found.bound.endswith("e-1221") or float(found.bound) < 1e-300
     assert found.bound in found.why
 

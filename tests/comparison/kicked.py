@@ -40,11 +40,8 @@ def set_up(name, setting=None, period=None, steps=None, **more):
     if setting is not None:
         method = replace(method, setting=float(setting))
     period = motion().period if period is None else period
-    return make_stepper(
-        method,
-        problem(*started(method.formulation), period, formulation=method.formulation, **more),
-        steps,
-    )
+    begun = problem(*started(method.formulation), period, formulation=method.formulation, **more)
+    return make_stepper(method, begun, steps)
 
 
 def problem(start, parameters, period, direction=1, top=None, formulation="axis"):

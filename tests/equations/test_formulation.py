@@ -12,11 +12,8 @@ from heavytop.equations.euler_poisson import deviation, frame_rate, kappa
 from heavytop.equations.formulation import FORMULATIONS, components, spin, time
 from heavytop.equations.lagrangian import normal_form
 
-FORMS = {
-    f"{name}{f'-{variant}' if variant else ''}": entry.build(variant)
-    for name, entry in FORMULATIONS.items()
-    for variant in entry.variants
-}
+VARIANTS = [(name, each) for name, entry in FORMULATIONS.items() for each in entry.variants]
+FORMS = {f"{name}-{v}" if v else name: FORMULATIONS[name].build(v) for name, v in VARIANTS}
 SOLVED = dict(zip(lag.ACCELERATIONS, lag.accelerations(), strict=True))
 SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 DEVIATIONS = (deviation, *euler_angles.DEVIATIONS)

@@ -205,7 +205,6 @@ def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
 def test_a_sample_on_the_end_of_a_leg(periods):
     """Where phi is followed, a leg's end is looked at, and within rounding is the next one's."""
     asked = scene(periods, "want.events=[]", "want.samples=2", wants=ALL)
-    run = ht.propagate(
-        replace(asked, quantities=("theta", "phi")), formulation="axis", projected=True
-    )
+    asked = replace(asked, quantities=("theta", "phi"))
+    run = ht.propagate(asked, formulation="axis", projected=True)
     assert ht.run_errors(run).phi < 1e-13

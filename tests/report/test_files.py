@@ -1,6 +1,7 @@
 """A folder holds the files of the run or the study that its document tells of, and no other's."""
 
 import json
+from itertools import product
 
 import h5netcdf
 import numpy as np
@@ -97,9 +98,5 @@ def test_every_variable_of_a_file_says_what_it_is(verb, options, tmp_path):
 
 def lacking(path):
     with h5netcdf.File(path, "r") as file:
-        return [
-            (name, word)
-            for name, variable in file.variables.items()
-            for word in ("long_name", "units")
-            if not variable.attrs.get(word)
-        ]
+        pairs = product(file.variables.items(), ("long_name", "units"))
+        return [(name, word) for (name, each), word in pairs if not each.attrs.get(word)]

@@ -127,9 +127,8 @@ def test_every_button_that_saves_saves_the_document_of_a_result(reported, page, 
     for section in page.sections:
         path = tmp_path / f"{section.ident}-data.json"
         wait_for(path.is_file)
-        assert json.loads(path.read_text("utf-8")) == json.loads(
-            json.dumps(section.result.document())
-        )
+        told = json.loads(json.dumps(section.result.document()))
+        assert json.loads(path.read_text("utf-8")) == told
 
 
 def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):
@@ -141,9 +140,8 @@ def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):
     browser.ask("Page.navigate", url=page.as_uri())
     inside = "document.querySelector('iframe')?.contentDocument"
     browser.until(f"{inside}?.querySelector('.player')?.player?.state().at > 1")
-    width, height = (
-        browser.value(f"{inside}.documentElement.scroll{x}") for x in ("Width", "Height")
-    )
+    sizes = (f"{inside}.documentElement.scroll{x}" for x in ("Width", "Height"))
+    width, height = map(browser.value, sizes)
     assert (width <= 600, height) == (True, 700)
     dark = "contentWindow.matchMedia('(prefers-color-scheme: dark)').matches"
     assert browser.value(f"document.querySelector('iframe').{dark}")

@@ -87,9 +87,8 @@ def test_a_result_says_on_one_line_of_what_it_is_and_from_where_to_where_its_num
         def tables(self):
             yield Table(self.runs, ("case", "energy"))
 
-    assert repr(Drifts(name="one", runs=rows)) == (
-        "<Drifts: name: one; a, b, c: energy 2e-09 to 1e-07>"
-    )
+    said = repr(Drifts(name="one", runs=rows))
+    assert said == "<Drifts: name: one; a, b, c: energy 2e-09 to 1e-07>"
 
 
 @pytest.mark.parametrize("bound", [1.41e-15, 1.7e-15, 0.5, 9.91e-9])

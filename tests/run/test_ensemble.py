@@ -184,9 +184,7 @@ PLANTED = [("error", lambda error: error / 1e5), ("error", lambda error: error +
 
 
 @pytest.mark.parametrize(("fact", "planted"), [*PLANTED, ("missed", np.zeros_like)])
-def test_an_error_or_a_mark_that_is_not_measured_is_found(
-    validation_script, monkeypatch, fact, planted
-):
+def test_a_mark_that_is_not_measured_is_found(validation_script, monkeypatch, fact, planted):
     honest = getattr(Ensemble, fact).func
     monkeypatch.setattr(Ensemble, fact, property(lambda run: planted(honest(run))))
     assert len(validation_script("43_fuzz").many_misses(6, 48, "axis", 40.0)) > 5

@@ -152,9 +152,7 @@ def test_at_a_pole_phidot_is_its_limit(name, side):
 
 
 @pytest.mark.slow
-def test_no_run_is_wrong_in_silence_and_runs_that_nobody_checks_are_found(
-    validation_script, monkeypatch
-):
+def test_no_run_is_wrong_in_silence_and_unchecked_ones_are_found(validation_script, monkeypatch):
     """Planted: nothing is held against the closed form; and the last event is never looked for."""
     fuzz = validation_script("43_fuzz")
     assert fuzz.run_misses(3, 8, ("doubles", "more", "extended")) == []

@@ -91,12 +91,10 @@ def test_a_run_says_that_nothing_was_integrated(far):
     folder, found = far
     assert (found["source"], found["plan"]["formulation"]) == ("closed form", "none")
     assert (found["outcome"], found["cost"]["steps"]) == ("finished", 0)
-    errors = found["errors"]
+    errors, events = found["errors"], found["events"]
     assert (errors.pop("why_not"), errors.pop("invariants")) == ("nothing was integrated", {})
     assert set(errors.values()) == {None}
-    events = found["events"]
-    assert [events[name] for name in EVENTS] == [2 * 10**12 + 1, 2 * 10**12, 0]
-    assert events["table"] == []
+    assert [events[name] for name in (*EVENTS, "table")] == [2 * 10**12 + 1, 2 * 10**12, 0, []]
     assert {"overview.svg", "angles.png", "phase.svg"} <= names(folder)
     assert names(folder) == {*found["files"].values()}
     assert not any(name.startswith("errors") for name in names(folder))

@@ -45,9 +45,8 @@ def propagated(scene, formulation="auto", **options):
 @pytest.mark.parametrize("name", MOTIONS)
 def test_attitude_and_events_of_every_motion(name, direction):
     motion = named(name)
-    scene = ht.Scene(
-        motion.top, motion.start, time=direction * TIME, quantities=ANGLES, events=EVENTS, digits=9
-    )
+    wants = {"quantities": ANGLES, "events": EVENTS, "digits": 9}
+    scene = ht.Scene(motion.top, motion.start, time=direction * TIME, **wants)
     run = propagated(scene)
     exact, bound = motion.at(run.t), 1e-8 if "separatrix" in name else 1e-12
     assert np.max(np.abs(run.axis - exact.axis)) < bound

@@ -121,9 +121,8 @@ def test_an_aluminium_disk_on_a_steel_rod_is_the_books_top():
 def test_from_solids_is_from_parts():
     """By parallel axes; upside down gMR is negative."""
     body = whole(THE_BOOKS)
-    parts = Top.from_parts(
-        mass=body.mass, distance=body.centre, A_cm=body.A_cm, C_cm=body.C, gravity="9.80665"
-    )
+    own = {"mass": body.mass, "distance": body.centre, "A_cm": body.A_cm, "C_cm": body.C}
+    parts = Top.from_parts(**own, gravity="9.80665")
     assert parts == Top.from_solids(THE_BOOKS, gravity="9.80665")
     lie = Top.from_parts(mass=15, distance=1, A_cm="0.234375", C_cm="0.46875", gravity="9.81")
     assert lie == LIE

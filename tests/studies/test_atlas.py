@@ -65,9 +65,7 @@ def test_impossible_pixels_are_counted_and_have_no_numbers():
 # --- however it is shared out ---------------------------------------------------------------------
 
 
-def test_however_it_is_shared_out_it_is_the_same_and_read_whole_or_not_at_all(
-    rows, tmp_path, monkeypatch
-):
+def test_however_it_is_shared_out_it_is_the_same_and_whole(rows, tmp_path, monkeypatch):
     monkeypatch.setattr(atlas_module, "TILE", {"kind": 128, "rows": 128})
     for jobs in (1, 2):
         assert rows.map.equals(ht.atlas(KICKED, **AXES, jobs=jobs, folder=tmp_path / str(jobs)).map)

@@ -44,9 +44,8 @@ def test_values_are_the_doubles_nearest_the_exact_ones():
 def test_an_axis_reads_units_and_expressions_and_says_a_text_that_reads_as_itself(text):
     axis = Axis.of(text)
     assert Axis.of(axis.text) == axis
-    assert axis.values[axis.values.size // 2] == pytest.approx(
-        np.pi / 2 if "theta" in text else 1e-5
-    )
+    middle = np.pi / 2 if "theta" in text else 1e-5
+    assert axis.values[axis.values.size // 2] == pytest.approx(middle)
 
 
 NO_AXIS = ["phidt=0:1:5", "phidot", "phidot=1:1:5", "phidot=0:1:1", "phidot=0:nan:5", "C=0:1:5:log"]

@@ -138,9 +138,8 @@ def test_another_study_or_other_versions_in_a_folder_are_refused(tmp_path, monke
 
 
 def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
-    monkeypatch.setattr(
-        "heavytop.comparison.methods.find_spec", lambda name: None if name == "numba" else name
-    )
+    place = "heavytop.comparison.methods.find_spec"
+    monkeypatch.setattr(place, lambda name: None if name == "numba" else name)
     alone, beside = refused(2, *QUICK, "strang"), printed(*QUICK, "strang,auto")
     tested = refused(2, "stress", "--methods", "dop853-cyrk", "--cases", "cusp")
     assert all("pip install '.[rivals]'" in said for said in (alone, beside, tested))

@@ -42,9 +42,8 @@ def exact_row(reference, t):
 @pytest.fixture(scope="module")
 def axis():
     """The reference of a start whose axis has length 1 exactly: nothing is rounded in it."""
-    scene = ht.Scene(
-        ht.Top(A=1, C="0.5", gMR=1), ht.State("pi/2", phidot="0.25", psidot=2), periods=1
-    )
+    start = ht.State("pi/2", phidot="0.25", psidot=2)
+    scene = ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, periods=1)
     return own("taylor-axis", scene).reference
 
 

@@ -18,14 +18,12 @@ def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
     found = ht.sweep(DROPPED, "start.psidot=100:400:4", FACTS)
     assert [row["start.psidot"] for row in found.rows] == [100, 200, 300, 400]
     for row in found.rows:
-        start = ht.State("0.1", psidot=row["start.psidot"])
-        motion = ht.Motion(DROPPED.top, start)
+        motion = ht.Motion(DROPPED.top, ht.State("0.1", psidot=row["start.psidot"]))
         assert row["kind"] == motion.kind
         assert (row["round"], row["theta_max"]) == (motion.round, motion.theta_max)
-        estimate = 2 * math.pi * 6.6e-5 * row["start.psidot"] / 0.0456
-        assert row["round_estimate"] == pytest.approx(estimate, rel=1e-14)
-        fast = (6.6e-5 * row["start.psidot"]) ** 2 / (4 * 3.28e-4 * 0.0456)
-        assert row["ratio"] == pytest.approx(fast, rel=1e-14)
+        p = 6.6e-5 * row["start.psidot"]
+        by_formula = [2 * math.pi * p / 0.0456, p**2 / (4 * 3.28e-4 * 0.0456)]
+        assert [row["round_estimate"], row["ratio"]] == pytest.approx(by_formula, rel=1e-14)
     assert found.document()["over"] == "start.psidot"
 
 

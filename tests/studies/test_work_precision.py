@@ -90,11 +90,8 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
         works = [draw.choice((1, 2, 3, 5, 8)) for _ in range(12)]
         points = [made(us, 10.0 ** -draw.randint(1, 6)) for us in works]
         known = [(point.us_per_period, point.error) for point in points]
-        unbeaten = [
-            (us, off)
-            for us, off in sorted(set(known))
-            if not any((a <= us and b < off) or (a < us and b <= off) for a, b in known)
-        ]
+        beaten = {b for b in known for a in known if a != b and a[0] <= b[0] and a[1] <= b[1]}
+        unbeaten = sorted({*known} - beaten)
         assert [known[i] for i in front(points, "axis_error")] == unbeaten
 
 
