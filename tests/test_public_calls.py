@@ -122,7 +122,7 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
     ("reference", {"events": ["cups"]}, "events"),
     *((study, {"scene": SEPARATRIX, "periods": "9", "methods": ["auto", "strang=x"]},
        "periods start methods") for study in ("drift", "work_precision")),
-    ("validate", {"names": ["hold", 3]}, "names names"),
+    ("validate", {"names": ["hold", "a\n" * 100, "\udcff", 3]}, "names names names names"),
     ("validate", {"names": "holds"}, "names"),
     ("validate", {"jobs": 0}, "jobs"),
 ]  # fmt: skip

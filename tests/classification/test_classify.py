@@ -25,9 +25,7 @@ numbers = st.sampled_from([0.0, 1.0, -1.0, 2.0, 1e-12, -1e-9, 1e-30, 0.5, 1e6])
 numbers |= st.floats(-50, 50).map(lambda x: x if abs(x) > 1e-20 else 0.0)
 tilts = st.sampled_from(["0", "pi", "pi/2", "pi/3", "1e-8", "1e-30", "0.1"])
 tilts |= st.floats(1e-20, 3.1415926)
-moments = st.sampled_from(
-    [("1", "1"), ("2", "1"), ("3.28e-4", "6.6e-5"), ("1", "2"), ("1", "0.01")]
-)
+moments = st.sampled_from([(1, 1), (2, 1), ("3.28e-4", "6.6e-5"), (1, 2), (1, "0.01")])
 
 
 @settings(max_examples=400, deadline=None)

@@ -185,9 +185,8 @@ def test_auto_is_never_silently_wrong(draw):
 
 
 BEFORE = "import heyoka as hy; hy.llvm_state.set_diskcache_limit(12345); "
-LIMIT = (
-    "import heavytop.integration.engine, heyoka as hy; print(hy.llvm_state.get_diskcache_limit())"
-)
+SHOWN = "hy.llvm_state.get_diskcache_limit()"
+LIMIT = f"import heavytop.integration.engine, heyoka as hy; print({SHOWN})"
 
 
 @pytest.mark.parametrize(("before", "bytes_"), [("", 256 * 2**20), (BEFORE, 12345)])

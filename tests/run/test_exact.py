@@ -124,10 +124,8 @@ def test_what_is_not_decided_is_not_counted(monkeypatch):
 
 def test_xarray_reads_samples_under_the_names_of_a_run(far, tmp_path):
     ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "run.nc")
-    with (
-        xarray.open_dataset(far[0] / "trajectory.nc") as found,
-        xarray.open_dataset(tmp_path / "run.nc") as run,
-    ):
+    found, run = map(xarray.open_dataset, (far[0] / "trajectory.nc", tmp_path / "run.nc"))
+    with found, run:
         assert (found.attrs["source"], run.attrs["source"]) == ("closed form", "integrated")
         assert found.attrs["references"] == run.attrs["references"]
         for name in ("theta", "phi", "psi", "axis", "omega"):
