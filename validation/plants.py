@@ -16,9 +16,8 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-SQUARED = "roots.mc * (2 - roots.mc)"  # 1 - m^2 where 1 - m is meant
+SQUARED = "self.mc * (2 - self.mc)"  # 1 - m^2 where 1 - m is meant
 HOLE = "[np.where(np.arange(t.size) == t.size // 2, np.nan, v) for v in values]"  # at one time
-POLE = "\n        "  # the indentation of a line
 
 
 class Plant(NamedTuple):
@@ -51,15 +50,15 @@ PLANTS = (
           {"top.A, top.C, top.gMR, start.thetadot": "top.C, top.A, top.gMR, start.thetadot"},
           "gauss-pendulum landau-fast-period mpmath-period mpmath-tilt"),
     Plant("the modulus k for the parameter m, in the elliptic integrals", "analytic/constants.py",
-          {"arb(1).agm(roots.mc.sqrt()))": f"arb(1).agm(({SQUARED}).sqrt()))",
-           "third_kind(self.cubic.mc,": "third_kind(1 - self.cubic.m**2,"},
+          {"arb(1).agm(self.mc.sqrt()))": f"arb(1).agm(({SQUARED}).sqrt()))",
+           "third_kind(self.mc,": f"third_kind({SQUARED},"},
           "mpmath-first mpmath-third mpmath-period gauss-pendulum"),
     Plant("turns lost, in what is read off the states", "integration/outputs.py",
           {"<= np.pi / 2, turned, angle)": "< 0, turned, angle)"},
           "simo-wong-phi-run simo-wong-psi-run dop853-run-kicked"),
     Plant("a turn lost in every period, in the closed form", "analytic/constants.py",
-          {f"{POLE}v, sign = first_kind(*pole,":
-           f"{POLE}turn -= 0 if P > 0 else 2 * arb.pi(){POLE}v, sign = first_kind(*pole,"},
+          {"return P / (self.w * at_u1)":
+           "return (0 if P > 0 else -2 * arb.pi()) + P / (self.w * at_u1)"},
           "landau-fast-precession mpmath-precession dop853-closed-form-kicked"),
     Plant("no number at one time, in the integrator", "integration/outputs.py",
           {"zip(form.outputs, values, strict": f"zip(form.outputs, {HOLE}, strict"},

@@ -8,7 +8,7 @@ Reference: Whittaker, *Analytical Dynamics*, sections 71 to 73.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
@@ -52,7 +52,7 @@ class Constants:
 
     def __init__(self, given: Reduced, angles: Pair, regime: Regime, bits: int) -> None:
         # a g that only counts as 0 would be a ball around it, which no precision makes small enough
-        self.start = start = replace(given, g=arb(0)) if regime.weightless else given
+        self.start = start = given._replace(g=arb(0)) if regime.weightless else given
         self.regime, self.angles, self.bits = regime, angles, bits
         self.side = -1 if regime.mirrored else 1
         self.upright = upright = start.mirrored() if regime.mirrored else start

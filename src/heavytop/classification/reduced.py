@@ -8,10 +8,10 @@ In units A = 1, with g = gMR/A, a = p_φ/A, b = p_ψ/A, h = E'/A and u = cos θ,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from flint import arb, fmpq
 
@@ -28,8 +28,7 @@ FEW_BITS: Final = 192  # which decide nearly always, and serve for 40 digits
 MOST_SIGN_BITS: Final = 4096  # as many as the exact numbers try
 
 
-@dataclass(frozen=True, slots=True)
-class Reduced:
+class Reduced(NamedTuple):
     """One motion, every number a ball; or a number of any other arithmetic.
 
     Parameters
@@ -117,7 +116,7 @@ class Reduced:
 
     def mapped(self, kind: Callable[[Real], Real]) -> Reduced:
         """The same in another arithmetic."""
-        return Reduced(*(kind(getattr(self, field.name)) for field in fields(self)))
+        return Reduced(*map(kind, self))
 
     def mirrored(self) -> Reduced:
         """The motion seen from below: θ → π − θ, ψ → −ψ and so g → −g."""
@@ -127,8 +126,7 @@ class Reduced:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Regime:
+class Regime(NamedTuple):
     """What is exactly so of a motion; everything but `mirrored` holds of the motion with g ≥ 0.
 
     Parameters
@@ -355,8 +353,8 @@ def _axis_numbers(numbers: Reduced, rho2: fmpq, bits: int | None) -> Reduced:
     far = 1 + size
     near = 1 - size if bits is None else q.one_minus_u0 / far  # no digit cancels
     above, below = (near, far) if numbers.u0 > 0 else (far, near)
-    return replace(
-        q, g=q.g * rho, b=q.b / rho, u0=u, one_minus_u0=above, one_plus_u0=below,
+    return q._replace(
+        g=q.g * rho, b=q.b / rho, u0=u, one_minus_u0=above, one_plus_u0=below,
         udot0=q.udot0 / rho,
     )  # fmt: skip
 
@@ -401,7 +399,7 @@ def _passing(source: ReducedMotion, top: bool, bottom: bool, bits: int | None) -
     kinetic = found.kinetic0
     if source.exact.sin2.sign() != 0:
         kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
-    return replace(found, b=b, drift0=drift, kinetic0=kinetic)
+    return found._replace(b=b, drift0=drift, kinetic0=kinetic)
 
 
 def _other_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:

@@ -300,12 +300,12 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]
     for event in ("turning", "reversal"):
         hit = hits.get(event, orbit.samples.where(slice(0)))
         begins = int(event in hits and _begins(scene, event))
-        place = np.append(np.arange(begins), np.arange(end, end := end + hit.t.size))
+        place = np.concatenate((np.arange(begins), np.arange(end, end := end + hit.t.size)))
         with np.errstate(divide="ignore", invalid="ignore"):
             noise = abs(at.phidot[place]) + 2 * b / abs(np.sin(at.theta[place]))
         noise *= EPSILON
         level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
-        t_low = np.append(np.zeros(begins), hit.t_low)
+        t_low = np.concatenate((np.zeros(begins), hit.t_low))
         found = _zeros(form, event, at, place, known, t_low, level)
         zeros.append(_within(found, begins, orbit.end, step))
     return at, zeros[0], zeros[1]
@@ -343,7 +343,7 @@ def _within(zeros: EventZeros, begins: int, end: float, step: float) -> EventZer
     forward = 1.0 if end >= 0 else -1.0
     margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros.t.size - begins + 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        margin = margin + np.nan_to_num(np.fmin(abs(zeros.level / zeros.slope), BLUR * step))
+        margin = margin + np.fmin(abs(zeros.level / zeros.slope), BLUR * step)
     kept = zeros.where(forward * zeros.t <= abs(end) + margin)
     t, t_low = _ended(kept.t, kept.t_low, end)
     kept = kept._replace(t=t, t_low=t_low)
