@@ -208,3 +208,18 @@ def test_threads_change_no_bit_of_a_step(monkeypatch):
         ends.append(alone.leg(start, 2, 1.0).state)
     assert run.bits >= 512
     assert (ends[0] == ends[1]).all()
+
+
+@pytest.mark.parametrize("changes", [["span.periods=1000"], ["want.digits=310", "span.time=1"]])
+def test_no_step_is_taken_twice(changes, monkeypatch):
+    """Samples far ahead are left out of a block, but none that it reaches."""
+    taken, propagated = [], engine.Engine._propagated
+
+    def counted(self, *asked):
+        found = propagated(self, *asked)
+        taken.append(found[1])
+        return found
+
+    monkeypatch.setattr(engine.Engine, "_propagated", counted)
+    run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation="axis")
+    assert sum(taken) == run.statistics.steps

@@ -174,7 +174,7 @@ class _Journey:
         if len(self.checkpoints) > 1:
             before = self.checkpoints[-2]
             length = abs(float(start.time[0] - before.time[0])) / (start.steps - before.steps)
-            reach = 1.1 * length * start.block_steps
+            reach = 2 * length * start.block_steps
         waiting = self.samples[self.done :]
         seen = self.integrator.block(start, start.block_steps, self.far, waiting, reach)
         self.blocks.append(seen)
