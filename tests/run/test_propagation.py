@@ -17,6 +17,7 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly, MissedDigitsWarning
 from heavytop.exact import Exact
+from heavytop.run import estimates
 from heavytop.run.counts import tally
 from heavytop.run.propagation import completed
 from heavytop.run.verify import missed_digits
@@ -298,3 +299,11 @@ def test_a_warm_run_makes_few_calls():
     scene, profile = ht.load_scene("sicm-kicked"), cProfile.Profile()
     profile.runcall(ht.propagate, scene)
     assert pstats.Stats(profile).total_calls <= 3700
+
+
+def test_a_run_is_given_up_that_takes_more_steps_than_any_sound_one(monkeypatch):
+    monkeypatch.setattr(estimates, "SPARE_STEPS", 10)
+    monkeypatch.setattr(estimates, "STEPS_A_NUTATION", 1)
+    with pytest.raises(EndedEarly) as ended:
+        ht.propagate(ht.load_scene("sicm-kicked", ["span.periods=1000"]))
+    assert ended.value.outcome == "step-limit"
