@@ -225,7 +225,7 @@ def describe_method(
         sentence = "the error is that of rounding"
     elif agent:
         sentence = agent
-    elif size < ROUNDED * rounding:
+    elif size < ROUNDED * rounding < np.inf:
         sentence = f"that is the rounding of the numbers, {rounding:.2g}: write more digits"
     elif floor is not None:
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"

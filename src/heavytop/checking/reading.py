@@ -267,31 +267,38 @@ def _listed(rows: Any) -> str:
 
 def _grain(x: Array) -> Array:
     """Half a unit in the last digit that numbers are written with; 0 where all digits are."""
+    x = np.where(np.isfinite(x), x, 0.0)
     digits, size, grain = np.arange(MOST_WRITTEN), abs(x), np.zeros_like(x)
     decades = np.floor(np.log10(np.where(size > 0, size, 1.0)))
-    if np.isfinite(x).all() and np.ptp(x) > 0:
-        single = size.astype(np.float32)
-        if (single == size).all():
-            grain = np.spacing(single).astype(np.float64) / 2
+    with np.errstate(over="ignore", invalid="ignore"):  # what is so large or small fits nothing
+        for short in (size.astype(np.float16), size.astype(np.float32)):
+            if (short == size).all() and not grain.any():
+                grain = np.spacing(short).astype(np.float64) / 2
         for units in (-digits, np.add.outer(-digits, decades)):  # as %.3f and as %.3e write
             fitting = (10.0**unit for unit in units if _fits(x, size, unit))
             grain = np.maximum(grain, next(fitting, 0.0) / 2)
-    return grain
+    return np.asarray(grain * (np.ptp(x, axis=0) > 0))  # what never changes is no measurement
 
 
 def _fits(x: Array, size: Array, unit: Any) -> bool:
     """Whether numbers are whole multiples of powers of ten."""
-    with np.errstate(over="ignore", invalid="ignore"):  # tiny numbers, which fit nothing then
-        off = abs(np.rint(x * 10.0**-unit) * 10.0**unit - x)
+    off = abs(np.rint(x * 10.0**-unit) * 10.0**unit - x)
     return bool((off <= 8 * UNIT * size).all())
 
 
 def _is_rounded(t: Array, grain: Array) -> bool:
-    """Whether times are rounded, and not chosen: they part their span evenly but for that."""
+    """Whether times are rounded, and not chosen.
+
+    Steps are then no multiples of the least of them, as where rows of an even grid are missing. And
+    the times part their span evenly but for rounding, or have more digits than anybody chooses.
+    """
+    steps, least = abs(np.diff(t)), 16 * UNIT * abs(t).max()
+    unit = min(steps[steps > least], default=np.nan)
+    if not (abs(steps - np.rint(steps / unit) * unit) > least).any():
+        return False
+    fine = grain.max() < 0.5 and np.median(steps) > FINE * grain.max()
     even = np.linspace(t[0], t[-1], t.size)
-    off, least = abs(t - even), 8 * UNIT * abs(t).max()
-    fine = abs(np.median(np.diff(t))) > FINE * grain.max()
-    return bool((off > least).any() and (fine or (off <= 2 * grain + least).all()))
+    return bool(fine or (abs(t - even) <= 2 * grain + least).all())
 
 
 def _shaken(data: Data) -> Data:

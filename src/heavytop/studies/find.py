@@ -353,7 +353,9 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
         raise Refused(f"1 to {MOST_POINTS} points")
     low, high, steps = float(first), float(last), int(number or count or SAMPLES + 1)
     step = (last - first) / max(steps - 1, 1)
-    points = {float(first + step * k) for k in range(steps)} | {high}
+    below = math.lcm(first.denominator, step.denominator)
+    begun, rise = int(first * below), int(step * below)  # whole numbers: fractions take ten times
+    points = {(begun + rise * k) / below for k in range(steps)} | {high}
     if low * high > 0 and not (number or count):
         points |= {low * (high / low) ** (k / SAMPLES) for k in range(SAMPLES)}
     return f"{table}.{name}", sorted(x for x in points if low <= x <= high)
