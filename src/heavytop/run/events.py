@@ -8,7 +8,7 @@ phidot around a cusp are its shadows and are dropped.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -17,20 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
 from heavytop.exact import Exact
 from heavytop.exact.decimals import context
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.engine import Seen
 from heavytop.integration.orbit import Orbit
-from heavytop.integration.outputs import (
-    Parameters,
-    Sample,
-    event_function,
-    newton_step,
-    spin_momentum,
-)
+from heavytop.integration.outputs import Sample, event_function, newton_step, spin_momentum
 from heavytop.run.counts import KINDS_OF, TURNING, schedule
 from heavytop.run.span import exact_span
 from heavytop.scene.scene import Scene
@@ -42,6 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
+FUNCTIONS = ("turning", "reversal")  # the event functions: thetadot and phidot, but for a factor
 EVENT_KINDS = (*TURNING, "reversal", "turning")
 EVENT_COLUMNS = ("t", "theta", "phi", "phidot", "residual")
 STORED = (*EVENT_COLUMNS, "t_low", "axis", "states")
@@ -53,7 +47,7 @@ SPARE_IN_TIME: Final = 20  # digits of the times at which events are looked for
 
 
 class EventZeros(NamedTuple):
-    """EventZeros of an event function in a run.
+    """Zeros of the event functions in a run: those of thetadot, then those of phidot.
 
     Attributes
     ----------
@@ -65,6 +59,8 @@ class EventZeros(NamedTuple):
         Up to which phidot counts as zero.
     residual, slope : ndarray, shape (k,)
         The event function there, and its time derivative.
+    turning : ndarray of bool, shape (k,)
+        Which are of thetadot.
     """
 
     place: Places
@@ -73,6 +69,22 @@ class EventZeros(NamedTuple):
     level: Array
     residual: Array
     slope: Array
+    turning: NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls, run: Trajectory, event: str, at: Sample, place: Places, t_low: Array, level: Array
+    ) -> EventZeros:
+        """Return those that are at some places of the readings of a run."""
+        t, states, form = at.t[place], at.states[place], run.orbit.integrator.formulation
+        residual, slope = event_function(form, event, states, run.orbit.parameters, t)
+        turning = np.full(t.size, event == "turning")
+        return cls(place, t, t_low, level, residual, slope, turning)
+
+    @classmethod
+    def join(cls, parts: Iterable[EventZeros]) -> EventZeros:
+        """Return the parts one after the other."""
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
     def where(self, index: Any) -> EventZeros:
         """Return some of them."""
@@ -203,22 +215,22 @@ def events_of(trajectory: Trajectory) -> Events:
     scene, motion = trajectory.scene, trajectory.motion
     if not scene.events:
         return no_events(scene, trajectory.orbit)
-    zeros = zeros_found if trajectory.in_doubles else zeros_expected
-    at, turning, reversal = zeros(trajectory)
-    kind, chosen = _chosen(at.phidot, turning, reversal, scene.events)
+    at, zeros = (zeros_found if trajectory.in_doubles else zeros_expected)(trajectory)
+    kind, chosen = _chosen(at.phidot, zeros, scene.events)
     names = FROM_STATES if trajectory.in_doubles else Sample.COLUMNS
     columns: dict[str, Any] = {name: getattr(at, name)[chosen.place] for name in names}
     columns |= {"t": chosen.t, "t_low": chosen.t_low, "residual": chosen.residual}
     for which, limit in rates_at_poles(motion).items():
         columns["phidot"] = np.where(kind == which, trajectory.nearest(limit), columns["phidot"])
+    doubles, own = columns, None
+    if not trajectory.in_doubles:
+        own = columns
+        with np.errstate(invalid="ignore"):  # nan
+            doubles = {name: columns[name].astype(np.float64) for name in STORED}
+            low = (columns["t"] - doubles["t"]).astype(np.float64)
+        doubles["t"], doubles["t_low"] = _ended(doubles["t"], low, trajectory.orbit.end)
     kinds = tuple(kind.tolist())
-    if trajectory.in_doubles:
-        return Events(kinds, **columns, place=chosen.place, asked=scene.events)
-    with np.errstate(invalid="ignore"):  # nan
-        doubles = {name: columns[name].astype(np.float64) for name in STORED}
-        low = (columns["t"] - doubles["t"]).astype(np.float64)
-    doubles["t"], doubles["t_low"] = _ended(doubles["t"], low, trajectory.orbit.end)
-    return Events(kinds, **doubles, place=chosen.place, asked=scene.events, own=columns)
+    return Events(kinds, **doubles, place=chosen.place, asked=scene.events, own=own)
 
 
 def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
@@ -232,7 +244,7 @@ def events_expected(trajectory: Trajectory) -> list[tuple[str, Any]]:
     return [(kind, trajectory.nearest(t)) for kind, t in expected]
 
 
-def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]:
+def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     """Return turning points and reversals where the closed form has them, by Newton's method.
 
     How many there are, of which kinds, and where to look it says. Their times and states, and
@@ -243,22 +255,20 @@ def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZer
     form, known, number = integrator.formulation, run.orbit.parameters, integrator.engine.number
     small, seen, cusps = number(10) ** -run.scene.digits, [], []
     expected = events_expected(run)
-    for event, kinds in (("turning", TURNING), ("reversal", ("reversal",))):
-        here = [(kind, t) for kind, t in expected if kind in kinds]
+    for event in FUNCTIONS:
+        here = [(kind, t) for kind, t in expected if kind in KINDS_OF[event]]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
         zeros, there = newton_step(form, event, run.orbit.seen_at(t), known, small)
         seen.append(zeros)
         cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[there])
-    at, count = run.read(Seen.join(seen)), cusps[0].size
+    at, is_cusp = run.read(Seen.join(seen)), np.concatenate(cusps)
     momentum = abs(spin_momentum(form, at.states, known, at.t))
-    level = 2 * small * momentum / abs(np.sin(at.theta))
-    level = np.where(np.concatenate(cusps), level, number("nan"))
-    places = np.split(np.arange(at.t.size), [count])
-    turning, reversal = (
-        _zeros(form, event, at, place, known, 0 * at.t[place], level[place])
-        for event, place in zip(("turning", "reversal"), places, strict=True)
+    level = np.where(is_cusp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
+    places = np.split(np.arange(at.t.size), [cusps[0].size])
+    return at, EventZeros.join(
+        EventZeros.of(run, event, at, place, 0 * at.t[place], level[place])
+        for event, place in zip(FUNCTIONS, places, strict=True)
     )
-    return at, turning, reversal
 
 
 def rates_at_poles(motion: Motion) -> dict[str, Exact]:
@@ -284,7 +294,7 @@ def rates_at_poles(motion: Motion) -> dict[str, Exact]:
     return {kind: limits[kind] for kind, passes in passed.items() if passes}
 
 
-def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]:
+def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     """Return the zeros of thetadot and of phidot that were found on the way.
 
     A start that is one comes first. The rounding of phidot = (a - b u)/sin^2, whose terms cancel
@@ -297,7 +307,7 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]
     step, end = abs(orbit.end) / max(orbit.steps, 1), orbit.samples.t.size + orbit.between.t.size
     hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
     zeros = []
-    for event in ("turning", "reversal"):
+    for event in FUNCTIONS:
         hit = hits.get(event, orbit.samples.where(slice(0)))
         begins = int(event in hits and _begins(scene, event))
         place = np.concatenate((np.arange(begins), np.arange(end, end := end + hit.t.size)))
@@ -306,23 +316,9 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros, EventZeros]
         noise *= EPSILON
         level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
         t_low = np.concatenate((np.zeros(begins), hit.t_low))
-        found = _zeros(form, event, at, place, known, t_low, level)
+        found = EventZeros.of(trajectory, event, at, place, t_low, level)
         zeros.append(_within(found, begins, orbit.end, step))
-    return at, zeros[0], zeros[1]
-
-
-def _zeros(
-    form: Formulation,
-    event: str,
-    at: Sample,
-    place: Places,
-    parameters: Parameters,
-    t_low: Array,
-    level: Array,
-) -> EventZeros:
-    t = at.t[place]
-    residual, slope = event_function(form, event, at.states[place], parameters, t)
-    return EventZeros(place, t, t_low, level, residual, slope)
+    return at, EventZeros.join(zeros)
 
 
 def _begins(scene: Scene, event: str) -> bool:
@@ -362,31 +358,22 @@ def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
 
 
 def _chosen(
-    phidot: Array, turning: EventZeros, reversal: EventZeros, asked: Sequence[str]
+    phidot: Array, zeros: EventZeros, asked: Sequence[str]
 ) -> tuple[NDArray[Any], EventZeros]:
     """Return kinds and zeros of the events that are asked for, in the order of the run.
 
-    `turning` are zeros of thetadot, `reversal` of phidot, which is given at all places.
+    `phidot` is given at all places. A motion with cusps has no reversals: what is nearest to one is
+    its shadow.
     """
-    cusp = abs(phidot[turning.place]) <= turning.level
-    real = reversal.where(~_shadows(reversal.t, turning.t, cusp))
-    kinds = np.where(cusp, "cusp", np.where(turning.slope > 0, "theta_min", "theta_max"))
-    wanted = np.full(kinds.size, "turning" in asked) | (cusp & ("cusp" in asked))
-    reversals = np.full(real.t.size if "reversal" in asked else 0, "reversal")
-    both = turning.where(wanted), real.where(slice(reversals.size))
-    columns: Any = map(np.concatenate, zip(*both, strict=True))
-    merged = EventZeros(*columns)
-    order = np.argsort(abs(merged.t), kind="stable")
-    return np.concatenate((kinds[wanted], reversals))[order], merged.where(order)
-
-
-def _shadows(reversal: Array, turning: Array, cusp: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Tell which zeros of phidot lie nearest to a cusp: a motion with cusps has no others."""
-    if turning.size == 0 or reversal.size == 0:
-        return np.zeros(reversal.size, dtype=bool)
-    t = np.abs(turning)
-    right = np.clip(np.searchsorted(t, np.abs(reversal)), 1, max(t.size - 1, 1))
-    left = right - 1
-    right = np.minimum(right, t.size - 1)
-    nearer_left = np.abs(reversal) - t[left] <= t[right] - np.abs(reversal)
-    return cusp[np.where(nearer_left, left, right)]
+    turning, t = zeros.turning, np.abs(zeros.t)
+    cusp = turning & (abs(phidot[zeros.place]) <= zeros.level)
+    turned = t[turning]
+    nearest = np.searchsorted((turned[1:] + turned[:-1]) / 2, t)
+    shadow = np.append(cusp[turning], False)[nearest]
+    kinds = np.where(turning, np.where(zeros.slope > 0, "theta_min", "theta_max"), "reversal")
+    kinds[cusp] = "cusp"
+    wanted = np.where(turning, "turning" in asked, ~shadow & ("reversal" in asked))
+    wanted |= cusp & ("cusp" in asked)
+    order = np.flatnonzero(wanted)
+    order = order[np.argsort(t[order], kind="stable")]
+    return kinds[order], zeros.where(order)
