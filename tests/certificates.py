@@ -2,7 +2,6 @@
 
 import heavytop as ht
 from heavytop.certificate.run import binary_run
-from heavytop.run.own_motion import own_motion
 
 
 def run_of(name, form="axis", **asked):
@@ -13,5 +12,5 @@ def run_of(name, form="axis", **asked):
 
 
 def flow_of(trajectory):
-    own = binary_run(trajectory, own_motion(trajectory).period)
+    own = binary_run(trajectory, trajectory.own.closed_form.period)
     return own, own.flow()

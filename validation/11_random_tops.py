@@ -16,7 +16,6 @@ from heavytop.claims import proof
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration.engine import Engine
 from heavytop.run.counts import tally
-from heavytop.run.own_motion import own_motion
 from heavytop.scene.quantities import QUANTITIES, judged
 
 # --- verdicts --------------------------------------------------------------------------------
@@ -154,7 +153,7 @@ def off(run, times):
         return 1.0 if column == "axis" else max(1.0, abs(float(getattr(run.end, column))))
 
     columns = [x for name in judged(run.scene.quantities) for x in QUANTITIES[name].columns]
-    motions = run.motion, own_motion(run)
+    motions = run.motion, run.own.closed_form
     return max(min(distance(m, x) for m in motions) / (allowed * size(x)) for x in columns)
 
 

@@ -21,7 +21,6 @@ import heavytop as ht
 from heavytop.claims import proof
 from heavytop.errors import Impossible
 from heavytop.run.counts import tally
-from heavytop.run.own_motion import own_motion
 
 # --- scenes ----------------------------------------------------------------------------------
 
@@ -242,7 +241,7 @@ def attempted(run, *asked):
 def digits_missed(scene, found):
     """What is farther off than allowed both from the scene's motion and from the run's own."""
     form = Digits(motion_of(scene), scene.digits + SPARE)
-    own = Digits(own_motion(found), scene.digits + SPARE)
+    own = Digits(found.own.closed_form, scene.digits + SPARE)
     bound, end = 10.0**-scene.digits, form(found.t[-1])
     passing = str(form.motion.kind) in ("through-top", "through-bottom", "planar-pendulum")
     for sample in looked_at(scene, found):
@@ -399,7 +398,7 @@ def not_numbers(run):
 
 def true_states(run):
     """The exact states at the samples, from the run's own start."""
-    form = Digits(own_motion(run), TRUE_DIGITS)
+    form = Digits(run.own.closed_form, TRUE_DIGITS)
     return [form(t) for t in (run.t.tolist() if run.in_doubles else run.in_mpmath().t)]
 
 

@@ -20,7 +20,6 @@ from tools import Digits, main, most
 
 import heavytop as ht
 from heavytop.claims import proof
-from heavytop.run.own_motion import own_motion
 from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.shipped import shipped_names
 
@@ -45,7 +44,7 @@ def drawn(seed):
 
 def times_to_look_at(run, rng, times, taken):
     """Return the times, of many, at which errors in doubles are largest, and some random ones."""
-    known, form = {name: [] for name in NAMES}, own_motion(run).at
+    known, form = {name: [] for name in NAMES}, run.own.closed_form.at
     for _ in range(0, times, PART):
         some = np.sort(run.orbit.end * rng.uniform(0, 1, min(PART, times)))
         seen, true = run(some), form(some)
@@ -60,7 +59,7 @@ def times_to_look_at(run, rng, times, taken):
 
 def largest_errors(run, seed, **look):
     """Return the largest errors found, in 128 bits."""
-    exact, found = Digits(own_motion(run), DIGITS), dict.fromkeys(NAMES, 0.0)
+    exact, found = Digits(run.own.closed_form, DIGITS), dict.fromkeys(NAMES, 0.0)
     times = sorted(times_to_look_at(run, np.random.default_rng(seed), **look))
     seen = run(np.array(times))
     for k, t in enumerate(times):

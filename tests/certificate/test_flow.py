@@ -11,7 +11,6 @@ from heavytop.certificate.flow import SETTINGS, Flow
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import add, two_product
-from heavytop.run.own_motion import own_motion
 
 from ..certificates import flow_of, run_of
 from ..views import Digits
@@ -25,7 +24,7 @@ def test_the_solution_is_that_of_the_elliptic_functions(name):
     """Two enclosures of one motion: by integrating the equations in balls, and in closed form."""
     trajectory = run_of(name)
     _, flow = flow_of(trajectory)
-    form = Digits(own_motion(trajectory), 30)
+    form = Digits(trajectory.own.closed_form, 30)
     assert flow.period is not None
     period = trajectory.orbit.integrator.pace  # 1 for all of these
     assert period == 1
@@ -43,7 +42,7 @@ def test_the_solution_is_that_of_the_elliptic_functions(name):
 def test_many_periods_later_it_is_turned(form):
     trajectory = run_of("sicm-kicked", form, periods=1000, digits=9)
     _, flow = flow_of(trajectory)
-    exact = Digits(own_motion(trajectory), 30)
+    exact = Digits(trajectory.own.closed_form, 30)
     times = RNG.uniform(0, trajectory.orbit.end, 6)
     (high, _), off = flow.at((times, np.zeros(6)))
     for k, t in enumerate(times):
@@ -69,7 +68,10 @@ def test_the_angles_are_near_those_of_the_elliptic_functions(name, form, periods
     trajectory = run_of(name, form, periods=periods, samples=2, events=(), digits=6)
     own, flow = flow_of(trajectory)
     times = trajectory.orbit.end * RNG.uniform(0, 1, 2000)
-    exact, near = own_motion(trajectory).at(times), flow.angles_near(times * own.integrator.pace)
+    exact, near = (
+        trajectory.own.closed_form.at(times),
+        flow.angles_near(times * own.integrator.pace),
+    )
     for angle, x in near.items():
         assert np.max(np.abs(x - getattr(exact, angle))) < np.pi / 2
     assert np.max(np.abs(exact.phi)) <= flow.largest_angle

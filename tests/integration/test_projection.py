@@ -15,7 +15,6 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.exact.pairs import add
 from heavytop.integration import bits, projection
 from heavytop.integration.projection import EVEN_STEPS, GOLDEN, Projection
-from heavytop.run.own_motion import own_motion
 from heavytop.run.verify import phase_error, run_errors
 from heavytop.scene.quantities import Need
 
@@ -150,7 +149,7 @@ def test_what_nobody_looks_at_is_the_same(samples):
 def test_events_are_those_of_the_own_motion(whole):
     turning = whole.events.is_turning
     n = np.arange(1401)
-    expected = n * own_motion(whole).period / 2
+    expected = n * whole.own.closed_form.period / 2
     ulps = np.abs(whole.events.t[turning] - expected) / np.spacing(np.maximum(expected, 1.0))
     assert (ulps / np.sqrt(np.maximum(n, 1))).max() < 4
     low = whole.events.t_low[1:]  # the start itself is an event, at exactly 0
@@ -161,7 +160,7 @@ def test_steps_do_not_fall_into_a_cycle():
     """Natural steps of the cubic form do, and their phase error then grows as the time itself."""
     starts = (scene(30_001, "want.events=[]", f"start.theta={0.1 + k / 1000}") for k in range(8))
     runs = [ht.propagate(each, formulation="cubic", projected=True) for each in starts]
-    phases = [phase_error(run, (30_000 + 2 / 3) * own_motion(run).period) for run in runs]
+    phases = [phase_error(run, (30_000 + 2 / 3) * run.own.closed_form.period) for run in runs]
     assert np.sqrt(np.mean(np.square(phases))) < 2e-14
 
 

@@ -11,7 +11,7 @@ import pytest
 import heavytop as ht
 from heavytop.equations.quaternion import product
 from heavytop.integration.orbit import integrate, not_begun
-from heavytop.run.own_motion import OwnMotion, own_motion
+from heavytop.run.own_motion import OwnMotion
 
 from ..motions import SCENES
 
@@ -61,7 +61,7 @@ def assert_turns_of_lagrange(seed):
     time = periods * ht.Motion(top, start).period
     wanted = scene(top, start, time=time, samples=25, events=(), digits=6)
     counted = run(wanted, formulation="lagrange")
-    if np.max(np.abs(counted.theta - own_motion(counted).at(counted.t).theta)) > 1e-4:
+    if np.max(np.abs(counted.theta - counted.own.closed_form.at(counted.t).theta)) > 1e-4:
         return  # beside the unstable vertical: the motion itself is forgotten
     for form in ("axis", "attitude"):
         if form == "axis" and ht.Motion(top, start).kind == "planar-pendulum":
@@ -148,7 +148,7 @@ def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, 
     start = ht.State(theta=1, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
     quantities = ANGLES if form == "attitude" else ANGLES[:2]
     trajectory = run(scene(UNIT, start, quantities=quantities, time=30), formulation=form)
-    exact = own_motion(trajectory).at(trajectory.t)
+    exact = trajectory.own.closed_form.at(trajectory.t)
     off(trajectory, exact, np.sin(exact.theta) > 1e-3, 1e-9)
     assert trajectory.events.count("turning") >= 10
 
@@ -201,7 +201,7 @@ def test_a_fast_spin_costs_no_digits_and_no_steps():
         wanted = scene(ht.Top(1, 0.5 / factor, 1), start, periods=10, events=(), samples=9)
         trajectory = run(wanted)
         steps.append(trajectory.statistics.steps)
-        exact = own_motion(trajectory).at(trajectory.t, 30)
+        exact = trajectory.own.closed_form.at(trajectory.t, 30)
         attitude = np.array([at.quaternion for at in exact], float)
         assert np.max(distance(trajectory.samples.quaternion, attitude)) < 1e-13
     assert max(steps) <= min(steps) + 1
@@ -215,8 +215,7 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     state[:4] *= 1 + 1e-9
     start = replace(orbit.checkpoints[0], state=state)
     again = integrate(not_begun(orbit.integrator, start), trajectory.t)
-    own = OwnMotion(trajectory.plan, trajectory.motion, orbit.parameters, state)
-    other = replace(trajectory, orbit=again, own=own)
-    theta = own_motion(other).at(other.t).theta
+    other = replace(trajectory, orbit=again)
+    theta = other.own.closed_form.at(other.t).theta
     assert np.max(np.abs(other.theta - theta)) < 1e-14
     assert np.max(np.abs(trajectory.theta - theta)) > 1e-11

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.run.own_motion import own_motion
 
 from ..certificates import run_of
 from ..trajectories import planted
@@ -21,7 +20,7 @@ ANGLES = ("theta", "phi", "psi")
 
 def errors_at(trajectory, times):
     """What a run says, less the exact motion of its own numbers, at 30 digits."""
-    exact, seen = own_motion(trajectory).at(times, 30), trajectory(np.array(times))
+    exact, seen = trajectory.own.closed_form.at(times, 30), trajectory(np.array(times))
     found = {}
     for name in ("axis", *ANGLES):
         true = np.array([getattr(record, name) for record in exact])

@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -123,7 +122,7 @@ def integrate(
     """
     from heavytop.report.files import TRAJECTORY
     from heavytop.run.exact import SceneMotion
-    from heavytop.run.propagation import completed, integrate_plan
+    from heavytop.run.propagation import Course, completed, integrate_plan
     from heavytop.run.trajectory_file import load_trajectory
 
     if plan.formulation == "none":
@@ -135,8 +134,10 @@ def integrate(
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
-            go = partial(completed, part) if part else partial(integrate_plan, scene, motion, plan)
-            return go(progress=progress, checkpoint=checkpoint), None
+            course = Course(progress, checkpoint)
+            if part:
+                return completed(part, course), None
+            return integrate_plan(scene, motion, plan, course), None
     except EndedEarly as early:
         if early.outcome is Outcome.INTERRUPTED:  # comparing the part would take as long as it did
             why = f"interrupted at t = {early.trajectory.orbit.end:.6g} s"

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 
 from heavytop.errors import Outcome
 from heavytop.integration.orbit import Orbit
-from heavytop.run.plan import Statistics
 from heavytop.run.trajectory import Trajectory
 
 SAVE_S = 10.0  # between two saves of a trajectory on its way
@@ -39,13 +38,7 @@ class Checkpoints:
             self._save(orbit)
 
     def _save(self, orbit: Orbit) -> None:
-        began, known = time.monotonic(), self.begun
-        replace(
-            known,
-            orbit=orbit,
-            outcome=Outcome.INTERRUPTED,
-            statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
-            with_events=False,
-        ).save(self.path)
+        began, so_far = time.monotonic(), replace(orbit, outcome=Outcome.INTERRUPTED)
+        replace(self.begun, orbit=so_far, with_events=False).save(self.path)
         self.saved = time.monotonic()
         self.due = self.saved + max(SAVE_S, SAVE_SHARE * (self.saved - began))

@@ -143,8 +143,7 @@ class Ensemble:
         return np.fmax(abs(run.theta - exact.theta), across)
 
     def _sample(self, near: Any = None) -> Sample:
-        parameters: Any = self.parameters
-        return sample(self.formulation, self.states, parameters, self.end, near)
+        return sample(self.formulation, self.states, self.parameters, self.end, near)
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:

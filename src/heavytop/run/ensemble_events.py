@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -82,14 +82,14 @@ def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
     What is at the start is known from the numbers given; it may be found beside it, or not at all.
     One that rounding does not tell from the end, by a margin [s], is at the end.
     """
-    found, parts, named = run.zeros, [], cast(Any, run.parameters)
+    found, parts = run.zeros, []
     for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
         echo = known.begins[found.which]
         echo &= abs(found.t) <= known.short[found.which] / 2
         here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
         last = np.zeros(run.end.size)
         np.maximum.at(last, here.which, abs(here.t))
-        zero, slope = event_function(run.formulation, event, run.states, named, run.end)
+        zero, slope = event_function(run.formulation, event, run.states, run.parameters, run.end)
         with np.errstate(all="ignore"):
             late = -zero / slope * np.sign(run.end)
             nutations = abs(run.end) * known.rate / (2 * np.pi)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,14 +34,10 @@ from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
 from heavytop.integration.bits import DOUBLE, digits_of, precision
 from heavytop.integration.engine import Seen, text
-from heavytop.integration.outputs import Sample
 from heavytop.integration.projection import GOLDEN
 from heavytop.run.plan import Plan
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-
-if TYPE_CHECKING:
-    from heavytop.run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -87,11 +83,6 @@ class OwnMotion:
             return None
 
 
-def own_motion(trajectory: Trajectory) -> ClosedForm:
-    """Return the motion of a run's own numbers."""
-    return trajectory.own.closed_form
-
-
 def motion_of(
     plan: Plan, digits: int, state: Iterable[Any], parameters: Mapping[str, Any]
 ) -> ReducedMotion:
@@ -106,9 +97,14 @@ def motion_of(
     arguments = (known[symbol.name] for symbol in (*form.states, *form.parameters))
     values = _reading(form, digits)(*arguments)
     read = SimpleNamespace(**dict(zip(form.reading, values, strict=True)))
+    if "w" in form.reading:
+        return _from_height(read, context(digits))
     if "e_x" in form.reading:
-        return _from_axis(read)
-    return _from_height(read, context(digits)) if "w" in form.reading else _from_angles(read)
+        axis, momentum = (read.e_x, read.e_y, read.e_z), (read.l_x, read.l_y, read.l_z)
+        return reduced_from_axis(axis, momentum, read.g, read.kappa, read.phi_0, read.psi_0)
+    angles_and_rates = vars(read)
+    top = Top.of_numbers(*(angles_and_rates.pop(name) for name in ("A", "C", "gMR")))
+    return reduced_from_scene(top, State(**angles_and_rates))
 
 
 @cache
@@ -122,21 +118,6 @@ def _reading(form: Formulation, digits: int) -> Any:
 
     functions = {name: rounded(name) for name in ("sin", "cos", "sqrt", "atan2")}
     return lambdified((*form.reading.values(),), arguments, Fraction, functions)
-
-
-def _from_angles(read: Any) -> ReducedMotion:
-    """The motion from Euler angles and their rates."""
-    spin = {name: getattr(read, name) for name in ("omega3", "psidot") if hasattr(read, name)}
-    start = State(
-        read.theta, phi=read.phi, psi=read.psi, thetadot=read.thetadot, phidot=read.phidot, **spin
-    )
-    return reduced_from_scene(Top.of_numbers(read.A, read.C, read.gMR), start)
-
-
-def _from_axis(read: Any) -> ReducedMotion:
-    """The motion from the axis, which may be of any length, and the angular momentum."""
-    axis, momentum = (read.e_x, read.e_y, read.e_z), (read.l_x, read.l_y, read.l_z)
-    return reduced_from_axis(axis, momentum, read.g, read.kappa, read.phi_0, read.psi_0)
 
 
 def _from_height(read: Any, ctx: Context) -> ReducedMotion:
@@ -178,24 +159,6 @@ class SomeRows:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.record, name)[self.rows]
-
-
-class Compared(NamedTuple):
-    """A run wherever it is held against the exact motion of its own numbers.
-
-    Attributes
-    ----------
-    run : Sample
-        The samples first.
-    exact : SomeRows or None
-        That motion in doubles at the same times; None where there is none.
-    fixed : ndarray of int
-        Which of them do not depend on how many samples there are; the last is the end.
-    """
-
-    run: Sample
-    exact: Any
-    fixed: NDArray[np.intp]
 
 
 def times_between(end: float, period: float | None) -> Array:

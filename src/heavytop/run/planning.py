@@ -123,7 +123,12 @@ def planned(
         bits = DOUBLE if scene.digits <= DOUBLE_DIGITS else expected.bits(name)
         found = _at(expected, found, bits, projected)
     if tolerance is not None:
-        found = _loosened(scene, found, known["tolerance"])
+        if found.precision != "double":
+            own = f"{found.precision}, whose steps have their own tolerance"
+            rule = f"{scene.digits} digits take {own}"
+            raise refusal(scene, "tolerance", str(known["tolerance"]), rule)
+        reasons = (*found.reasons, f"tolerance {known['tolerance']:g}: asked for")
+        found = replace(found, tolerance=known["tolerance"], reasons=reasons)
     climbs = auto and not projected and tolerance is None
     return completed_plan(expected, replace(found, auto=climbs))
 
@@ -139,15 +144,6 @@ def completed_plan(expected: Forecast, found: Plan) -> Plan:
     """A plan with the reasons of its precision, and with what may disappoint."""
     reasons = (*found.reasons, *_how_exactly(expected.scene, found))
     return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
-
-
-def _loosened(scene: Scene, found: Plan, tolerance: float) -> Plan:
-    """A plan in doubles with another tolerance of its steps."""
-    if found.precision != "double":
-        rule = f"{scene.digits} digits take {found.precision}, whose steps have their own tolerance"
-        raise refusal(scene, "tolerance", str(tolerance), rule)
-    reasons = (*found.reasons, f"tolerance {tolerance:g}: asked for")
-    return replace(found, tolerance=tolerance, reasons=reasons)
 
 
 def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
@@ -282,13 +278,13 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
         return ("turning",), (f"{no_period}; found while integrating: the one turning point",)
     if not motion.nutates:
         return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
+    regime, found = motion.regime, "events found while integrating: turning"
     if "reversal" not in scene.events:
-        return ("turning",), ("events found while integrating: turning",)
-    regime = motion.regime
+        return ("turning",), (found,)
     if regime.weightless or (regime.misses_top and regime.misses_bottom):
-        return ("turning", "reversal"), ("events found while integrating: turning, reversal",)
+        return ("turning", "reversal"), (f"{found}, reversal",)
     never = f"{motion.kind}: phidot does not change its sign between poles"
-    return ("turning",), (never, "events found while integrating: turning")
+    return ("turning",), (never, found)
 
 
 # --- precision and projection ------------------------------------------------------------------
@@ -340,9 +336,8 @@ def next_plan(expected: Forecast, tried: Plan, factor: float, said: str) -> Plan
     if projects and expected.periods > FEW_PERIODS:
         return completed_plan(expected, _at(expected, found, DOUBLE, True))
     more = log2(factor) if 1 < factor < inf else WORD - PLAN_SPARE_BITS
-    further = _in_more_bits(
-        expected, found, bits if bits == DOUBLE else bits + more + PLAN_SPARE_BITS
-    )
+    least = bits if bits == DOUBLE else bits + more + PLAN_SPARE_BITS
+    further = _in_more_bits(expected, found, least)
     return completed_plan(expected, further) if bits_of(further.precision) > bits else None
 
 
@@ -396,18 +391,11 @@ def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
             f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
             "control follows them, and phase is lost as the cube of the time; use the axis form"
         )
-    yield from leaving(motion, expected.span, bits_of(found.precision))
-    if found.seconds > LONG_S:
-        yield f"long: about {duration(found.seconds)} in all"
-
-
-def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
-    """Say when rounding, which grows as exp(wt), has carried off an axis that nears a pole."""
-    if (rate := motion.growth) is None:
-        return
-    left = bits * log(2) / rate
-    if left < abs(end):
+    rate, bits = motion.growth, bits_of(found.precision)
+    if rate is not None and (left := bits * log(2) / rate) < abs(expected.span):
         yield (
             f"separatrix: rounding errors grow as exp({rate:.3g} t) and carry the axis away from "
             f"the vertical at about t = {left:.3g} s; the exact axis never leaves it"
         )
+    if found.seconds > LONG_S:
+        yield f"long: about {duration(found.seconds)} in all"

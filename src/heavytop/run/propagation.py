@@ -10,7 +10,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from heavytop.integration.orbit import Orbit, integrate, not_begun
 from heavytop.run.autosave import Checkpoints
 from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
-from heavytop.run.own_motion import OwnMotion, times_between
+from heavytop.run.own_motion import times_between
 from heavytop.run.plan import Plan, Statistics
 from heavytop.run.planning import next_plan, planned
 from heavytop.run.span import closed_form_of, exact_span, refusal, span
@@ -36,6 +36,14 @@ from heavytop.scene.scene_file import MAX_SAMPLES
 
 Progress = Callable[[float], None]
 MOST_TRIED = 3  # plans before the last
+
+
+class Course(NamedTuple):
+    """What is said, kept and held while steps are taken, as `propagate` has it."""
+
+    progress: Progress | None = None
+    checkpoint: str | os.PathLike[str] | None = None
+    step_limit: int | None = None
 
 
 def propagate(
@@ -118,74 +126,45 @@ def propagate(
     if chosen.formulation == "none":
         known = "heavytop.Motion has the motion at any time, a formulation by name integrates it"
         raise refusal(scene, "formulation", formulation, f"{chosen.reasons[0]}; {known}")
-    return integrate_plan(scene, motion, chosen, progress, step_limit, checkpoint)
+    return integrate_plan(scene, motion, chosen, Course(progress, checkpoint, step_limit))
 
 
-def integrate_plan(
-    scene: Scene,
-    motion: Motion,
-    chosen: Plan,
-    progress: Progress | None = None,
-    step_limit: int | None = None,
-    checkpoint: str | os.PathLike[str] | None = None,
-) -> Trajectory:
+def integrate_plan(scene: Scene, motion: Motion, chosen: Plan, course: Course) -> Trajectory:
     """Carry out the plan of a scene, which integrates it; else as `propagate`."""
-    run = _integrated(scene, motion, chosen, progress, step_limit, checkpoint)
-    return _meet_digits(run, progress, step_limit, checkpoint)
+    return _meet_digits(_integrated(scene, motion, chosen, course), course)
 
 
 def _integrated(
-    scene: Scene,
-    motion: Motion,
-    chosen: Plan,
-    progress: Progress | None,
-    step_limit: int | None,
-    checkpoint: str | os.PathLike[str] | None,
+    scene: Scene, motion: Motion, chosen: Plan, course: Course, spent: float = 0.0
 ) -> Trajectory:
-    """Return the trajectory of a plan, whatever it misses."""
+    """Return the trajectory of a plan, whatever it misses; so long was spent on others before."""
     warn_of_plan(chosen, stacklevel=5)
     end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
-    cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
+    cost = Statistics(0, 0, time.perf_counter() - began, 0.0, spent)
     constants, start = binary_start(scene, chosen)
     orbit = not_begun(integrator_of(chosen, constants, start), start)
-    part = replace(not_integrated(scene, motion, chosen, orbit), statistics=cost)
+    part = Trajectory(scene, motion, chosen, orbit, cost)
+    limit = course.step_limit or most_steps(motion, end)
     times = _even_times(part, 0, scene.samples - 1)
-    return _continue(part, times, progress, checkpoint, step_limit or most_steps(motion, end))
+    return _continue(part, times, course._replace(step_limit=limit))
 
 
-def not_integrated(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Trajectory:
-    """Return a trajectory of which nothing is known yet but its orbit."""
-    own = OwnMotion(chosen, motion, orbit.parameters, orbit.checkpoints[0].state)
-    cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0)
-    return Trajectory(scene, motion, chosen, orbit, Outcome.INTERRUPTED, cost, own)
-
-
-def _meet_digits(
-    run: Trajectory,
-    progress: Progress | None,
-    step_limit: int | None,
-    checkpoint: str | os.PathLike[str] | None,
-    stacklevel: int = 5,
-) -> Trajectory:
+def _meet_digits(run: Trajectory, course: Course, stacklevel: int = 5) -> Trajectory:
     """Return a run that has its digits and events, taken again by better plans if auto chose it.
 
     What is missed all the same, or at samples and in times of events alone, is warned of.
     """
     scene, motion = run.scene, run.motion
     while True:
-        found, chosen = misses(run), run.plan
-        further = None
+        found, chosen, further = misses(run), run.plan, None
         if chosen.auto and len(chosen.tried) < MOST_TRIED and not found.factor <= 1:
             expected = Forecast(scene, motion, span(scene, motion))
             further = next_plan(expected, chosen, found.factor, str(found))
         if further is None:
             warn_of(found, scene.digits, stacklevel)
             return run
-        spent = run.statistics.integrate_s
-        run = _integrated(scene, motion, further, progress, step_limit, checkpoint)
-        spent += run.statistics.integrate_s
-        run = replace(run, statistics=replace(run.statistics, integrate_s=spent))
+        run = _integrated(scene, motion, further, course, run.statistics.integrate_s)
 
 
 def extend(
@@ -255,30 +234,24 @@ def extend(
     count = whole("samples", more, 1, MAX_SAMPLES)
     in_all = trajectory.t.size + count
     scene = replace(trajectory.scene, time=span_wanted, periods=None, samples=in_all)
-    chosen = _longer(trajectory, scene)
+    again = planned(scene, trajectory.motion, trajectory.plan.formulation)
+    chosen = replace(trajectory.plan, warnings=again.warnings, auto=False)
     warn_of_plan(chosen)
     longer = replace(trajectory, scene=scene, plan=chosen)
     times = _even_times(longer, old.samples.t[-1], count)[1:]
-    run = _continue(longer, times, progress)
+    run = _continue(longer, times, Course(progress))
     warn_of(misses(run), scene.digits)
     return run
 
 
-def completed(
-    trajectory: Trajectory,
-    *,
-    progress: Progress | None = None,
-    checkpoint: str | os.PathLike[str] | None = None,
-) -> Trajectory:
+def completed(trajectory: Trajectory, course: Course | None = None) -> Trajectory:
     """Go on with an interrupted trajectory to the end of its scene, as if nothing had happened.
 
     Parameters
     ----------
     trajectory : Trajectory
         One that ended early by an interrupt or the step limit; of another, it is returned.
-    progress : callable, optional
-    checkpoint : path, optional
-        As for `propagate`.
+    course : Course, optional
 
     Raises
     ------
@@ -295,17 +268,11 @@ def completed(
     done = trajectory.orbit.samples.t.size
     warn_of_plan(trajectory.plan)
     times = _even_times(trajectory, 0, trajectory.scene.samples - 1)[done:]
-    run = _continue(trajectory, times, progress, checkpoint)
-    return _meet_digits(run, progress, None, checkpoint, stacklevel=4)
+    course = course or Course()
+    return _meet_digits(_continue(trajectory, times, course), course, stacklevel=4)
 
 
-def _continue(
-    part: Trajectory,
-    times: NDArray[np.float64],
-    progress: Progress | None,
-    checkpoint: str | os.PathLike[str] | None = None,
-    step_limit: int | None = None,
-) -> Trajectory:
+def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> Trajectory:
     """Return a trajectory with more samples behind its own, held against the closed form.
 
     Raises
@@ -313,25 +280,26 @@ def _continue(
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the trajectory.
     """
-    cost = part.statistics
-    saves = None if checkpoint is None else Checkpoints(checkpoint, part)
+    saves = None if course.checkpoint is None else Checkpoints(course.checkpoint, part)
     began, orbit = time.perf_counter(), replace(part.orbit, outcome=Outcome.FINISHED)
     if times.size:
+        whole = replace(part, orbit=orbit)  # as it is to be
         orbit = integrate(
             part.orbit,
             times,
-            between=None if part.orbit.steps else _times_on_the_way(part, times[-1]),
-            on_block=progress,
-            step_limit=step_limit,
+            between=None if orbit.steps else _times_on_the_way(whole, times[-1]),
+            on_block=course.progress,
+            step_limit=course.step_limit,
             keep=saves,
         )
-    engine, spent = orbit.integrator.engine, cost.integrate_s + time.perf_counter() - began
+    engine, cost = orbit.integrator.engine, part.statistics
+    spent = cost.integrate_s + time.perf_counter() - began
     cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
     if saves is not None:
         saves.at_last(orbit)
     if orbit.outcome is Outcome.FINISHED and _left_the_chart(orbit):
         orbit = replace(orbit, outcome=Outcome.SINGULAR)
-    run = replace(part, orbit=orbit, outcome=orbit.outcome, statistics=cost)
+    run = replace(part, orbit=orbit, statistics=cost)
     if run.outcome is not Outcome.FINISHED:
         raise EndedEarly(run.outcome, run, _why(run))
     return run
@@ -343,8 +311,7 @@ def _times_on_the_way(part: Trajectory, end: Any) -> NDArray[Any]:
     numbers = part.orbit.integrator.numbers(times)
     if part.in_doubles:
         return numbers
-    whole = replace(part, outcome=Outcome.FINISHED)  # as it is to be
-    expected = [t for _, t in events_expected(whole)]
+    expected = [t for _, t in events_expected(part)]
     return np.concatenate((numbers, np.array(expected, numbers.dtype)))
 
 
@@ -378,18 +345,6 @@ def _why(trajectory: Trajectory) -> str:
         f"the {form} form is singular at the poles, and the axis comes {near:.1e} rad near one; "
         "the axis form and the attitude form are regular there"
     )
-
-
-def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
-    """Return the plan for a longer span: its warnings are new, and it is not changed for another.
-
-    Raises
-    ------
-    BadScene
-        As for `plan`.
-    """
-    again = planned(scene, trajectory.motion, trajectory.plan.formulation)
-    return replace(trajectory.plan, warnings=again.warnings, auto=False)
 
 
 def _as_before(trajectory: Trajectory, end: float) -> int:

@@ -23,7 +23,7 @@ from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample, times_of
 from heavytop.run.events import Events, events_of, no_events
-from heavytop.run.own_motion import Compared, OwnMotion, SomeRows, times_between
+from heavytop.run.own_motion import OwnMotion, SomeRows, times_between
 from heavytop.run.plan import Plan, Statistics
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
@@ -53,14 +53,10 @@ class Trajectory(Played):
         The exact motion of the scene, which the run is held against.
     plan : Plan
         How.
-    outcome : Outcome
-        How it ended.
     statistics : Statistics
         Steps and times.
     orbit : Orbit
         The integration itself, in its own numbers: states, checkpoints, zeros.
-    own : OwnMotion
-        The exact motion of the numbers that the run starts from.
     with_events : bool
         Whether its events are looked for: of a run on its way they are not.
     events : Events
@@ -80,9 +76,7 @@ class Trajectory(Played):
     motion: Motion
     plan: Plan
     orbit: Orbit
-    outcome: Outcome
     statistics: Statistics
-    own: OwnMotion
     with_events: bool = True
     source: ClassVar[str] = "integrated"
 
@@ -109,10 +103,22 @@ class Trajectory(Played):
         return found if times.ndim else found.at(0)
 
     def _expect_covered(self, times: Array) -> None:
-        low, high = sorted((0.0, self._end))
+        ends = (self.orbit.end, *map(float, self.orbit.samples.t[-1:]))  # of which in more digits
+        low, high = sorted((0.0, max(ends, key=abs)))  # the second may be an ulp behind its double
         if times.size and (times.min() < low or times.max() > high):
             rule = f"between {low} and {high}, where the trajectory was integrated"
             raise Impossible([("t", rule)])
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it ended."""
+        return self.orbit.outcome
+
+    @cached_property
+    def own(self) -> OwnMotion:
+        """The exact motion of the numbers that the run starts from."""
+        orbit = self.orbit
+        return OwnMotion(self.plan, self.motion, orbit.parameters, orbit.checkpoints[0].state)
 
     @property
     def bits(self) -> int:
@@ -129,7 +135,7 @@ class Trajectory(Played):
         """The motion at the end, in doubles or in numbers of `ctx`."""
         if self.in_doubles:
             return self(self.orbit.end)
-        return self._in_mpmath(self.own_samples.at(-1))
+        return self.own_samples.at(-1).mapped(self.numbers)
 
     def in_mpmath(self, t: Any = None) -> Sample:
         """Return the motion in mpmath's numbers, with all the digits of the run.
@@ -152,16 +158,13 @@ class Trajectory(Played):
         '0.481108315235354695680080734662'
         """
         if t is None:
-            return self._in_mpmath(self.own_samples)
+            return self.own_samples.mapped(self.numbers)
         one = isinstance(t, str) or not hasattr(t, "__len__")
         each: Any = [t] if one else t
         times = np.array([self.nearest(x) for x in each], self.orbit.samples.t.dtype)
         self._expect_covered(times.astype(np.float64))
-        found = self._in_mpmath(self.read(self.orbit.at(times)))
+        found = self.read(self.orbit.at(times)).mapped(self.numbers)
         return found.at(0) if one else found
-
-    def _in_mpmath(self, found: Sample) -> Sample:
-        return found.mapped(self.numbers)
 
     def numbers(self, column: Any) -> Any:
         """Return an array of the run's numbers as one of numbers of `ctx`.
@@ -172,11 +175,6 @@ class Trajectory(Played):
         """
         with np.errstate(invalid="ignore"):  # nan
             return np.frompyfunc(self.number, 1, 1)(column)
-
-    @property
-    def _end(self) -> float:
-        """The end of the span [s], which in more digits may be an ulp behind its double."""
-        return max((self.orbit.end, *map(float, self.orbit.samples.t[-1:])), key=abs)
 
     def read(self, seen: Seen) -> Sample:
         """Return the motion at states of the orbit, in the numbers of the run.
@@ -243,8 +241,12 @@ class Trajectory(Played):
         return events_of(self) if self.with_events else no_events(self.scene, self.orbit)
 
     @cached_property
-    def compared(self) -> Compared:
-        """The run wherever it is held against the exact motion, and that in doubles."""
+    def compared(self) -> tuple[Sample, SomeRows | None, NDArray[np.intp]]:
+        """The run wherever it is held against the exact motion of its own numbers, samples first.
+
+        And that in doubles, if there is one; and which of these do not depend on how many samples
+        there are, the end last.
+        """
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
         seen, between, place = self._seen, self.orbit.between, self.orbit.places_of(times)
@@ -253,8 +255,8 @@ class Trajectory(Played):
             seen = Seen.join([samples, between])
         run, exact = self.readings if seen is self._seen else self.read(seen), self._exact_at(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
-        count = samples.t.size + between.t.size  # without zeros: beside a pole these have no angles
-        return Compared(run.at(slice(count)), exact and SomeRows(exact, slice(count)), fixed)
+        count = slice(samples.t.size + between.t.size)  # zeros have no angles beside a pole
+        return run.at(count), exact and SomeRows(exact, count), fixed
 
     @cached_property
     def own_samples(self) -> Sample:

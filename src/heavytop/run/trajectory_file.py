@@ -29,7 +29,6 @@ from heavytop.integration.orbit import Orbit
 from heavytop.run.events import STORED
 from heavytop.run.exact import SceneMotion
 from heavytop.run.plan import Plan, Statistics
-from heavytop.run.propagation import not_integrated
 from heavytop.run.span import closed_form_of
 from heavytop.run.start import integrator_of
 from heavytop.run.trajectory import Trajectory
@@ -249,26 +248,20 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     >>> bool((read.phi == ran.phi).all())
     True
     """
-    place = path_of("path", path)
-    with open_sealed(place) as file:
-        return _trajectory(file)
-
-
-def _trajectory(file: Any) -> Trajectory:
-    if (schema := attribute(file, "schema")) != TRAJECTORY_SCHEMA:
-        raise ValueError(f"schema = {schema!r:.60}: expected {TRAJECTORY_SCHEMA}")
-    if attribute(file, "source") == SceneMotion.source:
-        told = "xarray reads the samples, heavytop.Motion has the motion at any time"
-        raise ValueError(f"of the closed form, nothing was integrated: {told}")
-    scene = read_scene(attribute(file, "scene"), where="scene in file")
-    if "name" in file.attrs:
-        scene = replace(scene, name=attribute(file, "name"))
-    written = {name: _tuples(x) for name, x in json.loads(attribute(file, "plan")).items()}
-    motion, chosen, outcome = closed_form_of(scene), Plan(**written), attribute(file, "outcome")
-    orbit = _orbit(file, chosen, Outcome(outcome))
-    cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
-    run = not_integrated(scene, motion, chosen, orbit)
-    return replace(run, outcome=orbit.outcome, statistics=cost)
+    with open_sealed(path_of("path", path)) as file:
+        if (schema := attribute(file, "schema")) != TRAJECTORY_SCHEMA:
+            raise ValueError(f"schema = {schema!r:.60}: expected {TRAJECTORY_SCHEMA}")
+        if attribute(file, "source") == SceneMotion.source:
+            told = "xarray reads the samples, heavytop.Motion has the motion at any time"
+            raise ValueError(f"of the closed form, nothing was integrated: {told}")
+        scene = read_scene(attribute(file, "scene"), where="scene in file")
+        if "name" in file.attrs:
+            scene = replace(scene, name=attribute(file, "name"))
+        written = json.loads(attribute(file, "plan"))
+        chosen = Plan(**{name: _tuples(x) for name, x in written.items()})
+        orbit = _orbit(file, chosen, Outcome(attribute(file, "outcome")))
+        cost = Statistics(orbit.steps, 0, 0.0, 0.0, 0.0, whole=False)
+        return Trajectory(scene, closed_form_of(scene), chosen, orbit, cost)
 
 
 def _tuples(value: Any) -> Any:

@@ -12,7 +12,7 @@ numbers; of these few samples stand for all.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
 from types import SimpleNamespace
@@ -112,12 +112,13 @@ def run_errors(trajectory: Trajectory) -> Errors:
     changes = conserved(*_invariants(trajectory))
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     try:
-        own, exactly = (_ClosedForm.of(trajectory, scene) for scene in (False, True))
-        run, exact, fixed = _compared(trajectory, own)
+        motions = trajectory.own.closed_form, trajectory.motion
+        own, exactly = (_ClosedForm(trajectory, motion) for motion in motions)
+        run, exact, fixed = own.compared()
         end = run.t[fixed[-1:]]
         wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
         rounding = _largest(_apart(own(end), exactly(end), wanted))
-        late, _ = _lateness(trajectory, own)
+        late, _ = own.lateness()
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
     off = {name: _double(x) for name, x in _largest(_apart(run, exact, COMPARED)).items()}
@@ -171,23 +172,24 @@ def missed_digits(trajectory: Trajectory) -> dict[str, float]:
 
 
 def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
-    wanted = judged(trajectory.scene.quantities)
+    names, bound = judged(trajectory.scene.quantities), _bound(trajectory)
+    allowed: dict[str, Any] = {name: bound * _size(trajectory, name) for name in names}
     try:
-        own = _ClosedForm.of(trajectory)
-        run, exact, fixed = _compared(trajectory, own)
-        off = _beyond(trajectory, _apart(run, exact, wanted)) | _events_beyond(trajectory, own)
-        if not off:
+        own = _ClosedForm(trajectory, trajectory.own.closed_form)
+        run, exact, fixed = own.compared()
+        off = _apart(run, exact, names)
+        off["event_time"], allowed["event_time"] = own.lateness()
+        far = _beyond(off, allowed)
+        if not far:
             return {}, 0.0
-        own = _ClosedForm.of(trajectory, scene=True)
-        apart = _apart(run, own(run.t), [name for name in off if name in COMPARED])
-        late = _events_beyond(trajectory, own) if "event_time" in off else {}
+        scene = _ClosedForm(trajectory, trajectory.motion)
+        off = _apart(run, scene(run.t), [name for name in far if name in COMPARED])
+        factors = [float(x[fixed].max() / allowed[name]) for name, x in off.items()]
+        if "event_time" in far:
+            off["event_time"], allowed["event_time"] = scene.lateness()
     except NoClosedForm:
         return {}, 0.0
-    bound = _bound(trajectory)
-    factors = [
-        float(off[fixed].max() / (bound * _size(trajectory, name))) for name, off in apart.items()
-    ]
-    return _beyond(trajectory, apart) | late, max(factors, default=0.0)
+    return _beyond(off, allowed), max(factors, default=0.0)
 
 
 def deviations(trajectory: Trajectory) -> dict[str, Array]:
@@ -271,58 +273,71 @@ def missed(found: dict[str, float], digits: int) -> str:
 
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
-HEIGHTS: Final = ("one_minus_u", "one_plus_u")
 COMPARED_COLUMNS: Final = (
     "t",
     *(column for name in COMPARED for column in QUANTITIES[name].columns),
 )
+EXACT_COLUMNS: Final = (*COMPARED_COLUMNS, "u", "udot", "uddot", "one_minus_u", "one_plus_u")
 
 
 @dataclass(frozen=True, slots=True)
 class _ClosedForm:
-    """A closed form in the numbers of a run: doubles, or of so many digits."""
+    """A closed form that a run is held against, in its numbers: of its own start or the scene's."""
 
+    run: Trajectory
     motion: ClosedForm
-    digits: int | None
 
-    @classmethod
-    def of(cls, trajectory: Trajectory, scene: bool = False) -> _ClosedForm:
-        """Return that of a run's own numbers, or of the scene's exact ones."""
-        motion = trajectory.motion if scene else trajectory.own.closed_form
-        digits = None if trajectory.in_doubles else trajectory.scene.digits + OWN_SPARE_DIGITS
-        return cls(motion, digits)
+    @property
+    def digits(self) -> int | None:
+        """So many; None are doubles."""
+        return None if self.run.in_doubles else self.run.scene.digits + OWN_SPARE_DIGITS
 
     def __call__(self, t: Any, t_low: Any = 0.0) -> Columns:
         if self.digits is None:
             return self.motion.at(t, t_lo=t_low)
-        return _columns(
-            self.motion.at(t, self.digits), (*COMPARED_COLUMNS, "u", "udot", "uddot", *HEIGHTS)
-        )
+        records = self.motion.at(t, self.digits)
+        rows = {name: [getattr(record, name) for record in records] for name in EXACT_COLUMNS}
+        return SimpleNamespace(**{name: np.array(x, dtype=object) for name, x in rows.items()})
 
-    def reversal_u(self) -> Number:
-        """Return where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
+    def compared(self) -> tuple[Columns, Columns, Places]:
+        """The run, this, and which of their times do not depend on the samples, the end last.
+
+        In doubles they are those at which it was seen; in more digits few are samples.
+        """
+        run, exact, fixed = self.run.compared
+        if self.digits is None:
+            return run, self(run.t) if exact is None else exact, fixed
+        count = self.run.orbit.samples.t.size
+        chosen = run.at(np.append(np.arange(count)[_some(count, FEW_IN_DIGITS)], fixed))
+        columns = {name: self.run.numbers(getattr(chosen, name)) for name in COMPARED_COLUMNS}
+        return SimpleNamespace(**columns), self(columns["t"]), np.arange(-fixed.size, 0)
+
+    def lateness(self) -> tuple[Array, Array]:
+        """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
+        events, motion = self.run.events, self.run.motion
+        turning, later = events.is_turning, 0 * events.t
+        if events.own is not None:
+            some = _some(len(events), FEW_IN_DIGITS)
+            turning, later = turning[some], later[some]
+            at = self(self.run.numbers(events.own["t"][some]))
+        elif self.motion is self.run.own.closed_form:
+            at, later = self.run.exact_events
+        else:
+            at = self(events.t, events.t_low)
+        b = abs(motion.refine("p_psi/A", lambda c: float(c.start.b)))
+        zero = np.where(turning, at.udot, at.u - (self._reversal_u() if b else np.inf))
+        slope = np.where(turning, at.uddot, at.udot)
+        known = slope != 0
+        sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], slope[known], b or 1.0
+        softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / abs(slope)  # 1/|θ̈|, 1/|φ̈|
+        period = motion.period or 1 / (motion.growth or 1.0)
+        allowed = _bound(self.run) * (period + softness)
+        return abs(zero[known] / slope + later[known]), allowed
+
+    def _reversal_u(self) -> Number:
+        """Where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
         ball = self.motion.refine("a reversal", lambda c: c.start.a / c.start.b, self.digits or 17)
         return to_mpf(ball, self.digits) if self.digits else float(ball)
-
-
-def _compared(trajectory: Trajectory, own: _ClosedForm) -> tuple[Columns, Columns, Places]:
-    """A run, its closed form, and which of their times do not depend on the samples, the end last.
-
-    In doubles they are those at which it was seen; in more digits there are few samples among them.
-    """
-    run, exact, fixed = trajectory.compared
-    if trajectory.in_doubles:
-        return run, own(run.t) if exact is None else exact, fixed
-    count = trajectory.orbit.samples.t.size
-    chosen = run.at(np.append(np.arange(count)[_some(count, FEW_IN_DIGITS)], fixed))
-    columns = {name: trajectory.numbers(getattr(chosen, name)) for name in COMPARED_COLUMNS}
-    return SimpleNamespace(**columns), own(columns["t"]), np.arange(-fixed.size, 0)
-
-
-def _columns(records: Sequence[Any], names: Sequence[str]) -> Columns:
-    """Records of mpmath numbers as arrays of these."""
-    rows = {name: [getattr(record, name) for record in records] for name in names}
-    return SimpleNamespace(**{name: np.array(x, dtype=object) for name, x in rows.items()})
 
 
 def _some(count: int, most: int) -> slice:
@@ -345,36 +360,6 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
     return columns, {name: number(x) for name, x in constants.items()}, grain
 
 
-def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
-    """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
-    events, motion = trajectory.events, trajectory.motion
-    turning, later = events.is_turning, 0 * events.t
-    if events.own is not None:
-        some = _some(len(events), FEW_IN_DIGITS)
-        turning, later = turning[some], later[some]
-        at = form(trajectory.numbers(events.own["t"][some]))
-    elif form.motion is trajectory.own.closed_form:
-        at, later = trajectory.exact_events
-    else:
-        at = form(events.t, events.t_low)
-    b = abs(motion.refine("p_psi/A", lambda c: float(c.start.b)))
-    zero = np.where(turning, at.udot, at.u - (form.reversal_u() if b else np.inf))
-    slope = np.where(turning, at.uddot, at.udot)
-    known = slope != 0
-    sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], slope[known], b or 1.0
-    softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / abs(slope)  # 1/|θ̈| or 1/|φ̈|
-    period = motion.period or 1 / (motion.growth or 1.0)
-    allowed = _bound(trajectory) * (period + softness)
-    return abs(zero[known] / slope + later[known]), allowed
-
-
-def _events_beyond(trajectory: Trajectory, form: Any) -> dict[str, float]:
-    """The largest error of those event times that are farther off than the digits allow [s]."""
-    late, allowed = _lateness(trajectory, form)
-    beyond = late[~(late <= allowed)]
-    return {"event_time": _double(beyond.max())} if beyond.size else {}
-
-
 def _apart(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Array]:
     """How far a run is off at each time, in what it follows."""
     found = {}
@@ -395,14 +380,10 @@ def _bound(trajectory: Trajectory) -> Any:
     return ten**-trajectory.scene.digits
 
 
-def _beyond(trajectory: Trajectory, apart: Mapping[str, Array]) -> dict[str, float]:
-    """The largest errors of those quantities that are farther off than their digits allow."""
-    bound = _bound(trajectory)
-    return {
-        name: _double(error)
-        for name, error in _largest(apart).items()
-        if not bound * _size(trajectory, name) >= error
-    }
+def _beyond(off: Mapping[str, Array], allowed: Mapping[str, Any]) -> dict[str, float]:
+    """The largest errors of those quantities that are farther off than is allowed."""
+    far = {name: each[~(each <= allowed[name])] for name, each in off.items()}
+    return {name: _double(each.max()) for name, each in far.items() if each.size}
 
 
 def _size(trajectory: Trajectory, name: str) -> float:

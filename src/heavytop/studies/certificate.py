@@ -35,7 +35,6 @@ from heavytop.integration.outputs import sample
 from heavytop.results.certificate import CERTIFIED_QUANTITIES, Certificate
 from heavytop.run.counts import KINDS_OF
 from heavytop.run.estimates import DOUBLE_DIGITS
-from heavytop.run.own_motion import own_motion
 from heavytop.run.planning import plan
 from heavytop.run.propagation import propagate
 from heavytop.run.trajectory import Trajectory
@@ -151,7 +150,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         raise WrongType("run: a Trajectory or a Scene; heavytop.propagate gives one")
     if reason := why_not(trajectory):
         raise NotCertified(reason)
-    own, orbit = binary_run(trajectory, own_motion(trajectory).period), trajectory.orbit
+    own, orbit = binary_run(trajectory, trajectory.own.closed_form.period), trajectory.orbit
     width = len(own.start)
     seen, kept = orbit.at(orbit.samples.t).states, orbit.samples.states
     if not np.array_equal(seen[:, :width], kept[:, :width], equal_nan=True):
