@@ -11,7 +11,7 @@ from heavytop.comparison import make_stepper, named
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
-from heavytop.run.start import start_values
+from heavytop.run.own_motion import start_values
 
 SPAN = 0.77  # s, not a multiple of the period: an error of phase shows at first order
 

@@ -15,7 +15,7 @@ from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdi
 from heavytop.errors import NotANumber, WrongType
 from heavytop.exact import PI, Exact
 from heavytop.integration.system import translated
-from heavytop.run.start import start_values
+from heavytop.run.own_motion import start_values
 from heavytop.scene.scene import load_scene
 from heavytop.scene.shipped import shipped_scenes
 

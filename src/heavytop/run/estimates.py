@@ -50,8 +50,15 @@ class Forecast:
         self.reduced = motion.refine("the start", lambda c: c.start.mapped(float))
         self.periods = periods_of(motion, span)
         self.nearest = min(motion.nearest)  # to a pole
-        self.bits_grown = _bits_grown(motion, span)
         self.rounding = UNIT * LOCAL_ROUNDING * self.growth  # of a state at the end, at least
+
+    @cached_property
+    def bits_grown(self) -> float:
+        """By how many bits an error grows beside one in phase: near a separatrix, and on it."""
+        if self.motion.growth is not None:
+            return float(self.motion.growth) * abs(self.span) / math.log(2)
+        beside = self.motion.refine("the modulus", lambda c: c.modulus and c.modulus[1].log(), 15)
+        return -float(beside or 0) / math.log(2)
 
     @property
     def growth(self) -> float:
@@ -126,14 +133,6 @@ def periods_of(motion: Motion, span: float) -> float:
     r = motion.reduced
     rate = float(abs(r.b)) + math.sqrt(float(abs(r.g))) + float(abs(r.drift0))
     return abs(span) * rate / math.tau
-
-
-def _bits_grown(motion: Motion, span: float) -> float:
-    """By how many bits an error grows beside one in phase: near a separatrix, and on it."""
-    if motion.growth is not None:
-        return float(motion.growth) * abs(span) / math.log(2)
-    beside = motion.refine("the modulus", lambda c: c.modulus and c.modulus[1].log(), 15)
-    return -float(beside or 0) / math.log(2)
 
 
 def most_steps(motion: Motion, span: float) -> int:

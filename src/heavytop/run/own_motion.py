@@ -1,8 +1,7 @@
-"""The motion that a run's own numbers define: of its start and its constants, as it has them.
+"""A run's own numbers, each rounded once from the exact one of its scene, and their motion.
 
-Each number of a scene is rounded once, and the run is that of the rounded ones. What a state of any
-formulation stands for is said here in numbers that a closed form begins with, exactly where it can
-be.
+The run is that of the rounded ones. What a state of any formulation stands for is said here in
+numbers that a closed form begins with, exactly where it can be.
 """
 
 from __future__ import annotations
@@ -28,14 +27,19 @@ from heavytop.classification.reduced import (
     through_poles,
 )
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import lambdified
+from heavytop.equations.lambdify import Rounded, exact_texts, lambdified
 from heavytop.errors import NoClosedForm
+from heavytop.exact import Exact
 from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
-from heavytop.integration.bits import DOUBLE, digits_of, precision
-from heavytop.integration.engine import Seen, text
+from heavytop.exact.pairs import EPSILON
+from heavytop.integration.bits import DOUBLE, bits_of, digits_of, precision
+from heavytop.integration.blocks import Checkpoint, Integrator
+from heavytop.integration.engine import Seen, engine, text
+from heavytop.integration.library import hy
 from heavytop.integration.projection import GOLDEN
 from heavytop.run.plan import Plan
+from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -44,6 +48,45 @@ Array = NDArray[np.float64]
 ROOT_DIGITS = 40  # of roots that a motion in doubles is known by
 OWN_SPARE_DIGITS = 10  # beyond those of a run in more digits
 SPREAD_TIMES, LATE_TIMES = 64, 16  # over the span and over the last period: there runs are compared
+
+
+def start_values(scene: Scene) -> dict[str, Exact]:
+    """The exact numbers of a scene by the symbols of the Lagrangian."""
+    of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
+    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+    return of_top | {name: getattr(scene.start, name) for name in names}
+
+
+def integrator_of(chosen: Plan, constants: dict[str, Any], start: Checkpoint) -> Integrator:
+    """Return what takes the steps of a plan's run from a start."""
+    bits = bits_of(chosen.precision)
+    watched, tolerance = (chosen.watched, chosen.tolerance) if bits == DOUBLE else ((), EPSILON)
+    found = engine(chosen.equations, watched, tolerance, bits)
+    return Integrator(found, constants, start.state, projected=chosen.projected)
+
+
+def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint]:
+    """Return a run's own numbers: every constant and state rounded once from the exact one."""
+    form, bits, numbers = chosen.equations, bits_of(chosen.precision), start_values(scene)
+    number: Any = float if bits == DOUBLE else lambda x: hy.real(x, bits)
+    if bits == DOUBLE:
+        values = _own_numbers(form)(numbers)
+    else:
+        exact = (*form.parameters.values(), *form.start)
+        values = [number(x) for x in exact_texts(exact, numbers, context(digits_of(bits)))]
+    zero, constants = number(0), {p.name: v for p, v in zip(form.parameters, values, strict=False)}
+    constants |= {name: number(rate) for name, rate in chosen.frame}
+    state = np.array(values[len(form.parameters) :], type(zero))
+    return constants, Checkpoint((zero, zero), state, 0)
+
+
+@cache
+def _own_numbers(form: Formulation) -> Rounded:
+    """Return the constants and the start of a formulation, as functions of a scene's numbers."""
+    return Rounded((*form.parameters.values(), *form.start))
+
+
+# --- the motion that they define -----------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

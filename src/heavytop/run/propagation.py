@@ -22,11 +22,10 @@ from heavytop.integration.orbit import Orbit, integrate, not_begun
 from heavytop.run.autosave import Checkpoints
 from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
-from heavytop.run.own_motion import times_between
+from heavytop.run.own_motion import binary_start, integrator_of, times_between
 from heavytop.run.plan import Plan, Statistics
 from heavytop.run.planning import next_plan, planned
 from heavytop.run.span import closed_form_of, exact_span, refusal, span
-from heavytop.run.start import binary_start, integrator_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.verify import misses, warn_of, warn_of_plan
 from heavytop.scene.arguments import check_callable, expect, read_argument, whole
@@ -307,8 +306,7 @@ def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> T
 
 def _times_on_the_way(part: Trajectory, end: Any) -> NDArray[Any]:
     """Return times at which a run is seen beside its samples: to be compared, and for events."""
-    times = times_between(float(end), part.motion.period)
-    numbers = part.orbit.integrator.numbers(times)
+    numbers = part.orbit.integrator.numbers(times_between(float(end), part.motion.period))
     if part.in_doubles:
         return numbers
     expected = [t for _, t in events_expected(part)]

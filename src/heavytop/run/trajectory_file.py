@@ -28,9 +28,9 @@ from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
 from heavytop.run.events import STORED
 from heavytop.run.exact import SceneMotion
+from heavytop.run.own_motion import integrator_of
 from heavytop.run.plan import Plan, Statistics
 from heavytop.run.span import closed_form_of
-from heavytop.run.start import integrator_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of

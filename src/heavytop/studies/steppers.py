@@ -37,10 +37,9 @@ from heavytop.integration.bits import DOUBLE, digits_of, named, precision
 from heavytop.integration.blocks import Block, Checkpoint, Integrator
 from heavytop.integration.engine import NEVER, text
 from heavytop.results.drift import order_of
-from heavytop.run.own_motion import motion_of
+from heavytop.run.own_motion import binary_start, integrator_of, motion_of
 from heavytop.run.plan import Plan
 from heavytop.run.planning import plan
-from heavytop.run.start import binary_start, integrator_of
 from heavytop.run.verify import ahead
 from heavytop.scene.scene import Scene
 
