@@ -79,11 +79,10 @@ def ends_many(start: Mapping[str, Array], time: Array) -> Ends:
 
 def _ends(starts: Starts, time: Array) -> Array:
     """Rows of θ, of how far φ and ψ went, of the doubt, and of the counts."""
-    n = many.nutations(starts)
-    K, turns = many.over_a_period(n)
-    swing, tau = n.down + n.up, time / starts.A
+    n, tau = Nutations(starts), time / starts.A
+    K, turns = n.over_a_period()
     rising = np.where(n.sign * starts.thetadot < 0, 1.0, -1.0)
-    passed, begun = _since_u1(n, n.down / swing, n.up / swing)
+    passed, begun = _since_u1(n, n.down / n.swing, n.up / n.swing)
     x = rising * passed + n.w * tau
     periods = np.rint(x / (2 * K))
     rest = x - 2 * K * periods
@@ -92,7 +91,7 @@ def _ends(starts: Starts, time: Array) -> Array:
     passes = np.stack((np.floor(x / (2 * K)) + (rising < 0), periods))  # of an exact one φ jumps
     turned = periods * turns + np.sign(rest) * swept - rising * begun
     at_bottom, at_top = turned = np.where(n.P == 0, passes * turns, turned)
-    theta = many.tilt(n.sign, n.at_u2[1] + swing * cn * cn, n.at_u1[0] + swing * sn * sn)
+    theta = many.tilt(n.sign, n.at_u2[1] + n.swing * cn * cn, n.at_u1[0] + n.swing * sn * sn)
     psi = n.sign * (n.kappa * tau + at_bottom - at_top)
     late = (abs(x) + K) * (2 + n.speed / n.w) + (abs(turned) + abs(turns)).sum(axis=0)
     known = n.known & (n.error <= many.PROMISED) & (starts.theta > 0)
@@ -106,7 +105,7 @@ def _since_u1(n: Nutations, sin2: Array, cos2: Array) -> tuple[Array, Array]:
 
     Near the bottom Π(n) is nearly all sweep: it is had from Π(m/n), in which nothing cancels.
     """
-    swing, (plus1, minus1), dn2, sine = n.down + n.up, n.at_u1, cos2 + n.mc * sin2, np.sqrt(sin2)
+    swing, (plus1, minus1), dn2, sine = n.swing, n.at_u1, cos2 + n.mc * sin2, np.sqrt(sin2)
     steep, flat = swing / plus1, (1 - n.mc) * plus1 / swing  # −n and −m/n
     lesser = np.minimum(steep, flat)
     p = np.stack((1 + lesser * sin2, (n.at_u2[1] + swing * cos2) / minus1))
@@ -166,11 +165,11 @@ def jacobi(x: Array, mc: Array) -> tuple[Array, Array]:
 
 def _counts(n: Nutations, starts: Starts, ahead: Array, K: Array, tau: Array) -> Array:
     """Rows of the least and the greatest number of turning points, and of reversals."""
-    swing, end = n.down + n.up, abs(tau) * n.w / (2 * K)
+    end = abs(tau) * n.w / (2 * K)
     onward = np.where(starts.still, n.up == 0, n.sign * starts.thetadot * tau < 0)  # to u₂
     ahead = np.where(n.up == 0, 0.5, np.clip(ahead, 0.0, 0.5))
     lower = np.where(onward, 1 - ahead, ahead)
-    swing = np.where(swing < LEAST_COUNTED, np.nan, swing)
+    swing = np.where(n.swing < LEAST_COUNTED, np.nan, n.swing)
     slack = COUNT_EDGE * (1 + end) + HEIGHT_ROUNDING / swing
     ends = np.stack((np.maximum(end - slack, 0.0), end + slack))
     turning = _until(ends, lower, np.where(onward, 0.5 - ahead, 0.5 + ahead))

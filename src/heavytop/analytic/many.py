@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
-from typing import Any, ClassVar, Final, NamedTuple
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -188,8 +188,8 @@ def rows(starts: Starts) -> tuple[Any, ...]:
 
     Where θ does not nutate they mean nothing.
     """
-    n = nutations(starts)
-    K, (at_bottom, at_top) = over_a_period(n)
+    n = Nutations(starts)
+    K, (at_bottom, at_top) = n.over_a_period()
     period = 2 * K / n.w  # in units of A
     carried, turned = n.kappa * period, abs(at_bottom) + abs(at_top)
     precession, spun = at_bottom + at_top, n.sign * (carried + (at_bottom - at_top))
@@ -201,8 +201,12 @@ def rows(starts: Starts) -> tuple[Any, ...]:
     return *ends, starts.A * period, precession, spun, reliable
 
 
-class Nutations(NamedTuple):
-    """Motions as those of tops with A = 1 and g ≥ 0 that have other units of time.
+class Nutations:
+    """What nutates from some starts, as tops with A = 1 and g ≥ 0 that have other units of time.
+
+    Time is counted in units of A, so that nothing is divided. As the cosine of a double other than
+    0 is transcendental (Lindemann), P± vanish only where everything in them does, or where A = C
+    and ψ̇ = ∓φ̇.
 
     Attributes
     ----------
@@ -212,8 +216,8 @@ class Nutations(NamedTuple):
         p_ψ.
     P, at_u1, at_u2 : pairs of ndarrays
         P±, and 1 ± u at the turning points.
-    down, up : ndarray
-        u₀ − u₁ and u₂ − u₀.
+    down, up, swing : ndarray
+        u₀ − u₁, u₂ − u₀ and u₂ − u₁.
     mc, w, kappa, speed : ndarray
         1 − m; the rates of x and of what ψ is freed from; a bound of the speed of the axis.
     error : ndarray
@@ -222,82 +226,64 @@ class Nutations(NamedTuple):
         where that itself is known.
     """
 
-    sign: Array
-    b: Array
-    P: Array
-    at_u1: Array
-    at_u2: Array
-    down: Array
-    up: Array
-    mc: Array
-    w: Array
-    kappa: Array
-    speed: Array
-    error: Array
-    known: Mask
+    def __init__(self, starts: Starts) -> None:
+        A, C, by_rate = starts.A, starts.C, starts.held == "psidot"
+        self.sign = sign = np.where(starts.gMR < 0, -1.0, 1.0)
+        high, low = _heights(starts.theta, sign)  # 1 ∓ u₀
+        u0, sin2, turning, speed = 1 - high, high * low, A * starts.phidot, A * starts.thetadot
+        spin = sign * starts.spin
+        omega3 = spin + starts.phidot * u0 if by_rate else spin
+        drift, g = turning * sin2, A * abs(starts.gMR)
+        self.b = b = C * omega3
+        kinetic2 = speed * speed + turning * drift  # 2 (h − g u₀)
+        size_b = abs(b) + (C * abs(starts.phidot) if by_rate else 0.0)
+        exact = [by_rate & np.equal(A, C) & np.equal(spin, way * starts.phidot) for way in (-1, 1)]
+        plus, minus = self.P = np.stack([
+            np.where(zero, 0.0, drift + way * b * height)
+            for way, height, zero in ((1, low, exact[0]), (-1, high, exact[1]))
+        ])  # fmt: skip
+        # f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³, and the surplus −f'(1)
+        f0, f1 = sin2 * speed * speed, 2 * (b * drift - kinetic2 * u0 - g * sin2)
+        f2 = 4 * (g - g * high) - kinetic2 - b * b
+        surplus = 2 * (kinetic2 - 2 * g * high - b * minus)
+        size_f1 = 2 * (size_b * abs(drift) + kinetic2 + g * sin2)
+        size_surplus = kinetic2 + 2 * g * high + size_b * (abs(drift) + size_b * high)
+        # with the lowest root d₁, which is no neighbour of d₃, 1 − u₁ is known; the rest follows:
+        # 2g (1 ± u₁)(1 ± u₂)(u₃ ± 1) = P±²,
+        # 2g [(u₃ − 1) − (1 − u₂)](1 − u₁) = −f'(1) − P₋²/(1 − u₁)
+        d1, converged = _lowest(f0, f1, f2, 2 * g, low)
+        minus1 = high - d1
+        share = minus * minus / minus1
+        gap = (surplus - share) / minus1
+        larger = (abs(gap) + np.sqrt(gap * gap + 8 * g * share)) / 2
+        lead = np.where(gap >= 0, larger, 2 * g * share / larger)  # 2g (u₃ − 1)
+        minus2 = np.where(gap >= 0, share / larger, larger / (2 * g))
+        self.down, self.up = (
+            -d1,
+            np.where(d1 < 0, f0 / -d1, f1) / (lead + 2 * g * high),
+        )  # over 2g d₃
+        self.swing, plus2 = self.down + self.up, low + self.up
+        plus1 = plus * plus / (plus2 * (4 * g + lead))
+        reach = lead + 2 * g * minus1  # 2g (u₃ − u₁)
+        self.mc, self.w = (lead + 2 * g * minus2) / reach, np.sqrt(reach) / 2
+        self.at_u1, self.at_u2 = np.stack((plus1, minus1)), np.stack((plus2, minus2))
+        self.kappa, self.speed = omega3 * (A - C), np.sqrt(kinetic2 + 4 * g)
+        # P±, once their signs are known, and f₁ add no more than a few times this
+        error = SUM_ROUNDING * (4 * g + kinetic2 + size_b * size_b) / reach
+        self.error = error + 2 * SUM_ROUNDING * size_surplus / (minus1 * larger) + PERIOD_ROUNDING
+        self.known: Mask = converged & starts.in_range & ~impossible(A, C, starts.theta)
+        self.known &= (f0 > 0) | (abs(f1) > SUM_ROUNDING * size_f1)
+        for one, height, zero in ((plus, low, exact[0]), (minus, high, exact[1])):
+            self.known &= zero | (abs(one) >= 4 * SUM_ROUNDING * (abs(drift) + size_b * height))
 
-
-def nutations(starts: Starts) -> Nutations:
-    """What nutates from some starts.
-
-    Time is counted in units of A, so that nothing is divided. As the cosine of a double other than
-    0 is transcendental (Lindemann), P± vanish only where everything in them does, or where A = C
-    and ψ̇ = ∓φ̇.
-    """
-    A, C, by_rate = starts.A, starts.C, starts.held == "psidot"
-    sign = np.where(starts.gMR < 0, -1.0, 1.0)
-    high, low = _heights(starts.theta, sign)  # 1 ∓ u₀
-    u0, sin2, turning, speed = 1 - high, high * low, A * starts.phidot, A * starts.thetadot
-    spin = sign * starts.spin
-    omega3 = spin + starts.phidot * u0 if by_rate else spin
-    drift, g, b = turning * sin2, A * abs(starts.gMR), C * omega3
-    kinetic2 = speed * speed + turning * drift  # 2 (h − g u₀)
-    size_b = abs(b) + (C * abs(starts.phidot) if by_rate else 0.0)
-    exact = [by_rate & np.equal(A, C) & np.equal(spin, way * starts.phidot) for way in (-1, 1)]
-    plus, minus = P = np.stack([
-        np.where(zero, 0.0, drift + way * b * height)
-        for way, height, zero in ((1, low, exact[0]), (-1, high, exact[1]))
-    ])  # fmt: skip
-    # f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³, and the surplus −f'(1)
-    f0, f1 = sin2 * speed * speed, 2 * (b * drift - kinetic2 * u0 - g * sin2)
-    f2 = 4 * (g - g * high) - kinetic2 - b * b
-    surplus = 2 * (kinetic2 - 2 * g * high - b * minus)
-    size_f1 = 2 * (size_b * abs(drift) + kinetic2 + g * sin2)
-    size_surplus = kinetic2 + 2 * g * high + size_b * (abs(drift) + size_b * high)
-    # with the lowest root d₁, which is no neighbour of d₃, 1 − u₁ is known, and the rest follows:
-    # 2g (1 ± u₁)(1 ± u₂)(u₃ ± 1) = P±², 2g [(u₃ − 1) − (1 − u₂)](1 − u₁) = −f'(1) − P₋²/(1 − u₁)
-    d1, converged = _lowest(f0, f1, f2, 2 * g, low)
-    minus1 = high - d1
-    share = minus * minus / minus1
-    gap = (surplus - share) / minus1
-    larger = (abs(gap) + np.sqrt(gap * gap + 8 * g * share)) / 2
-    lead = np.where(gap >= 0, larger, 2 * g * share / larger)  # 2g (u₃ − 1)
-    minus2 = np.where(gap >= 0, share / larger, larger / (2 * g))
-    up = np.where(d1 < 0, f0 / -d1, f1) / (lead + 2 * g * high)  # over 2g d₃
-    plus2 = low + up
-    plus1 = plus * plus / (plus2 * (4 * g + lead))
-    reach = lead + 2 * g * minus1  # 2g (u₃ − u₁)
-    mc, w = (lead + 2 * g * minus2) / reach, np.sqrt(reach) / 2
-    # P±, once their signs are known, and f₁ add no more than a few times this
-    error = SUM_ROUNDING * (4 * g + kinetic2 + size_b * size_b) / reach
-    error = error + 2 * SUM_ROUNDING * size_surplus / (minus1 * larger) + PERIOD_ROUNDING
-    known = converged & starts.in_range & ~impossible(A, C, starts.theta)
-    known &= (f0 > 0) | (abs(f1) > SUM_ROUNDING * size_f1)
-    for one, height, zero in ((plus, low, exact[0]), (minus, high, exact[1])):
-        known = known & (zero | (abs(one) >= 4 * SUM_ROUNDING * (abs(drift) + size_b * height)))
-    at_u1, at_u2 = np.stack((plus1, minus1)), np.stack((plus2, minus2))
-    kappa, fastest = omega3 * (A - C), np.sqrt(kinetic2 + 4 * g)
-    return Nutations(sign, b, P, at_u1, at_u2, -d1, up, mc, w, kappa, fastest, error, known)
-
-
-def over_a_period(n: Nutations) -> tuple[Array, Array]:
-    """K, and what Φ₊ and Φ₋ grow by in a period [rad]; an exact pass is a jump."""
-    mc, p = n.mc, n.at_u2 / n.at_u1
-    K, third = complete(mc, p)
-    if (small := mc < LEAST_MC).any():
-        K[small], third[:, small] = complete(mc[small], p[:, small], MORE_STEPS)
-    jumps = pi * np.equal((n.at_u1[0], n.at_u2[1]), 0)
-    return K, np.where(n.P == 0, jumps, n.P / (n.w * n.at_u1) * third)
+    def over_a_period(self) -> tuple[Array, Array]:
+        """K, and what Φ₊ and Φ₋ grow by in a period [rad]; an exact pass is a jump."""
+        mc, p = self.mc, self.at_u2 / self.at_u1
+        K, third = complete(mc, p)
+        if (small := mc < LEAST_MC).any():
+            K[small], third[:, small] = complete(mc[small], p[:, small], MORE_STEPS)
+        jumps = pi * np.equal((self.at_u1[0], self.at_u2[1]), 0)
+        return K, np.where(self.P == 0, jumps, self.P / (self.w * self.at_u1) * third)
 
 
 def _heights(theta: Array, sign: Array) -> tuple[Array, Array]:
