@@ -74,7 +74,7 @@ PLANTS = (
 )  # fmt: skip
 
 FINE = (
-    Plant("without gravity another modulus, in the closed form", "analytic/roots.py",
+    Plant("without gravity another modulus, in the closed form", "analytic/constants.py",
           {"(beyond + f3 * minus2) / reach": "(beyond + f3 * minus2) / reach if d3 else arb(2)"},
           "landau-free"),
     Plant("the sleeping threshold lower by 1e-25", "classification/kinds.py",
@@ -87,11 +87,11 @@ FINE = (
           {"lambda x: x.cusp_number,": "lambda x: x.cusp_number - x.g * x.drift0 / 2,"},
           "book-figures-edge"),
     Plant("Δψ of a period, its parts twice, in the closed form", "analytic/constants.py",
-          {"self.period + self.relative_spin": "self.period + 2 * self.relative_spin"},
+          {"c.period + c.relative_spin": "c.period + 2 * c.relative_spin"},
           "book-spin"),
     Plant("Δψ of a period, its parts with the other sign, in the enclosures",
           "analytic/constants.py",
-          {"self.period + self.relative_spin": "self.period - self.relative_spin"},
+          {"c.period + c.relative_spin": "c.period - c.relative_spin"},
           "flint-enclosures"),
     Plant("ψ upside down, its parts with the other sign, in the closed form", "analytic/form.py",
           {"r.form.angles[1](r.turning, r.t, r.side * (": "r.form.angles[1](r.turning, r.t, ("},

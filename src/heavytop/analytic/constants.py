@@ -8,17 +8,26 @@ Reference: Whittaker, *Analytical Dynamics*, sections 71 to 73.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
 from flint import arb
 
-from heavytop.analytic.roots import Roots, TooFewBits, first_kind, root_of, sign_of, third_kind
+from heavytop.analytic.roots import (
+    TooFewBits,
+    distances,
+    first_kind,
+    pair,
+    root_of,
+    sign_of,
+    third_kind,
+)
 from heavytop.analytic.theta import Series, Theta
 from heavytop.classification.reduced import Reduced, Regime
 
-Pair = tuple[arb, arb]
+Pair = tuple[arb, ...]
 ZERO_BALL: Final = arb(0)
 
 
@@ -36,6 +45,11 @@ class PoleAngle:
     jumps: bool = False
     step: arb = ZERO_BALL  # from one turning point to the next, but for
     rate: arb = ZERO_BALL  # what is proportional to time [rad/s]
+
+
+def of_nutation(number: Callable[[Any], Any]) -> Any:
+    """A number of constants that have a period; None where nothing nutates."""
+    return property(lambda c: None if c.period is None else number(c))
 
 
 class Constants:
@@ -75,24 +89,42 @@ class Constants:
         self.w = self.growth = (upright.g * self.delta / 2).sqrt()
 
     def _nutate(self, upright: Reduced) -> None:
-        roots = Roots.of(upright, self.regime)
-        self.w, self.m, self.mc, self.delta = roots.w, roots.m, roots.mc, roots.delta
-        self.lower, self.upper, self.u3 = roots.lower, roots.upper, roots.u3
+        down, up = self._separate_roots(upright)
         self.K = arb.pi() / (2 * arb(1).agm(self.mc.sqrt()))
         self.period = 2 * self.K / self.w
         if self.regime.resting:
-            self.phase = arb(0) if roots.down.is_zero() else arb(-0.5)
+            self.phase = arb(0) if down.is_zero() else arb(-0.5)
         else:
             rising = sign_of(upright.udot0, "d cos(theta)/dt at the start and 0")
-            self.phase = rising * self._since_lower(roots.down, roots.up)
+            self.phase = rising * self._since_lower(down, up)
         if not self.phase.is_finite():
             raise TooFewBits("the start and a turning point", self.phase)
         self.first = round(2 * float(self.phase))
 
-    @property
-    def modulus(self) -> Pair | None:
-        """The parameter m = k² and 1 − m; None where nothing nutates."""
-        return None if self.period is None else (self.m, self.mc)
+    def _separate_roots(self, upright: Reduced) -> Pair:
+        """What the roots make up; u₀ − u₁ and u₂ − u₀. TooFewBits where two are not separated."""
+        f3, f2, _, f0 = cubic = upright.cubic
+        d1, d2, *d3 = distances(cubic, upright, self.regime)
+        lead = f3 * d3[0] if d3 else -f2  # 2g (u₃ − u₀)
+        down, up = pair(-d1, d2, f0 / lead)
+        plus2, minus1 = upright.one_plus_u0 + up, upright.one_minus_u0 + down
+        minus2, beyond = upright.one_minus_u0 - up, lead - f3 * upright.one_minus_u0  # 2g (u₃ − 1)
+        if not self.regime.misses_top:
+            rises = sign_of(upright.over_top, "E' and gMR")
+            minus2, beyond = (arb(0), beyond) if rises > 0 else (minus2, arb(0))
+        minus2, beyond = pair(minus2, beyond, upright.P_minus * upright.P_minus / minus1)
+        plus1 = upright.one_plus_u0 - down if self.regime.misses_bottom else arb(0)
+        plus1, _ = pair(
+            plus1, lead + f3 * upright.one_plus_u0, upright.P_plus * upright.P_plus / plus2
+        )
+        self.delta, reach = up + down, lead + f3 * down  # 2g (u₃ − u₁)
+        self.lower, self.upper = (minus1, plus1), (minus2, plus2)
+        self.u3 = 1 + beyond / f3 if d3 else None
+        self.m, self.mc = f3 * self.delta / reach, (beyond + f3 * minus2) / reach
+        self.w = reach.sqrt() / 2
+        return down, up
+
+    modulus = of_nutation(lambda c: (c.m, c.mc))  # the parameter m = k² and 1 − m
 
     @cached_property
     def theta(self) -> Theta:
@@ -122,8 +154,7 @@ class Constants:
     def turns(self) -> Pair:
         """What Φ₊ and Φ₋ of a nutation grow by over a period [rad], jumps included."""
         ends = zip(self.P, self.lower[::-1], self.upper[::-1], strict=True)
-        plus, minus = (self._turn(P, at_u1, at_u2) for P, at_u1, at_u2 in ends)
-        return plus, minus
+        return tuple(self._turn(*end) for end in ends)
 
     def _turn(self, P: arb, at_u1: arb, at_u2: arb) -> arb:
         if P.is_zero():
@@ -150,7 +181,7 @@ class Constants:
             self._half(minus, self.turns[1], (4 * self.w * self.w * high2, beyond)),
         )
 
-    def _half(self, P: arb, turn: arb, pole: Pair) -> PoleAngle:
+    def _half(self, P: arb, turn: arb, pole: tuple[arb, arb]) -> PoleAngle:
         """Φ₊ or Φ₋ of a nutation; `pole` are in ratio the squares of sine and cosine of am v."""
         if P.is_zero():
             return PoleAngle(jumps=not turn.is_zero(), step=turn / 2)
@@ -168,22 +199,10 @@ class Constants:
             return None
         return self.theta.sweep(N, half.v, half.sign, beside)
 
-    @property
-    def precession(self) -> Any:
-        """Δφ in one period [rad]; None where nothing nutates."""
-        return None if self.period is None else self.turns[0] + self.turns[1]
-
-    @property
-    def relative_spin(self) -> Any:
-        """Δψ − κT in one period [rad]."""
-        return None if self.period is None else self.side * (self.turns[0] - self.turns[1])
-
-    @property
-    def spin(self) -> Any:
-        """Δψ in one period [rad]."""
-        if self.period is None:
-            return None
-        return self.start.kappa * self.period + self.relative_spin
+    # Δφ, Δψ − κT and Δψ in one period [rad]
+    precession = of_nutation(lambda c: c.turns[0] + c.turns[1])
+    relative_spin = of_nutation(lambda c: c.side * (c.turns[0] - c.turns[1]))
+    spin = of_nutation(lambda c: c.start.kappa * c.period + c.relative_spin)
 
     @property
     def mean_rates(self) -> Pair:
@@ -208,8 +227,7 @@ class Constants:
     def tilts(self) -> Pair:
         """θ [rad] at u₁ and at u₂; the same twice where it is steady."""
         ends = (end[:: self.side] for end in (self.lower, self.upper))
-        lower, upper = (2 * arb.atan2(root_of(high), root_of(low)) for high, low in ends)
-        return lower, upper
+        return tuple(2 * arb.atan2(root_of(high), root_of(low)) for high, low in ends)
 
     @property
     def theta_min(self) -> arb:
@@ -221,17 +239,13 @@ class Constants:
         """The greatest θ [rad]."""
         return self.tilts[self.side < 0]
 
-    @property
-    def amplitude(self) -> Any:
-        """θ_max − θ_min [rad]; None where nothing nutates."""
-        return None if self.period is None else self.theta_max - self.theta_min
+    amplitude = of_nutation(lambda c: c.theta_max - c.theta_min)  # [rad]
 
     @property
     def nearest(self) -> Pair:
         """How near the axis comes to θ = 0 and to θ = π [rad], each to its own digits."""
         ends = (self.upper, self.lower[::-1])[:: self.side]
-        top, bottom = (2 * arb.atan2(root_of(near), root_of(far)) for near, far in ends)
-        return top, bottom
+        return tuple(2 * arb.atan2(root_of(near), root_of(far)) for near, far in ends)
 
     @property
     def lower_turning(self) -> Any:

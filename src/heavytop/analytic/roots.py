@@ -7,7 +7,7 @@ difference, and by (u₂ − u₀)(u₀ − u₁)(u₃ − u₀) = f₀/2g and 2
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Final
 
 from flint import acb, arb, arb_poly, ctx
 
@@ -32,48 +32,7 @@ class TooFewBits(Exception):
         self.names, self.difference = names, difference
 
 
-class Roots(NamedTuple):
-    """The roots by their distances, each a ball, which is exactly 0 where the regime says so.
-
-    `down`, `up` and `delta` are u₀ − u₁, u₂ − u₀ and u₂ − u₁, `lower` and `upper` are 1 ∓ u at u₁
-    and at u₂, `u3` is None where g = 0, m and mc are (u₂ − u₁)/(u₃ − u₁) and 1 − m, and w is
-    √(g (u₃ − u₁)/2) [s⁻¹].
-    """
-
-    down: arb
-    up: arb
-    delta: arb
-    lower: tuple[arb, arb]
-    upper: tuple[arb, arb]
-    u3: arb | None
-    m: arb
-    mc: arb
-    w: arb
-
-    @classmethod
-    def of(cls, upright: Reduced, regime: Regime) -> Roots:
-        """The roots of a reduced motion that nutates; TooFewBits where two are not separated."""
-        cubic = f3, f2, _, f0 = upright.cubic
-        d1, d2, *d3 = _distances(cubic, upright, regime)
-        lead = f3 * d3[0] if d3 else -f2  # 2g (u₃ − u₀)
-        down, up = _pair(-d1, d2, f0 / lead)
-        plus2, minus1 = upright.one_plus_u0 + up, upright.one_minus_u0 + down
-        minus2, beyond = upright.one_minus_u0 - up, lead - f3 * upright.one_minus_u0  # 2g (u₃ − 1)
-        if not regime.misses_top:
-            rises = sign_of(upright.over_top, "E' and gMR")
-            minus2, beyond = (arb(0), beyond) if rises > 0 else (minus2, arb(0))
-        minus2, beyond = _pair(minus2, beyond, upright.P_minus * upright.P_minus / minus1)
-        plus1 = upright.one_plus_u0 - down if regime.misses_bottom else arb(0)
-        plus1, _ = _pair(
-            plus1, lead + f3 * upright.one_plus_u0, upright.P_plus * upright.P_plus / plus2
-        )
-        delta, reach = up + down, lead + f3 * down  # 2g (u₃ − u₁)
-        u3 = 1 + beyond / f3 if d3 else None
-        m, mc = f3 * delta / reach, (beyond + f3 * minus2) / reach
-        return cls(down, up, delta, (minus1, plus1), (minus2, plus2), u3, m, mc, reach.sqrt() / 2)
-
-
-def _pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
+def pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
     """Two numbers of known product, each by itself and through the other; exact zeros stay."""
     one = one if one.is_zero() else _common(one, product / other)
     return one, other if other.is_zero() else _common(other, product / one)
@@ -84,7 +43,7 @@ def _common(one: arb, other: arb) -> arb:
     return one.intersection(other) if one.is_finite() and other.is_finite() else one
 
 
-def _distances(cubic: tuple[arb, ...], upright: Reduced, regime: Regime) -> list[arb]:
+def distances(cubic: tuple[arb, ...], upright: Reduced, regime: Regime) -> list[arb]:
     """Increasing distances u − u₀ of the roots, two of them where g = 0."""
     found = [] if regime.misses_bottom else [-upright.one_plus_u0]
     if not regime.misses_top:
