@@ -44,11 +44,9 @@ class Form:
         self.kappa, self.omega3 = (N.number(x, abs(b)) for x in (kappa, kappa + b))
         self.swing = N.number(root_of(c.delta))
         self.nearest = N.nearest(c, N.linear(c.x0, -c.half, c.rate))
-        # of √(1 − u) and √(1 + u), seen with g ≥ 0: least, least², and whether that is 0
-        self.poles = [
-            (N.number(root_of(least)), N.number(least), least.is_zero())
-            for least in (c.upper[0], c.lower[1])
-        ]
+        # of √(1 − u) and √(1 + u), seen with g ≥ 0: least², and that with least and if it is 0
+        self.least = c.upper[0], c.lower[1]
+        self.poles = [(N.number(root_of(x)), N.number(x), x.is_zero()) for x in self.least]
 
     def __call__(self, t: Any) -> Point:
         """Where the top is; doubles are pairs of arrays, high and low words of the times."""
@@ -60,18 +58,13 @@ class Form:
         c, (plus, minus) = self.c, self.c.halves
         one, other = (self._swept_at_start(which) for which in (0, 1))
         slowest = arb(SLOWEST_RATE) if c.period is None else 1 / c.period
-        return [
-            self.N.linear(
-                angle - (a * one + b * other),
-                a * plus.step + b * minus.step,
-                rate + a * plus.rate + b * minus.rate,
-                slowest,
-            )
-            for angle, rate, a, b in (
-                (c.angles[0], arb(0), 1, 1),
-                (c.angles[1], c.start.kappa, c.side, -c.side),
-            )
-        ]
+
+        def growing(angle: arb, rate: arb, a: int, b: int) -> Any:
+            start, step = angle - (a * one + b * other), a * plus.step + b * minus.step
+            return self.N.linear(start, step, rate + a * plus.rate + b * minus.rate, slowest)
+
+        phi, psi = c.angles
+        return [growing(phi, arb(0), 1, 1), growing(psi, c.start.kappa, c.side, -c.side)]
 
     def _swept_at_start(self, which: int) -> arb:
         """What Φ₊ or Φ₋ has swept at the start since the turning point nearest it."""
@@ -84,10 +77,8 @@ class Form:
     @cached_property
     def rates(self) -> list[tuple[Any, Any]]:
         """Of Φ₋ and Φ₊ the rate where P∓ = 0, which is 0 but on the pole, or ½ P∓/least."""
-        ends = zip(
-            self.c.P[::-1], self.c.halves[::-1], (self.c.upper[0], self.c.lower[1]), strict=True
-        )
         number = self.N.number
+        ends = zip(self.c.P[::-1], self.c.halves[::-1], self.least, strict=True)
         return [
             (number(arb(0) if half.jumps else half.rate), None)
             if P.is_zero()

@@ -51,6 +51,7 @@ class Theta:
         if not q < 0.25:  # e^(−π/2) but for what K'/K is not known to
             raise TooFewBits("K'/K and 1", q)
         self.half = arb.pi() / 2 * (ratio if self.hyperbolic else 1)
+        self.decay = -math.log2(max(float(q), 1e-300))
         count = self.terms(bits)
         # half way to the next turning point the first term left out is q^(n(2n − 1)) at most
         self.rest = arb(0, (64 * q ** (count * (2 * count - 1))).upper())
@@ -59,8 +60,8 @@ class Theta:
 
     def terms(self, bits: int) -> int:
         """How many terms change numbers of so many bits."""
-        decay, count = -math.log2(max(float(self.root_q), 1e-300)), 1
-        while count * (2 * count - 1) * decay < bits + 10:
+        count = 1
+        while count * (2 * count - 1) * self.decay < bits + 10:
             count += 1
         return count
 

@@ -195,31 +195,25 @@ class Journey:
         return last, reached, marks
 
 
-class _Engine(NamedTuple):
+class _Engine:
     """Equations compiled for some tops at a time."""
 
-    taylor: Any
-    state: Array  # heyoka's own arrays: looking them up takes time
-    constants: Array
-    time: Array
-    loaded: tuple[str, ...]  # names of the constants
-    found: list[float]  # of each zero its time, and its event and lane as one number
+    def __init__(self, form: Formulation, events: tuple[str, ...]) -> None:
+        self.found: list[float] = []  # of each zero its time, and its event and lane as one number
+        with _BUILDING:
+            system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
+            states, pars = (np.zeros((len(x), width)) for x in (system.equations, system.loaded))
+            recorders = (_recorder(i * width, self.found) for i, _ in enumerate(system.zeros))
+            zeros = [*map(hy.nt_event_batch, system.zeros, recorders)]
+            self.taylor = taylor = hy.taylor_adaptive_batch(
+                system.equations, states, pars=pars, tol=EPSILON, nt_events=zeros
+            )
+        # heyoka's own arrays: looking them up takes time
+        self.state, self.constants, self.time = taylor.state, taylor.pars, taylor.time
+        self.loaded = system.loaded  # names of the constants
 
 
-@per_thread
-def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
-    """What a thread integrates with."""
-    with _BUILDING:
-        system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
-        found: list[float] = []
-        states, pars = (np.zeros((len(x), width)) for x in (system.equations, system.loaded))
-        recorders = (_recorder(i * width, found) for i, _ in enumerate(system.zeros))
-        zeros = [*map(hy.nt_event_batch, system.zeros, recorders)]
-        taylor = hy.taylor_adaptive_batch(
-            system.equations, states, pars=pars, tol=EPSILON, nt_events=zeros
-        )
-        own = taylor.state, taylor.pars, taylor.time
-        return _Engine(taylor, *own, system.loaded, found)
+_engine = per_thread(_Engine)
 
 
 def _recorder(place: int, found: list[float]) -> Callable[..., None]:

@@ -133,9 +133,7 @@ class Integrator:
         self.engine, self.parameters = engine, dict(parameters)
         self.pace = np.float64(paces_of(form, start.astype(np.float64), known))
         self._units = np.where(form.is_rate, self.pace, 1.0)
-        self.own_constants = self.parameters
-        if self.pace != 1:
-            self.own_constants = in_units(form, self.pace, parameters)
+        self.own_constants = in_units(form, self.pace, parameters)
         started = start / self._units
         self.projection = Projection.of(form, self.own_constants, started) if projected else None
 
@@ -220,17 +218,13 @@ class Integrator:
             return True
 
         legs, state = self._legs(start, steps, far, NEVER, on_step=keep)
+        coefficients, ends, lengths = zip(*kept, strict=True)
         begun, restarted = list[DoubleDouble](), list[float]()
         for since, leg in legs:
-            ends = [end for _, end, _ in kept[len(begun) : len(begun) + leg.steps - 1]]
-            begun += [add(since, end) for end in [(0.0, 0.0), *ends]]
+            others = ends[len(begun) : len(begun) + leg.steps - 1]
+            begun += [add(since, end) for end in ((0.0, 0.0), *others)]
             restarted += [since[0]] * leg.steps
-        found = Polynomials(
-            coefficients=np.array([tc for tc, _, _ in kept]),
-            begun=np.array(begun),
-            length=np.array([length for _, _, length in kept]),
-            restarted=np.array(restarted),
-        )
+        found = Polynomials(*map(np.array, (coefficients, begun, lengths, restarted)))
         return found, self._end(start, legs, state)
 
     def _legs(

@@ -21,7 +21,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from threading import Lock, Thread, get_ident
 from typing import Any, NamedTuple, TypeVar
 
@@ -165,27 +165,18 @@ class Engine:
         self.tolerance, self.bits = tolerance, bits
         system = System.of(formulation, bits, events)
         self._loaded = system.loaded
-        self._zeros: list[tuple[int, float, bytes]] = []  # event function, time, state
+        self._zeros: list[list[tuple[float, bytes]]] = [[] for _ in events]  # times and states
         self._busy = Lock()
         start, pars = ([self.number(0.0)] * len(x) for x in (system.equations, system.loaded))
         if bits == DOUBLE:
-            self._taylor = hy.taylor_adaptive(
-                system.equations,
-                start,
-                pars=pars,
-                tol=tolerance,
-                high_accuracy=tolerance < EPSILON,
-                nt_events=[
-                    hy.nt_event(zero, _recorder(self._zeros, i))
-                    for i, zero in enumerate(system.zeros)
-                ],
-            )
+            zeros = list(map(hy.nt_event, system.zeros, map(_recorder, self._zeros)))
+            compensated = tolerance < EPSILON
+            kind = {"tol": tolerance, "high_accuracy": compensated, "nt_events": zeros}
         else:  # without compact mode compiling takes minutes
-            kind = {"fp_type": hy.real, "prec": bits, "compact_mode": True, "pars": pars}
             many = bits >= PARALLEL_BITS
-            self._taylor = apart(
-                lambda: hy.taylor_adaptive(system.equations, start, parallel_mode=many, **kind)
-            )
+            kind = {"fp_type": hy.real, "prec": bits, "compact_mode": True, "parallel_mode": many}
+        build = partial(hy.taylor_adaptive, system.equations, start, pars=pars, **kind)
+        self._taylor = build() if bits == DOUBLE else apart(build)
         self._own: Array = self._taylor.state  # looking it up takes time
         self.nothing: Array = np.empty((0, self._own.size), self._own.dtype)  # no rows of states
         self.order = int(self._taylor.order)
@@ -263,7 +254,8 @@ class Engine:
         """Stand at a state, at time 0, with no zeros found."""
         self._taylor.time = self.number(0.0)
         self._own[:] = state
-        self._zeros.clear()
+        for found in self._zeros:
+            found.clear()
 
     def _away(self, *asked: Any) -> Any:
         """Take steps; where one takes long, on a thread of its own, which Ctrl-C leaves behind."""
@@ -300,10 +292,9 @@ class Engine:
     def _hits(self) -> tuple[Seen, ...]:
         """Return the zeros found, of each event function."""
         hits = []
-        for event, _ in enumerate(self.events):
-            found = [zero for zero in self._zeros if zero[0] == event]
-            t = np.array([t for _, t, _ in found], dtype=float)
-            states = np.frombuffer(b"".join([state for _, _, state in found]))
+        for found in self._zeros:
+            t = np.array([t for t, _ in found], dtype=float)
+            states = np.frombuffer(b"".join([state for _, state in found]))
             hits.append(Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size)))
         return tuple(hits)
 
@@ -317,19 +308,18 @@ class Engine:
         for _ in range(STEP_HALVINGS if self.events else 0):
             self._begin(state)
             self._taylor.step(shorter)
-            at_start = [event for event, t, _ in self._zeros if t == 0]
-            if len(at_start) == len(set(at_start)):
+            if all([t for t, _ in found].count(0) < 2 for found in self._zeros):
                 return abs(shorter)
             shorter /= 2
         return abs(bound)
 
 
-def _recorder(found: list[tuple[int, float, bytes]], event: int) -> Callable[..., None]:
+def _recorder(found: list[tuple[float, bytes]]) -> Callable[..., None]:
     """Return what heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(taylor: Any, t: float, _sign: int) -> None:
         taylor.update_d_output(t)
-        found.append((event, t, taylor.d_output.tobytes()))
+        found.append((t, taylor.d_output.tobytes()))
 
     return record
 

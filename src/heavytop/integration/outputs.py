@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 Parameters = Mapping[str, Any]
 POLE_DISTANCE = 1e-9  # of an axis to a pole: beyond any drift of the state,
 POLE_BITS = 0.5  # and of those of more digits, as a part of their bits: its square is rounding
-COMPONENTS = {"axis": "xyz", "omega": "xyz", "quaternion": "0123"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +65,15 @@ class Sample:
     COLUMNS: ClassVar = ("t", *ANGLES, *RATES, "axis", "omega", "quaternion", "states")
 
     @property
+    @np.errstate(invalid="ignore")  # nan
     def quaternion(self) -> Array:
         """The attitude, body to space, scalar first; nan where the plan does not follow it."""
         if self.attitude is not None:
             return self.attitude
-        return np.stack(quaternion_of(self.theta, self.phi, self.psi), axis=-1)
+        plus, minus = (self.phi + self.psi) / 2, (self.phi - self.psi) / 2
+        c, s = np.cos(self.theta / 2), np.sin(self.theta / 2)
+        parts = c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)
+        return np.stack(parts, axis=-1)
 
     def at(self, index: Any) -> Sample:
         """Return some of them.
@@ -102,12 +105,9 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
     arguments = form.arguments()
     if what in form.events:
         expressions: Any = (form.events[what], form.flow_derivative(form.events[what]))
-    elif what == "spin":
-        expressions = (form.spin,)
-    elif what in ("limits", "derivatives"):
-        expressions = getattr(form, what)
     else:
-        expressions = tuple(getattr(form, what).values())
+        found = getattr(form, what)
+        expressions = tuple(found.values() if isinstance(found, Mapping) else np.atleast_1d(found))
     if what == "outputs":
         arguments = (*arguments, *spin)
     if bits == DOUBLE:
@@ -154,14 +154,14 @@ def sample(
     full |= _limits_at_poles(form, rows, full, parameters, t)
     if form.phi_wraps:
         full |= _turned(form, full, parameters, near)
-    vectors = {
-        name: np.stack([full.get(f"{name}_{i}", unknown) for i in indices], axis=-1)
-        for name, indices in COMPONENTS.items()
-        if name != "quaternion" or "quaternion_0" in full
-    }
-    attitude = vectors.pop("quaternion", None)
+
+    def vector(name: str, indices: str = "xyz") -> Array:
+        return np.stack([full.get(f"{name}_{i}", unknown) for i in indices], axis=-1)
+
     scalars = {name: full[name] for name in (*ANGLES, *RATES)}
-    return Sample(t, **scalars, **vectors, states=rows, attitude=attitude)
+    attitude = vector("quaternion", "0123") if "quaternion_0" in full else None
+    axis, omega = vector("axis"), vector("omega")
+    return Sample(t, **scalars, axis=axis, omega=omega, states=rows, attitude=attitude)
 
 
 def _turned(
@@ -212,12 +212,9 @@ def _azimuth_beside_poles(
 
 def _close(parameters: Parameters) -> Any:
     """Return a distance to a pole beyond any drift of a state."""
-    bits = precision(next(iter(parameters.values())))
-    if bits == DOUBLE:
-        return POLE_DISTANCE
-    from heavytop.integration.library import hy
-
-    return hy.real(2, bits) ** -int(POLE_BITS * bits)
+    known: Any = next(iter(parameters.values()))
+    bits = precision(known)
+    return POLE_DISTANCE if bits == DOUBLE else type(known)(2, bits) ** -int(POLE_BITS * bits)
 
 
 def _nearest(angle: Array, near: Array, half: NDArray[np.bool_]) -> Array:
@@ -244,14 +241,6 @@ def _spun(parameters: Parameters, t: Array) -> tuple[Array, Array]:
     turned, rest = two_product(np.full(t.shape, kappa / 2), t)
     c, s = np.cos(rest), np.sin(rest)
     return np.cos(turned) * c - np.sin(turned) * s, np.sin(turned) * c + np.cos(turned) * s
-
-
-@np.errstate(invalid="ignore")  # nan
-def quaternion_of(theta: Array, phi: Array, psi: Array) -> tuple[Array, ...]:
-    """Return the attitude that angles mean, body to space, scalar first."""
-    plus, minus = (phi + psi) / 2, (phi - psi) / 2
-    c, s = np.cos(theta / 2), np.sin(theta / 2)
-    return c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)
 
 
 def _limits_at_poles(
