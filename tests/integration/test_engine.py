@@ -213,13 +213,13 @@ def test_threads_change_no_bit_of_a_step(monkeypatch):
 @pytest.mark.parametrize("changes", [["span.periods=1000"], ["want.digits=310", "span.time=1"]])
 def test_no_step_is_taken_twice(changes, monkeypatch):
     """Samples far ahead are left out of a block, but none that it reaches."""
-    taken, propagated = [], engine.Engine._propagated
+    taken, away = [], engine.Engine._away
 
-    def counted(self, *asked):
-        found = propagated(self, *asked)
-        taken.append(found[1])
+    def counted(self, *asked, **how):
+        found = away(self, *asked, **how)
+        taken.append(found[3])
         return found
 
-    monkeypatch.setattr(engine.Engine, "_propagated", counted)
+    monkeypatch.setattr(engine.Engine, "_away", counted)
     run = ht.propagate(ht.load_scene("sicm-kicked", changes), formulation="axis")
     assert sum(taken) == run.statistics.steps

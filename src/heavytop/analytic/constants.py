@@ -212,8 +212,7 @@ class Constants:
         else:
             ends = zip(self.P, self.turns, strict=True)
             rates = [arb(0) if P.is_zero() else turn / self.period for P, turn in ends]
-        plus, minus = rates[:: self.side]
-        return 2 * plus, 2 * minus
+        return tuple(2 * rate for rate in rates[:: self.side])
 
     @property
     def roots(self) -> tuple[arb, ...]:
@@ -229,17 +228,10 @@ class Constants:
         ends = (end[:: self.side] for end in (self.lower, self.upper))
         return tuple(2 * arb.atan2(root_of(high), root_of(low)) for high, low in ends)
 
-    @property
-    def theta_min(self) -> arb:
-        """The least θ [rad]."""
-        return self.tilts[self.side > 0]
-
-    @property
-    def theta_max(self) -> arb:
-        """The greatest θ [rad]."""
-        return self.tilts[self.side < 0]
-
-    amplitude = of_nutation(lambda c: c.theta_max - c.theta_min)  # [rad]
+    # the least and the greatest θ [rad], and how far it nods
+    theta_min = property(lambda c: c.tilts[c.side > 0])
+    theta_max = property(lambda c: c.tilts[c.side < 0])
+    amplitude = of_nutation(lambda c: c.theta_max - c.theta_min)
 
     @property
     def nearest(self) -> Pair:

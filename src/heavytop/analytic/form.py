@@ -89,14 +89,12 @@ class Form:
     @cached_property
     def opposed(self) -> list[tuple[Any, Any]]:
         """φ̇ sin θ and sin θ at u₁ and at u₂, where P₊ and P₋ are of two signs."""
-        c, number = self.c, self.N.number
-        if not c.P[0] * c.P[1] < 0:
+        (plus, minus), ends, number = self.c.P, (self.c.lower, self.c.upper), self.N.number
+        if not plus * minus < 0:
             return []
-        sines = [(high * low).sqrt() for high, low in (c.lower, c.upper)]
-        speeds = [
-            (c.P[0] * high + c.P[1] * low) / (2 * sine)
-            for (high, low), sine in zip((c.lower, c.upper), sines, strict=True)
-        ]
+        sines = [(high * low).sqrt() for high, low in ends]
+        turning = [plus * high + minus * low for high, low in ends]
+        speeds = [x / (2 * sine) for x, sine in zip(turning, sines, strict=True)]
         size = abs(speeds[0]) + abs(speeds[1]) + SLOWEST_RATE
         return [(number(v, size), number(sine)) for v, sine in zip(speeds, sines, strict=True)]
 

@@ -22,12 +22,7 @@ from heavytop.analytic.refine import Refined
 from heavytop.analytic.roots import sign_of
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
-from heavytop.classification.reduced import (
-    FEW_BITS,
-    Reduced,
-    ReducedMotion,
-    reduced_from_scene,
-)
+from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, reduced_from_scene
 from heavytop.exact.balls import Interval, ball_of, working
 from heavytop.exact.decimals import Number, context
 from heavytop.scene.arguments import expect, whole, wrong_type

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -20,16 +20,7 @@ import numpy as np
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, precision
-from heavytop.integration.engine import (
-    HEAVY_BITS,
-    NEVER,
-    Array,
-    Engine,
-    Leg,
-    Seen,
-    engine,
-    reals,
-)
+from heavytop.integration.engine import HEAVY_BITS, NEVER, Array, Engine, Leg, Seen, engine, reals
 from heavytop.integration.paces import in_units, paces_of
 from heavytop.integration.projection import Projection
 
@@ -64,11 +55,6 @@ class Checkpoint:
         if bits > DOUBLE:
             return next((steps for most, steps in PRECISE_BLOCKS if bits < most), 1)
         return min(3 * self.steps + FIRST_BLOCK, LONGEST_BLOCK)
-
-    def local(self, t: Array) -> Array:
-        """Return times since then [s]."""
-        since: Array = (t - self.time[0]) - self.time[1]
-        return since
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,11 +151,10 @@ class Integrator:
         """Return a bound for the first steps of a run, in its own unit of time; later none."""
         if start.steps:
             return None
-        own, constants = self.engine, self.own_constants
+        own = self.engine
         if own.bits > DOUBLE:
             own = engine(own.formulation, (), EPSILON)
-            constants = {name: float(x) for name, x in constants.items()}
-        own.load(constants)
+        own.load({name: float(x) for name, x in self.own_constants.items()})
         state = (start.state / self._units).astype(np.float64)
         return own.cautious_step(state, self._own_time(far))
 
@@ -193,14 +178,14 @@ class Integrator:
         reach : float
             How far the steps will hardly go [s]: later samples are looked for only if they do.
         """
-        legs, state = self._legs(start, steps, far, samples, reach)
+        legs, end = self._legs(start, steps, far, samples, reach)
         rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
         reached = samples[: len(rows)]
         hits = zip(*([hit.after(since) for hit in leg.hits] for since, leg in legs), strict=True)
         return Block(
             samples=Seen(reached, 0 * reached, rows),
             hits=tuple(self._zeros(Seen.join(each)).after(start.time) for each in hits),
-            end=self._end(start, legs, state),
+            end=end,
             singular=legs[-1][1].singular,
         )
 
@@ -217,15 +202,15 @@ class Integrator:
             kept.append((taylor.tc.copy(), taylor.dtime, taylor.last_h))
             return True
 
-        legs, state = self._legs(start, steps, far, NEVER, on_step=keep)
-        coefficients, ends, lengths = zip(*kept, strict=True)
+        legs, end = self._legs(start, steps, far, NEVER, on_step=keep)
+        coefficients, times, lengths = zip(*kept, strict=True)
         begun, restarted = list[DoubleDouble](), list[float]()
         for since, leg in legs:
-            others = ends[len(begun) : len(begun) + leg.steps - 1]
-            begun += [add(since, end) for end in ((0.0, 0.0), *others)]
+            others = times[len(begun) : len(begun) + leg.steps - 1]
+            begun += [add(since, t) for t in ((0.0, 0.0), *others)]
             restarted += [since[0]] * leg.steps
         found = Polynomials(*map(np.array, (coefficients, begun, lengths, restarted)))
-        return found, self._end(start, legs, state)
+        return found, end
 
     def _legs(
         self,
@@ -235,16 +220,17 @@ class Integrator:
         samples: Array,
         reach: float = math.inf,
         on_step: Callable[[Any], bool] | None = None,
-    ) -> tuple[list[tuple[DoubleDouble, Leg]], Array]:
+    ) -> tuple[list[tuple[DoubleDouble, Leg]], Checkpoint]:
         """Return the legs of a block in the run's own unit of time, each with when it began.
 
-        And the state after them. A run that is not projected has one leg; of another the projected
+        And where they end. A run that is not projected has one leg; of another the projected
         state behind each is where the next begins.
         """
         engine, project, pace = self.engine, self.projection, self.pace
         bound = longest = self.cautious_step(start, far)
         engine.load(self.own_constants)
-        far, reach, times = self._own_time(far), reach * pace, start.local(samples) * pace
+        times = ((samples - start.time[0]) - start.time[1]) * pace  # since the start
+        far, reach = self._own_time(far), reach * pace
         state, stride = start.state / self._units, project.stride if project else steps
         distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
         begun: DoubleDouble = (engine.number(0.0), engine.number(0.0))
@@ -270,16 +256,8 @@ class Integrator:
                 mean, reach = mean or length / count, 2 * length
                 bound = project.longest(mean, len(legs), longest)
             begun = add(begun, leg.elapsed)
-        return legs, state
-
-    def _end(
-        self, start: Checkpoint, legs: Sequence[tuple[DoubleDouble, Leg]], state: Array
-    ) -> Checkpoint:
-        """Return where the legs of a block end, with a state."""
-        begun, last = legs[-1]
-        high, low = add(begun, last.elapsed)
-        time = add(start.time, (high / self.pace, low / self.pace))
-        return Checkpoint(time, state * self._units, start.steps + sum(x.steps for _, x in legs))
+        time = add(start.time, (begun[0] / pace, begun[1] / pace))
+        return legs, Checkpoint(time, state * self._units, start.steps + taken)
 
     def _zeros(self, found: Seen) -> Seen:
         """Return zeros, which are in the run's own unit of time, in seconds."""

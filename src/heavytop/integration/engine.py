@@ -220,7 +220,18 @@ class Engine:
             Called after each step with heyoka's integrator, which has the Taylor coefficients of
             the step in ``tc`` where no samples are wanted; without a true answer that was the last.
         """
-        outcome, taken, rows = self._away(state, steps, far, samples, longest, on_step)
+        bound = self.number(math.inf if longest is None else longest)
+        how, end = {"max_steps": steps, "max_delta_t": bound, "callback": on_step}, self.number(far)
+        if samples.size:
+            grid = np.empty(samples.size + 2, self._own.dtype)
+            grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
+            result = self._away(state, self._taylor.propagate_grid, grid, **how)
+            rows = result[5][1 : 1 + samples.size]
+        else:
+            how["write_tc"] = on_step is not None
+            result = self._away(state, self._taylor.propagate_until, end, **how)
+            rows = self.nothing
+        outcome, taken = result[0], result[3]
         if taken == steps or outcome in NATURAL:
             return Leg(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
         if taken == 0:
@@ -257,37 +268,15 @@ class Engine:
         for found in self._zeros:
             found.clear()
 
-    def _away(self, *asked: Any) -> Any:
+    def _away(self, state: Array, propagate: Callable[..., Any], end: Any, **how: Any) -> Any:
         """Take steps; where one takes long, on a thread of its own, which Ctrl-C leaves behind."""
-        if self.bits < HEAVY_BITS:
-            return self._propagated(*asked)
 
-        def alone() -> Any:
+        def run() -> Any:
             with self._busy:  # what was left behind ends first
-                return self._propagated(*asked)
+                self._begin(state)
+                return propagate(end, **how)
 
-        return apart(alone)
-
-    def _propagated(
-        self,
-        state: Array,
-        steps: int,
-        far: float,
-        samples: Array,
-        longest: float | None,
-        on_step: OnStep | None,
-    ) -> tuple[Any, int, Array]:
-        """Return how the steps ended, how many there were, and rows at the samples."""
-        self._begin(state)
-        bound = self.number(math.inf if longest is None else longest)
-        how, end = {"max_steps": steps, "max_delta_t": bound, "callback": on_step}, self.number(far)
-        if samples.size == 0:
-            result = self._taylor.propagate_until(end, write_tc=on_step is not None, **how)
-            return result[0], result[3], self.nothing
-        grid = np.empty(samples.size + 2, self._own.dtype)
-        grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
-        result = self._taylor.propagate_grid(grid, **how)
-        return result[0], result[3], result[5][1 : 1 + samples.size]
+        return run() if self.bits < HEAVY_BITS else apart(run)
 
     def _hits(self) -> tuple[Seen, ...]:
         """Return the zeros found, of each event function."""

@@ -135,11 +135,7 @@ def _values(
 
 @np.errstate(divide="ignore", invalid="ignore")  # nan, and 0/0 at a pole
 def sample(
-    form: Formulation,
-    rows: Array,
-    parameters: Parameters,
-    t: Array,
-    near: Any = None,
+    form: Formulation, rows: Array, parameters: Parameters, t: Array, near: Any = None
 ) -> Sample:
     """Return the physical quantities at states of a formulation.
 
@@ -165,10 +161,7 @@ def sample(
 
 
 def _turned(
-    form: Formulation,
-    full: Mapping[str, Array],
-    parameters: Parameters,
-    near: Any,
+    form: Formulation, full: Mapping[str, Array], parameters: Parameters, near: Any
 ) -> dict[str, Array]:
     """Return phi and psi with their turns; beside a pole, in the direction of the pass."""
     read, z = full["phi"], full["axis_z"]
@@ -281,10 +274,9 @@ def spin_momentum(form: Formulation, rows: Array, parameters: Parameters, t: Arr
 
 def event_function(
     form: Formulation, event: str, rows: Array, parameters: Parameters, t: Array
-) -> tuple[Array, Array]:
+) -> list[Array]:
     """Return an event function and its time derivative at states of a formulation."""
-    zero, slope = _values(form, event, rows, parameters, t)
-    return zero, slope
+    return _values(form, event, rows, parameters, t)
 
 
 def newton_step(

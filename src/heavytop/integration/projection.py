@@ -55,6 +55,8 @@ class Projection:
 
     Attributes
     ----------
+    stride : int
+        Steps in a leg.
     inside, outside : ndarray of long double
         Room for what goes in, a state and what is fixed, and for what comes out: the projected
         state and the invariants.
@@ -62,7 +64,7 @@ class Projection:
 
     def __init__(self, formulation: Formulation, fixed: Any) -> None:
         width, count = len(formulation.states), len(formulation.invariants)
-        self.formulation, self._nearest = formulation, _nearest(formulation)
+        self.stride, self._nearest = max(1, ROOM // width), _nearest(formulation)
         self.inside: Any = np.concatenate((np.zeros(width), fixed)).astype(np.longdouble)
         self.outside: Any = np.zeros(width + count, np.longdouble)
         self.fixed, self._given = self.inside[width:], self.inside[:width]
@@ -88,11 +90,6 @@ class Projection:
         made(start)
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
         return made
-
-    @property
-    def stride(self) -> int:
-        """Steps in a leg."""
-        return max(1, ROOM // len(self.formulation.states))
 
     def longest(self, mean: float, legs: int, longest: float | None) -> float:
         """Return the longest step of a leg, after so many legs; `mean` is that of the first."""
