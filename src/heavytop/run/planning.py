@@ -9,13 +9,13 @@ invariants, more bits than doubles have. A run that misses all the same goes one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import inf, log, log2, sqrt, tau
 from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.registry import FORMULATIONS, FormulationEntry
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Fault, refuse
 from heavytop.exact import PI
 from heavytop.exact.pairs import EPSILON
@@ -167,23 +167,27 @@ def _nothing(why: str) -> Plan:
 def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     """What is not given; rates whose squares overflow; turns that are not counted."""
     scene, motion, entry = expected.scene, expected.motion, FORMULATIONS[formulation]
-    wants = ", ".join(scene.quantities)
+    wants, theta, massive = ", ".join(scene.quantities), scene.start.theta, scene.top.C != 0
+    at_pole = 0 in (theta.sign(), (theta - PI).sign())
+    others = [
+        name
+        for name, each in FORMULATIONS.items()
+        if each.gives >= expected.need and (massive or each.point_mass)
+        if each.starts_at_pole or not at_pole
+    ]
+    instead = f": take {' or '.join(others)}" if others else ""
     if missing := [q for q in scene.quantities if QUANTITIES[q].need > entry.gives]:
-        lacks = f"the {formulation} form does not give {', '.join(missing)}"
-        rule = f"{lacks}; {_forms(lambda each: each.gives >= expected.need)} do"
+        rule = f"the {formulation} form does not give {', '.join(missing)}{instead}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     spun = [q for q in scene.quantities if QUANTITIES[q].need >= Need.PSI]
-    if scene.top.C == 0 and spun:
+    if spun and not massive:
         rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
-    if scene.top.C == 0 and not entry.point_mass:
-        others = _forms(lambda each: each.point_mass)
-        rule = f"the {formulation} form divides by C, which is 0; {others} do not"
+    if not (massive or entry.point_mass):
+        rule = f"the {formulation} form divides by C, which is 0{instead}"
         yield Fault(scene.name, None, "top.C", "0", rule)
-    theta = scene.start.theta
-    if not entry.starts_at_pole and 0 in (theta.sign(), (theta - PI).sign()):
-        others = _forms(lambda each: each.starts_at_pole)
-        rule = f"the {formulation} form cannot start at a pole; {others} can"
+    if at_pole and not entry.starts_at_pole:
+        rule = f"the {formulation} form cannot start at a pole{instead}"
         yield Fault(scene.name, None, "start.theta", str(theta), rule)
     through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
     if "sigma" in entry.variants and through_both and expected.need >= Need.PSI:
@@ -200,11 +204,6 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     elif abs(expected.span) * fastest > MOST_TURNS * tau:
         most = MOST_TURNS * tau / fastest
         yield span_fault(scene, f"at most {most:.3g} s: farther off, turns are not counted")
-
-
-def _forms(able: Callable[[FormulationEntry], bool]) -> str:
-    """The names of the formulations that are able to something."""
-    return ", ".join(name for name, entry in FORMULATIONS.items() if able(entry))
 
 
 # --- the formulation ---------------------------------------------------------------------------
@@ -281,7 +280,7 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
     regime, found = motion.regime, "events found while integrating: turning"
     if "reversal" not in scene.events:
         return ("turning",), (found,)
-    if regime.weightless or (regime.misses_top and regime.misses_bottom):
+    if motion.doubt or regime.weightless or (regime.misses_top and regime.misses_bottom):
         return ("turning", "reversal"), (f"{found}, reversal",)
     never = f"{motion.kind}: phidot does not change its sign between poles"
     return ("turning",), (never, found)
