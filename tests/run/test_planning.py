@@ -143,3 +143,19 @@ def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(end, side)
 def test_the_command_prints_the_plan_that_the_run_has():
     told, run = (document(verb, "sicm-kicked") for verb in ("plan", "run"))
     assert (told["schema"], told["plan"]) == ("heavytop/plan/1", run["plan"])
+
+
+@pytest.mark.parametrize(("scene", "changes", "form", "keys"), [
+    ("sleeping", [], "routh", {"start.theta"}),
+    ("sleeping", [], "cubic", {"want.quantities"}),
+    ("sleeping", ["top.C=0", 'want.quantities=["phi"]'], "routh", {"start.theta", "top.C"}),
+    ("sicm-kicked", ["top.C=0", 'want.quantities=["phi"]'], "attitude", {"top.C"}),
+    ("planar-rotating", ['want.quantities=["psi"]'], "axis", {"want.quantities"}),
+])  # fmt: skip
+def test_a_form_that_cannot_is_refused_by_every_key_and_another_can(scene, changes, form, keys):
+    asked = ht.load_scene(scene, changes)
+    with pytest.raises(ht.BadScene) as bad:
+        ht.plan(asked, form)
+    assert {fault.key for fault in bad.value.faults} == keys
+    for other in re.findall(r"take (.*)", str(bad.value))[-1:]:
+        assert all(ht.plan(asked, name).formulation == name for name in other.split(" or "))

@@ -167,28 +167,20 @@ def _nothing(why: str) -> Plan:
 def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     """What is not given; rates whose squares overflow; turns that are not counted."""
     scene, motion, entry = expected.scene, expected.motion, FORMULATIONS[formulation]
-    wants, theta, massive = ", ".join(scene.quantities), scene.start.theta, scene.top.C != 0
-    at_pole = 0 in (theta.sign(), (theta - PI).sign())
-    others = [
-        name
-        for name, each in FORMULATIONS.items()
-        if each.gives >= expected.need and (massive or each.point_mass)
-        if each.starts_at_pole or not at_pole
-    ]
-    instead = f": take {' or '.join(others)}" if others else ""
+    wants, massive = ", ".join(scene.quantities), scene.top.C != 0
     if missing := [q for q in scene.quantities if QUANTITIES[q].need > entry.gives]:
-        rule = f"the {formulation} form does not give {', '.join(missing)}{instead}"
+        rule = f"the {formulation} form does not give {', '.join(missing)}{_instead(expected)}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     spun = [q for q in scene.quantities if QUANTITIES[q].need >= Need.PSI]
     if spun and not massive:
         rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     if not (massive or entry.point_mass):
-        rule = f"the {formulation} form divides by C, which is 0{instead}"
+        rule = f"the {formulation} form divides by C, which is 0{_instead(expected)}"
         yield Fault(scene.name, None, "top.C", "0", rule)
-    if at_pole and not entry.starts_at_pole:
-        rule = f"the {formulation} form cannot start at a pole{instead}"
-        yield Fault(scene.name, None, "start.theta", str(theta), rule)
+    if not entry.starts_at_pole and _starts_at_pole(scene):
+        rule = f"the {formulation} form cannot start at a pole{_instead(expected)}"
+        yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
     through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
     if "sigma" in entry.variants and through_both and expected.need >= Need.PSI:
         # psi jumps by whole turns that neither quadrature has
@@ -204,6 +196,23 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     elif abs(expected.span) * fastest > MOST_TURNS * tau:
         most = MOST_TURNS * tau / fastest
         yield span_fault(scene, f"at most {most:.3g} s: farther off, turns are not counted")
+
+
+def _starts_at_pole(scene: Scene) -> bool:
+    theta = scene.start.theta
+    return 0 in (theta.sign(), (theta - PI).sign())
+
+
+def _instead(expected: Forecast) -> str:
+    """Which formulations take a scene, for one that another does not."""
+    massive, upright = expected.scene.top.C != 0, _starts_at_pole(expected.scene)
+    able = [
+        name
+        for name, each in FORMULATIONS.items()
+        if each.gives >= expected.need and (massive or each.point_mass)
+        if each.starts_at_pole or not upright
+    ]
+    return f": take {' or '.join(able)}" if able else ""
 
 
 # --- the formulation ---------------------------------------------------------------------------
