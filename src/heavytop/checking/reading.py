@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.checking.headers import Meaning, Unit, complete_set, meanings, parse_unit
+from heavytop.checking.rounding import grain_of, is_rounded
 from heavytop.errors import ForeignFile
-from heavytop.exact.pairs import UNIT
 from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.text import harmless, nearest
@@ -28,8 +28,6 @@ LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
-MOST_WRITTEN: Final = 12  # digits; of more, rounding is not looked for
-FINE: Final = 2000.0  # grains between times that nobody chose with so many digits
 LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
 HEAD_LINES: Final = 40  # among which the header is looked for
@@ -115,8 +113,8 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     if not kept.all():
         remarks += [f"{int((~kept).sum())} masked rows are not judged"]
     used = {each: found[each].quantity if each in found else "" for each in table}
-    grain = _values({each: _grain(x) for each, x in numbers.items()}, found, [])
-    grain["t"] = grain["t"] * _is_rounded(values["t"], grain["t"])
+    grain = _values({each: grain_of(x) for each, x in numbers.items()}, found, [])
+    grain["t"] = grain["t"] * is_rounded(values["t"], grain["t"])
     all_rows = Data(name, values.pop("t"), values, scene, used, declared, grain=grain)
     data = _in_order(all_rows.rows(kept), remarks)
     shaken = _scaled(_shaken(data)) if any(x.any() for x in data.grain.values()) else None
@@ -263,42 +261,6 @@ def _listed(rows: Any) -> str:
 
 
 # --- how numbers are rounded ---------------------------------------------------------------------
-
-
-def _grain(x: Array) -> Array:
-    """Half a unit in the last digit that numbers are written with; 0 where all digits are."""
-    x = np.where(np.isfinite(x), x, 0.0)
-    digits, size, grain = np.arange(MOST_WRITTEN), abs(x), np.zeros_like(x)
-    decades = np.floor(np.log10(np.where(size > 0, size, 1.0)))
-    with np.errstate(over="ignore", invalid="ignore"):  # what is so large or small fits nothing
-        for short in (size.astype(np.float16), size.astype(np.float32)):
-            if (short == size).all() and not grain.any():
-                grain = np.spacing(short).astype(np.float64) / 2
-        for units in (-digits, np.add.outer(-digits, decades)):  # as %.3f and as %.3e write
-            fitting = (10.0**unit for unit in units if _fits(x, size, unit))
-            grain = np.maximum(grain, next(fitting, 0.0) / 2)
-    return np.asarray(grain * (np.ptp(x, axis=0) > 0))  # what never changes is no measurement
-
-
-def _fits(x: Array, size: Array, unit: Any) -> bool:
-    """Whether numbers are whole multiples of powers of ten."""
-    off = abs(np.rint(x * 10.0**-unit) * 10.0**unit - x)
-    return bool((off <= 8 * UNIT * size).all())
-
-
-def _is_rounded(t: Array, grain: Array) -> bool:
-    """Whether times are rounded, and not chosen.
-
-    Steps are then no multiples of the least of them, as where rows of an even grid are missing. And
-    the times part their span evenly but for rounding, or have more digits than anybody chooses.
-    """
-    steps, least = abs(np.diff(t)), 16 * UNIT * abs(t).max()
-    unit = min(steps[steps > least], default=np.nan)
-    if not (abs(steps - np.rint(steps / unit) * unit) > least).any():
-        return False
-    fine = grain.max() < 0.5 and np.median(steps) > FINE * grain.max()
-    even = np.linspace(t[0], t[-1], t.size)
-    return bool(fine or (abs(t - even) <= 2 * grain + least).all())
 
 
 def _shaken(data: Data) -> Data:
