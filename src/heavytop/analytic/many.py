@@ -258,10 +258,8 @@ class Nutations:
         larger = (abs(gap) + np.sqrt(gap * gap + 8 * g * share)) / 2
         lead = np.where(gap >= 0, larger, 2 * g * share / larger)  # 2g (u₃ − 1)
         minus2 = np.where(gap >= 0, share / larger, larger / (2 * g))
-        self.down, self.up = (
-            -d1,
-            np.where(d1 < 0, f0 / -d1, f1) / (lead + 2 * g * high),
-        )  # over 2g d₃
+        self.down = -d1
+        self.up = np.where(d1 < 0, f0 / -d1, f1) / (lead + 2 * g * high)  # over 2g d₃
         self.swing, plus2 = self.down + self.up, low + self.up
         plus1 = plus * plus / (plus2 * (4 * g + lead))
         reach = lead + 2 * g * minus1  # 2g (u₃ − u₁)

@@ -29,7 +29,7 @@ from heavytop.scene.scene_file import EVENTS
 REFERENCE_SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
 MOST_EVENTS: Final = 100_000
-MOST_DIGITS: Final = 4000  # Python prints integers of 4300
+MOST_PRINTED_DIGITS: Final = 4000  # Python prints integers of 4300
 PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
 # the columns of every quantity, and what of the motion at a time stands in them
@@ -189,7 +189,7 @@ def read_request(
     """What is asked, as `reference` needs it: times, digits, quantities, kinds of events."""
     expect_scene(scene)
     file = scene.name
-    few: Reader = Range(2, MOST_DIGITS, whole=True)
+    few: Reader = Range(2, MOST_PRINTED_DIGITS, whole=True)
     readers: dict[str, Reader] = {"times": times_of, "digits": few}
     options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))

@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from heavytop.exact.pairs import UNIT
-
-Array = NDArray[np.float64]
+from heavytop.exact.pairs import UNIT, Array
 
 MOST_WRITTEN: Final = 12  # digits; of more, rounding is not looked for
 FINE: Final = 2000.0  # grains between times that nobody chose with so many digits

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from heavytop.equations.formulation import Formulation, time
-from heavytop.equations.lambdify import Functions, Number, lambdified
+from heavytop.equations.lambdify import Functions, OfInteger, lambdified
 
 
 class Invariants(NamedTuple):
@@ -56,7 +56,7 @@ def invariants_of(formulation: Formulation) -> Invariants:
 
 
 def observed(
-    formulation: Formulation, constants: Sequence[Any], number: Number, functions: Functions
+    formulation: Formulation, constants: Sequence[Any], number: OfInteger, functions: Functions
 ) -> Callable[..., Sequence[Any]]:
     """Return a function of states and constants: u, udot, the invariants, and the axis.
 

@@ -25,7 +25,7 @@ from heavytop.exact.balls import ball_of, working
 from heavytop.exact.decimals import Context
 
 Functions = Mapping[str, Callable[..., Any]]
-Number = Callable[[int], Any]
+OfInteger = Callable[[int], Any]
 
 NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2, "Abs": abs}
 
@@ -33,7 +33,7 @@ NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.a
 def lambdified(
     expressions: Sequence[Any],
     arguments: Sequence[Any],
-    number: Number = float,
+    number: OfInteger = float,
     functions: Functions = NUMPY,
     *,
     ordered: bool = True,
@@ -83,7 +83,7 @@ def lambdified(
 
 
 def evaluated(
-    expressions: Sequence[Any], named: Mapping[str, Any], number: Number, functions: Functions
+    expressions: Sequence[Any], named: Mapping[str, Any], number: OfInteger, functions: Functions
 ) -> list[Any]:
     """Return what expressions become when numbers, or expressions of others, stand for symbols.
 
@@ -109,7 +109,7 @@ class _Writer:
     """Python code of expressions, in which what is used twice is a line of its own."""
 
     names: Sequence[str]
-    number: Number
+    number: OfInteger
     known: dict[str, Any]
     ordered: bool
     uses: Counter[Any] = field(default_factory=Counter)

@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
-CONSTANTS: Final = ("A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi")
-SYMBOLS: Final = (*ANGLES, *CONSTANTS, "period", "precession", "spin")
+SYMBOLS: Final = (
+    *ANGLES, "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi", "period", "precession", "spin",
+)  # fmt: skip
 LEADING: Final = 4  # facts of a result that are read first
 TABLE_DIGITS: Final = 6  # of its first table
 

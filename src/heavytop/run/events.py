@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-FUNCTIONS = ("turning", "reversal")  # the event functions: thetadot and phidot, but for a factor
+EVENT_FUNCTIONS = ("turning", "reversal")  # thetadot and phidot, but for a factor
 EVENT_KINDS = (*TURNING, "reversal", "turning")
 EVENT_COLUMNS = ("t", "theta", "phi", "phidot", "residual")
 STORED = (*EVENT_COLUMNS, "t_low", "axis", "states")
@@ -255,7 +255,7 @@ def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     form, known, number = integrator.formulation, run.orbit.parameters, integrator.engine.number
     small, seen, cusps = number(10) ** -run.scene.digits, [], []
     expected = events_expected(run)
-    for event in FUNCTIONS:
+    for event in EVENT_FUNCTIONS:
         here = [(kind, t) for kind, t in expected if kind in KINDS_OF[event]]
         t = np.array([t for _, t in here], integrator.engine.nothing.dtype)
         zeros, there = newton_step(form, event, run.orbit.seen_at(t), known, small)
@@ -267,7 +267,7 @@ def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     places = np.split(np.arange(at.t.size), [cusps[0].size])
     return at, EventZeros.join(
         EventZeros.of(run, event, at, place, 0 * at.t[place], level[place])
-        for event, place in zip(FUNCTIONS, places, strict=True)
+        for event, place in zip(EVENT_FUNCTIONS, places, strict=True)
     )
 
 
@@ -307,7 +307,7 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     step, end = abs(orbit.end) / max(orbit.steps, 1), orbit.samples.t.size + orbit.between.t.size
     hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
     zeros = []
-    for event in FUNCTIONS:
+    for event in EVENT_FUNCTIONS:
         hit = hits.get(event, orbit.samples.where(slice(0)))
         begins = int(event in hits and _begins(scene, event))
         place = np.concatenate((np.arange(begins), np.arange(end, end := end + hit.t.size)))

@@ -26,7 +26,7 @@ STUDY, LOCK = "study.jsonl", "lock"
 RUN: Final = "run"
 """The kind of a journal that is not of a study: its first line is all that it has."""
 DIGEST: Final = b'{"sha256":"%b",'
-FIRST: Final = DIGEST.partition(b"%")[0]
+DIGEST_BEGINS: Final = DIGEST.partition(b"%")[0]
 BUDGET: Final = "budget"
 """The name of a record without rows: its checkpoint is the time that a study may take [s]."""
 
@@ -228,7 +228,7 @@ def begun_with(folder: Path) -> dict[str, Any]:
     try:
         with path.open("rb") as file:
             line = file.readline()
-        cut = not line.endswith(b"\n") and FIRST.startswith(line[: len(FIRST)])
+        cut = not line.endswith(b"\n") and DIGEST_BEGINS.startswith(line[: len(DIGEST_BEGINS)])
         return {} if cut else read_line(line)
     except FileNotFoundError:
         return {}
