@@ -106,6 +106,7 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
     ("find", {"scene": HEAVY, "vary": "top.gMR=1:2"}, "top.gMR"),
     ("sweep", {"over": "psidot=1:2", "facts": ["rond", 3]}, "facts facts over"),
     ("sweep", {"over": "start.psidot = 50:400:99999999999"}, "over"),
+    ("sweep", {"over": "start.psidot = 50:400:0"}, "over"),
     ("atlas", {"x": "phi=0:1:5"}, "x"),
     ("atlas", {"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "x y jobs"),
     ("atlas", {"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "y"),

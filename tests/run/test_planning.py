@@ -159,3 +159,10 @@ def test_a_form_that_cannot_is_refused_by_every_key_and_another_can(scene, chang
     assert {fault.key for fault in bad.value.faults} == keys
     for other in re.findall(r"take (.*)", str(bad.value))[-1:]:
         assert all(ht.plan(asked, name).formulation == name for name in other.split(" or "))
+
+
+def test_where_the_kind_is_not_proved_reversals_are_watched_for():
+    changes = ["start.phidot=0", "start.theta=pi/3", "start.psidot=sqrt(cos(2)^2)+cos(2)"]
+    scene = ht.load_scene("sicm-kicked", changes)
+    assert ht.Motion(scene.top, scene.start).kind == "undecided"
+    assert ht.plan(scene).watched == ("turning", "reversal")
