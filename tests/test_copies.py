@@ -7,7 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import reduced_from_axis
+from heavytop.classification.reduced import AxisMotion
 
 from .motions import BOOK, KICKED
 
@@ -36,7 +36,7 @@ def of_run(t):
 MADE = {
     "motion": (lambda: ht.Motion(BOOK, KICKED), of_motion),
     "enclosure": (lambda: ht.Motion(BOOK, KICKED), of_enclosure),
-    "motion of an axis": (lambda: ClosedForm(reduced_from_axis(*AXIS)), of_enclosure),
+    "motion of an axis": (lambda: ClosedForm(AxisMotion(*AXIS)), of_enclosure),
     "run": (lambda: ht.propagate(scene()), of_run),
     "run of 20 digits, attitude": (
         lambda: ht.propagate(scene(digits=20), formulation="attitude"), of_run),

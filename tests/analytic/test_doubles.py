@@ -15,7 +15,7 @@ import heavytop as ht
 from heavytop.analytic import doubles
 from heavytop.analytic.doubles import FARTHEST, TIMES_AT_ONCE
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import reduced_from_axis
+from heavytop.classification.reduced import AxisMotion
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.exact.balls import working
 
@@ -195,7 +195,7 @@ def test_an_axis_longer_by_an_ulp():
     """The axis form's own binary start, |e|² ≠ 1: the closed form is that of those numbers."""
     e, l = (0.09983341664682815, 0.0, 0.9950041652780259), (3.0, -0.5, 28.0)  # noqa: E741
     assert sum(Fraction(x) ** 2 for x in e) != 1
-    motion = ClosedForm(reduced_from_axis(e, l, 139.02439024390245, phi0=0.25))
+    motion = ClosedForm(AxisMotion(e, l, 139.02439024390245, phi0=0.25))
     assert_holds(motion, [-1.0, 0.1, 3.0, 1000.0])
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import reduced_from_axis, reduced_from_scene
+from heavytop.classification.reduced import AxisMotion, SceneMotion
 from heavytop.errors import NoClosedForm, Unseparated
 from heavytop.exact import cos, sqrt
 from heavytop.exact.balls import Interval
@@ -190,7 +190,7 @@ doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3
 @settings(max_examples=100, deadline=None)
 @given(st.tuples(*[doubles] * 3).filter(any), st.tuples(*[doubles] * 3), doubles, doubles)
 def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
-    compare(ClosedForm(reduced_from_axis(e, l, g, kappa)), 30, 100)
+    compare(ClosedForm(AxisMotion(e, l, g, kappa)), 30, 100)
 
 
 # --- where roots meet ----------------------------------------------------------------------------
@@ -198,13 +198,13 @@ def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
 
 def test_too_few_bits_name_what_is_known():
     start = ht.State(theta="pi/3", thetadot="1e-40", phidot=10, omega3="140.6")
-    near = Bounds(ClosedForm(reduced_from_scene(CONE, start)))
+    near = Bounds(ClosedForm(SceneMotion(CONE, start)))
     near.motion.limit = 128
     for ask in (lambda: near.roots, lambda: near.period):
         with pytest.raises(Unseparated, match=r"u1 and u2 differ by less than .* 128") as told:
             ask()
         assert 1e-40 < told.value.bound < 1e-15
-    late = Bounds(ClosedForm(reduced_from_scene(BOOK, KICKED)))
+    late = Bounds(ClosedForm(SceneMotion(BOOK, KICKED)))
     late.motion.limit = 96
     with pytest.raises(Unseparated, match=r"theta is known to .* with 96 bits"):
         late("theta", "1e15")
@@ -222,7 +222,7 @@ def test_proofs_on_binary_numbers():
     """|e| = 5: l ∥ e sleeps, l = (0, 1, 3) with g = 1/2 tends to the top, and so on."""
 
     def of_axis(*numbers):
-        return Bounds(reduced_from_axis(*numbers))
+        return Bounds(AxisMotion(*numbers))
 
     assert of_axis((0, 0, 5), (0, 0, 2.0), 1.0).roots[1] == ONE
     tending = of_axis((0, 3, 4), (0, 1, 3), 0.5)
@@ -244,5 +244,5 @@ def test_heights_keep_their_own_digits_in_a_pass_through_a_pole():
 @pytest.mark.parametrize("tiny", [5e-324, Fraction(1, 10**400)])
 def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
     """Runs of many digits pass poles so closely, and doubles are as small."""
-    near, at = (Bounds(reduced_from_axis((0, x, 1), (x, 1, 3), 1)) for x in (tiny, 0))
+    near, at = (Bounds(AxisMotion((0, x, 1), (x, 1, 3), 1)) for x in (tiny, 0))
     assert near("u", 1).mid == at("u", 1).mid

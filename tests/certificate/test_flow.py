@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from flint import arb
 
-from heavytop.certificate.balls import TooCoarse
 from heavytop.certificate.flow import SETTINGS, Flow
+from heavytop.certificate.system import TooCoarse
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import add, two_product

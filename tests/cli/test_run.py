@@ -8,8 +8,7 @@ import pytest
 import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit
-from heavytop.integration.blocks import Integrator
-from heavytop.integration.orbit import Orbit, _Journey
+from heavytop.integration.orbit import Integrator, Orbit
 from heavytop.report.files import finished_run
 
 from ..commands import document, fail_with, heavytop_, names, refused
@@ -93,16 +92,16 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, 
 
 def test_an_interrupted_run_is_kept_and_not_gone_through_again(tmp_path, monkeypatch):
     """To compare its part would take as long as the run did."""
-    long, advance, calls = (*KICKED, "--set", "span.periods=1500"), _Journey.advance, []
+    long, block, calls = (*KICKED, "--set", "span.periods=1500"), Integrator.block, []
 
-    def struck(journey):
-        calls.append(journey)
+    def struck(*given):
+        calls.append(given)
         if len(calls) % 3 == 0:
             raise KeyboardInterrupt
-        return advance(journey)
+        return block(*given)
 
     with monkeypatch.context() as patched:
-        patched.setattr(_Journey, "advance", struck)
+        patched.setattr(Integrator, "block", struck)
         patched.setattr(Integrator, "polynomials", None)
         patched.setattr(Orbit, "at", None)
         kept = heavytop_(*long, "-o", tmp_path, "--json", "--no-figures")

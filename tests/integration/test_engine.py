@@ -12,9 +12,9 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
-from heavytop.integration import engine, paces
+from heavytop.integration import engine, system
 from heavytop.integration.orbit import integrate, not_begun
-from heavytop.integration.paces import FASTEST_PACE, SLOWEST_PACE, paces_of
+from heavytop.integration.system import FASTEST_PACE, SLOWEST_PACE, paces_of
 
 ROUNDING = 2.0**-53
 UNIT = ht.Top(1, 1, 1)
@@ -56,7 +56,7 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected):
 @pytest.mark.parametrize(("spin", "least", "most"), [("1e6", 1e-11, 1e-10), ("1e8", 1e-9, 1e-8)])
 def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch):
     """The same steps, with time in seconds: a claim of docs/precision.md."""
-    monkeypatch.setattr(paces, "FASTEST_PACE", math.inf)
+    monkeypatch.setattr(system, "FASTEST_PACE", math.inf)
     assert least < axis_error(ht.propagate(kicked(spin), formulation="axis")) < most
 
 

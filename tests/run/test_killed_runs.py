@@ -35,7 +35,7 @@ setattr(home, name, struck)
 from heavytop.cli import main
 main()
 """
-BLOCK = "heavytop.integration.orbit:_Journey advance"
+BLOCK = "heavytop.integration.orbit:Integrator block"
 EVENTS = "heavytop.run.trajectory no_events"
 AT_LAST = "heavytop.run.trajectory events_of"
 SAVED = "heavytop.run.trajectory:Trajectory save"

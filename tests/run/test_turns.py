@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.equations.quaternion import product
+from heavytop.equations.euler_poisson import product
 from heavytop.integration.orbit import integrate, not_begun
 from heavytop.run.own_motion import OwnMotion
 

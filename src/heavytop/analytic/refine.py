@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache, cached_property
+from operator import attrgetter
 from typing import Any, Final
 
 from flint import arb
@@ -14,7 +15,7 @@ from heavytop.analytic import balls
 from heavytop.analytic.constants import Constants
 from heavytop.analytic.form import Form
 from heavytop.analytic.roots import TooFewBits
-from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, Regime, vanishes
+from heavytop.classification.reduced import FEW_BITS, MOST_SIGN_BITS, Reduced, ReducedMotion, Regime
 from heavytop.errors import Unseparated
 from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, bound_of, working
@@ -63,11 +64,12 @@ class Refined:
 
         At a working precision of `FEW_BITS`.
         """
-        try:
-            return vanishes(self.source, self._start, name)
-        except Unseparated as doubt:
-            self._computed.setdefault("doubt", doubt)
-            return True
+        side = self.source.sign(attrgetter(name), self._start)
+        if side is None and "doubt" not in self._computed:
+            size, bound = self.source.bound(attrgetter(name))
+            with_bits = f"with {MOST_SIGN_BITS} bits, and could not be proved to be 0"
+            self._computed["doubt"] = Unseparated(f"{name} is less than {size} {with_bits}", bound)
+        return not side
 
     @property
     def doubt(self) -> Unseparated | None:

@@ -12,8 +12,7 @@ import numpy as np
 import sympy as sp
 from flint import arb, arb_poly
 
-from heavytop.certificate.balls import TooCoarse, hull, pair, up, upper
-from heavytop.certificate.system import UP
+from heavytop.certificate.system import UP, TooCoarse, hull, pair, up, upper
 from heavytop.equations.lambdify import lambdified
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT, Words, add, two_product

@@ -17,9 +17,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from flint import acb, arb
 
-from heavytop.certificate.balls import TooCoarse, pair, up
 from heavytop.certificate.events import zeros
-from heavytop.certificate.system import CERTIFIED, QuadraticSystem
+from heavytop.certificate.system import CERTIFIED, QuadraticSystem, TooCoarse, pair, up
 from heavytop.certificate.table import TABLE_ERROR, SolutionTable
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.balls import working

@@ -16,8 +16,8 @@ from heavytop.certificate.system import CERTIFIED
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import UNIT, Array, add
-from heavytop.integration.blocks import Checkpoint, Integrator, Polynomials
 from heavytop.integration.engine import engine
+from heavytop.integration.orbit import Checkpoint, Integrator, Polynomials
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,18 +9,19 @@ this package sharp.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import sympy as sp
-from flint import arb, arb_mat
+from flint import arb, arb_mat, arb_poly
 
-from heavytop.certificate.balls import upper
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import UNIT, Array
 
 UP: Final = 1 + 1e-12  # more than what a sum of positive terms is rounded by
+_POWER: Final = 4  # squarings: a norm is bounded by tr((S^T S)^16)^(1/32), at most 1.06 times it
 UNIT_FACTOR: Final = -1  # the place of a factor that is 1, behind all states
 
 
@@ -148,3 +149,54 @@ def _terms(expression: Any, states: Sequence[Any]) -> Iterator[Term]:
         if len(factors) not in (1, 2) or sp.Rational(float(coefficient)) != coefficient:
             raise ValueError(f"{expression}: not quadratic, or a coefficient is no double")
         yield Term(float(coefficient), *[UNIT_FACTOR] * (2 - len(factors)), *factors)
+
+
+# --- balls, matrices and polynomials of balls ----------------------------------------------------
+
+
+class TooCoarse(ArithmeticError):
+    """More bits, or a higher order, are needed."""
+
+
+def upper(x: arb) -> arb:
+    """Return the upper end of a ball, as a ball without radius."""
+    return arb(x.upper())
+
+
+def operator_norm(matrix: arb_mat) -> arb:
+    """Return an upper bound of the Euclidean norm of a matrix: at most 1.06 times it."""
+    power = matrix.transpose() * matrix
+    for _ in range(_POWER):
+        power = power * power
+    return upper(upper(power.trace()).root(2 ** (_POWER + 1)))
+
+
+def hull(q: arb_poly, reach: arb) -> arb:
+    """Return a ball that holds the values of a polynomial from 0 to `reach`."""
+    return q[0] + arb(0, sup(q, reach, 1))
+
+
+def sup(q: arb_poly, reach: arb, first: int = 0, last: int | None = None) -> arb:
+    """Return an upper bound of a polynomial from 0 to `reach`, of some of its terms."""
+    terms = [abs(c) * reach**k for k, c in enumerate(q.coeffs())]
+    return upper(sum(terms[first:last], arb(0)))
+
+
+def up(x: arb) -> float:
+    """Return a double that is not below a ball: inf of one that says nothing."""
+    high = float(x.upper())
+    return math.inf if math.isnan(high) else math.nextafter(high, math.inf)
+
+
+def pair(x: arb) -> tuple[float, float]:
+    """Return a ball as a double-double.
+
+    Raises
+    ------
+    TooCoarse
+        It is too wide for one.
+    """
+    if not float(x.rad()) <= 1e-30 * (1 + abs(float(x.mid()))):
+        raise TooCoarse("a number that is not known well enough")
+    high = float(x.mid())
+    return high, float((x - high).mid())

@@ -16,8 +16,16 @@ from typing import Final, NamedTuple
 import numpy as np
 from flint import arb, arb_poly
 
-from heavytop.certificate.balls import TooCoarse, hull, operator_norm, pair, sup, up, upper
-from heavytop.certificate.system import QuadraticSystem
+from heavytop.certificate.system import (
+    QuadraticSystem,
+    TooCoarse,
+    hull,
+    operator_norm,
+    pair,
+    sup,
+    up,
+    upper,
+)
 from heavytop.exact.pairs import UNIT, Words, add, multiply
 
 KEPT_COEFFICIENTS: Final = 12  # coefficients of a piece that are kept,

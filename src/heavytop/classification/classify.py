@@ -199,7 +199,7 @@ class SceneSigns(kinds.Signs):
     """
 
     def __init__(self, top: Top, start: State) -> None:
-        self.top, self.source = top, reduced.reduced_from_scene(top, start)
+        self.top, self.source = top, reduced.SceneMotion(top, start)
         self._found: dict[Criterion, kinds.Sign] = {}
 
     @cached_property
@@ -210,9 +210,7 @@ class SceneSigns(kinds.Signs):
     def sign(self, number: Criterion) -> kinds.Sign:
         """The sign of a number: 1, -1, 0 where that is proved, or None."""
         if (found := self._found.get(number)) is None:
-            side = ball_sign(number.value(self.balls))
-            if side is None:
-                side = number.value(self.source.exact).sign()
+            side = self.source.sign(number.value, self.balls)
             found = self._found[number] = _SIGNS[side]
         return found
 

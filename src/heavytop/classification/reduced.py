@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
+from operator import attrgetter
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from flint import arb, fmpq
 
-from heavytop.errors import Unseparated
 from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
 from heavytop.exact.balls import ball_of, bound_of, rational_ball, working
 from heavytop.exact.number import Sign, rational, rational_value
@@ -161,7 +161,7 @@ class Regime(NamedTuple):
     @classmethod
     def of(cls, source: ReducedMotion, start: Reduced, zero: Callable[[str], bool]) -> Regime:
         """What is exactly so of a motion with such balls, of which `zero` says what vanishes."""
-        mirrored = (ball_sign(start.g) or source.exact.g.sign()) == -1
+        mirrored = source.sign(attrgetter("g"), start) == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
         resting, weightless = zero("udot0"), zero("g")
@@ -171,46 +171,37 @@ class Regime(NamedTuple):
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
-@dataclass(frozen=True)
 class ReducedMotion:
     """A motion in balls of any precision, and in exact numbers.
 
     A ball can show that a number is not 0, and never that it is: exact numbers prove that.
-
-    Parameters
-    ----------
-    reduced : callable
-        The motion in balls of so many bits, which must be the working precision; of None, exact.
-    angles : callable
-        φ₀ and ψ₀ [rad] in balls; on a pole those on the side towards which the axis moves.
     """
 
-    reduced: Callable[[int | None], Reduced]
-    angles: Callable[[int], tuple[arb, arb]]
+    def reduced(self, bits: int | None) -> Reduced:
+        """The motion in balls of so many bits, the working precision; of None, exact."""
+        raise NotImplementedError
+
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]; on a pole those on the side towards which the axis moves."""
+        return arb(0), arb(0)
 
     @cached_property
     def exact(self) -> Reduced:
         """The motion in exact numbers."""
         return self.reduced(None)
 
+    def sign(self, number: Callable[[Reduced], Real], balls: Reduced) -> Sign | None:
+        """The sign of one of its numbers, by balls of the working precision or by exact numbers.
 
-def vanishes(source: ReducedMotion, start: Reduced, name: str) -> bool:
-    """Whether a number of a motion with such balls, of the working precision, is exactly 0.
+        None where it is neither separated from 0 nor proved to be 0.
+        """
+        side = ball_sign(number(balls))
+        return number(self.exact).sign() if side is None else side
 
-    Raises
-    ------
-    Unseparated
-        It is neither separated from 0 nor proved to be 0.
-    """
-    side = ball_sign(getattr(start, name))
-    if side is None:
-        side = getattr(source.exact, name).sign()
-    if side is not None:
-        return side == 0
-    with working(MOST_SIGN_BITS):
-        size, bound = bound_of(getattr(source.reduced(MOST_SIGN_BITS), name))
-    why = f"{name} is less than {size} with {MOST_SIGN_BITS} bits, and could not be proved to be 0"
-    raise Unseparated(why, bound)
+    def bound(self, number: Callable[[Reduced], Real]) -> tuple[str, float]:
+        """What such a number is less than, as a text too."""
+        with working(MOST_SIGN_BITS):
+            return bound_of(number(self.reduced(MOST_SIGN_BITS)))
 
 
 def ball_sign(ball: arb) -> Sign | None:
@@ -225,14 +216,8 @@ def ball_sign(ball: arb) -> Sign | None:
 # --- of a scene ----------------------------------------------------------------------------------
 
 
-def reduced_from_scene(top: Top, start: State) -> ReducedMotion:
-    """The motion of the exact numbers of a top and a start."""
-    scene = _Scene(top, start)
-    return ReducedMotion(scene.reduced, scene.angles)
-
-
-class _Scene:
-    """The numbers of a top and a start; balls are exact where what is given is proved to be 0."""
+class SceneMotion(ReducedMotion):
+    """The motion of a top and a start; balls are exact where what is given is proved to be 0."""
 
     def __init__(self, top: Top, start: State) -> None:
         self.top, self.start = top, start
@@ -312,10 +297,7 @@ def root_of(square: Real) -> Real:
 # --- of an axis and its angular momentum ---------------------------------------------------------
 
 
-def reduced_from_axis(
-    e: Iterable[Number], l: Iterable[Number], g: Number, kappa: Number = 0,  # noqa: E741
-    phi0: Number = 0, psi0: Number = 0,
-) -> ReducedMotion:  # fmt: skip
+class AxisMotion(ReducedMotion):
     """The motion of numbers in the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0).
 
     |e| = ρ need not be 1: e/ρ is the axis of a top whose g is ρ times larger.
@@ -331,75 +313,81 @@ def reduced_from_axis(
     phi0, psi0 : number
         φ₀ and ψ₀ [rad].
     """
-    (x, y, z), (lx, ly, lz) = map(_fmpq, e), map(_fmpq, l)
-    rho2 = x * x + y * y + z * z
-    dot, sin2 = lx * x + ly * y + lz * z, (x * x + y * y) / rho2
-    kinetic = (lx * lx + ly * ly + lz * lz - dot * dot / rho2) / 2
-    numbers = Reduced(
-        _fmpq(g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic, _fmpq(kappa),
-    )  # fmt: skip
-    return ReducedMotion(
-        partial(_axis_numbers, numbers, rho2),
-        partial(_axis_angles, (x, y, z), (lx, ly), _fmpq(phi0), _fmpq(psi0)),
-    )
 
+    def __init__(
+        self, e: Iterable[Number], l: Iterable[Number], g: Number, kappa: Number = 0,  # noqa: E741
+        phi0: Number = 0, psi0: Number = 0,
+    ) -> None:  # fmt: skip
+        (x, y, z), (lx, ly, lz) = self.vectors = [[*map(_fmpq, vector)] for vector in (e, l)]
+        self.start = _fmpq(phi0), _fmpq(psi0)
+        self.rho2 = rho2 = x * x + y * y + z * z
+        dot, sin2 = lx * x + ly * y + lz * z, (x * x + y * y) / rho2
+        kinetic = (lx * lx + ly * ly + lz * lz - dot * dot / rho2) / 2
+        self.numbers = Reduced(  # as if |e| were 1; of its heights it has sin²θ
+            _fmpq(g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic,
+            _fmpq(kappa),
+        )  # fmt: skip
 
-def _axis_numbers(numbers: Reduced, rho2: fmpq, bits: int | None) -> Reduced:
-    """The motion of e/ρ, from that of e as if |e| were 1; of its heights that has sin²θ."""
-    number = _exact if bits is None else arb
-    q, rho = numbers.mapped(number), root_of(number(rho2))
-    u = q.u0 / rho
-    size = -u if numbers.u0 < 0 else u
-    far = 1 + size
-    near = 1 - size if bits is None else q.one_minus_u0 / far  # no digit cancels
-    above, below = (near, far) if numbers.u0 > 0 else (far, near)
-    return q._replace(
-        g=q.g * rho, b=q.b / rho, u0=u, one_minus_u0=above, one_plus_u0=below,
-        udot0=q.udot0 / rho,
-    )  # fmt: skip
+    def reduced(self, bits: int | None) -> Reduced:
+        """The motion of e/ρ."""
+        number = _exact if bits is None else arb
+        q, rho = self.numbers.mapped(number), root_of(number(self.rho2))
+        u = q.u0 / rho
+        size = -u if self.numbers.u0 < 0 else u
+        far = 1 + size
+        near = 1 - size if bits is None else q.one_minus_u0 / far  # no digit cancels
+        above, below = (near, far) if self.numbers.u0 > 0 else (far, near)
+        return q._replace(
+            g=q.g * rho, b=q.b / rho, u0=u, one_minus_u0=above, one_plus_u0=below,
+            udot0=q.udot0 / rho,
+        )  # fmt: skip
 
-
-def _axis_angles(
-    e: tuple[fmpq, ...], l: tuple[fmpq, ...], phi0: fmpq, psi0: fmpq, _: int,  # noqa: E741
-) -> tuple[arb, arb]:  # fmt: skip
-    (x, y, z), (lx, ly), phi, psi = e, l, arb(phi0), arb(psi0)
-    pole = 1 if z > 0 else -1
-    back = x == y == 0 and pole * (phi.cos() * lx + phi.sin() * ly) < 0  # from ė = l × e
-    return _other_side(pole, phi, psi) if back else (phi, psi)
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]."""
+        ((x, y, z), (lx, ly, _)), (phi, psi) = self.vectors, map(arb, self.start)
+        pole = 1 if z > 0 else -1
+        back = x == y == 0 and pole * (phi.cos() * lx + phi.sin() * ly) < 0  # from ė = l × e
+        return _other_side(pole, phi, psi) if back else (phi, psi)
 
 
 # --- of constants, and through poles -------------------------------------------------------------
 
 
-def reduced_from_constants(exact: Reduced) -> ReducedMotion:
+@dataclass(frozen=True)
+class ConstantMotion(ReducedMotion):
     """The motion of constants in fractions, from whose start its angles are counted."""
-    return ReducedMotion(partial(_constant_numbers, exact), _no_angles)
+
+    constants: Reduced
+
+    def reduced(self, bits: int | None) -> Reduced:
+        """It in balls or exact numbers."""
+        return self.constants.mapped(_exact if bits is None else rational_ball)
 
 
-def _constant_numbers(exact: Reduced, bits: int | None) -> Reduced:
-    return exact.mapped(_exact if bits is None else rational_ball)
-
-
-def _no_angles(_: int) -> tuple[arb, arb]:
-    return arb(0), arb(0)
-
-
-def through_poles(source: ReducedMotion, top: bool, bottom: bool) -> ReducedMotion:
-    """The motion moved by a rounding error, so that it passes exactly through given poles.
+@dataclass(frozen=True)
+class PassingMotion(ReducedMotion):
+    """A motion moved by a rounding error, so that it passes exactly through given poles.
 
     p_φ is moved to ±p_ψ, and the energy with it.
     """
-    return ReducedMotion(partial(_passing, source, top, bottom), source.angles)
 
+    source: ReducedMotion
+    top: bool
+    bottom: bool
 
-def _passing(source: ReducedMotion, top: bool, bottom: bool, bits: int | None) -> Reduced:
-    found = source.reduced(bits)
-    b = found.b * 0 if top and bottom else found.b
-    drift = b * found.one_minus_u0 if top else -b * found.one_plus_u0
-    kinetic = found.kinetic0
-    if source.exact.sin2.sign() != 0:
-        kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
-    return found._replace(b=b, drift0=drift, kinetic0=kinetic)
+    def reduced(self, bits: int | None) -> Reduced:
+        """It in balls or exact numbers."""
+        found = self.source.reduced(bits)
+        b = found.b * 0 if self.top and self.bottom else found.b
+        drift = b * found.one_minus_u0 if self.top else -b * found.one_plus_u0
+        kinetic = found.kinetic0
+        if self.source.exact.sin2.sign() != 0:
+            kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
+        return found._replace(b=b, drift0=drift, kinetic0=kinetic)
+
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]."""
+        return self.source.angles(bits)
 
 
 def _other_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:

@@ -13,9 +13,9 @@ from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Any, Final
 
-from heavytop.comparison import symplectic
+from heavytop.comparison import fixed_steps
 from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
-from heavytop.comparison.collocation import gauss
+from heavytop.comparison.fixed_steps import gauss
 from heavytop.comparison.own import BODY_FORMS, OWN_STEPS, OWN_TOLERANCE, registered
 from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import InitialValueProblem, Stepper
@@ -170,17 +170,17 @@ _scipy = partial(_by_tolerance, language="python", needs=("scipy",))
 # tolerances as tight as each goes in good time.
 _ROWS: Final = (
     _fixed(
-        "strang", 100.0, symplectic.STRANG, order=2, block=16384,
+        "strang", 100.0, fixed_steps.STRANG, order=2, block=16384,
         source="G. Strang, SIAM J. Numer. Anal. 5 (1968) 506",
     ),
     _fixed(
-        "blanes-moan-rkn6", 32.0, symplectic.BLANES_MOAN, order=6, block=4096,
+        "blanes-moan-rkn6", 32.0, fixed_steps.BLANES_MOAN, order=6, block=4096,
         grid=(6, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 48, 57, 68, 80, 96, 114, 136),
         stress={"axis": 64.0}, short="rkn6",
         source="S. Blanes & P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313",
     ),
     _fixed(
-        "sofroniou-spaletta10", 16.0, symplectic.SOFRONIOU_SPALETTA, order=10, block=2048,
+        "sofroniou-spaletta10", 16.0, fixed_steps.SOFRONIOU_SPALETTA, order=10, block=2048,
         grid=(3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 22, 25, 28, 32),
         source="M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
     ),
@@ -194,7 +194,7 @@ _ROWS: Final = (
         source="J. C. Butcher, Math. Comp. 18 (1964) 50",
     ),
     _fixed(
-        "bobenko-suris", 100.0, symplectic.BOBENKO_SURIS, order=2, block=32768,
+        "bobenko-suris", 100.0, fixed_steps.BOBENKO_SURIS, order=2, block=32768,
         source="A. I. Bobenko & Y. B. Suris, Comm. Math. Phys. 204 (1999) 147",
     ),
     _scipy(

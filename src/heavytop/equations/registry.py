@@ -77,6 +77,6 @@ FORMULATIONS: Mapping[str, FormulationEntry] = {
     "axis": FormulationEntry(
         "euler_poisson.axis_form", _SIDES, states=5, us=3.8, rates=("frame_rate",), point_mass=True
     ),
-    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES, states=6, us=10.0),
+    "attitude": FormulationEntry("euler_poisson.attitude_form", _ANGLES, states=6, us=10.0),
     "lagrange": _polar("euler_angles.lagrange_form", (None,), states=6, us=30.0, grows=True),
 }

@@ -1,1 +1,1 @@
-"""Adaptive Taylor integration: the only place where heyoka is used (`library` imports it)."""
+"""Adaptive Taylor integration: the only place where heyoka is used (`system` imports it)."""

@@ -23,9 +23,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE
 from heavytop.integration.engine import Array, per_thread
-from heavytop.integration.library import hy
-from heavytop.integration.paces import in_units, paces_of
-from heavytop.integration.system import System
+from heavytop.integration.system import System, hy, in_units, paces_of
 
 Indices = NDArray[np.int64]
 LOST_LANE = hy.taylor_outcome.err_nf_state

@@ -20,7 +20,6 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
-from contextlib import suppress
 from functools import cache, partial
 from threading import Lock, Thread, get_ident
 from typing import Any, NamedTuple, TypeVar
@@ -31,14 +30,12 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, precision
-from heavytop.integration.library import hy
-from heavytop.integration.system import System
+from heavytop.integration.system import System, hy, number_of
 
 T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
 OnStep = Callable[[Any], bool]
 
-MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 PARALLEL_BITS = 512  # bits from which on the products of a step are worth a thread each
 ABOVE = 1.25  # a bound of the first steps is so many times the step beside the start
@@ -46,12 +43,6 @@ NEVER = np.empty(0)  # no times
 STEP_HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 _OUTCOMES = hy.taylor_outcome
 NATURAL = frozenset({_OUTCOMES.step_limit, _OUTCOMES.time_limit, _OUTCOMES.cb_stop})
-_HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
-
-hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
-with suppress(RuntimeError):  # its folder cannot be made: heyoka works without
-    if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
-        hy.llvm_state.set_diskcache_limit(MOST_CACHED)
 
 
 def per_thread(build: Callable[..., T]) -> Callable[..., T]:
@@ -63,7 +54,7 @@ def per_thread(build: Callable[..., T]) -> Callable[..., T]:
 def reals(texts: Any, bits: int) -> Array:
     """Return reals of so many bits, nearest to an array of texts, or of other numbers."""
     found = np.empty(np.shape(texts), hy.real)
-    found[...] = np.frompyfunc(lambda x: hy.real(x, bits), 1, 1)(texts)
+    found[...] = np.frompyfunc(number_of(bits), 1, 1)(texts)
     return found
 
 
@@ -162,7 +153,7 @@ class Engine:
     ) -> None:
         began = time.perf_counter()
         self.formulation, self.events = formulation, events
-        self.tolerance, self.bits = tolerance, bits
+        self.tolerance, self.bits, self.number = tolerance, bits, number_of(bits)
         system = System.of(formulation, bits, events)
         self._loaded = system.loaded
         self._zeros: list[list[tuple[float, bytes]]] = [[] for _ in events]  # times and states
@@ -184,10 +175,6 @@ class Engine:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Engine, (self.formulation, self.events, self.tolerance, self.bits)  # compiled anew
-
-    def number(self, x: Any) -> Any:
-        """Return the number of its kind that is nearest to another one, or to a decimal text."""
-        return float(x) if self.bits == DOUBLE else hy.real(x, self.bits)
 
     def load(self, parameters: Mapping[str, float]) -> None:
         """Load the constants of a run, by the names of their symbols."""

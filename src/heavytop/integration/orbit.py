@@ -1,36 +1,255 @@
-"""An orbit, in blocks of natural steps from its start to its end.
+"""An orbit in blocks of natural steps, and what takes them for the constants of a run.
+
+heyoka takes its steps in the run's own unit of time. Here states, constants and times are
+measured in it on the way in, and in seconds again on the way out: nothing is rounded by that. One
+unit holds for the whole run, chosen by its start and its constants alone.
 
 The same start, parameters and event functions give the same bits, however an orbit is sampled,
 split or resumed: blocks hold a fixed number of steps, samples are read off their Taylor
-polynomials, and the end is a sample like any other, inside the last step.
-
-Nothing in the integrator grows, and the state at a block's start is enough to run it again, or to
-go on from it.
+polynomials, and the end is a sample like any other, inside the last step. Nothing in the
+integrator grows, and the state at a block's start is enough to run it again, or to go on from it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
-from heavytop.integration.blocks import Block, Checkpoint, Integrator
-from heavytop.integration.engine import Array, Seen
+from heavytop.exact.pairs import EPSILON, DoubleDouble, add
+from heavytop.integration.bits import DOUBLE, precision
+from heavytop.integration.engine import HEAVY_BITS, NEVER, Array, Engine, Leg, Seen, engine, reals
+from heavytop.integration.projection import Projection
+from heavytop.integration.system import in_units, paces_of
 
 Keep = Callable[[Callable[[], "Orbit"]], object]
+
+FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
+LONGEST_BLOCK = 4000
+PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
+LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
+BEYOND = 1 + 1e-9  # of the way to the last sample, lest a zero there lie a rounding behind it
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """The start of a block: enough to run it, or the rest of the orbit, again."""
+
+    time: tuple[Any, Any]  # as a high and a low word [s]
+    state: Array
+    steps: int  # natural ones taken before
+
+    @property
+    def block_steps(self) -> int:
+        """How many steps the block has that starts here: a short run needs no long block."""
+        bits = precision(self.state[0])
+        if bits > DOUBLE:
+            return next((steps for most, steps in PRECISE_BLOCKS if bits < most), 1)
+        return min(3 * self.steps + FIRST_BLOCK, LONGEST_BLOCK)
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A block of steps as it was seen: at samples, at zeros of events, and at its end.
+
+    `singular` says that no finite step follows, or none was taken.
+    """
+
+    samples: Seen
+    hits: tuple[Seen, ...]
+    end: Checkpoint
+    singular: bool
+
+
+class Polynomials(NamedTuple):
+    """Taylor polynomials of k steps, in the unit of time in which they were taken."""
+
+    coefficients: Array  # in the time since the beginning of each step, shape (k, n, order + 1)
+    begun: Array  # when each began, since the block's start, as double-doubles
+    length: Array  # of each step
+    restarted: Array  # when time was last set to zero before each, since the block's start
+
+
+class Integrator:
+    """What takes the steps of a run, in the unit of time of its pace [1/s].
+
+    In that unit are its `projection` and `own_constants`; in seconds these are its `parameters`.
+    """
+
+    def __init__(
+        self, engine: Engine, parameters: Mapping[str, Any], start: Array, projected: bool
+    ) -> None:
+        form, known = engine.formulation, {name: float(x) for name, x in parameters.items()}
+        self.engine, self.parameters = engine, dict(parameters)
+        self.pace = np.float64(paces_of(form, start.astype(np.float64), known))
+        self._units = np.where(form.is_rate, self.pace, 1.0)
+        self.own_constants = in_units(form, self.pace, parameters)
+        started = start / self._units
+        self.projection = Projection.of(form, self.own_constants, started) if projected else None
+
+    @property
+    def formulation(self) -> Formulation:
+        """The equations."""
+        return self.engine.formulation
+
+    def numbers(self, values: Any) -> Array:
+        """Return numbers, shape (k,), as those of the engine."""
+        if self.engine.bits == DOUBLE or values.dtype == self.engine.nothing.dtype:
+            return np.asarray(values)
+        return reals(values, self.engine.bits)
+
+    def for_this_thread(self) -> Integrator:
+        """Return the one like this that belongs to the calling thread."""
+        found, own = copy(self), self.engine
+        found.engine = engine(own.formulation, own.events, own.tolerance, own.bits)
+        if self.projection:
+            found.projection = Projection(own.formulation, self.projection.fixed)
+        return found
+
+    def cautious_step(self, start: Checkpoint, far: float) -> float | None:
+        """Return a bound for the first steps of a run, in its own unit of time; later none."""
+        if start.steps:
+            return None
+        own = self.engine
+        if own.bits > DOUBLE:
+            own = engine(own.formulation, (), EPSILON)
+        own.load({name: float(x) for name, x in self.own_constants.items()})
+        state = (start.state / self._units).astype(np.float64)
+        return own.cautious_step(state, self._own_time(far))
+
+    def block(
+        self,
+        start: Checkpoint,
+        steps: int,
+        far: float,
+        samples: Array = NEVER,
+        reach: float = math.inf,
+    ) -> Block:
+        """Take natural steps, so many or until the last sample is passed, and sample them.
+
+        `far` is as for `Engine.leg`. Samples are monotonic times, none of them before the start;
+        `reach` is how far the steps will hardly go: later ones are looked for only if they do [s].
+        """
+        legs, end = self._legs(start, steps, far, samples, reach)
+        rows = np.concatenate([leg.rows for _, leg in legs]) * self._units
+        reached, hits = samples[: len(rows)], list[Seen]()
+        for i, _ in enumerate(self.engine.events):
+            t, low, states = Seen.join(leg.hits[i].after(since) for since, leg in legs)
+            found = Seen(t / self.pace, low / self.pace, states * self._units)
+            hits.append(found.after(start.time))
+        singular = legs[-1][1].singular or end.steps == start.steps
+        return Block(Seen(reached, 0 * reached, rows), tuple(hits), end, singular)
+
+    def polynomials(
+        self, start: Checkpoint, steps: int, far: float
+    ) -> tuple[Polynomials, Checkpoint]:
+        """Take the steps of a block again; return their polynomials, and the end.
+
+        Times and states of the polynomials are in the run's own unit of time.
+        """
+        kept = list[tuple[Array, DoubleDouble, float]]()
+
+        def keep(taylor: Any) -> bool:
+            kept.append((taylor.tc.copy(), taylor.dtime, taylor.last_h))
+            return True
+
+        legs, end = self._legs(start, steps, far, NEVER, on_step=keep)
+        coefficients, times, lengths = zip(*kept, strict=True)
+        begun, restarted = list[DoubleDouble](), list[float]()
+        for since, leg in legs:
+            others = times[len(begun) : len(begun) + leg.steps - 1]
+            begun += [add(since, t) for t in ((0.0, 0.0), *others)]
+            restarted += [since[0]] * leg.steps
+        found = Polynomials(*map(np.array, (coefficients, begun, lengths, restarted)))
+        return found, end
+
+    def _legs(
+        self,
+        start: Checkpoint,
+        steps: int,
+        far: float,
+        samples: Array,
+        reach: float = math.inf,
+        on_step: Callable[[Any], bool] | None = None,
+    ) -> tuple[list[tuple[DoubleDouble, Leg]], Checkpoint]:
+        """Return the legs of a block in the run's own unit of time, each with when it began.
+
+        And where they end. A run that is not projected has one leg; of another the projected
+        state behind each is where the next begins.
+        """
+        engine, project, pace = self.engine, self.projection, self.pace
+        bound = longest = self.cautious_step(start, far)
+        engine.load(self.own_constants)
+        times = ((samples - start.time[0]) - start.time[1]) * pace  # since the start
+        far, reach = self._own_time(far), reach * pace
+        state, stride = start.state / self._units, project.stride if project else steps
+        distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
+        begun: DoubleDouble = (engine.number(0.0), engine.number(0.0))
+        taken, done, mean, ended = 0, 0, 0.0, False
+        while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
+            count = min(stride, steps - taken)
+            for within in (reach, math.inf):
+                last = bisect_right(distances, abs(begun[0]) + within, done)
+                local = times[done:last]
+                if local.size:  # nearly all legs of a long run have none
+                    local = (local - begun[0]) - begun[1]
+                to_the_end = done < last == times.size
+                if to_the_end:
+                    on_step = _until(BEYOND * abs(float(local[-1])))
+                leg = _sampled(engine, state, count, rest, local, bound, on_step)
+                length = abs(leg.elapsed[0])
+                if to_the_end or not length > 0.9 * within:
+                    break
+            legs.append((begun, leg))
+            state = project(leg.state) if project else leg.state
+            taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
+            if project:
+                mean, reach = mean or length / count, 2 * length
+                bound = project.longest(mean, len(legs), longest)
+            begun = add(begun, leg.elapsed)
+        time = add(start.time, (begun[0] / pace, begun[1] / pace))
+        return legs, Checkpoint(time, state * self._units, start.steps + taken)
+
+    def _own_time(self, far: float) -> float:
+        """Return a time without end in the run's own unit of time, and finite."""
+        return math.copysign(min(abs(far) * float(self.pace), LONGEST_TIME), far)
+
+
+def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array, *how: Any) -> Leg:
+    """Return a leg with a row for each time that it reached.
+
+    heyoka wants times that differ and are after the start; by rounding they may be neither.
+    """
+    if not times.size:
+        return engine.leg(state, steps, far, times, *how)
+    new = times * far > 0
+    new[1:] &= times[1:] != times[:-1]
+    leg = engine.leg(state, steps, far, times[new], *how)
+    place = np.cumsum(new)
+    place = place[place <= len(leg.rows)]
+    return leg._replace(rows=np.concatenate((state[None], leg.rows))[place])
+
+
+def _until(end: float) -> Callable[[Any], bool]:
+    """Return what tells after each step whether another is to follow."""
+    return lambda taylor: abs(taylor.time) <= end
+
+
+# --- the orbit -----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Orbit:
-    """The result of an integration; it can be asked for the state at any time it covers.
-
-    `between` was seen at other times than the samples, on the way from the start.
-    """
+    """The result of an integration; it can be asked for the state at any time it covers."""
 
     integrator: Integrator
     checkpoints: tuple[Checkpoint, ...]
@@ -39,7 +258,7 @@ class Orbit:
     end: float
     steps: int
     outcome: Outcome
-    between: Seen
+    between: Seen  # at other times than the samples, on the way from the start
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -104,36 +323,44 @@ def integrate(
     The blocks are those an uninterrupted integration would have run, so the result is the same
     bit for bit; samples and hits seen before are kept.
 
-    Parameters
-    ----------
-    orbit : Orbit
-    samples : ndarray, shape (k,), k >= 1
-        Strictly monotonic times on one side of the start [s]; the last is the end.
-    between : ndarray, shape (m,), optional
-        Other times up to the end, at which the orbit is seen on its way; in any order [s].
-    on_block : callable, optional
-        Called with the fraction done after each block.
-    step_limit : int, optional
-        Steps after which to give up.
-    keep : callable, optional
-        Called after each block but the last with a function that returns the orbit so far.
+    `samples` are strictly monotonic times on one side of the start [s], `between` others up to
+    their end, in any order. `on_block` is given the fraction done after each block, and `keep`,
+    after each but the last, what returns the orbit so far.
     """
-    journey = _Journey(orbit, samples, samples[:0] if between is None else between)
+    times = samples if between is None else np.concatenate((samples, between))
+    order = np.argsort(abs(times), kind="stable")
+    times, is_sample, end = times[order], order < samples.size, float(samples[-1])
+    taking, first = orbit.integrator.for_this_thread(), orbit.checkpoints[-1]
+    far, begun = _far(first, end), float(first.time[0])
+    places, blocks, done = [*orbit.checkpoints], list[Block](), 0
     outcome: Outcome | None = None
+
+    def so_far(outcome: Outcome) -> Orbit:
+        return _joined(orbit, places, blocks, is_sample, end, outcome)
+
     try:
         while outcome is None:
-            outcome = journey.advance()
-            if keep is not None and outcome is None:
-                keep(lambda: journey.orbit(Outcome.INTERRUPTED))
+            block = taking.block(first, first.block_steps, far, times[done:], _reach(places))
+            blocks.append(block)
+            first, done = block.end, done + block.samples.t.size
+            if done == times.size:
+                outcome = Outcome.FINISHED
+            elif block.singular:
+                outcome = Outcome.SINGULAR
+            else:
+                places.append(first)
+                if keep is not None:
+                    keep(partial(so_far, Outcome.INTERRUPTED))
             if on_block is not None and outcome != Outcome.SINGULAR:
-                on_block(journey.fraction)
-            if outcome is None and step_limit is not None and journey.place.steps >= step_limit:
+                on_block((float(first.time[0]) - begun) / (end - begun) if outcome is None else 1.0)
+            if outcome is None and step_limit is not None and first.steps >= step_limit:
                 outcome = Outcome.STEP_LIMIT
     except KeyboardInterrupt:
-        if journey.place.steps == 0:  # nothing is done
+        if places[-1].steps == 0:  # nothing is done
             raise
+        del blocks[len(places) - len(orbit.checkpoints) :]  # what is not whole
         outcome = Outcome.INTERRUPTED
-    return journey.orbit(outcome)
+    return so_far(outcome)
 
 
 def _far(start: Checkpoint, end: float) -> float:
@@ -141,77 +368,41 @@ def _far(start: Checkpoint, end: float) -> float:
     return 4.0 * (end - float(start.time[0]))
 
 
-class _Journey:
-    """An integration under way, behind an orbit that is known."""
+def _reach(places: Sequence[Checkpoint]) -> float:
+    """Return how far the next block will hardly go, from the length of the steps before [s]."""
+    if len(places) == 1:
+        return math.inf
+    before, start = places[-2:]
+    length = abs(float(start.time[0] - before.time[0])) / (start.steps - before.steps)
+    return 2 * length * start.block_steps
 
-    def __init__(self, orbit: Orbit, samples: Array, between: Array) -> None:
-        times = np.concatenate((samples, between))
-        order = np.argsort(abs(times), kind="stable")
-        self.known, self.samples, self.is_sample = orbit, times[order], order < samples.size
-        self.integrator = orbit.integrator.for_this_thread()
-        self.checkpoints = [*orbit.checkpoints]
-        self.end = float(samples[-1])
-        self.far = _far(self.place, self.end)
-        self.blocks: list[Block] = []
-        self.done = 0  # samples seen
 
-    @property
-    def place(self) -> Checkpoint:
-        """Where the next block starts."""
-        return self.checkpoints[-1]
-
-    @property
-    def fraction(self) -> float:
-        """How much of what was ahead is done."""
-        if self.done == self.samples.size:
-            return 1.0
-        first, here = (float(c.time[0]) for c in (self.known.checkpoints[-1], self.place))
-        return (here - first) / (self.end - first)
-
-    def advance(self) -> Outcome | None:
-        """Run one block; tell how the integration ended, if it did."""
-        start, reach = self.place, math.inf
-        if len(self.checkpoints) > 1:
-            before = self.checkpoints[-2]
-            length = abs(float(start.time[0] - before.time[0])) / (start.steps - before.steps)
-            reach = 2 * length * start.block_steps
-        waiting = self.samples[self.done :]
-        seen = self.integrator.block(start, start.block_steps, self.far, waiting, reach)
-        self.blocks.append(seen)
-        self.done += seen.samples.t.size
-        if self.done == self.samples.size:
-            return Outcome.FINISHED
-        if seen.singular or seen.end.steps == start.steps:
-            return Outcome.SINGULAR
-        self.checkpoints.append(seen.end)
-        return None
-
-    def orbit(self, outcome: Outcome) -> Orbit:
-        """Return what has been seen so far.
-
-        An interrupt may come in the middle of `advance`: what counts then is the last checkpoint.
-        """
-        known, first = self.known, self.known.checkpoints[-1]
-        whole = len(self.checkpoints) - len(known.checkpoints)
-        blocks = self.blocks[:whole] if outcome == Outcome.INTERRUPTED else self.blocks
-        last, end = blocks[-1].end if blocks else first, self.end
-        if outcome != Outcome.FINISHED:
-            # a step back, so that rounding cannot put it behind the last state
-            reached, begun = float(last.time[0]), float(first.time[0])
-            end = float(np.nextafter(np.nextafter(reached, begun), begun))
-        forward = np.copysign(1.0, self.far)
-        seen = Seen.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
-        is_sample = self.is_sample[: seen.t.size]
-        return Orbit(
-            integrator=self.integrator,
-            checkpoints=tuple(self.checkpoints),
-            samples=Seen.join([known.samples, seen.where(is_sample)]),
-            between=seen.where(~is_sample),
-            hits=tuple(
-                Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
-                for hit, *later in zip(known.hits, *(each.hits for each in blocks), strict=True)
-            ),
-            end=end,
-            steps=last.steps,
-            outcome=outcome,
-        )
+def _joined(
+    known: Orbit,
+    places: Sequence[Checkpoint],
+    blocks: Sequence[Block],
+    is_sample: NDArray[np.bool_],
+    end: float,
+    outcome: Outcome,
+) -> Orbit:
+    """Return an orbit with blocks behind it."""
+    first = known.checkpoints[-1]
+    last, begun = blocks[-1].end if blocks else first, float(first.time[0])
+    forward = np.copysign(1.0, end - begun)
+    if outcome != Outcome.FINISHED:  # a step back, so that rounding cannot put it behind
+        end = float(np.nextafter(np.nextafter(float(last.time[0]), begun), begun))
+    seen = Seen.join([known.samples.where(slice(0)), *(each.samples for each in blocks)])
+    is_sample = is_sample[: seen.t.size]
+    return Orbit(
+        integrator=known.integrator,
+        checkpoints=tuple(places),
+        samples=Seen.join([known.samples, seen.where(is_sample)]),
+        between=seen.where(~is_sample),
+        hits=tuple(
+            Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
+            for hit, *later in zip(known.hits, *(each.hits for each in blocks), strict=True)
+        ),
+        end=end,
+        steps=last.steps,
+        outcome=outcome,
+    )

@@ -112,9 +112,9 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
         arguments = (*arguments, *spin)
     if bits == DOUBLE:
         return lambdified(expressions, arguments)
-    from heavytop.integration.library import hy
+    from heavytop.integration.system import number_of
 
-    return lambdified(expressions, arguments, lambda integer: hy.real(integer, bits))
+    return lambdified(expressions, arguments, number_of(bits))
 
 
 @cache
@@ -122,9 +122,13 @@ def _turns_with_spin(form: Formulation) -> bool:
     return any(sp.sympify(value).has(*spin) for value in form.outputs.values())
 
 
-def _values(
+def values_of(
     form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *spun: Array
 ) -> list[Array]:
+    """Return outputs, invariants and so on at states of a formulation, as its fields name them.
+
+    Of an event function there are two: itself and its time derivative; ``spin`` is p_psi/A [1/s].
+    """
     bits = precision(next(iter(parameters.values())))
     known = [parameters[p.name] for p in (*form.parameters, *form.given)]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -144,7 +148,7 @@ def sample(
     nothing near, is left as it is.
     """
     spun = _spun(parameters, t) if _turns_with_spin(form) else (t, t)
-    values = _values(form, "outputs", rows, parameters, t, *spun)
+    values = values_of(form, "outputs", rows, parameters, t, *spun)
     unknown = np.full(t.shape, np.nan)
     full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
     full |= _limits_at_poles(form, rows, full, parameters, t)
@@ -247,7 +251,7 @@ def _limits_at_poles(
     pole = np.isnan(full["phidot"])
     if not (form.limits and pole.any()):
         return {}
-    tilting, at_top, at_bottom = _values(form, "limits", rows, parameters, t)
+    tilting, at_top, at_bottom = values_of(form, "limits", rows, parameters, t)
     up = full["axis_z"] > 0
     regular = np.where(up, at_top, at_bottom)
     phidot = np.where(pole, np.where(tilting > 0, regular, 0 * regular), full["phidot"])
@@ -263,20 +267,8 @@ def invariants(
 
     ``energy`` is E'/A [1/s^2], ``p_phi`` and ``p_psi`` are p_phi/A and p_psi/A [1/s].
     """
-    values = _values(form, "invariants", rows, parameters, t)
+    values = values_of(form, "invariants", rows, parameters, t)
     return dict(zip(form.invariants, values, strict=True))
-
-
-def spin_momentum(form: Formulation, rows: Array, parameters: Parameters, t: Array) -> Array:
-    """Return p_psi/A at states of a formulation [1/s]."""
-    return _values(form, "spin", rows, parameters, t)[0]
-
-
-def event_function(
-    form: Formulation, event: str, rows: Array, parameters: Parameters, t: Array
-) -> list[Array]:
-    """Return an event function and its time derivative at states of a formulation."""
-    return _values(form, event, rows, parameters, t)
 
 
 def newton_step(
@@ -288,14 +280,14 @@ def newton_step(
     by what is left of the function: by as much of the step the state is off, and that must be
     below `small`, relative to 1 or to the state. Else there is none. A time of zero is the start.
     """
-    zero, slope = event_function(form, event, seen.states, parameters, seen.t)
-    rates = np.stack(_values(form, "derivatives", seen.states, parameters, seen.t), axis=-1)
+    zero, slope = values_of(form, event, seen.states, parameters, seen.t)
+    rates = np.stack(values_of(form, "derivatives", seen.states, parameters, seen.t), axis=-1)
     here = (seen.t == 0) | (zero == 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(here, 0 * zero, -zero / slope)
         moved = change[:, None] * rates
         there = seen._replace(t=seen.t + change, states=seen.states + moved)
-        left = abs(event_function(form, event, there.states, parameters, there.t)[0])
+        left = abs(values_of(form, event, there.states, parameters, there.t)[0])
         part = np.where(here, 0 * zero, left / abs(zero))
         size, allowed = abs(moved), small * (1 + abs(seen.states))
         found = (size <= allowed) | ((size * part[:, None] <= allowed) & (part < 1)[:, None])

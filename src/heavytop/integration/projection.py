@@ -28,13 +28,11 @@ from typing import Any
 
 import numpy as np
 
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.gradients import invariants_of
+from heavytop.equations.formulation import Formulation, invariants_of
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import ROOM, extended, why_not
 from heavytop.integration.engine import Array, per_thread
-from heavytop.integration.library import hy
-from heavytop.integration.system import translated
+from heavytop.integration.system import hy, translated
 
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
 # how much shorter than the mean of the first leg the longest steps of a leg may be

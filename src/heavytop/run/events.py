@@ -23,7 +23,7 @@ from heavytop.exact.decimals import context
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.engine import Seen
 from heavytop.integration.orbit import Orbit
-from heavytop.integration.outputs import Sample, event_function, newton_step, spin_momentum
+from heavytop.integration.outputs import Sample, newton_step, values_of
 from heavytop.run.counts import KINDS_OF, TURNING, schedule
 from heavytop.run.span import exact_span
 from heavytop.scene.scene import Scene
@@ -77,7 +77,7 @@ class EventZeros(NamedTuple):
     ) -> EventZeros:
         """Return those that are at some places of the readings of a run."""
         t, states, form = at.t[place], at.states[place], run.orbit.integrator.formulation
-        residual, slope = event_function(form, event, states, run.orbit.parameters, t)
+        residual, slope = values_of(form, event, states, run.orbit.parameters, t)
         turning = np.full(t.size, event == "turning")
         return cls(place, t, t_low, level, residual, slope, turning)
 
@@ -262,7 +262,7 @@ def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
         seen.append(zeros)
         cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[there])
     at, is_cusp = run.read(Seen.join(seen)), np.concatenate(cusps)
-    momentum = abs(spin_momentum(form, at.states, known, at.t))
+    momentum = abs(values_of(form, "spin", at.states, known, at.t)[0])
     level = np.where(is_cusp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
     places = np.split(np.arange(at.t.size), [cusps[0].size])
     return at, EventZeros.join(
@@ -303,7 +303,7 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     """
     orbit, scene, at = trajectory.orbit, trajectory.scene, trajectory.readings
     form, known, start = orbit.integrator.formulation, orbit.parameters, slice(1)
-    b = abs(float(spin_momentum(form, at.states[start], known, at.t[start])[0]))
+    b = abs(float(values_of(form, "spin", at.states[start], known, at.t[start])[0][0]))
     step, end = abs(orbit.end) / max(orbit.steps, 1), orbit.samples.t.size + orbit.between.t.size
     hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
     zeros = []

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.classification.reduced import (
+    AxisMotion,
+    ConstantMotion,
+    PassingMotion,
     Reduced,
     ReducedMotion,
-    reduced_from_axis,
-    reduced_from_constants,
-    reduced_from_scene,
-    through_poles,
+    SceneMotion,
 )
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded, exact_texts, lambdified
@@ -34,10 +34,10 @@ from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, bits_of, digits_of, precision
-from heavytop.integration.blocks import Checkpoint, Integrator
 from heavytop.integration.engine import Seen, engine, text
-from heavytop.integration.library import hy
+from heavytop.integration.orbit import Checkpoint, Integrator
 from heavytop.integration.projection import GOLDEN
+from heavytop.integration.system import number_of
 from heavytop.run.plan import Plan
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
@@ -68,7 +68,7 @@ def integrator_of(chosen: Plan, constants: dict[str, Any], start: Checkpoint) ->
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint]:
     """Return a run's own numbers: every constant and state rounded once from the exact one."""
     form, bits, numbers = chosen.equations, bits_of(chosen.precision), start_values(scene)
-    number: Any = float if bits == DOUBLE else lambda x: hy.real(x, bits)
+    number = number_of(bits)
     if bits == DOUBLE:
         values = _own_numbers(form)(numbers)
     else:
@@ -116,7 +116,7 @@ class OwnMotion:
         regime = self.motion.regime
         passed = not regime.misses_top, not regime.misses_bottom
         top, bottom = passed[::-1] if regime.mirrored else passed
-        return ClosedForm(through_poles(source, top, bottom) if top or bottom else source)
+        return ClosedForm(PassingMotion(source, top, bottom) if top or bottom else source)
 
     def at(self, seen: Seen) -> Any:
         """Return it in doubles at the times of some states, or None where there is none."""
@@ -144,10 +144,10 @@ def motion_of(
         return _from_height(read, context(digits))
     if "e_x" in form.reading:
         axis, momentum = (read.e_x, read.e_y, read.e_z), (read.l_x, read.l_y, read.l_z)
-        return reduced_from_axis(axis, momentum, read.g, read.kappa, read.phi_0, read.psi_0)
+        return AxisMotion(axis, momentum, read.g, read.kappa, read.phi_0, read.psi_0)
     angles_and_rates = vars(read)
     top = Top.of_numbers(*(angles_and_rates.pop(name) for name in ("A", "C", "gMR")))
-    return reduced_from_scene(top, State(**angles_and_rates))
+    return SceneMotion(top, State(**angles_and_rates))
 
 
 @cache
@@ -185,7 +185,7 @@ def _from_height(read: Any, ctx: Context) -> ReducedMotion:
     kinetic = (wdot**2 + drift**2) / (2 * sin2) if sin2 else abs(pull) / 2
     above, below = (w, 2 - w)[:: int(side)]
     spin = read.omega3 - n  # κ = ω3 − p_ψ/A
-    return reduced_from_constants(
+    return ConstantMotion(
         Reduced(-side * k[2] / 3, n, 1 - above, above, below, -side * wdot, drift, kinetic, spin)
     )
 

@@ -23,9 +23,8 @@ from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.files import array, attribute, open_sealed, write_sealed
 from heavytop.integration.bits import DOUBLE, bits_of
-from heavytop.integration.blocks import Checkpoint
 from heavytop.integration.engine import Seen, reals, text
-from heavytop.integration.orbit import Orbit
+from heavytop.integration.orbit import Checkpoint, Orbit
 from heavytop.run.events import STORED
 from heavytop.run.exact import SceneMotion
 from heavytop.run.own_motion import integrator_of

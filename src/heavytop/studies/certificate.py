@@ -20,17 +20,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from heavytop.certificate.balls import TooCoarse
 from heavytop.certificate.bounds import bound
 from heavytop.certificate.events import Proof, match_events
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.run import BinaryRun, binary_run
 from heavytop.certificate.steps import LEADING_TERMS
-from heavytop.certificate.system import CERTIFIED
+from heavytop.certificate.system import CERTIFIED, TooCoarse
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
 from heavytop.exact.pairs import UNIT
-from heavytop.integration.blocks import Checkpoint
+from heavytop.integration.orbit import Checkpoint
 from heavytop.integration.outputs import sample
 from heavytop.results.certificate import CERTIFIED_QUANTITIES, Certificate
 from heavytop.run.counts import KINDS_OF

@@ -28,14 +28,13 @@ from heavytop.comparison.steppers import (
     StepperState,
     TopConstants,
 )
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.gradients import observed
+from heavytop.equations.formulation import Formulation, observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.exact.decimals import Context, context
 from heavytop.exact.pairs import EPSILON, Array, DoubleDouble
 from heavytop.integration.bits import DOUBLE, digits_of, named, precision
-from heavytop.integration.blocks import Block, Checkpoint, Integrator
 from heavytop.integration.engine import NEVER, text
+from heavytop.integration.orbit import Block, Checkpoint, Integrator
 from heavytop.results.drift import order_of
 from heavytop.run.own_motion import binary_start, integrator_of, motion_of
 from heavytop.run.plan import Plan
@@ -185,6 +184,11 @@ class TaylorStepper:
     start: Checkpoint
     far: float
 
+    @property
+    def compile_s(self) -> float:
+        """What compiling took [s]."""
+        return self.engine.engine.compile_s
+
     def begin(self) -> StepperState:
         """Return the start."""
         return self._state(self.start)
@@ -192,7 +196,7 @@ class TaylorStepper:
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
         done = self._block(at)
-        if done.singular or done.end.steps == at.steps:
+        if done.singular:
             raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
         return self._state(done.end)
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.analytic.record import Record
-from heavytop.classification.reduced import reduced_from_axis
+from heavytop.classification.reduced import AxisMotion
 from heavytop.exact.balls import rational
 from heavytop.exact.pairs import UNIT
 from heavytop.run.counts import Counts, tally
@@ -274,7 +274,7 @@ def _growth(top: Top, now: Record, span: float) -> float:
     def end(numbers: Any) -> Any:
         e, phi = numbers[:3] / ctx.norm(numbers[:3]), ctx.atan2(numbers[0], -numbers[1])
         *known, g, phi0 = map(rational, (*e, *numbers[3:], phi))
-        source = reduced_from_axis(known[:3], known[3:], g, phi0=phi0)
+        source = AxisMotion(known[:3], known[3:], g, phi0=phi0)
         return np.array(ClosedForm(source).at(span, TRUTH_DIGITS).axis)
 
     here = np.array([*axis, *momentum, gMR / A])

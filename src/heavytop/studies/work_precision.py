@@ -287,7 +287,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
         "periods": last.time[0] / run.period,
         "steps": last.steps,
         "evaluations": last.evaluations,
-        "compile_s": float(getattr(stepper, "engine", stepper).compile_s),
+        "compile_s": float(stepper.compile_s),
         "warned": dict(getattr(stepper, "warned", {})),
         "seconds": [seconds],
     }

@@ -8,26 +8,26 @@ from functools import partial
 import numpy as np
 import pytest
 
-from heavytop.comparison import METHODS, make_stepper, symplectic
-from heavytop.comparison.collocation import coefficients
+from heavytop.comparison import METHODS, fixed_steps, make_stepper
+from heavytop.comparison.fixed_steps import coefficients
 
 from .kicked import problem, set_up, started
 
 
-@pytest.mark.parametrize(("half", "order"), [(("1",), 2), (symplectic.SOFRONIOU_SPALETTA_10, 10)])
+@pytest.mark.parametrize(("half", "order"), [(("1",), 2), (fixed_steps.SOFRONIOU_SPALETTA_10, 10)])
 def test_a_composition_is_symmetric_and_its_odd_powers_cancel(half, order):
     lengths = [Fraction(x) for x in half]
     lengths += lengths[-2::-1]
     assert abs(sum(lengths) - 1) < 1e-23
     for power in range(3, order, 2):  # the conditions of one commutator each
         assert abs(sum(x**power for x in lengths)) < 1e-23
-    _, drifts = symplectic.composition(half)
+    _, drifts = fixed_steps.composition(half)
     assert (drifts == np.array([float(x) for x in lengths])).all()
 
 
 SCHEMES = {
-    "blanes-moan": symplectic.blanes_moan(),
-    "sofroniou-spaletta": symplectic.composition(symplectic.SOFRONIOU_SPALETTA_10),
+    "blanes-moan": fixed_steps.blanes_moan(),
+    "sofroniou-spaletta": fixed_steps.composition(fixed_steps.SOFRONIOU_SPALETTA_10),
 }
 
 
