@@ -59,8 +59,8 @@ def at(stepper, t):
 
 def axis_error(stepper, t):
     state, time = at(stepper, t)
-    if (form := getattr(stepper, "form", None)) is not None:
-        state = form.axis_states(state)
+    if stepper.form is not None:
+        state = stepper.form.axis_states(state)
     if state.size == 6:  # theta, phi, …
         theta, phi = state[:2]
         state = [np.sin(theta) * np.sin(phi), -np.sin(theta) * np.cos(phi), np.cos(theta)]

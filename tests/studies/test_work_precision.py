@@ -106,6 +106,7 @@ class Toy:
     name: str = ""
     compile_s: float = 0.5
     period: float = 1.0
+    warned: tuple = ()
 
     stepper = reference = property(lambda self: self)
 

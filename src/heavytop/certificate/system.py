@@ -111,7 +111,9 @@ class QuadraticSystem(NamedTuple):
         y = [*rows, [arb(1)]]
         for n in range(order):
             for known, row in zip(rows, self.terms, strict=True):
-                rate = sum((c * _coefficient(y[j], y[k], n) for c, j, k in row), arb(0))
+                rate = arb(0)
+                for c, j, k in row:  # of a 1, `y` has the coefficient of order 0 alone
+                    rate += c * sum(map(arb.__mul__, y[j], y[k][n::-1]), arb(0))
                 known.append(rate / (n + 1))
         return rows
 
@@ -134,11 +136,6 @@ class QuadraticSystem(NamedTuple):
         """Return the norms of vectors of shape (n, k), in doubles and not too small."""
         squares = (np.array(self.weights)[:, None] * y) ** 2
         return np.asarray(UP * np.sqrt(squares.sum(axis=0)))
-
-
-def _coefficient(a: Sequence[arb], b: Sequence[arb], n: int) -> arb:
-    """Return the coefficient of order n of a product; of a 1, `a` has that coefficient alone."""
-    return sum(map(arb.__mul__, a, b[n::-1]), arb(0))
 
 
 def _terms(expression: Any, states: Sequence[Any]) -> Iterator[Term]:

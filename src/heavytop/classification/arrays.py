@@ -137,9 +137,8 @@ class InputArrays:
 
     def starts(self, span: Any) -> Starts:
         """Some of the tops and starts; what is the same for all is one element."""
-        *numbers, (held, spin) = self.part(span).items()
-        A, C, gMR, theta, thetadot, phidot = (x for _, x in numbers)
-        return Starts(A, C, gMR, theta, thetadot, phidot, spin, held)
+        part = self.part(span)
+        return Starts._make((*part.values(), next(reversed(part))))
 
     def full(self) -> dict[str, Array]:
         """All columns by name, each of as many elements as there are tops."""

@@ -80,7 +80,7 @@ Solver = Callable[..., Taken]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class AdaptiveStepper(steppers.ComparisonStepper):
+class AdaptiveStepper(steppers.Stepper):
     """A stepper of an adaptive solver; a block ends after its steps, or at `far`.
 
     Attributes
@@ -122,10 +122,6 @@ class AdaptiveStepper(steppers.ComparisonStepper):
         rests = (t - float(taken.times[i]) for i, t in zip(last, local, strict=True))
         rows = [self._aside(taken.states[i], rest) for i, rest in zip(last, rests, strict=True)]
         return np.array(rows).reshape(-1, len(self.start))
-
-    def output_time(self, t: float) -> DoubleDouble:
-        """Return t itself."""
-        return t, 0.0
 
     def _aside(self, state: Array, rest: float) -> Array:
         if rest == 0:

@@ -211,9 +211,11 @@ def gauss(s: int, problem: InitialValueProblem, setting: float, steps: int) -> F
     `setting` is the number of steps a period, `steps` that in a block.
     """
     g, l_z = (problem.constants[name] for name in ("g", "l_z"))
-    h = problem.span / setting
+    h, (high, rest, beyond) = problem.span / setting, coefficients(s)
+    product, error = two_product(np.full_like(high, h), high)
+    table = np.ascontiguousarray(np.vstack([product, h * beyond, error + h * rest]))
     kernel, seconds = _gauss_steps(s)
-    advance = partial(kernel, g, l_z, _table(s, h))
+    advance = partial(kernel, g, l_z, table)
     return FixedStep(start=problem.start, h=h, advance=advance, steps=steps, carried=5,
                      scratch=1 + 5 * s, compile_s=seconds)  # fmt: skip
 
@@ -243,19 +245,13 @@ def coefficients(s: int) -> tuple[Array, Array, Array]:
         return high, (exact - high).astype(np.float64), beyond.astype(np.float64)
 
 
-def _table(s: int, h: float) -> Array:
-    """Return h times A transposed, b, what foresees a step, and the rests of A and of b."""
-    high, rest, beyond = coefficients(s)
-    product, error = two_product(np.full_like(high, h), high)
-    return np.ascontiguousarray(np.vstack([product, h * beyond, error + h * rest]))
-
-
 @cache
 def _gauss_steps(s: int) -> tuple[Kernel, float]:
     """Return the compiled steps.
 
-    A step starts from increments z at the nodes that the step before foresees, and improves them
-    until they stand. `work` holds five lost words, whether there is a step before, and its
+    `table` has h times A transposed, b, what foresees a step, and the rests of A and of b. A step
+    starts from increments z at the nodes that the step before foresees, and improves them until
+    they stand. `work` holds five lost words, whether there is a step before, and its
     derivatives (5, s). The rests of A and b, of the size of rounding, are enough once a step.
     """
     added, (rates, weighed) = summation(compensated=True), _sweep(s)

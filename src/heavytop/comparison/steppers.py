@@ -13,7 +13,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -82,11 +82,36 @@ class StepperState:
     evaluations: int = 0
 
 
-class Stepper(Protocol):
-    """One method set up for one start: the same state always leads to the same next state."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stepper:
+    """One method set up for one start: the same state always leads to the same next state.
+
+    Attributes
+    ----------
+    start : tuple of float or str
+        The states at the start.
+    steps : int
+        Steps in a block; 0 where a state says how many.
+    carried : int
+        Words of `StepperState.carry` at the start.
+    compile_s : float
+        What compiling took, whenever that was [s].
+    form : BodyForm or None
+        Of the body's own rotation, where it computes in that.
+    warned : Counter of str
+        How often a method of one's own gave each warning.
+    """
+
+    start: tuple[Any, ...]
+    steps: int = 0
+    carried: int = 0
+    compile_s: float = 0.0
+    form: BodyForm | None = None
+    warned: Counter[str] = field(default_factory=Counter)
 
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
+        return StepperState((0.0, 0.0), self.start, (0.0,) * self.carried)
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps; how many depends on nothing but the state.
@@ -96,9 +121,11 @@ class Stepper(Protocol):
         IntegrationFailed
             The step vanishes, or the numbers are no longer finite.
         """
+        raise NotImplementedError
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states, shape (k, n), at times of `output_time` in the block after a state."""
+        raise NotImplementedError
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the first time not before t at which the motion can be looked at.
@@ -106,6 +133,7 @@ class Stepper(Protocol):
         That is t itself where states between the steps are as good as the steps are; of a method
         of fixed step, the end of a step.
         """
+        return t, 0.0
 
 
 # --- what a stepper is set up for ----------------------------------------------------------------
@@ -182,39 +210,7 @@ def compiled_function(function: Callable[..., Any]) -> tuple[Any, Any]:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ComparisonStepper:
-    """What the steppers of methods of others have.
-
-    Attributes
-    ----------
-    start : tuple of float
-        The states at the start.
-    steps : int
-        Steps in a block.
-    carried : int
-        Words of `StepperState.carry` at the start.
-    compile_s : float
-        What compiling took, whenever that was [s].
-    form : BodyForm or None
-        Of the body's own rotation, where it computes in that.
-    warned : Counter of str
-        How often a method of one's own gave each warning.
-    """
-
-    start: tuple[float, ...]
-    steps: int
-    carried: int = 0
-    compile_s: float = 0.0
-    form: BodyForm | None = None
-    warned: Counter[str] = field(default_factory=Counter)
-
-    def begin(self) -> StepperState:
-        """Return the state at the start, time 0."""
-        return StepperState((0.0, 0.0), self.start, (0.0,) * self.carried)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class FixedStep(ComparisonStepper):
+class FixedStep(Stepper):
     """A stepper of equal steps: after j of them the time is exactly h j.
 
     Attributes

@@ -22,7 +22,6 @@ from heavytop import exact
 from heavytop.errors import WrongType
 from heavytop.exact import Exact
 from heavytop.exact.balls import ball_of, working
-from heavytop.exact.decimals import Context
 
 Functions = Mapping[str, Callable[..., Any]]
 OfInteger = Callable[[int], Any]
@@ -197,11 +196,6 @@ def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list
     0.25
     """
     return evaluated(expressions, named, Exact.of, {"sin": exact.sin, "cos": exact.cos})
-
-
-def exact_texts(expressions: Sequence[Any], named: Mapping[str, Exact], ctx: Context) -> list[str]:
-    """Return the exact values of expressions, each rounded once to a text of `ctx`'s digits."""
-    return [ctx.nstr(x.mpf(ctx), ctx.dps) for x in exact_values(expressions, named)]
 
 
 class Rounded:

@@ -23,7 +23,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE
 from heavytop.integration.engine import Array, per_thread
-from heavytop.integration.system import System, hy, in_units, paces_of
+from heavytop.integration.system import equations_of, hy, in_units, paces_of
 
 Indices = NDArray[np.int64]
 LOST_LANE = hy.taylor_outcome.err_nf_state
@@ -118,7 +118,7 @@ class Journey:
         ndarray of int, shape (k,)
             Codes of `Lane`.
         Zeros
-            Of the event functions, in no order.
+            Of the event functions.
         """
         tops = np.flatnonzero(self.sound)
         tops = tops[np.argsort(self.ends[tops], kind="stable")]
@@ -132,8 +132,7 @@ class Journey:
                 except BaseException:  # the pool waits for its threads
                     self.halt.set()
                     raise
-        met = Zeros(*map(np.concatenate, zip(*self.met, strict=True)))
-        return self.reached * self.units, self.ending, met
+        return self.reached * self.units, self.ending, joined(self.met)
 
     def _advance(self, tops: Indices) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one."""
@@ -199,16 +198,16 @@ class _Engine:
     def __init__(self, form: Formulation, events: tuple[str, ...]) -> None:
         self.found: list[float] = []  # of each zero its time, and its event and lane as one number
         with _BUILDING:
-            system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
-            states, pars = (np.zeros((len(x), width)) for x in (system.equations, system.loaded))
-            recorders = (_recorder(i * width, self.found) for i, _ in enumerate(system.zeros))
-            zeros = [*map(hy.nt_event_batch, system.zeros, recorders)]
+            equations, self.loaded, functions = equations_of(form, DOUBLE, events)
+            width = hy.recommended_simd_size()
+            states, pars = (np.zeros((len(x), width)) for x in (equations, self.loaded))
+            recorders = (_recorder(i * width, self.found) for i, _ in enumerate(functions))
+            zeros = [*map(hy.nt_event_batch, functions, recorders)]
             self.taylor = taylor = hy.taylor_adaptive_batch(
-                system.equations, states, pars=pars, tol=EPSILON, nt_events=zeros
+                equations, states, pars=pars, tol=EPSILON, nt_events=zeros
             )
         # heyoka's own arrays: looking them up takes time
         self.state, self.constants, self.time = taylor.state, taylor.pars, taylor.time
-        self.loaded = system.loaded  # names of the constants
 
 
 _engine = per_thread(_Engine)

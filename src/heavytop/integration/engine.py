@@ -30,11 +30,10 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.pairs import EPSILON, DoubleDouble, add
 from heavytop.integration.bits import DOUBLE, precision
-from heavytop.integration.system import System, hy, number_of
+from heavytop.integration.system import equations_of, hy, number_of
 
 T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
-OnStep = Callable[[Any], bool]
 
 HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 PARALLEL_BITS = 512  # bits from which on the products of a step are worth a thread each
@@ -154,19 +153,18 @@ class Engine:
         began = time.perf_counter()
         self.formulation, self.events = formulation, events
         self.tolerance, self.bits, self.number = tolerance, bits, number_of(bits)
-        system = System.of(formulation, bits, events)
-        self._loaded = system.loaded
+        equations, self._loaded, functions = equations_of(formulation, bits, events)
         self._zeros: list[list[tuple[float, bytes]]] = [[] for _ in events]  # times and states
         self._busy = Lock()
-        start, pars = ([self.number(0.0)] * len(x) for x in (system.equations, system.loaded))
+        start, pars = ([self.number(0.0)] * len(x) for x in (equations, self._loaded))
         if bits == DOUBLE:
-            zeros = list(map(hy.nt_event, system.zeros, map(_recorder, self._zeros)))
+            zeros = list(map(hy.nt_event, functions, map(_recorder, self._zeros)))
             compensated = tolerance < EPSILON
             kind = {"tol": tolerance, "high_accuracy": compensated, "nt_events": zeros}
         else:  # without compact mode compiling takes minutes
             many = bits >= PARALLEL_BITS
             kind = {"fp_type": hy.real, "prec": bits, "compact_mode": True, "parallel_mode": many}
-        build = partial(hy.taylor_adaptive, system.equations, start, pars=pars, **kind)
+        build = partial(hy.taylor_adaptive, equations, start, pars=pars, **kind)
         self._taylor = build() if bits == DOUBLE else apart(build)
         self._own: Array = self._taylor.state  # looking it up takes time
         self.nothing: Array = np.empty((0, self._own.size), self._own.dtype)  # no rows of states
@@ -187,7 +185,7 @@ class Engine:
         far: float,
         samples: Array = NEVER,
         longest: float | None = None,
-        on_step: OnStep | None = None,
+        on_step: Callable[[Any], bool] | None = None,
     ) -> Leg:
         """Take natural steps from a state and sample their Taylor polynomials.
 

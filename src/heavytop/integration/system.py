@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 import numpy as np
 
@@ -75,33 +75,20 @@ def translated(expressions: Sequence[Any], names: dict[str, Any], bits: int = DO
     return evaluated(expressions, names, lambda integer: hy.expression(number(integer)), _FUNCTIONS)
 
 
-class System(NamedTuple):
-    """First-order equations as heyoka takes them, every constant in them of some precision.
+def equations_of(
+    form: Formulation, bits: int, events: tuple[str, ...]
+) -> tuple[list[tuple[Any, Any]], tuple[str, ...], list[Any]]:
+    """Return first-order equations, every constant in them of so many bits.
 
-    Attributes
-    ----------
-    equations : list of pairs of heyoka expressions
-        The states, each with its time derivative.
-    loaded : tuple of str
-        Constants of a run, by symbol name: ``par[0]``, ``par[1]``, ...
-    zeros : list of heyoka expressions
-        Event functions.
+    These are pairs of a state and its derivative, for heyoka; the names of the constants of a run,
+    which are ``par[0]``, ``par[1]``, …; and the event functions.
     """
-
-    equations: list[tuple[Any, Any]]
-    loaded: tuple[str, ...]
-    zeros: list[Any]
-
-    @classmethod
-    def of(cls, form: Formulation, bits: int, events: tuple[str, ...] = ()) -> Self:
-        """Return that of a formulation and of its events, for numbers of so many bits."""
-        watched = [form.events[name] for name in events]
-        loaded = form.constants_in((*form.derivatives, *watched))
-        states = {s.name: hy.expression(s.name) for s in form.states}
-        names = states | {p.name: hy.par[i] for i, p in enumerate(loaded)}
-        derivatives = translated(form.derivatives, names, bits)
-        equations = list(zip(states.values(), derivatives, strict=True))
-        return cls(equations, tuple(p.name for p in loaded), translated(watched, names, bits))
+    watched = [form.events[name] for name in events]
+    loaded = form.constants_in((*form.derivatives, *watched))
+    states = {s.name: hy.expression(s.name) for s in form.states}
+    names = states | {p.name: hy.par[i] for i, p in enumerate(loaded)}
+    equations = zip(states.values(), translated(form.derivatives, names, bits), strict=True)
+    return [*equations], tuple(p.name for p in loaded), translated(watched, names, bits)
 
 
 def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:

@@ -27,7 +27,7 @@ from heavytop.classification.reduced import (
     SceneMotion,
 )
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import Rounded, exact_texts, lambdified
+from heavytop.equations.lambdify import Rounded, exact_values, lambdified
 from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact
 from heavytop.exact.balls import rational
@@ -72,8 +72,9 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, Any], Checkpoint
     if bits == DOUBLE:
         values = _own_numbers(form)(numbers)
     else:
-        exact = (*form.parameters.values(), *form.start)
-        values = [number(x) for x in exact_texts(exact, numbers, context(digits_of(bits)))]
+        exact = exact_values((*form.parameters.values(), *form.start), numbers)
+        ctx = context(digits_of(bits))
+        values = [number(ctx.nstr(x.mpf(ctx), ctx.dps)) for x in exact]
     zero, constants = number(0), {p.name: v for p, v in zip(form.parameters, values, strict=False)}
     constants |= {name: number(rate) for name, rate in chosen.frame}
     state = np.array(values[len(form.parameters) :], type(zero))

@@ -203,7 +203,7 @@ def _chunks(
         if chosen.fixed and order is None and int(number) == 0:
             order = measured_order(scene, chosen)
         checkpoint = {"state": asdict(found.stepper.begin()), "sampled": 0, "order": order}
-    warned: Any = getattr(found.stepper, "warned", {})
+    warned = found.stepper.warned
     warned.update(checkpoint.get("warned", {}))
     state, sampled, ended = StepperState(**checkpoint["state"]), checkpoint["sampled"], ""
     yield Chunk(checkpoint, fraction=0.0)

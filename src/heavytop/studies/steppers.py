@@ -101,8 +101,10 @@ def set_up(scene: Scene, method: MethodEntry) -> MethodRun:
         stepper = make_stepper(method, problem_of(scene, chosen, exact.period))
     else:
         taylor, far = integrator_of(chosen, parameters, start), FARTHEST_PERIODS * exact.period
-        stepper = TaylorStepper(taylor, start, far)
-    first, body = stepper.begin().state, getattr(stepper, "form", None)
+        stepper = TaylorStepper(
+            start=as_stored(start.state), compile_s=taylor.engine.compile_s, taylor=taylor, far=far
+        )
+    first, body = stepper.start, stepper.form
     reference = ReferenceSolution(chosen.equations, known, exact, ctx, first, body)
     return MethodRun(stepper, reference, exact.period)
 
@@ -168,30 +170,20 @@ def problem_of(scene: Scene, chosen: Plan, span: float) -> InitialValueProblem:
 # --- the Taylor integrator as a stepper ------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class TaylorStepper:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TaylorStepper(Stepper):
     """The Taylor integrator, with the very blocks of steps of a trajectory.
 
     Attributes
     ----------
-    engine : Integrator
-    start : Checkpoint
+    taylor : Integrator
     far : float
         A time that no step reaches [s].
     """
 
-    engine: Integrator
-    start: Checkpoint
+    taylor: Integrator
     far: float
-
-    @property
-    def compile_s(self) -> float:
-        """What compiling took [s]."""
-        return self.engine.engine.compile_s
-
-    def begin(self) -> StepperState:
-        """Return the start."""
-        return self._state(self.start)
+    carried: int = 2
 
     def block(self, at: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
@@ -202,23 +194,19 @@ class TaylorStepper:
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a state, as `as_stored` has them."""
-        number = self.engine.engine.number
+        number = self.taylor.engine.number
         wanted = np.array([number(high) + number(low) for high, low in times])
         return np.array([as_stored(row) for row in self._block(at, wanted).samples.states])
 
-    def output_time(self, t: float) -> DoubleDouble:
-        """Return the time itself."""
-        return (t, 0.0)
-
     def _block(self, at: StepperState, samples: Array = NEVER) -> Block:
-        number = self.engine.engine.number
+        number = self.taylor.engine.number
         high, low = map(number, at.carry)
         start = Checkpoint((high, low), np.array([number(x) for x in at.state]), at.steps)
-        return self.engine.block(start, start.block_steps, self.far, samples)
+        return self.taylor.block(start, start.block_steps, self.far, samples)
 
     def _state(self, at: Checkpoint) -> StepperState:
         (high, low), first = at.time, float(at.time[0])
-        time = first, float(high - self.engine.engine.number(first) + low)
+        time = first, float(high - self.taylor.engine.number(first) + low)
         return StepperState(time, as_stored(at.state), as_stored(at.time), at.steps, at.steps)
 
 

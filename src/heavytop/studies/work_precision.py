@@ -288,7 +288,7 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
         "steps": last.steps,
         "evaluations": last.evaluations,
         "compile_s": float(stepper.compile_s),
-        "warned": dict(getattr(stepper, "warned", {})),
+        "warned": dict(stepper.warned),
         "seconds": [seconds],
     }
 
