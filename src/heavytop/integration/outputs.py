@@ -189,7 +189,10 @@ def _azimuth_beside_poles(
     a straight line through the pole in the direction of its velocity. Where it rests phi stays.
     """
     x, y, z = (full[f"axis_{i}"] for i in "xyz")
-    phi, size, close = full["phi"], hypot(x, y), _close(parameters)
+    phi, size, known = full["phi"], hypot(x, y), next(iter(parameters.values()))
+    bits, close = precision(known), POLE_DISTANCE
+    if bits > DOUBLE:
+        close = type(known)(2, bits) ** -int(POLE_BITS * bits)
     beside = size < close
     if not beside.any():
         return phi, beside
@@ -205,13 +208,6 @@ def _azimuth_beside_poles(
     side = np.where(x * p + y * q < 0, -1.0, 1.0)
     phi = np.where(beside & drifted & straight, np.arctan2(side * p, -side * q), phi)
     return np.where((size == 0) & (speed == 0), parameters["phi_0"], phi), beside
-
-
-def _close(parameters: Parameters) -> Any:
-    """Return a distance to a pole beyond any drift of a state."""
-    known: Any = next(iter(parameters.values()))
-    bits = precision(known)
-    return POLE_DISTANCE if bits == DOUBLE else type(known)(2, bits) ** -int(POLE_BITS * bits)
 
 
 def _nearest(angle: Array, near: Array, half: NDArray[np.bool_]) -> Array:
