@@ -103,7 +103,7 @@ KINDS = "mine.csv blanks.csv mine.tsv mine.npz old.mat new.mat mine.nc"
 @pytest.mark.parametrize("name", KINDS.split())
 def test_every_kind_of_file_is_read(tmp_path, name):
     data = read(written(tmp_path / name))
-    assert data.values.keys() == columns().keys() - {"t"}
+    assert data.values.keys() == columns().keys()
     assert all(np.array_equal(data.values[each], columns()[each]) for each in data.values)
 
 
@@ -155,7 +155,7 @@ def test_what_is_not_understood_is_listed_and_stops_nothing():
     more = {"phi": np.ones(5, complex), "qx": [1] * 5, "time": [1] * 5, "omega": [2] * 5}
     found = read(FIVE | {"theta": [1] * 5, "note": ["a"] * 5} | more)
     assert {name for name, quantity in found.columns.items() if not quantity} == {*more, "note"}
-    assert found.values.keys() == {"theta"}
+    assert found.values.keys() == {"t", "theta"}
 
 
 def test_faults_of_all_columns_have_their_rows(tmp_path):

@@ -107,7 +107,7 @@ class Comparison:
     def updated(self, **values: Array | None) -> Comparison:
         """The same of data with other values; None takes one away."""
         other = replace(self, data=self.data.updated(**values))
-        if self.given is not None:  # the same motion at the same times
+        if self.given is not None and "t" not in values:  # the same motion at the same times
             other.__dict__["exact"] = self.exact
         return other
 
@@ -274,11 +274,11 @@ def _fitted(c: Comparison) -> State:
     from scipy.optimize import least_squares
 
     if (axis := c.known.get("axis")) is None:
-        lacking = f"none follows from {', '.join(c.values)} alone"
+        lacking = f"none follows from {', '.join(x for x in c.values if x != 't')} alone"
         raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
     guess = first_row(c.updated(omega=_omega(c, axis), axis=axis))
     some = c.data.rows(np.s_[:: -(-c.data.t.size // FITTED)])
-    some = replace(some, t=some.t - some.t[0])
+    some = some.updated(t=some.t - some.t[0])
 
     def state(p: Array) -> State:
         return State(**dict(zip(FITTED_START, p, strict=True)), psi=guess.psi)

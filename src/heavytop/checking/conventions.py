@@ -7,14 +7,14 @@ without the convention, each with the words that go into its sentence.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import permutations
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
 from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrapped
-from heavytop.checking.reading import TIME_UNITS, Array, matrices, norm
+from heavytop.checking.headers import UNITS, Unit
+from heavytop.checking.reading import Array, matrices, norm
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.top import Top
@@ -70,9 +70,7 @@ Change = dict[str, Callable[[Array], Any]]
 
 def _changed(c: Comparison, change: Change) -> Comparison:
     """Other values of some quantities, and other times."""
-    there = c.values
-    c = _at_times(c, change["t"](c.data.t)) if "t" in change else c
-    return c.updated(**{x: f(there[x]) for x, f in change.items() if x in there})
+    return c.updated(**{x: f(c.values[x]) for x, f in change.items() if x in c.values})
 
 
 def _map(*variants: tuple[str, Change]) -> Undo:
@@ -81,7 +79,7 @@ def _map(*variants: tuple[str, Change]) -> Undo:
     def undo(c: Comparison) -> Variants:
         before = [set[str]()]
         for words, change in variants:
-            if (names := change.keys() & {"t", *c.values}) not in before:
+            if (names := change.keys() & c.values) not in before:
                 before.append(names)
                 yield Variant(words, _changed(c, change))
 
@@ -92,26 +90,41 @@ def _all(function: Callable[[Array], Any], *names: str) -> Change:
     return dict.fromkeys(names, function)
 
 
-def _in_unit_of_time(name: str, seconds: float) -> Undo:
+def _of_units(kind: str, undo: Callable[[Unit], Undo]) -> Iterator[Convention]:
+    """The conventions of the units that have one."""
+    units = [unit for unit in UNITS if unit.kind == kind and unit.convention]
+    return (Convention(unit.convention, unit.sentence, undo(unit)) for unit in units)
+
+
+def _in_unit_of_time(unit: Unit) -> Undo:
     """Times, rates, or both in another unit of time."""
-    times: Change = {"t": lambda t: t * seconds}
-    rates = _all(lambda x: x / seconds, *RATES, *OMEGAS)
+    name, times = unit.convention, _all(lambda t: t * unit.factor, "t")
+    rates = _all(lambda x: x / unit.factor, *RATES, *OMEGAS)
     those, per = f"the times are in {name}", f"the rates are per {name.removesuffix('s')}"
     return _map((those, times), (f"{those} and {per}", times | rates), (per, rates))
 
 
+def _in_unit_of_angle(unit: Unit) -> Undo:
+    """Angles, rates, ω, or some of them in another unit of angles."""
+    groups = {"angles": ANGLES, "angles and rates": (*ANGLES, *RATES), "rates": RATES, "ω": OMEGAS,
+              "angles, rates and ω": (*ANGLES, *RATES, *OMEGAS)}  # fmt: skip
+    return _map(*((x, _all(lambda y: y * unit.factor, *y)) for x, y in groups.items()))
+
+
+def _in_unit_of_rate(unit: Unit) -> Undo:
+    """Rates, one of them, or ω in another unit of rates."""
+    groups = RATES, ("psidot",), ("omega",), ("omega_body",)
+    return _map(*((", ".join(x), _all(lambda y: y * unit.factor, *x)) for x in groups))
+
+
 def _scale_times(*factors: float) -> Undo:
-    return lambda c: (Variant(f"{x:g}", _at_times(c, c.data.t * x)) for x in factors)
-
-
-def _at_times(c: Comparison, t: Array) -> Comparison:
-    return replace(c, data=replace(c.data, t=t))
+    return lambda c: (Variant(f"{x:g}", c.updated(t=c.data.t * x)) for x in factors)
 
 
 def _shift_times(c: Comparison) -> Variants:
     first = float(c.data.t[0])
     if c.given is not None and first:
-        yield Variant(f"{first:g}", _at_times(c, c.data.t - first))
+        yield Variant(f"{first:g}", c.updated(t=c.data.t - first))
 
 
 def _exchange_frames(c: Comparison) -> Variants:
@@ -278,10 +291,10 @@ NUMBERS: Final = ("C", "gMR", "the clock", "the time of the first row",
 def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
     """A number of the problem changed by the part x of what it is changed at most."""
     if name == "the clock":
-        return 1 + x, _at_times(c, c.data.t * (1 + x))
+        return 1 + x, c.updated(t=c.data.t * (1 + x))
     if name == "the time of the first row":
         shift = x * (c.motion.period or float(c.data.t[-1]))
-        return shift, _at_times(c, c.data.t + shift)
+        return shift, c.updated(t=c.data.t + shift)
     key = c.start.held if name == "spin" else name
     value = float(getattr(c.top if name in MOMENT_NAMES else c.start, key))
     # A from C/2, where all mass is far out
@@ -331,7 +344,7 @@ SCALES: Final = (-1, 10, 0.1, 1 / 60, 1e-6, 1 / 30, 1 / 25, 1 / 50, 1 / 100)
 
 TABLE: Final = (
     Convention("time-origin", "the start of the scene is the first row, at t = {} s", _shift_times),
-    *(Convention(name, "{}", _in_unit_of_time(name, x)) for name, x in TIME_UNITS.items()),
+    *_of_units("time", _in_unit_of_time),
     Convention("time-scale", "the times have to be multiplied by {}", _scale_times(2, 0.5),
                "origin"),
     Convention("time-scale", "the times need the factor {}", _scale_times(*SCALES), "origin", 1.5,
@@ -344,15 +357,8 @@ TABLE: Final = (
                _moments(lambda top: {"C": float(2 * top.A - top.C)}), "physics"),
     Convention("no-gyroscopic-term", "the gyroscopic term of Euler's equations is missing{}",
                _moments(lambda top: {"C": float(top.A)}), "physics"),
-    Convention("degrees", "{} are in degrees", _map(
-        ("angles", _all(np.radians, *ANGLES)),
-        ("angles and rates", _all(np.radians, *ANGLES, *RATES)),
-        ("rates", _all(np.radians, *RATES)),
-        ("ω", _all(np.radians, *OMEGAS)),
-        ("angles, rates and ω", _all(np.radians, *ANGLES, *RATES, *OMEGAS)))),
-    Convention("rpm", "{} in turns a minute", _map(
-        *((", ".join(names), _all(lambda x: x * np.pi / 30, *names))
-          for names in (RATES, ("psidot",), ("omega",), ("omega_body",))))),
+    *_of_units("angle", _in_unit_of_angle),
+    *_of_units("rate", _in_unit_of_rate),
     Convention("quaternion-xyzw", "the quaternion is x, y, z, w{}", _put_scalar_last),
     Convention("omega-body", "the angular velocity is {}", _exchange_frames),
     Convention("omega-sign", "ω has the other sign than the attitude's own derivative{}",

@@ -43,28 +43,43 @@ _LETTERS: Final = {
     "χ": "chi", "γ": "gamma", "α": "alpha", "β": "beta", "Δ": "delta ", "δ": "delta ",
     "∂": "delta ", "\u0307": "dot", "′": " prime ", "'": " prime ", "ß": "ss",
 }  # fmt: skip
-_SIZES: Final = {  # of units, by what they measure, in SI units
-    "angle": {
-        "rad radian radians 1": 1.0, "mrad": 1e-3, "gon": np.pi / 200,
-        "deg degree degrees grad grados gradi degre": np.pi / 180,
-        "rev revs turn turns tr u cycles": 2 * np.pi,
-    },
-    "time": {
-        "s sec secs second seconds sek sekunden": 1.0, "min minute minutes": 60.0,
-        "ms msec millisecond milliseconds millis": 1e-3, "h hour hours": 3600.0,
-        "us usec microsecond microseconds": 1e-6, "ns nanosecond nanoseconds": 1e-9,
-    },
-    "length": {"m mm cm km um in ft 1 -": 1.0},  # which is scaled away
-}  # fmt: skip
-_SINGLE: Final = {"rpm": "rev/min", "upm": "rev/min", "hz": "rev/s", "dps": "deg/s", "rps": "rev/s"}
 
 
 class Unit(NamedTuple):
-    """A unit: what it measures (angle, rate, time, length), its size in SI units, its text."""
+    """A unit: what it measures (angle, rate, time, length), its size in SI units, its text.
+
+    Of a row of `UNITS` the text is how people spell it; data in it follow a convention, if there is
+    a name of one, which is said in a sentence.
+    """
 
     kind: str
     factor: float
     text: str
+    convention: str = ""
+    sentence: str = "{}"
+
+
+UNITS: Final = (
+    Unit("angle", 1.0, "rad radian radians 1"),
+    Unit("angle", np.pi / 180, "deg degree degrees grad grados gradi degre", "degrees",
+         "{} are in degrees"),
+    Unit("angle", 1e-3, "mrad"),
+    Unit("angle", np.pi / 200, "gon"),
+    Unit("angle", 2 * np.pi, "rev revs turn turns tr u cycles"),
+    Unit("rate", np.pi / 30, "rpm upm", "rpm", "{} in turns a minute"),
+    Unit("rate", 2 * np.pi, "hz rps"),
+    Unit("rate", np.pi / 180, "dps"),
+    Unit("time", 1.0, "s sec secs second seconds sek sekunden"),
+    Unit("time", 1e-3, "ms msec millisecond milliseconds millis", "milliseconds"),
+    Unit("time", 60.0, "min minute minutes", "minutes"),
+    Unit("time", 3600.0, "h hour hours", "hours"),
+    Unit("time", 1e-6, "us usec microsecond microseconds"),
+    Unit("time", 1e-9, "ns nanosecond nanoseconds"),
+    Unit("length", 1.0, "m mm cm km um in ft 1 -"),  # which is scaled away
+)  # fmt: skip
+_SIZES: Final = {(unit.kind, word): unit.factor for unit in UNITS for word in unit.text.split()}
+# An angle's unit, such as degrees, is that of its rate a second too.
+_DECLARED: Final = {(unit.kind == "time", unit.factor): unit.convention for unit in reversed(UNITS)}
 
 
 class Meaning(NamedTuple):
@@ -79,13 +94,14 @@ def parse_unit(text: str, quantity: str = "") -> Unit | None:
     """A unit as people spell it; None where it is none, or none that the quantity may have."""
     plain = unicodedata.normalize("NFKD", re.sub("[°º]", "deg", text.lower()).replace("⁻¹", "-1"))
     plain = re.sub(r"\s|\^|[()]|[\u0300-\u036f]", "", plain).replace("μ", "u").replace("per", "/")
-    plain = re.sub(r"[*·._]?(s|sec|min|ms)(-1|1)$", r"/\1", _SINGLE.get(plain, plain))
-    over, slash, below = plain.replace("_", "/").partition("/")
+    plain = re.sub(r"[*·._]?(s|sec|min|ms)(-1|1)$", r"/\1", plain)
+    over, _, below = plain.replace("_", "/").partition("/")
     for kind in _kinds(quantity):
-        if kind == "rate" and slash and over in _UNITS["angle"] and below in _UNITS["time"]:
-            return Unit(kind, _UNITS["angle"][over] / _UNITS["time"][below], text)
-        if kind != "rate" and not slash and over in _UNITS[kind]:
-            return Unit(kind, _UNITS[kind][over], text)
+        factor = _SIZES.get((kind, plain))
+        if kind == "rate" and {("angle", over), ("time", below)} <= _SIZES.keys():
+            factor = _SIZES["angle", over] / _SIZES["time", below]
+        if factor:
+            return Unit(kind, factor, text, _DECLARED.get((kind == "time", factor), ""))
     return None
 
 
@@ -170,10 +186,6 @@ def _usual() -> Iterator[tuple[str, str, str]]:
         yield from ((x, quantity, x) for x in _BARE_HEADER.get(quantity, ""))
 
 
-_UNITS: Final = {
-    kind: {word: size for words, size in sizes.items() for word in words.split()}
-    for kind, sizes in _SIZES.items()
-}
 _USUAL: Final = defaultdict[str, list[tuple[str, str]]](list)
 for _name, _quantity, _component in _usual():
     _USUAL[_name].append((_quantity, _component))

@@ -213,7 +213,7 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     """The top, and the start where there is one."""
     if isinstance(scene, str | os.PathLike):
         scene = subject(scene)
-    elif scene is None and data.scene is not None:
+    elif scene is None and isinstance(data.scene, str):
         scene = read_scene(data.scene, data.name)
     if scene is None:
         rule = "give the scene of the data, or a file with only its [top]"

@@ -37,32 +37,30 @@ READ_SHAPES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one va
     **dict.fromkeys((*ANGLES, "elevation", *RATES, "elevationdot"), ()),
 }  # fmt: skip
 POSITIONS: Final = (*ANGLES, "elevation", "axis", "quaternion", "matrix", "vertical")
-TIME_UNITS: Final = {"milliseconds": 1e-3, "minutes": 60.0, "hours": 3600.0}  # in s
-DECLARED: Final = {
-    ("angle", 0.017453293): "degrees", ("rate", 0.017453293): "degrees",
-    ("rate", 0.104719755): "rpm", **{("time", x): name for name, x in TIME_UNITS.items()},
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Data:
     """A trajectory in SI units.
 
-    `values` has arrays by quantity, `columns` the quantity of every column, empty where it has
-    none; `declared` are the conventions that headers declare, `remarks` what was done on reading.
-    `scene` is the scene that a file of ours holds; `grain` is half a unit in the last digit that
-    numbers are written with, by quantity, and `shaken` the data moved by as much as that does.
+    `values` has arrays by quantity, the times `t` among them, `columns` the quantity of every
+    column, empty where it has none; `declared` are the conventions that headers declare, `remarks`
+    what was done on reading. `scene` is the scene that a file of ours holds; `shaken` are the data
+    moved by as much as the rounding of their numbers does, None where all digits are written.
     """
 
     name: str
-    t: Array
     values: Mapping[str, Array]
-    scene: str | None = None
-    columns: Mapping[str, str] = field(default_factory=dict)
+    remarks: Sequence[str] = ()
     declared: Collection[str] = ()
-    remarks: tuple[str, ...] = ()
-    grain: Mapping[str, Array] = field(default_factory=dict)
+    columns: Mapping[str, str] = field(default_factory=dict)
+    scene: str | None = None
     shaken: Data | None = None
+
+    @property
+    def t(self) -> Array:
+        """The times [s]."""
+        return self.values["t"]
 
     def updated(self, **values: Array | None) -> Data:
         """The same with other values; None takes one away."""
@@ -71,8 +69,7 @@ class Data:
 
     def rows(self, which: Any) -> Data:
         """Some of the rows."""
-        some, grain = ({k: x[which] for k, x in y.items()} for y in (self.values, self.grain))
-        return replace(self, t=self.t[which], values=some, grain=grain)
+        return self.updated(**{name: x[which] for name, x in self.values.items()})
 
 
 def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
@@ -86,39 +83,33 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     chosen = expect("columns", {} if columns is None else columns, dict)
     if wrong := [x for pair in chosen.items() for x in pair if not isinstance(x, str)]:
         raise wrong_type("columns", "texts alone, such as {'t': 'Zeit'}", wrong[0])
-    name, scene = "data", None
+    name, given = "data", data
     if isinstance(data, str | os.PathLike):
         path = path_of("data", data)
         path = path / RUN if path.is_dir() else path
-        name = harmless(path)
-        table, scene = _load(path, chosen)
-    elif hasattr(data, "keys"):
-        table = {str(k): data[k] for k in dict.fromkeys([*data, *getattr(data, "coords", ())])}
-    else:
+        name, given = harmless(path), _load(path, chosen)
+    elif not hasattr(data, "keys"):
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
-    faults = list[str]()
+    table = {str(each): given[each] for each in getattr(given, "variables", given)}
+    about, faults = getattr(given, "attrs", {}), list[str]()
+    scene = about.get("scene") if "plan" in about else None  # of a run of ours
     numbers = {each: x for each, column in table.items() if (x := _numbers(column)) is not None}
     found = choose_columns(table, numbers, chosen, faults)
     values = _values(numbers, found, faults)
-    masked = any(hasattr(column, "dims") for column in table.values())  # as of xarray
-    kept = _rows_with_values(values, masked, faults)
-    if not faults and kept.sum() < LEAST_ROWS:
-        faults.append(f"a column t of at least {LEAST_ROWS} times is needed ({kept.sum()} found)")
-    elif not faults and not values.keys() & {*POSITIONS}:
-        there = f"there are {', '.join(table)}"
-        faults.append(f"a column of angles, axis, quaternion or matrix is needed; {there}")
+    declared, remarks = _declared(found)
+    rows = _rows(table, values, faults, remarks)
     if faults:
         raise ForeignFile("\n".join(f"{name}: {harmless(fault)}" for fault in faults))
-    declared, remarks = _declared(found)
-    if not kept.all():
-        remarks += [f"{int((~kept).sum())} masked rows are not judged"]
-    used = {each: found[each].quantity if each in found else "" for each in table}
     grain = _values({each: grain_of(x) for each, x in numbers.items()}, found, [])
     grain["t"] = grain["t"] * is_rounded(values["t"], grain["t"])
-    all_rows = Data(name, values.pop("t"), values, scene, used, declared, grain=grain)
-    data = _in_order(all_rows.rows(kept), remarks)
-    shaken = _scaled(_shaken(data)) if any(x.any() for x in data.grain.values()) else None
-    return replace(_scaled(data), shaken=shaken)
+    random, some = np.random.default_rng(0), {x: values[x][rows] for x in values}
+    moved = {  # as rounding moves them, RMS, here or there
+        x: y + grain[x][rows] / np.sqrt(3) * random.choice((-1, 1), y.shape)
+        for x, y in some.items()
+    }
+    shaken = _scaled(Data(name, moved)) if any(x[rows].any() for x in grain.values()) else None
+    used = {each: found[each].quantity if each in found else "" for each in table}
+    return _scaled(Data(name, some, remarks, declared, used, scene, shaken))
 
 
 # --- columns -------------------------------------------------------------------------------------
@@ -212,7 +203,7 @@ def _declared(found: Mapping[str, Meaning]) -> tuple[list[str], list[str]]:
     for name, meaning in found.items():
         if meaning.unit and meaning.unit.factor != 1:
             units[meaning.unit].append(name)
-    declared = [DECLARED.get((unit.kind, round(unit.factor, 9)), "") for unit in units]
+    declared = [unit.convention for unit in units]
     declared += ["elevation" for meaning in found.values() if meaning.quantity == "elevation"]
     said = [f"{', '.join(names)} in {unit.text}" for unit, names in units.items()]
     named = [*dict.fromkeys(filter(None, declared))]
@@ -222,12 +213,15 @@ def _declared(found: Mapping[str, Meaning]) -> tuple[list[str], list[str]]:
 # --- rows ----------------------------------------------------------------------------------------
 
 
-def _rows_with_values(values: Mapping[str, Array], masked: bool, faults: list[str]) -> Any:
-    """Which rows have a value of everything; all of them where none may be missing."""
+def _rows(
+    table: DataTable, values: Mapping[str, Array], faults: list[str], remarks: list[str]
+) -> Any:
+    """The rows that have a value of everything, as time goes on, no time twice."""
+    may_lack = any(hasattr(column, "dims") for column in table.values())  # as of xarray
     kept = np.ones(len(values.get("t", ())), dtype=bool)
     for name, x in values.items():
         flat = x.reshape(len(x), -1)
-        missing = np.isnan(flat).any(axis=1) & masked
+        missing = np.isnan(flat).any(axis=1) & may_lack
         bad = ~((abs(flat) < LARGEST_VALUE).all(axis=1) | missing)
         if name in LENGTHS:
             bad |= ~flat.any(axis=1)
@@ -235,22 +229,26 @@ def _rows_with_values(values: Mapping[str, Array], masked: bool, faults: list[st
             rule = f"a finite number below {LARGEST_VALUE:g}, no vector of length 0, is needed"
             faults.append(f"{name}: {rule} in {_listed(bad)}")
         kept &= ~missing
-    return kept
-
-
-def _in_order(data: Data, remarks: list[str]) -> Data:
-    """The data as time goes on, no time twice."""
-    if data.t[-1] < data.t[0]:
-        data = data.rows(np.s_[::-1])
+    rows = np.flatnonzero(kept)
+    if faults:
+        return rows
+    if rows.size < LEAST_ROWS:
+        faults.append(f"a column t of at least {LEAST_ROWS} times is needed ({rows.size} found)")
+        return rows
+    if not values.keys() & {*POSITIONS}:
+        there = f"there are {', '.join(table)}"
+        faults.append(f"a column of angles, axis, quaternion or matrix is needed; {there}")
+    if rows.size < kept.size:
+        remarks.append(f"{kept.size - rows.size} masked rows are not judged")
+    if values["t"][rows[-1]] < values["t"][rows[0]]:
+        rows = rows[::-1]
         remarks.append("the times decrease: the rows are turned round")
-    steps = np.diff(data.t, prepend=-np.inf)
+    steps = np.diff(values["t"][rows], prepend=-np.inf)
     if (steps == 0).any():
         remarks.append(f"what repeats a time is left out: {_listed(steps == 0)}")
-        data = data.rows(steps != 0)
     if (steps < 0).any():
-        rule = f"t: the times must increase or decrease: {_listed(steps < 0)}"
-        raise ForeignFile(f"{data.name}: {rule}")
-    return replace(data, remarks=tuple(remarks))
+        faults.append(f"t: the times must increase or decrease: {_listed(steps < 0)}")
+    return rows[steps != 0]
 
 
 def _listed(rows: Any) -> str:
@@ -258,17 +256,6 @@ def _listed(rows: Any) -> str:
     found = np.flatnonzero(rows) + 1
     more = f", and {found.size - ROWS_LISTED} more" * (found.size > ROWS_LISTED)
     return f"row {', '.join(map(str, found[:ROWS_LISTED]))}{more}"
-
-
-# --- how numbers are rounded ---------------------------------------------------------------------
-
-
-def _shaken(data: Data) -> Data:
-    """The data with every number moved by as much as rounding moves it, RMS, here or there."""
-    random, grain = np.random.default_rng(0), data.grain
-    part = {name: x / np.sqrt(3) * random.choice((-1, 1), x.shape) for name, x in grain.items()}
-    values = {name: x + part[name] for name, x in data.values.items()}
-    return replace(data, t=data.t + part["t"], values=values)
 
 
 # --- lengths and descriptions --------------------------------------------------------------------
@@ -325,19 +312,19 @@ def matrices(quaternion: Array) -> Array:
 # --- files ---------------------------------------------------------------------------------------
 
 
-def _load(path: Path, chosen: Mapping[str, str]) -> tuple[DataTable, str | None]:
-    """The columns of a file by name, and the scene that it holds, if any."""
+def _load(path: Path, chosen: Mapping[str, str]) -> Any:
+    """The columns of a file by name."""
     try:
         match path.suffix.lower():
             case ".npz":
                 with np.load(path, allow_pickle=False) as arrays:
-                    return dict(arrays), None
+                    return dict(arrays)
             case ".mat":
-                return _load_matlab(path), None
+                return _load_matlab(path)
             case ".nc" | ".h5" | ".hdf5":
                 return _load_netcdf(path)
             case _:
-                return _load_text(path, chosen), None
+                return _load_text(path, chosen)
     except Exception as fault:  # of several libraries, on bytes that anybody wrote
         why = getattr(fault, "strerror", None) or fault
         raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
@@ -358,8 +345,7 @@ def _load_text(path: Path, chosen: Mapping[str, str]) -> DataTable:
     marks = {"sep": r"\s+" if between == " " else between, "decimal": "," if comma else "."}
     rows = {"names": names, "skiprows": first, "index_col": False, "comment": "#"}
     more = {"skipinitialspace": True, "encoding_errors": "replace"}
-    frame = pandas.read_csv(path, **encoding, **marks, **rows, **more)
-    return {str(name): column for name, column in frame.items()}
+    return dict(pandas.read_csv(path, **encoding, **marks, **rows, **more))
 
 
 def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, str, list[str]]:
@@ -383,27 +369,24 @@ def _cells(line: str, between: str) -> list[str]:
     return [x.strip() for x in next(csv.reader([line], delimiter=between), []) if x.strip()]
 
 
-def _load_matlab(path: Path) -> DataTable:
+def _load_matlab(path: Path) -> Any:
     """The arrays of a MATLAB file, also those within structures."""
     from scipy.io import loadmat
 
     try:
         found = loadmat(path, simplify_cells=True, appendmat=False)
     except NotImplementedError:  # since version 7.3 it is HDF5
-        return _load_netcdf(path)[0]
+        return _load_netcdf(path)
     parts = (x if isinstance(x, dict) else {name: x} for name, x in found.items())
     return {name: x for part in parts for name, x in part.items() if not name.startswith("__")}
 
 
-def _load_netcdf(path: Path) -> tuple[DataTable, str | None]:
-    """The variables of a netCDF or HDF5 file, as CF attributes say; a run of ours has its scene."""
+def _load_netcdf(path: Path) -> Any:
+    """The variables of a netCDF or HDF5 file, as CF attributes say."""
     import xarray
 
     with path.open("rb") as file:
         classic = file.read(3) == b"CDF"
     modern: dict[str, Any] = {"engine": "h5netcdf", "phony_dims": "sort"}
     options = {"engine": "scipy"} if classic else modern
-    with xarray.open_dataset(path, decode_timedelta=False, **options) as dataset:
-        table = {str(name): dataset[name].load() for name in dataset.variables}
-        scene = dataset.attrs.get("scene") if "plan" in dataset.attrs else None
-    return table, scene if isinstance(scene, str) else None
+    return xarray.load_dataset(path, decode_timedelta=False, **options)
