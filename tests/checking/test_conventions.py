@@ -128,8 +128,10 @@ def test_a_part_of_a_tenth_of_a_radian_is_told_from_a_step():
 
 def test_names_are_undone_where_asked_and_unknown_ones_refused():
     data = read({"t": 1000 * T, "theta": np.degrees(exact(T).theta)})
-    undone = undo_names(Comparison(data, SCENE.top, SCENE.start), ["degrees", "milliseconds"])
-    assert abs(undone.data.values["theta"] - exact(T).theta).max() < 1e-14
+    undone = undo_names(
+        Comparison(data.values, SCENE.top, SCENE.start), ["degrees", "milliseconds"]
+    )
+    assert abs(undone.arrays["theta"] - exact(T).theta).max() < 1e-14
     with pytest.raises(BadScene, match="one of time-origin, milliseconds"):
         check({"t": T, "theta": exact(T).theta}, SCENE, undone=["radians"])
     assert [TABLE[k].name for k in (INERTIA_ROW, NUMBER_ROW)] == NAMES[-2:]

@@ -122,5 +122,5 @@ def test_a_row_of_units_below_the_header_is_read(tmp_path):
     path = tmp_path / "units.csv"
     path.write_text("t,theta,phi\nms,deg,deg\n" + "".join(f"{k},{k},{2 * k}\n" for k in range(5)))
     data = read(path)
-    assert data.t.tolist() == pytest.approx([0.001 * k for k in range(5)])
+    assert data.values["t"].tolist() == pytest.approx([0.001 * k for k in range(5)])
     assert data.values["theta"] == pytest.approx(np.radians(range(5)))

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.checking.reading import POSITIONS, Array, Data, matrices, norm
+from heavytop.checking.reading import POSITIONS, Array, matrices, norm
 from heavytop.errors import FoldedTiltWarning, HeavyTopError, Impossible
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.state import State
@@ -67,9 +67,14 @@ def _exact(top: Top, start: State, times: bytes) -> ExactMotion:
 class Comparison:
     """Data, and the motion that they are held against; without a start it is that of the data."""
 
-    data: Data
+    arrays: Mapping[str, Array]
     top: Top
     given: State | None
+
+    @property
+    def t(self) -> Array:
+        """The times of the data [s]."""
+        return self.arrays["t"]
 
     @property
     def origin(self) -> Origin:
@@ -95,18 +100,19 @@ class Comparison:
     @cached_property
     def since(self) -> Array:
         """Times since the start [s]."""
-        return self.data.t - (0.0 if self.given is not None else self.data.t[0])
+        return self.t - (0.0 if self.given is not None else self.t[0])
 
     @cached_property
     def exact(self) -> ExactMotion:
         """The exact motion at the times of the data."""
-        if self.data.t.size > FITTED:
+        if self.t.size > FITTED:
             return ExactMotion(self.motion, self.since)
         return _exact(self.top, self.start, self.since.tobytes())
 
     def updated(self, **values: Array | None) -> Comparison:
         """The same of data with other values; None takes one away."""
-        other = replace(self, data=self.data.updated(**values))
+        arrays = {k: v for k, v in (dict(self.arrays) | values).items() if v is not None}
+        other = replace(self, arrays=arrays)
         if self.given is not None and "t" not in values:  # the same motion at the same times
             other.__dict__["exact"] = self.exact
         return other
@@ -125,7 +131,7 @@ class Comparison:
 
     def rows(self, which: Any) -> Comparison:
         """The same of some rows."""
-        return replace(self, data=self.data.rows(which))
+        return replace(self, arrays={name: x[which] for name, x in self.arrays.items()})
 
     @cached_property
     def folded(self) -> Comparison:
@@ -145,7 +151,7 @@ class Comparison:
     @cached_property
     def values(self) -> Mapping[str, Array]:
         """The data's, and the angular velocity in the body where they have the momentum there."""
-        values, top = self.data.values, self.top
+        values, top = self.arrays, self.top
         if "omega_body" in values or "momentum_body" not in values or top.C == 0:
             return values
         moments = [float(x) for x in (top.A, top.A, top.C)]
@@ -171,7 +177,7 @@ class Comparison:
     @cached_property
     def spin(self) -> tuple[Array, Array, Array] | None:
         """The angular velocity, the symmetry axis and the vertical, all in one frame."""
-        known, upward = self.known, np.broadcast_to([0.0, 0.0, 1.0], (self.data.t.size, 3))
+        known, upward = self.known, np.broadcast_to([0.0, 0.0, 1.0], (self.t.size, 3))
         if known.keys() >= {"theta", *RATES}:
             thetadot, phidot, psidot = (known[name] for name in RATES)
             e = axes(known["theta"], np.zeros_like(phidot))
@@ -277,14 +283,14 @@ def _fitted(c: Comparison) -> State:
         lacking = f"none follows from {', '.join(x for x in c.values if x != 't')} alone"
         raise Impossible([("start", f"{lacking}: give a scene with a start, or theta and phi")])
     guess = first_row(c.updated(omega=_omega(c, axis), axis=axis))
-    some = c.data.rows(np.s_[:: -(-c.data.t.size // FITTED)])
+    some = c.rows(np.s_[:: -(-c.t.size // FITTED)])
     some = some.updated(t=some.t - some.t[0])
 
     def state(p: Array) -> State:
         return State(**dict(zip(FITTED_START, p, strict=True)), psi=guess.psi)
 
     def axis_error(p: Array, rows: int) -> Array:
-        near = Comparison(some.rows(slice(0, rows)), c.top, state(p))
+        near = replace(some.rows(np.s_[:rows]), given=state(p))
         return np.ravel(near.known["axis"] - near.exact.axis)
 
     p, size, misfit = np.array([float(getattr(guess, x)) for x in FITTED_START]), some.t.size, 0.0
@@ -309,7 +315,7 @@ def _omega(c: Comparison, axis: Array) -> Array:
     A e × ë + C ω₃ ė = −gMR e × ẑ gives ω₃.
     """
     A, C, gMR = (float(getattr(c.top, name)) for name in MOMENT_NAMES)
-    t, axis = c.data.t[:FIRST_FITTED], axis[:FIRST_FITTED]
+    t, axis = c.t[:FIRST_FITTED], axis[:FIRST_FITTED]
     speed = np.gradient(axis, t, axis=0, edge_order=2)
     faster = np.gradient(speed, t, axis=0, edge_order=2)
     torque = A * np.cross(axis, faster) + gMR * np.cross(axis, [0.0, 0.0, 1.0])

@@ -118,19 +118,19 @@ def _in_unit_of_rate(unit: Unit) -> Undo:
 
 
 def _scale_times(*factors: float) -> Undo:
-    return lambda c: (Variant(f"{x:g}", c.updated(t=c.data.t * x)) for x in factors)
+    return lambda c: (Variant(f"{x:g}", c.updated(t=c.t * x)) for x in factors)
 
 
 def _shift_times(c: Comparison) -> Variants:
-    first = float(c.data.t[0])
+    first = float(c.t[0])
     if c.given is not None and first:
-        yield Variant(f"{first:g}", c.updated(t=c.data.t - first))
+        yield Variant(f"{first:g}", c.updated(t=c.t - first))
 
 
 def _exchange_frames(c: Comparison) -> Variants:
     words = "in the body, not in space", "in space, not in the body"
     for name, other, meant in zip(OMEGAS, OMEGAS[::-1], words, strict=True):
-        if name in c.data.values and other not in c.values:
+        if name in c.arrays and other not in c.values:
             yield Variant(meant, c.updated(**{other: c.values[name], name: None}))
 
 
@@ -291,10 +291,10 @@ NUMBERS: Final = ("C", "gMR", "the clock", "the time of the first row",
 def _with_number(c: Comparison, name: str, x: float) -> tuple[float, Comparison]:
     """A number of the problem changed by the part x of what it is changed at most."""
     if name == "the clock":
-        return 1 + x, c.updated(t=c.data.t * (1 + x))
+        return 1 + x, c.updated(t=c.t * (1 + x))
     if name == "the time of the first row":
-        shift = x * (c.motion.period or float(c.data.t[-1]))
-        return shift, c.updated(t=c.data.t + shift)
+        shift = x * (c.motion.period or float(c.t[-1]))
+        return shift, c.updated(t=c.t + shift)
     key = c.start.held if name == "spin" else name
     value = float(getattr(c.top if name in MOMENT_NAMES else c.start, key))
     # A from C/2, where all mass is far out
@@ -313,7 +313,7 @@ def _fit(parts: Mapping[str, Sequence[float]]) -> Undo:
 
         if c.given is None:
             return
-        rows, begins = octaves(c.data.t.size)
+        rows, begins = octaves(c.t.size)
         some = c.rows(rows)
 
         def misfit(x: float, name: str) -> float:

@@ -95,11 +95,11 @@ def check(
     given = read(data, columns)
     motion = _motion_of(scene, given)
 
-    def posed(data: Data) -> Comparison:
-        comparison = Comparison(data, *motion)
+    def posed(arrays: Mapping[str, Array]) -> Comparison:
+        comparison = Comparison(arrays, *motion)
         return undo_names(comparison, undone) if undone else comparison
 
-    comparison = posed(given)
+    comparison = posed(given.values)
     verdict = explain(comparison)
     found, steps, agent = _undo_what_is_sure(verdict, comparison)
     judged = undo(comparison, steps)
@@ -114,15 +114,16 @@ def check(
     if verdict.alike:
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
     condition = method.measure_condition(judged)
-    charted = {"t": given.t, **curves, "phase_t": phase.t, "phase": phase.shifts}
-    sizes = {name: _size(given.t, curve) for name, curve in curves.items()}
-    before, after = _rms_error(comparison), max(_rms_error(judged) or 0.0, UNIT)
-    slips = [
-        {"name": x.name, "sentence": x.sentence, "error_before": before, "error_after": after}
-        for x in conventions
-    ]
+    t = given.values["t"]
+    charted = {"t": t, **curves, "phase_t": phase.t, "phase": phase.shifts}
+    sizes = {name: _size(t, curve) for name, curve in curves.items()}
+    rms = {
+        "error_before": _rms_error(comparison),
+        "error_after": max(_rms_error(judged) or 0.0, UNIT),
+    }
+    slips = [{"name": x.name, "sentence": x.sentence, **rms} for x in conventions]
     return Check(
-        scene=_scene_of(judged),
+        scene={"name": given.name, "title": "", **_problem_of(judged)},
         data=_data_of(given),
         origin=comparison.origin,
         errors=dict.fromkeys(CHECKED_QUANTITIES) | sizes | {"phase_s": phase.phase},
@@ -148,11 +149,9 @@ def _alternative(found: Explanation) -> dict[str, Any]:
     return {"names": names, "sentence": "; ".join(dict.fromkeys(x.sentence for x in found.steps))}
 
 
-def _scene_of(judged: Comparison) -> dict[str, Any]:
-    """The problem in doubles, as JSON has it."""
+def _problem_of(judged: Comparison) -> dict[str, Any]:
+    """The top and the start in doubles."""
     return {
-        "name": judged.data.name,
-        "title": "",
         "top": {name: float(getattr(judged.top, name)) for name in MOMENT_NAMES},
         "start": {name: float(getattr(judged.start, name)) for name in START_NUMBERS},
     }
@@ -160,10 +159,11 @@ def _scene_of(judged: Comparison) -> dict[str, Any]:
 
 def _data_of(given: Data) -> dict[str, Any]:
     """What the data are, as JSON has it."""
+    t = given.values["t"].tolist()
     return {
         "file": given.name,
-        "rows": given.t.size,
-        "span": [float(given.t[0]), float(given.t[-1])],
+        "rows": len(t),
+        "span": [t[0], t[-1]],
         "columns": {name: quantity or None for name, quantity in given.columns.items()},
         "read_as": [*dict.fromkeys(x for x in given.columns.values() if x not in ("", "t"))],
     }
@@ -223,13 +223,13 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
 
 def _remark_angles(c: Comparison) -> list[str]:
     """That θ is folded, with the first row, and that angles are unwrapped."""
-    remarks, data = [], c.data
+    remarks = []
     if c.folded is not c:
-        theta = data.values["theta"]
+        theta = c.arrays["theta"]
         row = int(np.argmax((theta < -FOLD_ALLOWED) | (theta > np.pi + FOLD_ALLOWED)))
-        where = f"row {row + 1} (t = {data.t[row]:g} s, {theta[row]:.6g})"
+        where = f"row {row + 1} (t = {c.t[row]:g} s, {theta[row]:.6g})"
         remarks.append(f"θ leaves [0, π] in {where}: folded")
-    jumps = {x: abs(np.diff(data.values[x])) for x in ("phi", "psi") if x in data.values}
+    jumps = {x: abs(np.diff(c.arrays[x])) for x in ("phi", "psi") if x in c.arrays}
     if jumping := [name for name, step in jumps.items() if (step > np.pi).any()]:
         remarks.append(f"unwrapped: {', '.join(jumping)}")
     return remarks

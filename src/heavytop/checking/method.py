@@ -111,9 +111,9 @@ def measure_phase(c: Comparison) -> PhaseCurve:
         if abs(shift - before) > LOST_PHASE * period or abs(shift) > abs(c.since[-1] - c.since[0]):
             return PhaseCurve("not told by these rows: they fit no shift in time")
         spread = np.sqrt(((off - step * slope) ** 2).mean() / weight)
-        found.append((float(c.data.t[rows].mean()), shift, spread))
+        found.append((float(c.t[rows].mean()), shift, spread))
     t, shifts, spreads = np.array(found).T
-    after, largest = abs(t - c.data.t[0]), float(shifts[abs(shifts).argmax()])
+    after, largest = abs(t - c.t[0]), float(shifts[abs(shifts).argmax()])
     growth = _fit_power(after, abs(shifts), np.maximum(spreads, 1e-14 * after))  # rounding
     lost = next(iter(t[abs(shifts) > LOST_PHASE * period].tolist()), None)
     phase = Phase(float(shifts[-1]), rms(shifts), largest, float(t[-1]), lost)
@@ -169,7 +169,7 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     """A motor that holds ψ̇, or friction that takes the spin away: a name and a sentence."""
     if c.first > FIRST:
         return None
-    exact, t = c.exact, c.data.t - c.data.t[0]
+    exact, t = c.exact, c.t - c.t[0]
     theta, phi, psi = (c.known.get(name) for name in ANGLES)
     phidot, psidot = (  # by differences where they are not given
         c.values.get(f"{name}dot", None if x is None else np.gradient(np.unwrap(x), t))

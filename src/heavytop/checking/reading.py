@@ -6,10 +6,9 @@ import csv
 import os
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,37 +38,22 @@ READ_SHAPES: Final[Mapping[str, tuple[int, ...]]] = {  # and the shape of one va
 POSITIONS: Final = (*ANGLES, "elevation", "axis", "quaternion", "matrix", "vertical")
 
 
-@dataclass(frozen=True)
-class Data:
+class Data(NamedTuple):
     """A trajectory in SI units.
 
-    `values` has arrays by quantity, the times `t` among them, `columns` the quantity of every
-    column, empty where it has none; `declared` are the conventions that headers declare, `remarks`
-    what was done on reading. `scene` is the scene that a file of ours holds; `shaken` are the data
-    moved by as much as the rounding of their numbers does, None where all digits are written.
+    `values` has arrays by quantity, the times `t` among them, `shaken` the same moved by as much as
+    the rounding of their numbers does, empty where all digits are written. `remarks` are what was
+    done on reading, `declared` the conventions that headers declare, `columns` has the quantity of
+    every column, empty where it has none, `scene` is the scene that a file of ours holds.
     """
 
     name: str
     values: Mapping[str, Array]
-    remarks: Sequence[str] = ()
-    declared: Collection[str] = ()
-    columns: Mapping[str, str] = field(default_factory=dict)
-    scene: str | None = None
-    shaken: Data | None = None
-
-    @property
-    def t(self) -> Array:
-        """The times [s]."""
-        return self.values["t"]
-
-    def updated(self, **values: Array | None) -> Data:
-        """The same with other values; None takes one away."""
-        changed = {k: v for k, v in (dict(self.values) | values).items() if v is not None}
-        return replace(self, values=changed)
-
-    def rows(self, which: Any) -> Data:
-        """Some of the rows."""
-        return self.updated(**{name: x[which] for name, x in self.values.items()})
+    shaken: Mapping[str, Array]
+    remarks: Sequence[str]
+    declared: Sequence[str]
+    columns: Mapping[str, str]
+    scene: object
 
 
 def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
@@ -107,9 +91,9 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         x: y + grain[x][rows] / np.sqrt(3) * random.choice((-1, 1), y.shape)
         for x, y in some.items()
     }
-    shaken = _scaled(Data(name, moved)) if any(x[rows].any() for x in grain.values()) else None
+    shaken = _scaled(moved, []) if any(x[rows].any() for x in grain.values()) else {}
     used = {each: found[each].quantity if each in found else "" for each in table}
-    return _scaled(Data(name, some, remarks, declared, used, scene, shaken))
+    return Data(name, _scaled(some, remarks), shaken, remarks, declared, used, scene)
 
 
 # --- columns -------------------------------------------------------------------------------------
@@ -261,12 +245,12 @@ def _listed(rows: Any) -> str:
 # --- lengths and descriptions --------------------------------------------------------------------
 
 
-def _scaled(data: Data) -> Data:
-    """The data with lengths of 1, matrices for quaternions, and tilts for elevations.
+def _scaled(values: dict[str, Array], remarks: list[str]) -> dict[str, Array]:
+    """The arrays with lengths of 1, matrices for quaternions, and tilts for elevations.
 
     Lengths are divided by their first, so that a drift of them stays in the data.
     """
-    remarks, values = [*data.remarks], dict(data.values)
+    values = dict(values)
     for name in [name for name in LENGTHS if name in values]:
         length = norm(values[name]) / LENGTHS[name]
         first = float(np.median(length[:5]))
@@ -289,7 +273,7 @@ def _scaled(data: Data) -> Data:
         values["theta"] = (90 if abs(elevation).max() > 2 else np.pi / 2) - elevation
     if "elevationdot" in values and "thetadot" not in values:
         values["thetadot"] = -values.pop("elevationdot")
-    return replace(data, values=values, remarks=tuple(remarks))
+    return values
 
 
 def norm(vectors: Array) -> Array:

@@ -161,7 +161,7 @@ def _ranked(found: Iterable[Explanation]) -> list[Explanation]:
 
 def _some(comparison: Comparison) -> tuple[Comparison, Any]:
     """The rows that conventions are tried on, and where their octaves begin."""
-    size = comparison.data.t.size
+    size = comparison.t.size
     rows, begins = octaves(size)
     if comparison.given is None:  # the start follows from the rows
         rest = np.arange(200, size)  # the first 200, and of the others about 800
