@@ -114,10 +114,12 @@ def _kinds(quantity: str) -> tuple[str, ...]:
     return ("length",) if quantity in _VECTORS else ("rate", "angle", "time", "length")
 
 
-def meanings(header: str) -> list[Meaning]:
+def meanings(header: str, unit: str = "") -> list[Meaning]:
     """What a header may stand for, the likeliest first; empty where it is not understood."""
-    name, unit = header, ""
-    if found := re.fullmatch(r"(.+?)\s*[\[(]([^\])]*)[\])]?\s*", header):
+    name = header
+    if unit:
+        pass
+    elif found := re.fullmatch(r"(.+?)\s*[\[(]([^\])]*)[\])]?\s*", header):
         name, unit = found[1], "" if found[2].strip() in ("t", "τ") else found[2]
     elif found := re.fullmatch(r"(.+?)(?:\s*,\s*|\s+in\s+|\s+|\s*/\s*(?!dt))(\S+)", header):
         name, unit = (found[1], found[2]) if parse_unit(found[2]) else (header, "")

@@ -170,11 +170,10 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
     if c.first > FIRST:
         return None
     exact, t = c.exact, c.t - c.t[0]
-    theta, phi, psi = (c.known.get(name) for name in ANGLES)
-    phidot, psidot = (  # by differences where they are not given
-        c.values.get(f"{name}dot", None if x is None else np.gradient(np.unwrap(x), t))
-        for name, x in (("phi", phi), ("psi", psi))
-    )
+    angles = {name: np.unwrap(c.known[name]) for name in ANGLES if name in c.known}
+    rates = {f"{name}dot": np.gradient(x, t) for name, x in angles.items()}
+    moving = c.updated(**rates | c.arrays)  # by differences where they are not given
+    theta, psidot = c.known.get("theta"), moving.arrays.get("psidot")
     if psidot is not None and theta is not None:
         varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()
         held = np.ptp(psidot) < HELD * varies and abs(psidot[0] - exact.psidot[0]) < HELD * varies
@@ -183,10 +182,8 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
             return "motor", f"{words}: a motor holds the spin"
     if "omega_body" in c.values:
         omega3 = c.values["omega_body"][:, 2]
-    elif c.spin is not None:
-        omega3 = (c.spin[0] * c.spin[1]).sum(axis=1)
-    elif theta is not None and phidot is not None and psidot is not None:
-        omega3 = psidot + phidot * np.cos(theta)
+    elif spin := c.spin or moving.spin:
+        omega3 = (spin[0] * spin[1]).sum(axis=1)
     else:
         return None
     if (omega3 * omega3[0] > 0).all():

@@ -103,17 +103,18 @@ def choose_columns(
     table: DataTable, numbers: DataTable, chosen: Mapping[str, str], faults: list[str]
 ) -> dict[str, Meaning]:
     """The meaning of every column of numbers that is understood; no two have the same."""
-    possible = {name: _meanings(name, x) for name, x in table.items() if name in numbers}
+    split = {name: _split(name, x) for name, x in table.items()}
+    possible = {name: meanings(*split[name]) or meanings(name) for name in numbers}
     for key, column in chosen.items():
-        plain, unit = _bare(column), _unit(column)
-        alike = [n for n in table if n == column.strip()] or [n for n in table if _bare(n) == plain]
+        plain, unit = _split(column)
+        alike = [n for n in table if n == column.strip()] or [n for n in table if split[n][0] == plain]
         if not (meant := meanings(key)):
             faults.append(f"{key!r}, no quantity has this name (theta, phi, psi, axis_x, qw, …)")
         elif not alike:
             faults.append(f"{column!r}, no such column {nearest(column, table)}")
         else:
             own = next(iter(meanings(alike[0])), meant[0]).unit
-            if spelled := unit or _unit(alike[0], table[alike[0]]):
+            if spelled := unit or split[alike[0]][1]:
                 own = parse_unit(spelled, key)
             possible[alike[0]] = [meant[0]._replace(unit=own)]
     found: dict[str, Meaning] = {}
@@ -129,19 +130,10 @@ def choose_columns(
     return found
 
 
-def _meanings(name: str, column: Any) -> list[Meaning]:
-    """What a column may be, by its name and the unit that its attributes have."""
-    return meanings(f"{_bare(name)} [{_unit(name, column)}]") or meanings(name)
-
-
-def _bare(name: str) -> str:
-    """A name without the unit in brackets behind it."""
-    return name.partition("[")[0].strip()
-
-
-def _unit(name: str, column: Any = None) -> str:
-    """The unit of a column, by its attributes or in brackets behind its name."""
-    return str(getattr(column, "attrs", {}).get("units", name.partition("[")[2].rstrip("] ")))
+def _split(name: str, column: Any = None) -> tuple[str, str]:
+    """The name of a column, and its unit, by its attributes or in brackets behind its name."""
+    bare, _, unit = name.partition("[")
+    return bare.strip(), str(getattr(column, "attrs", {}).get("units", unit.rstrip("] ")))
 
 
 def _numbers(column: Any) -> Array | None:
@@ -324,7 +316,7 @@ def _load_text(path: Path, chosen: Mapping[str, str]) -> DataTable:
     encoding: dict[str, Any] = {"encoding": "utf-16" if wide else "utf-8-sig"}
     with path.open(errors="replace", **encoding) as file:
         lines = [*islice(file, HEAD_LINES)]
-    first, between, names = _find_header(lines, {_bare(column) for column in chosen.values()})
+    first, between, names = _find_header(lines, {_split(column)[0] for column in chosen.values()})
     comma = between != "," and any("," in line for line in lines[first:])
     marks = {"sep": r"\s+" if between == " " else between, "decimal": "," if comma else "."}
     rows = {"names": names, "skiprows": first, "index_col": False, "comment": "#"}
@@ -338,7 +330,7 @@ def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, st
         text = line.strip().lstrip("#%").strip()
         for between in (x for x in "\t;, " if x in text):
             names = _cells(text, between)
-            if sum(_bare(n) in wanted or bool(meanings(n)) for n in names) < 2:
+            if sum(_split(n)[0] in wanted or bool(meanings(n)) for n in names) < 2:
                 continue
             names = [f"{n} (again {k})" if n in names[:k] else n for k, n in enumerate(names)]
             below = _cells("".join(lines[at + 1 : at + 2]).strip().lstrip("#%"), between)

@@ -193,18 +193,18 @@ class Range:
 
     def __call__(self, value: object) -> Any:
         """Return a value as a plain number."""
-        found = _number(value, self.whole)
-        if found is None or not self.least <= found <= self.most:  # nan too
-            raise Refused(self.rule)
-        return found
-
-    @property
-    def rule(self) -> str:
-        """The rule, in words."""
+        found: Any = math.nan
+        with suppress(TypeError, OverflowError, ValueError):  # longer than any float; an sNaN
+            if self.whole:
+                found = operator.index(value)  # type: ignore[arg-type]
+            elif isinstance(value, numbers.Real | Decimal):
+                found = float(value)
+        if not isinstance(value, bool) and self.least <= found <= self.most:
+            return found
         kind, style = ("a whole number", "d") if self.whole else ("a number", "g")
         if self.most == math.inf:
-            return f"{kind}, at least {self.least:{style}}"
-        return f"{kind} from {self.least:{style}} to {self.most:{style}}"
+            raise Refused(f"{kind}, at least {self.least:{style}}")
+        raise Refused(f"{kind} from {self.least:{style}} to {self.most:{style}}")
 
 
 def only(read: Reader, fits: Callable[[Any], object], rule: str) -> Reader:
@@ -270,15 +270,6 @@ def parse_names(
     if not names:
         faults.append(Fault(file, None, key, "", f"at least one {key.removesuffix('s')}"))
     return found, faults
-
-
-def _number(value: object, whole: bool) -> int | float | None:
-    """Return a value as a plain number, if it is one; a truth value is none."""
-    if isinstance(value, bool) or not (whole or isinstance(value, numbers.Real | Decimal)):
-        return None
-    with suppress(TypeError, OverflowError, ValueError):  # longer than any float; a signalling nan
-        return operator.index(value) if whole else float(value)  # type: ignore[arg-type]
-    return None
 
 
 # --- the numbers of a scene ------------------------------------------------------------------

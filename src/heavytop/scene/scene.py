@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -254,7 +254,10 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     values, in_tables = scene_file.read_tables(where, raw)
     if wrong or in_tables:
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
-        wrong += [_place_fault(fault, lines, changed) for fault in in_tables]
+        for fault in in_tables:
+            line = lines.get(fault.key, lines.get(fault.key.partition(".")[0]))
+            there = {"file": CHANGES_SOURCE} if fault.key in changed else {"line": line}
+            wrong.append(replace(fault, **there))
         wrong.sort(key=lambda fault: fault.line or 0)
         raise BadScene(wrong)
     return Scene(**values, name=Path(where).stem)
@@ -275,13 +278,6 @@ def scene_of(document: Mapping[str, Any]) -> Scene:
     return read_scene(text, where=document["name"])
 
 
-def _place_fault(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:
-    """The fault with the line of its key or of its table, or as one of the changes."""
-    if fault.key in changed:
-        return replace(fault, file=CHANGES_SOURCE)
-    return replace(fault, line=lines.get(fault.key, lines.get(fault.key.partition(".")[0])))
-
-
 def expect_scene(scene: object) -> Scene:
     """Return an argument that is a scene; `WrongType` where it is none, but a name, say."""
     return arguments.expect("scene", scene, Scene, "load_scene gives one by its name")
@@ -290,8 +286,10 @@ def expect_scene(scene: object) -> Scene:
 # --- files -----------------------------------------------------------------------------------
 
 
-def _refuse(where: str, rule: str, hint: str = "", line: int = 0, key: str = "scene") -> NoReturn:
-    raise BadScene((Fault(where, line or None, key, "", rule, hint),))
+def _refuse(
+    where: str, rule: str, hint: str = "", line: int = 0, key: str = "scene", value: str = ""
+) -> NoReturn:
+    raise BadScene((Fault(where, line or None, key, value, rule, hint),))
 
 
 def _text_of(path: Path, where: str) -> str:
@@ -314,10 +312,10 @@ def _text_of(path: Path, where: str) -> str:
 def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     """Refuse a text that is no TOML, and show the line at fault."""
     match = re.search(r"at line ([0-9]+)", message)
-    line = int(match[1]) if match else None
+    line = int(match[1]) if match else 0
     there = (words for number, *words in scene_file.written_keys(text) if number == line)
     key, value = (cut(words, 60) for words in next(there, ("scene", "")))
-    raise BadScene((Fault(where, line, key, value, f"not TOML: {message}", _IN_QUOTES),))
+    _refuse(where, f"not TOML: {message}", _IN_QUOTES, line, key, value)
 
 
 def _hint_at_scene(path: Path) -> str:

@@ -14,7 +14,7 @@ from typing import Any, Final
 from heavytop.errors import ImpossibleStart, Refused
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
 from heavytop.exact.number import ZERO
-from heavytop.scene.arguments import Numbers, Reader, Way, one_of, only, short
+from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, one_of, only, short
 from heavytop.scene.quantities import ANGLES, PLAIN_NUMBER, QUANTITY_READERS, RATES
 from heavytop.scene.top import Top
 
@@ -33,8 +33,28 @@ _DEGREES: Final = range(4, 361)  # a θ that is one of these was hardly meant in
 _NEARLY: Final = 1e-6  # so far a rotation may be from a rotation
 
 
-def way_of(given: Values) -> Way:
-    """Return the way that the names of a start begin."""
+def read_start(given: Mapping[str, object], top: Top | None) -> dict[str, Any]:
+    """Return the fields of the `State` that a start says, in any of its ways.
+
+    Raises
+    ------
+    ImpossibleStart
+        No motion has what is given, or it is not that of a way.
+    """
+    way = _way_of(given)
+    given = exact_numbers(ImpossibleStart, way, _completed(way, given), START_READERS)
+    if way not in (ANGLE_RATES, OMEGA) and not isinstance(top, Top):
+        raise ImpossibleStart([(WITHOUT_TOP, "a Top, from which this start follows")])
+    values, notice = _folded(given)
+    if {*_PLACED} & given.keys():
+        values = {**values, **_attitude(values)}
+    found = {**dict.fromkeys(_FIELDS, ZERO), **values, **way.make(values, top)}
+    fields = {name: found[name] for name in (*_FIELDS, "held", "spin")}
+    return fields | {"given": tuple(given.items()), "notices": (notice,) * bool(notice)}
+
+
+def _way_of(given: Values) -> Way:
+    """The way that the names of a start begin."""
     if "steady" in given:
         return SPIN_OF_STEADY if given["steady"] is True else STEADY_START
     if {*_ENERGIES, *_MOMENTA} & given.keys():
@@ -42,31 +62,14 @@ def way_of(given: Values) -> Way:
     return OMEGA if {"omega_body", "omega_space"} & given.keys() else ANGLE_RATES
 
 
-def completed(given: Values) -> Values:
-    """Return a start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
-    way = way_of(given)
+def _completed(way: Way, given: Values) -> Values:
+    """A start with what is left out and is 0: rates, and θ̇ where no energy gives it."""
     if way is ANGLE_RATES:
         names = ("thetadot", "phidot") if {*_PLACED} & given.keys() else _FIELDS
         spin = {} if {*_SPINS} & given.keys() else {"psidot": ZERO}
         return {**dict.fromkeys(names, ZERO), **given, **spin}
     still = way is CONSTANTS_START and not {*_ENERGIES} & given.keys()
     return {"thetadot": ZERO, **given} if still else given
-
-
-def solve(given: Values, top: Top | None) -> dict[str, Any]:
-    """Return angles, rates, the spin and what is held of it; and what is to be said of them.
-
-    Raises
-    ------
-    ImpossibleStart
-        No motion has them, or they are not those of a way.
-    """
-    values, notice = _folded(given)
-    if {*_PLACED} & given.keys():
-        values = {**values, **_attitude(values)}
-    found = {**dict.fromkeys(_FIELDS, ZERO), **values, **way_of(given).make(values, top)}
-    names = (*_FIELDS, "held", "spin")
-    return {name: found[name] for name in names} | {"notices": (notice,) * bool(notice)}
 
 
 def _folded(given: Values) -> tuple[Values, str]:

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack
 
-from heavytop.errors import FoldedTiltWarning, ImpossibleStart
+from heavytop.errors import FoldedTiltWarning
 from heavytop.exact import Exact, Number, cos
 from heavytop.scene import starts
-from heavytop.scene.arguments import as_call, exact_numbers, set_fields, there
+from heavytop.scene.arguments import as_call, set_fields, there
 from heavytop.scene.top import Top
 from heavytop.text import Shown
 
@@ -137,14 +137,9 @@ class State(Shown):
         return start
 
     def _read(self, given: Mapping[str, object], top: Top | None) -> None:
-        way, every = starts.way_of(given), starts.completed(given)
-        values = exact_numbers(ImpossibleStart, way, every, starts.START_READERS)
-        if way not in (starts.ANGLE_RATES, starts.OMEGA) and not isinstance(top, Top):
-            raise ImpossibleStart([(starts.WITHOUT_TOP, "a Top, from which this start follows")])
-        found = starts.solve(values, top)
-        for notice in found["notices"]:
+        set_fields(self, starts.read_start(given, top))
+        for notice in self.notices:
             warnings.warn(notice, FoldedTiltWarning, stacklevel=4)
-        set_fields(self, found | {"given": tuple(values.items())})
 
     @property
     def psidot(self) -> Exact:
