@@ -117,13 +117,13 @@ def _kinds(quantity: str) -> tuple[str, ...]:
 def meanings(header: str, unit: str = "") -> list[Meaning]:
     """What a header may stand for, the likeliest first; empty where it is not understood."""
     name = header
-    if unit:
+    if unit:  # which an attribute says
         pass
     elif found := re.fullmatch(r"(.+?)\s*[\[(]([^\])]*)[\])]?\s*", header):
         name, unit = found[1], "" if found[2].strip() in ("t", "τ") else found[2]
     elif found := re.fullmatch(r"(.+?)(?:\s*,\s*|\s+in\s+|\s+|\s*/\s*(?!dt))(\S+)", header):
         name, unit = (found[1], found[2]) if parse_unit(found[2]) else (header, "")
-    words = [*_words(name)]
+    words = _words(name)
     tries = [(words, unit)]
     if not unit:  # theta_deg, omega_x_rad_s, phidot_deg_per_s
         splits = (len(words) - many for many in (1, 2, 3) if len(words) > many)

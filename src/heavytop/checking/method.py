@@ -171,8 +171,8 @@ def find_agent(c: Comparison) -> tuple[str, str] | None:
         return None
     exact, t = c.exact, c.t - c.t[0]
     angles = {name: np.unwrap(c.known[name]) for name in ANGLES if name in c.known}
-    rates = {f"{name}dot": np.gradient(x, t) for name, x in angles.items()}
-    moving = c.updated(**rates | c.arrays)  # by differences where they are not given
+    rates: dict[str, Array] = {f"{name}dot": np.gradient(x, t) for name, x in angles.items()}
+    moving = c.updated(**rates | dict(c.arrays))  # by differences where they are not given
     theta, psidot = c.known.get("theta"), moving.arrays.get("psidot")
     if psidot is not None and theta is not None:
         varies, off = float(np.ptp(exact.psidot)), abs(wrapped(theta - exact.theta)).max()

@@ -6,14 +6,14 @@ import csv
 import os
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.checking.headers import Meaning, Unit, complete_set, meanings, parse_unit
+from heavytop.checking.headers import Unit, complete_set, meanings, parse_unit
 from heavytop.checking.rounding import grain_of, is_rounded
 from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import expect, path_of, wrong_type
@@ -22,6 +22,7 @@ from heavytop.text import harmless, nearest
 
 Array = NDArray[np.float64]
 DataTable = Mapping[str, Any]
+Columns = dict[str, list[tuple[str, Unit | None]]]
 
 LEAST_ROWS: Final = 5
 RUN: Final = "trajectory.nc"  # in the folder of a run
@@ -92,7 +93,8 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         for x, y in some.items()
     }
     shaken = _scaled(moved, []) if any(x[rows].any() for x in grain.values()) else {}
-    used = {each: found[each].quantity if each in found else "" for each in table}
+    used = dict.fromkeys(table, "")
+    used |= {column: quantity for quantity, those in found.items() for column, _ in those}
     return Data(name, _scaled(some, remarks), shaken, remarks, declared, used, scene)
 
 
@@ -101,13 +103,15 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
 
 def choose_columns(
     table: DataTable, numbers: DataTable, chosen: Mapping[str, str], faults: list[str]
-) -> dict[str, Meaning]:
-    """The meaning of every column of numbers that is understood; no two have the same."""
+) -> Columns:
+    """The columns of each quantity, and their units, in the order of its components."""
     split = {name: _split(name, x) for name, x in table.items()}
     possible = {name: meanings(*split[name]) or meanings(name) for name in numbers}
     for key, column in chosen.items():
         plain, unit = _split(column)
-        alike = [n for n in table if n == column.strip()] or [n for n in table if split[n][0] == plain]
+        alike = [n for n in table if n == column.strip()] or [
+            n for n in table if split[n][0] == plain
+        ]
         if not (meant := meanings(key)):
             faults.append(f"{key!r}, no quantity has this name (theta, phi, psi, axis_x, qw, …)")
         elif not alike:
@@ -117,16 +121,19 @@ def choose_columns(
             if spelled := unit or split[alike[0]][1]:
                 own = parse_unit(spelled, key)
             possible[alike[0]] = [meant[0]._replace(unit=own)]
-    found: dict[str, Meaning] = {}
+    found: Columns = {}
     for quantity, shape in READ_SHAPES.items():
         here = {
-            meaning.component: (name, meaning)
+            component: (name, unit)
             for name, some in reversed(possible.items())
-            for meaning in some
-            if meaning.quantity == quantity and name not in found
-            if not shape or meaning.component or numbers[name].ndim > 1
+            for meant_by, component, unit in some
+            if meant_by == quantity and (not shape or component or numbers[name].ndim > 1)
         }
-        found |= dict(here[component] for component in complete_set(quantity, here))
+        if order := complete_set(quantity, here):
+            found[quantity] = [here[component] for component in order]
+            possible = {
+                name: x for name, x in possible.items() if name not in dict(found[quantity])
+            }
     return found
 
 
@@ -152,19 +159,14 @@ def _numbers(column: Any) -> Array | None:
     return np.atleast_1d(np.squeeze(values.astype(np.float64)))
 
 
-def _values(
-    numbers: DataTable, found: Mapping[str, Meaning], faults: list[str]
-) -> dict[str, Array]:
+def _values(numbers: DataTable, found: Columns, faults: list[str]) -> dict[str, Array]:
     """The arrays by quantity in SI units, in the shapes that they need to have."""
-    parts: dict[str, dict[str, Array]] = defaultdict(dict)
-    for name, (quantity, component, unit) in found.items():
-        parts[quantity][component] = numbers[name] * (unit.factor if unit else 1.0)
-    if "t" not in parts:
+    if "t" not in found:
         return {}
-    rows, values = parts["t"][""].size, {}
-    for quantity, each in parts.items():
+    rows, values = numbers[found["t"][0][0]].size, dict[str, Array]()
+    for quantity, those in found.items():
+        columns = [numbers[name] * (unit.factor if unit else 1.0) for name, unit in those]
         shape = (rows, *READ_SHAPES[quantity])
-        columns = [each[component] for component in complete_set(quantity, each)]
         columns = [np.moveaxis(x, -1, 0) if len(x) != rows else x for x in columns]  # as MATLAB
         if all(len(x) == rows for x in columns) and sum(x.size for x in columns) == np.prod(shape):
             values[quantity] = np.stack(columns, axis=-1).reshape(shape)
@@ -173,14 +175,13 @@ def _values(
     return values
 
 
-def _declared(found: Mapping[str, Meaning]) -> tuple[list[str], list[str]]:
+def _declared(found: Columns) -> tuple[list[str], list[str]]:
     """The conventions that headers declare, and a remark on their units."""
     units = defaultdict[Unit, list[str]](list)
-    for name, meaning in found.items():
-        if meaning.unit and meaning.unit.factor != 1:
-            units[meaning.unit].append(name)
-    declared = [unit.convention for unit in units]
-    declared += ["elevation" for meaning in found.values() if meaning.quantity == "elevation"]
+    for name, unit in chain.from_iterable(found.values()):
+        if unit and unit.factor != 1:
+            units[unit].append(name)
+    declared = [unit.convention for unit in units] + ["elevation"] * ("elevation" in found)
     said = [f"{', '.join(names)} in {unit.text}" for unit, names in units.items()]
     named = [*dict.fromkeys(filter(None, declared))]
     return named, [f"units of the header: {'; '.join(said)}"] * bool(said)
