@@ -10,7 +10,7 @@ import sympy as sp
 
 import heavytop as ht
 from heavytop.errors import ImpossibleBodyWarning, ImpossibleTop
-from heavytop.exact.balls import rational
+from heavytop.exact.number import rational_value
 from heavytop.scene.solids import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -150,8 +150,8 @@ def test_the_force_of_the_pivot_moves_the_centre_of_mass(name):
         doubles = motion.reaction(float(now))
         for k, gravity in enumerate((0, 0, Fraction("9.81"))):
             bent = (after[k] - 2 * here[k] + before[k]) * 10**30
-            expected = Fraction("0.7") * (Fraction("-0.3") * rational(bent) + gravity)
-            assert abs(rational(force[k]) - expected) < Fraction(1, 10**24)
+            expected = Fraction("0.7") * (Fraction("-0.3") * rational_value(bent) + gravity)
+            assert abs(rational_value(force[k]) - expected) < Fraction(1, 10**24)
             assert doubles[k] == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
 
 

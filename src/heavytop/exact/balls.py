@@ -14,7 +14,6 @@ from typing import Any, Final
 
 from flint import arb, ctx, fmpq
 
-from heavytop.errors import NotANumber
 from heavytop.exact.number import Exact, rational_value
 
 _LOCK: Final = RLock()  # flint keeps one working precision for the whole process
@@ -211,7 +210,8 @@ class Interval:
         """
         if isinstance(x, Interval):
             return abs(x.middle - self.middle) + x.spread <= self.spread
-        return abs(rational(x) - self.middle) <= self.spread
+        value: Any = Exact.of(x) if isinstance(x, str) else x
+        return abs(rational_value(value) - self.middle) <= self.spread
 
     def __str__(self) -> str:
         """The digits that are known, without zeros at the end, and a radius, rounded outward."""
@@ -241,15 +241,6 @@ def outward(q: Fraction, way: int) -> float:
     near = _double(q)
     wrong = near < q if way > 0 else near > q
     return math.nextafter(near, way * math.inf) if wrong else near
-
-
-def rational(x: Any) -> Fraction:
-    """Return the exact value of a number of any kind that has a rational one."""
-    try:
-        value = x.fraction if isinstance(x, Exact) else x
-        return rational_value(Decimal(value) if isinstance(value, str) else value)
-    except (NotANumber, ArithmeticError):
-        raise NotANumber(f"an interval holds finite rational numbers, not {x!r}") from None
 
 
 def _places(size: Fraction) -> float:

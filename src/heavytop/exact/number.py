@@ -379,7 +379,9 @@ def _operand(x: Any) -> Exact:
 
 
 def rational_value(x: Any) -> Fraction:
-    """The exact value of a number of Python, numpy or mpmath, finite and of any size."""
+    """The value of a rational number of any kind, finite and of any size."""
+    if isinstance(x, Exact):
+        x = x.fraction
     if type(x) is Fraction:
         return x
     if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):

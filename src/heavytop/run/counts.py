@@ -16,8 +16,8 @@ from typing import Any, Final
 from heavytop.analytic.events import COUNT_EDGE
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.record import to_mpf
-from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Number
+from heavytop.exact.number import rational_value
 from heavytop.scene.scene_file import EVENTS
 
 TURNING: Final = ("theta_min", "theta_max", "cusp")
@@ -110,14 +110,14 @@ def schedule(
         ``theta_min``, ``theta_max``, ``reversal`` or ``cusp`` (where that is undecided perhaps
         none), and the time [s], exactly zero at the start.
     """
-    blur, scale = Fraction(1, 10**digits), rational(_scale(motion))
-    at_start, slack = blur * scale, blur * (abs(rational(end)) + scale)
+    blur, scale = Fraction(1, 10**digits), rational_value(_scale(motion))
+    at_start, slack = blur * scale, blur * (abs(rational_value(end)) + scale)
     times = (
         (kind, to_mpf(t, digits))
         for kind in dict.fromkeys(kind for name in asked for kind in KINDS_OF[name])
         for t in motion.events(kind).times(*_span(end, at_start, slack), digits)
     )
-    found = [(kind, t if abs(rational(t)) > at_start else 0 * t) for kind, t in times]
+    found = [(kind, t if abs(rational_value(t)) > at_start else 0 * t) for kind, t in times]
     return sorted(found, key=lambda event: abs(event[1]))
 
 
@@ -139,8 +139,8 @@ def _counts(motion: Motion, end: Any, slack: Any, asked: Collection[str]) -> dic
 
 def _span(end: Any, at_start: Any, slack: Any) -> tuple[Fraction, Fraction]:
     """The least and the greatest time of a span that begins just before the start."""
-    reach = max(abs(rational(end)) + rational(slack), Fraction(0))
-    low, high = -rational(at_start), reach
+    reach = max(abs(rational_value(end)) + rational_value(slack), Fraction(0))
+    low, high = -rational_value(at_start), reach
     return (low, high) if end >= 0 else (-high, -low)
 
 

@@ -30,8 +30,8 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded, exact_values, lambdified
 from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact
-from heavytop.exact.balls import rational
 from heavytop.exact.decimals import Context, context, number
+from heavytop.exact.number import rational_value
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, bits_of, digits_of, precision
 from heavytop.integration.engine import Seen, engine, text
@@ -137,7 +137,7 @@ def motion_of(
     form = plan.equations
     names = (symbol.name for symbol in form.states)
     given = (*parameters.items(), *zip(names, state, strict=True))
-    known = {name: Fraction(x) if type(x) is float else rational(x) for name, x in given}
+    known = {name: Fraction(x) if type(x) is float else rational_value(x) for name, x in given}
     arguments = (known[symbol.name] for symbol in (*form.states, *form.parameters))
     values = _reading(form, digits)(*arguments)
     read = SimpleNamespace(**dict(zip(form.reading, values, strict=True)))
@@ -158,7 +158,7 @@ def _reading(form: Formulation, digits: int) -> Any:
 
     def rounded(name: str) -> Any:
         function = getattr(ctx, name)
-        return lambda *given: rational(function(*(number(ctx, x) for x in given)))
+        return lambda *given: rational_value(function(*(number(ctx, x) for x in given)))
 
     functions = {name: rounded(name) for name in ("sin", "cos", "sqrt", "atan2")}
     return lambdified((*form.reading.values(),), arguments, Fraction, functions)
@@ -176,7 +176,7 @@ def _from_height(read: Any, ctx: Context) -> ReducedMotion:
         square = 2 * rise - wdot**2
         if square < 0:  # through the pole, within rounding
             return given
-        root = rational(ctx.sqrt(number(ctx, square)))
+        root = rational_value(ctx.sqrt(number(ctx, square)))
         return root if given >= 0 else -root
 
     P = momentum(0, read.P)

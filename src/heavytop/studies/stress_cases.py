@@ -21,7 +21,7 @@ import numpy as np
 from heavytop.analytic.motion import ClosedForm, Motion
 from heavytop.analytic.record import Record
 from heavytop.classification.reduced import AxisMotion
-from heavytop.exact.balls import rational
+from heavytop.exact.number import rational_value
 from heavytop.exact.pairs import UNIT
 from heavytop.run.counts import Counts, tally
 from heavytop.run.span import closed_form_of, span
@@ -273,7 +273,7 @@ def _growth(top: Top, now: Record, span: float) -> float:
 
     def end(numbers: Any) -> Any:
         e, phi = numbers[:3] / ctx.norm(numbers[:3]), ctx.atan2(numbers[0], -numbers[1])
-        *known, g, phi0 = map(rational, (*e, *numbers[3:], phi))
+        *known, g, phi0 = map(rational_value, (*e, *numbers[3:], phi))
         source = AxisMotion(known[:3], known[3:], g, phi0=phi0)
         return np.array(ClosedForm(source).at(span, TRUTH_DIGITS).axis)
 
