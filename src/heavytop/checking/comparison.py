@@ -122,11 +122,9 @@ class Comparison:
         top = {name: float(getattr(self.top, name)) for name in MOMENT_NAMES}
         if numbers.keys() & top.keys():
             return replace(self, top=Top.of_numbers(**top | numbers))
-        if self.given is None:
-            return self
-        spin = () if numbers.keys() & {"psidot", "omega3"} else (self.given.held,)
+        spin = () if numbers.keys() & {"psidot", "omega3"} else (self.start.held,)
         names = (*ANGLES, "thetadot", "phidot", *spin)
-        start = {name: float(getattr(self.given, name)) for name in names}
+        start = {name: float(getattr(self.start, name)) for name in names}
         return replace(self, given=State(**start | numbers))
 
     def rows(self, which: Any) -> Comparison:

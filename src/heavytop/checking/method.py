@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
@@ -310,8 +309,7 @@ def _turns(x: Array, least: float) -> Any:
 def measure_condition(c: Comparison) -> float:
     """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
     times = c.since[np.linspace(0, c.since.size - 1, 8).astype(int)].tolist()
-    rounded = replace(c, given=c.start).with_numbers(A=float(c.top.A))
-    rounded = rounded.with_numbers(theta=float(c.start.theta))
+    rounded = c.with_numbers(theta=float(c.start.theta)).with_numbers(A=float(c.top.A))
     numbers = {name: getattr(rounded.top, name) for name in MOMENT_NAMES}
     held = ("theta", "thetadot", "phidot", c.start.held)
     numbers |= {name: getattr(rounded.start, name) for name in held}

@@ -188,11 +188,7 @@ def whole(parts: Iterable[Solid]) -> Solid:
 
     Where one part goes through another, say so with a `ring`: they are added as they are.
     """
-    try:
-        solids = read_solids(parts)
-    except Refused as wrong:
-        raise ImpossibleTop([("parts", str(wrong))]) from None
-    of_each = ((part.mass, part.mass * part.centre, part.A, part.C) for part in solids)
+    of_each = ((part.mass, part.mass * part.centre, part.A, part.C) for part in parts)
     mass, moment, A, C = (sum(values, Exact.of(0)) for values in zip(*of_each, strict=True))
     return Solid(mass, moment / mass, A - moment**2 / mass, C)
 
