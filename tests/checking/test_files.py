@@ -124,3 +124,13 @@ def test_a_row_of_units_below_the_header_is_read(tmp_path):
     data = read(path)
     assert data.values["t"].tolist() == pytest.approx([0.001 * k for k in range(5)])
     assert data.values["theta"] == pytest.approx(np.radians(range(5)))
+
+
+def test_a_run_brings_its_scene_as_a_file_and_in_memory(tmp_path):
+    about = {"plan": "{}", "scene": SCENE.to_toml()}
+    run = xarray.Dataset({"theta": ("t", RECORD.theta), "phi": ("t", RECORD.phi)}, {"t": T}, about)
+    run.to_netcdf(tmp_path / "trajectory.nc", engine="h5netcdf")
+    for data in (tmp_path, run):
+        found = check(data)
+        assert (found.origin, found.digits > 14) == ("scene", True)
+    assert read(run.drop_attrs()).scene is None

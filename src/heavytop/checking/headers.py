@@ -43,6 +43,9 @@ _LETTERS: Final = {
     "χ": "chi", "γ": "gamma", "α": "alpha", "β": "beta", "Δ": "delta ", "δ": "delta ",
     "∂": "delta ", "\u0307": "dot", "′": " prime ", "'": " prime ", "ß": "ss",
 }  # fmt: skip
+# A name, and its unit in brackets, or behind a comma, a blank, "in" or a stroke.
+_IN_BRACKETS: Final = re.compile(r"(.+?)\s*[\[(]([^\])]*)[\])]?\s*")
+_BEHIND: Final = re.compile(r"(.+?)(?:\s*,\s*|\s+in\s+|\s+|\s*/\s*(?!dt))(\S+)")
 
 
 class Unit(NamedTuple):
@@ -117,12 +120,10 @@ def _kinds(quantity: str) -> tuple[str, ...]:
 def meanings(header: str, unit: str = "") -> list[Meaning]:
     """What a header may stand for, the likeliest first; empty where it is not understood."""
     name = header
-    if unit:  # which an attribute says
-        pass
-    elif found := re.fullmatch(r"(.+?)\s*[\[(]([^\])]*)[\])]?\s*", header):
+    if not unit and (found := _IN_BRACKETS.fullmatch(header)):
         name, unit = found[1], "" if found[2].strip() in ("t", "τ") else found[2]
-    elif found := re.fullmatch(r"(.+?)(?:\s*,\s*|\s+in\s+|\s+|\s*/\s*(?!dt))(\S+)", header):
-        name, unit = (found[1], found[2]) if parse_unit(found[2]) else (header, "")
+    elif not unit and (found := _BEHIND.fullmatch(header)) and parse_unit(found[2]):
+        name, unit = found[1], found[2]
     words = _words(name)
     tries = [(words, unit)]
     if not unit:  # theta_deg, omega_x_rad_s, phidot_deg_per_s
