@@ -2,7 +2,7 @@
 
 import heavytop as ht
 
-from ..commands import document, printed, refused
+from ..commands import document, printed
 
 
 def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
@@ -12,7 +12,3 @@ def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
     assert known["schema"] == "heavytop/certify/1"
     assert known["bound"] == ht.certify(ht.propagate(ht.load_scene("sicm-dropped"))).bound
     assert document("resume", tmp_path / "proof")["bound"] == known["bound"]
-
-
-def test_a_form_without_certificates_is_refused():
-    refused(3, "certify", "sicm-kicked", "--formulation", "lagrange")

@@ -12,7 +12,6 @@ import pytest
 import heavytop as ht
 from heavytop.cli import verbs
 
-from ..claims.own_claims import FAKE, script
 from ..commands import document, heavytop_, printed, refused
 
 KICKED = ht.load_scene("sicm-kicked")
@@ -98,14 +97,6 @@ def test_claims_are_measured_stored_and_found_again(tmp_path):
     assert document(*words)["claims"] == found["claims"]
 
 
-@pytest.mark.processes
-def test_a_claim_that_does_not_hold_is_out_of_bound_and_no_bug(tmp_path):
-    scripts, _ = script(tmp_path, FAKE)
-    ht.validate(["raises", "holds", "absent"], scripts=scripts, folder=tmp_path / "out")
-    said = refused(5, "resume", tmp_path / "out")
-    assert "raises does not hold: ValueError: no such top" in said
-
-
 # --- report --------------------------------------------------------------------------------------
 
 LESS = {  # what is put in place of the defaults, so that it takes seconds
@@ -133,15 +124,6 @@ def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
     assert [Path(name).name for name in written["results"]] == names
     assert [each["study"] for each in written["missing"]] == ["drift", "workprec"]
     assert {path.name for path in tmp_path.iterdir()} == {"report.html"}
-
-
-def test_what_a_page_without_folders_takes_is_said_before_anything_runs(monkeypatch, tmp_path):
-    def stop(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("heavytop.propagate", stop, raising=False)
-    loud, quiet = (refused(130, "report", "-o", tmp_path, *how) for how in ((), ("-q",)))
-    assert ("four minutes" in loud, "four minutes" in quiet) == (True, False)
 
 
 @pytest.mark.parametrize(

@@ -69,9 +69,3 @@ def test_names_are_read_in_their_order_and_every_other_is_told():
     for wrong in ("a", None, np.array(0.5), []):
         found, faults = parse_names("some", "cases", wrong, one_of({"a": 1}))
         assert (found, [fault.key for fault in faults]) == ([], ["cases"])
-
-
-def test_nothing_is_done_twice_under_one_name():
-    once = ht.stress(cases=["cusp"], methods=["auto"], budget=0)
-    twice = ht.stress(cases=("cusp", "cusp"), methods=iter(["auto"] * 2), budget=Decimal(0))
-    assert (twice.cases, twice.methods) == (once.cases, once.methods)

@@ -39,12 +39,6 @@ def test_a_derived_quantity_is_one_row(run, monkeypatch):
     assert quantities.derived(("theta", "rate_ratio")) == ("rate_ratio",)
 
 
-def test_the_unit_of_the_axis_is_1_everywhere(run):
-    assert {quantities.quantity_of(name).cf_unit for name in ("axis", "axis_error")} == {"1"}
-    assert quantities.quantity_of("axis").heading == "axis"
-    assert run.to_xarray()["axis"].attrs["units"] == run.to_pandas().attrs["units"]["axis_x"] == "1"
-
-
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_every_quantity_has_a_symbol_and_a_unit_in_every_form(name):
     quantity = QUANTITIES[name]
