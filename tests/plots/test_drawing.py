@@ -14,14 +14,15 @@ from heavytop.plots.figures import DRAW
 from heavytop.results.table import Row
 
 from ..motions import shipped
-from ..results.test_stress import RUN
-from ..studies.test_work_precision import diagram_of, made
+from ..results.made import POINT, RUN, diagram_of, stress_of
 
 SCENE = ht.load_scene("sicm-kicked")
 MOTION = ht.Motion(SCENE.top, SCENE.start)
 NAMED = {"taylor-axis": "axis", "gauss8": "gauss8"}
 LOST = [Row(RUN, method=name) for name in NAMED]
-POINTS = [made(3.0, 1e-6), made(5.0, 1e-9), made(2.0, None, 1e-3, "taylor-routh")]
+AXIS = Row(POINT, method="taylor-axis", theta_error=1e-6)
+POINTS = [AXIS, Row(AXIS, error=1e-9, us_per_period=10.0),
+          Row(AXIS, method="taylor-routh", measures="theta", us_per_period=2.0)]  # fmt: skip
 STYLE = {"color": "#123456", "linewidth": 3.5, "ls": "--", "label": "mine"}
 OVER_TIME = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 
@@ -40,8 +41,8 @@ def things(run):
         "Trajectory": run,
         "Drift": ht.drift(SCENE, methods=["taylor-axis", "taylor-cubic"], periods=10),
         "Atlas": ht.atlas(SCENE, x="phidot=-30:40:9", y="theta=0.1:1.5:7", jobs=1),
-        "WorkPrecision": diagram_of(POINTS),
-        "Stress": ht.Stress(limits={}, hard={"cusp": ""}, methods=NAMED, cases=tuple(LOST)),
+        "WorkPrecision": diagram_of(*POINTS),
+        "Stress": stress_of(*LOST, methods=NAMED),
         "Check": ht.check(data, SCENE),
     }
 

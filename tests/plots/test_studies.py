@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-import heavytop as ht
 from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
 from heavytop.results.stress import StressOutcome
-from heavytop.results.table import as_rows
+from heavytop.results.table import Row, as_rows
 
-from ..report.conftest import POINT, workprec
+from ..results.made import AUTO, POINT, RUN, diagram_of, stress_of
 
-RUN = {"digits_lost": 0.0, "outcome": "ok", "untold": False}
 NAMES = ("$x$ and $\\frac{$", "costs 5$", "_gone", "two\nlines")
 
 
@@ -20,18 +18,16 @@ def legend(figure):
 
 
 def test_a_failure_has_its_colour_and_its_mark_where_it_belongs():
-    runs = [RUN | {"case": "a", "method": "m"},
-            RUN | {"case": "b", "method": "m", "digits_lost": 9.0, "outcome": "singular"},
-            RUN | {"case": "b", "method": "n", "digits_lost": None, "untold": True}]  # fmt: skip
-    document = {"cases": runs, "hard": {"a": "", "none": "", "b": ""},
-                "methods": {"m": "M", "unused": "U", "n": "N"}}  # fmt: skip
-    ax = stress_figure(as_rows(document)).axes[0]
+    runs = [Row(RUN, case="a", method="m", digits_lost=0.0),
+            Row(RUN, case="b", method="m", digits_lost=9.0, outcome="singular"),
+            Row(RUN, case="b", method="n", digits_lost=None, untold=True)]  # fmt: skip
+    ax = stress_figure(stress_of(*runs, hard={"a": "", "none": "", "b": ""})).axes[0]
     lost = ax.images[0].get_array().filled(np.nan)
     np.testing.assert_array_equal(lost, [[0, np.nan], [9, np.nan]])
     marks = {text.get_text(): (*text.get_position(), text.get_color()) for text in ax.texts}
     assert marks == {"sing": (0, 1, "white"), "?": (1, 1, "black")}
     names = [[x.get_text() for x in axis.get_ticklabels()] for axis in (ax.yaxis, ax.xaxis)]
-    assert names == [["a", "b"], ["M", "N"]]
+    assert names == [["a", "b"], ["M 1e-9", "N"]]
     said = ax.get_xlabel().replace("\n", " ")
     assert all(f"{word.mark} {word}" in said for word in StressOutcome if word.mark)
 
@@ -67,15 +63,12 @@ def test_guides_of_growth_have_their_slopes():
 
 
 def test_work_and_precision_has_a_panel_for_each_error_and_work_and_for_more_bits():
-    document = workprec(ht.load_scene("sicm-kicked").document())
-    cubic = POINT | {"method": "taylor-cubic", "formulation": "cubic", "measures": "theta",
-                     "rival": False}  # fmt: skip
-    faster = {"phase_error": 1e-13, "us_per_period": 20.0}
-    longer = cubic | {"method": "taylor-cubic-mpfr", "bits": 128}
-    counted = POINT | {"method": "gauss8", "rhs_evaluations": 990, "error": 1e-3}
-    own = POINT | {"method": "a.py:rk4"}
-    document["points"] += [cubic, cubic | faster, longer, own, counted]
-    figure = workprec_figure(as_rows(document))
+    cubic = Row(POINT, method="taylor-cubic", formulation="cubic", measures="theta", rival=False)
+    faster = Row(cubic, phase_error=1e-13, us_per_period=20.0)
+    longer = Row(cubic, method="taylor-cubic-mpfr", bits=128)
+    counted = Row(POINT, method="gauss8", rhs_evaluations=990, error=1e-3)
+    doubles = POINT, Row(AUTO, error=1e-12), cubic, faster, Row(POINT, method="a.py:rk4"), counted
+    figure = workprec_figure(diagram_of(*doubles, longer))
     panels = np.reshape(figure.axes, (3, 3))
     names = {"strang", "auto", "taylor-cubic", "taylor-cubic-mpfr", "a.py:rk4", "gauss8"}
     assert set(legend(figure)) == {"front"} | names
@@ -93,6 +86,5 @@ def test_work_and_precision_has_a_panel_for_each_error_and_work_and_for_more_bit
     assert drawn(0, 0, "taylor-cubic") is None  # it does not give the axis
     assert drawn(1, 0, "gauss8") == [[1e-3, 10.0]]
     assert drawn(1, 0, "strang") is None  # its evaluations are not counted
-    document["points"] = [POINT | {"measures": "theta"}]
-    alone = workprec_figure(as_rows(document)).axes  # no method gives the axis
+    alone = workprec_figure(diagram_of(Row(POINT, measures="theta"))).axes  # none gives the axis
     assert alone[0].get_xlabel() == "error of θ [rad]"

@@ -1,20 +1,16 @@
 """A stress test says what the marks mean, what failed, and whether auto was silently wrong."""
 
-from heavytop.results.stress import NO_RUN, Stress, silently_wrong
+from heavytop.results.stress import silently_wrong
 from heavytop.results.table import Row
 
-RUN = Row(NO_RUN, case="cusp", method="auto", formulation="auto", outcome="ok", digits_lost=0.5)
-
-
-def of(*runs, **more):
-    names = {"auto": "A", "m": "M 1e-9", "n": "N"}
-    return Stress(limits={}, hard={"cusp": "", "unused": ""}, methods=names, cases=runs, **more)
+from .made import RUN, stress_of
 
 
 def test_it_explains_the_marks_that_occur_and_what_failed():
     bad = Row(RUN, method="m", formulation="axis", outcome="singular", note="stopped")
     chance = Row(bad, method="n", untold=True, digits_lost=None)
-    found = of(RUN, bad, chance, skipped=({"case": "x", "method": "y", "reason": "no time"},))
+    left = {"case": "x", "method": "y", "reason": "no time"}
+    found = stress_of(RUN, bad, chance, skipped=(left,))
     [table] = found.tables()
     assert table.head == ["case", "A", "M 1e-9", "N"]
     assert table.texts() == [["cusp", "0.5", "0.5 sing", "?"]]
@@ -24,12 +20,12 @@ def test_it_explains_the_marks_that_occur_and_what_failed():
 
 
 def test_its_exit_code_is_that_of_what_auto_did():
-    assert [code for code, _ in of().problems()] == [4]
-    assert [*of(RUN).problems()] == []
-    wrong = of(Row(RUN, outcome="diverged"))
+    assert [code for code, _ in stress_of().problems()] == [4]
+    assert [*stress_of(RUN).problems()] == []
+    wrong = stress_of(Row(RUN, outcome="diverged"))
     assert [code for code, _ in wrong.problems()] == [5]
     assert wrong.document()["auto"] == {"run": True, "silently_wrong": ["cusp"]}
-    assert of(RUN).to_pandas().loc[("cusp", "auto"), "digits_lost"] == 0.5
+    assert stress_of(RUN).to_pandas().loc[("cusp", "auto"), "digits_lost"] == 0.5
 
 
 def test_only_a_run_that_says_nothing_is_silently_wrong_and_chance_is_counted_as_nothing_to_tell():
@@ -38,5 +34,5 @@ def test_only_a_run_that_says_nothing_is_silently_wrong_and_chance_is_counted_as
         (True, {"outcome": "diverged"}), (False, {"outcome": "diverged", "named": True}),
     ):  # fmt: skip
         assert silently_wrong(Row(RUN, **more)) == wrong
-    counts = of(Row(RUN, untold=True)).counts()["auto"]
+    counts = stress_of(Row(RUN, untold=True)).counts()["auto"]
     assert {word: n for word, n in counts.items() if n} == {"nothing-to-tell": 1}

@@ -1,12 +1,10 @@
 """A validation counts its claims, and says what does not hold."""
 
-from heavytop.results.validation import Validation
-
-from ..report.conftest import validate
+from .made import CLAIM, FAILING, validation_of
 
 
 def test_claims_are_shown_by_authority_and_what_fails_decides_the_exit_code():
-    found = Validation.from_document(validate())
+    found = validation_of(CLAIM, FAILING)
     holding, failing = found.tables()
     assert [table.texts()[0][0] for table in (holding, failing)] == ["ok", "FAIL"]
     assert (holding.fails, failing.fails) == (False, True)

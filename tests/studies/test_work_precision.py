@@ -16,7 +16,7 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.bits import bits_of
 from heavytop.results.table import Row
-from heavytop.results.work_precision import WorkPrecision, front
+from heavytop.results.work_precision import front
 from heavytop.studies import steppers
 from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import perturbed_start
@@ -25,7 +25,7 @@ from heavytop.studies.steppers import set_up
 from heavytop.studies.work_precision import BEFORE_END, first_run, settings
 
 from ..integrators import rk4
-from ..report.conftest import POINT
+from ..results.made import POINT
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -74,14 +74,8 @@ def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(text, digits, pe
 
 def made(us, axis, theta=None, name="taylor-axis"):
     theta = axis if theta is None else theta
-    numbers = {"method": name, "us_per_period": us, "theta_error": theta, "rival": False}
-    measured = {"measures": "theta" if axis is None else "axis", "error": axis or theta}
-    return Row(POINT | numbers | measured | {"tolerance": 2.2e-16, "steps_a_period": None})
-
-
-def diagram_of(points):
-    numbers = {"periods": 5.0, "phase": 4.6, "budget": 5.0}
-    return WorkPrecision(scene=KICKED.problem(), **numbers, points=tuple(points), skipped=())
+    numbers = {"method": name, "us_per_period": us, "theta_error": theta}
+    return Row(POINT, measures="theta" if axis is None else "axis", error=axis or theta, **numbers)
 
 
 def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
