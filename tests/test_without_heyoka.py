@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import heavytop as ht
-from heavytop.errors import INSTALL_HEYOKA, MissingPackage
+from heavytop.errors import INSTALL_HEYOKA
 from heavytop.report.files import write_results
 
 from .commands import printed
@@ -108,8 +108,3 @@ def test_a_heyoka_that_fails_at_its_import_is_named_with_what_it_says(tmp_path):
     path = f"{tmp_path}{os.pathsep}{ROOT / 'src'}"
     said = elsewhere("-m", "heavytop", "run", "sicm-kicked", path=path, code=2)
     assert "libheyoka.so: cannot open" in said
-
-
-def test_heyoka_is_no_extra_of_this_package():
-    assert MissingPackage("x", ["heyoka"]).command == INSTALL_HEYOKA
-    assert MissingPackage("x", ["numba"]).command == "pip install '.[rivals]'"

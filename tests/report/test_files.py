@@ -2,6 +2,7 @@
 
 import json
 from itertools import product
+from unittest.mock import Mock
 
 import h5netcdf
 import numpy as np
@@ -62,24 +63,15 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     assert "without a folder" not in str(stopped.value)
 
 
-def test_what_stops_the_writing_of_a_study_says_how_it_goes_on(tmp_path, monkeypatch):
-    def stop(*_):
-        raise KeyboardInterrupt
-
-    found = ht.drift(ht.load_scene("sicm-kicked"), methods=["strang"], periods=3)
-    monkeypatch.setattr(ht.Drift, "save_data", stop)
-    with pytest.raises(StoppedEarly, match="heavytop resume") as stopped:
-        write_study(found, tmp_path)
-    assert stopped.value.outcome is Stop.INTERRUPTED
-
-
-def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("heavytop.plots.style.save", full)
-    with pytest.raises(StoppedEarly, match=rf"cannot write {tmp_path}: No space left"):
+@pytest.mark.parametrize(
+    ("error", "outcome"),
+    [(KeyboardInterrupt(), Stop.INTERRUPTED), (OSError(28, "No space left"), Stop.UNWRITABLE)],
+)
+def test_what_stops_a_chart_leaves_the_document(error, outcome, tmp_path, monkeypatch):
+    monkeypatch.setattr("heavytop.plots.style.save", Mock(side_effect=error))
+    with pytest.raises(StoppedEarly) as stopped:
         write_study(checked(ht.load_scene("sicm-kicked")), tmp_path)
+    assert stopped.value.outcome is outcome
     assert names(tmp_path) == {"check.json"}
 
 

@@ -54,23 +54,6 @@ def test_momentum_keeps_what_is_conserved_whatever_a_run_follows(quantity):
     assert (quantity == "theta") == ("closed form" in " ".join(played["notes"]))
 
 
-def test_one_round_is_played_as_fast_as_asked():
-    run = run_of()
-    played = frames(run, rounds=1, speed=0.1)
-    assert played["seconds"] == pytest.approx(10 * run.motion.round)
-    assert abs(played["precession"]) == pytest.approx(2 * np.pi)
-    assert frames(run, time=9.0)["end"] == 9.0  # longer than the run, as the closed form has it
-
-
-@pytest.mark.parametrize("name", ["at-rest", "sleeping-unstable"])
-def test_a_top_that_rests_is_shown_as_it_moves_when_it_is_touched(name):
-    played = frames(run_of(name=name))
-    axis = 1 - 2 * np.sum(columns(played["quaternion"], 4)[:, 1:3] ** 2, axis=1)
-    assert abs(axis[0]) == pytest.approx(1.0)
-    assert np.ptp(axis) > 1e-3
-    assert played["notes"][0].startswith("Without a push it stays as it is")
-
-
 def test_a_run_in_many_digits_is_drawn_in_doubles():
     run = run_of("want.digits=25", "span.time=0.1")
     assert not run.in_doubles

@@ -2,7 +2,6 @@
 
 import json
 import math
-from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -13,8 +12,6 @@ from heavytop.scene.shipped import shipped_scenes
 
 from .. import commands
 
-# This is 0, as √cos²2 is −cos 2, and no identity that the package knows shows it.
-NOTHING = "sqrt(cos(2)^2) + cos(2)"
 THRESHOLD = "2*sqrt(3.28e-4*0.0456)/6.60e-5"
 
 
@@ -43,19 +40,10 @@ def test_every_number_lies_in_its_enclosure(scene):
             assert low - abs(low) * 1e-15 <= value <= high + abs(high) * 1e-15, name
 
 
-def test_a_number_that_cannot_be_proved_zero_is_undecided_with_its_bound():
-    motion = document("sicm-kicked", f"start.phidot={NOTHING}")["motion"]
-    assert (motion["kind"], motion["certified"]) == ("undecided", False)
-    assert 0 < Decimal(motion["bound"]) < Decimal("1e-1000")
-
-
 ON_TOP = ("start.theta=0", f"start.omega3={THRESHOLD}")
 EXTREME = [
-    ("top.gMR=0",),
     ("top.gMR=0", "start.theta=0", "start.thetadot=3"),
     ("start.theta=pi", "start.phidot=1e300"),
-    ("start.theta=0", "start.thetadot=1e-300"),
-    ("start.theta=pi - 1e-300",),
     ("top.A=1e-300", "top.C=1e-300", "top.gMR=1e300"),
     ("start.phi=1e300", "start.psi=-1e300"),
     ON_TOP,

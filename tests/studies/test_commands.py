@@ -3,7 +3,6 @@
 import json
 import random
 import shlex
-import signal
 import subprocess
 import sys
 import time
@@ -109,20 +108,6 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
     assert page_of([whole]).sections
 
 
-@pytest.mark.slow
-@pytest.mark.processes
-def test_whatever_ends_it_says_how_to_go_on(tmp_path):
-    folder, methods = tmp_path / "study", "auto,lsoda-scipy-lagrange,taylor-axis"
-    hangs = ("--cases", "start-at-top", "--methods", methods, "--time-limit", 3)
-    process = started("stress", *hangs, "-o", folder, "--json")
-    wait_for_records(folder, 1, process)
-    process.send_signal(signal.SIGTERM)
-    out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (130, ""), err
-    assert f"heavytop resume {folder}" in err
-    assert "Traceback" not in err
-
-
 # --- what is refused, and listed -------------------------------------------------------------
 
 
@@ -135,14 +120,6 @@ def test_another_study_or_other_versions_in_a_folder_are_refused(tmp_path, monke
     monkeypatch.setattr(study, "_versions", lambda: here | {"heyoka": "99"})
     assert "versions.heyoka" in refused(3, "resume", tmp_path)
     assert files(tmp_path) == before
-
-
-def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
-    place = "heavytop.comparison.methods.find_spec"
-    monkeypatch.setattr(place, lambda name: None if name == "numba" else name)
-    alone, beside = refused(2, *QUICK, "strang"), printed(*QUICK, "strang,auto")
-    tested = refused(2, "stress", "--methods", "dop853-cyrk", "--cases", "cusp")
-    assert all("pip install '.[rivals]'" in said for said in (alone, beside, tested))
 
 
 def test_the_cases_are_listed_with_what_they_are():

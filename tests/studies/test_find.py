@@ -105,12 +105,6 @@ def test_what_no_value_has_is_said_with_the_range() -> None:
         assert (found.solutions, why in found.why) == ((), True)
 
 
-def test_the_ratio_of_a_fast_top_is_found() -> None:
-    (least,) = find(DROPPED, "start.psidot=90:400", "ratio >= 1").solutions
-    assert least.value == pytest.approx(2 * math.sqrt(3.28e-4 * 0.0456) / 6.6e-5, rel=1e-14)
-    assert find(DROPPED, "top.A=-1:1", "period = 9").solutions  # though half of it is no top
-
-
 def kicked(phidot) -> ht.Motion:
     return ht.Motion(DROPPED.top, DROPPED.changed("start.phidot", phidot).start)
 

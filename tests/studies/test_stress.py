@@ -199,14 +199,6 @@ def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
 # --- what auto says --------------------------------------------------------------------------
 
 
-def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
-    scene = cases()["separatrix-3000"].scene
-    [digits, leaving] = ht.plan(scene).warnings
-    assert "digits may be missed" in digits
-    assert "at about t = 73.5 s" in leaving  # 53 ln 2 over the growth rate 1/2
-    assert not ht.plan(cases()["separatrix-40"].scene, "axis").warnings
-
-
 # --- limits ----------------------------------------------------------------------------------
 
 
