@@ -1,6 +1,7 @@
-"""The verbs that judge and show: what ``check`` and ``validate`` print, and leave with."""
+"""What the verbs print, write and leave with; of ``run`` in test_run.py."""
 
 import json
+import re
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -10,7 +11,9 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.cli import verbs
+from heavytop.cli import Exit, verbs
+from heavytop.equations.derivation import as_latex, as_text, derivation
+from heavytop.scene.shipped import shipped_scenes
 
 from ..commands import document, heavytop_, printed, refused
 
@@ -143,3 +146,85 @@ def test_a_folder_that_is_not_finished_says_how_to_go_on(tmp_path):
     printed("run", "sicm-kicked", "--no-figures", "-o", tmp_path)
     (tmp_path / "run.json").unlink()
     assert f"heavytop resume {tmp_path}" in refused(3, "report", tmp_path)
+
+
+# --- find and sweep, and units ----------------------------------------------------------------
+
+
+def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
+    asked = ("find", "sicm-dropped", "--vary", "start.psidot=100:400", "--so-that", "period = 0.3")
+    assert document(*asked)["schema"] == "heavytop/find/1"
+    assert "period 300 ms" in printed(*asked, "--unit", "rpm,ms")
+    swept = ("sweep", "sicm-dropped", "--over", "start.psidot=100:400:3", "--facts", "round,ratio")
+    assert len(document(*swept, "--unit", "rpm")["rows"]) == 3
+    assert printed(*swept, "--unit", "rpm", "-o", str(tmp_path / "x.csv")) == ""
+    assert (tmp_path / "x.csv").read_text("utf-8").startswith("start.psidot [rpm],kind,round [s]")
+    printed(*swept, "-o", str(tmp_path / "out"))
+    assert (tmp_path / "out" / "sweep.svg").stat().st_size > 1000
+
+
+def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
+    for scene in ("sicm-dropped", "sleeping-unstable", "steady-betsch", "spherical-pendulum"):
+        shown = printed("classify", scene, "--unit", "deg,ms,rpm").partition("why")
+        rest = shown[2].partition("\nθ")[2]
+        assert not re.search(r"[0-9] (rad/s|rad|s)\b", rest), rest
+    ran = printed("run", "sicm-kicked", "--set", "span.time=0.3", "--unit", "deg,deg/s,ms")
+    assert not re.search(r"[0-9] (rad/s|rad|s)\b", ran.partition("θ between")[2])
+    found = document("classify", "sicm-dropped", "--unit", "deg,ms")["motion"]
+    assert round(found["period"], 6) == 0.401406
+
+
+def test_what_a_held_spin_makes_of_a_kick_is_said():
+    [note] = document("classify", "sicm-kicked")["warnings"]
+    assert "from 0.1 to 0.363598 rad" in note
+    assert document("classify", "sicm-forward")["warnings"] == []
+    assert "20.8327 deg" in " ".join(printed("classify", "sicm-kicked", "--unit", "deg").split())
+
+
+# --- certify -----------------------------------------------------------------------------------
+
+
+def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
+    run = tmp_path / "run"
+    printed("run", "sicm-dropped", "--no-figures", "-o", run)
+    known = document("certify", run, "-o", tmp_path / "proof")
+    assert known["schema"] == "heavytop/certify/1"
+    assert known["bound"] == ht.certify(ht.propagate(ht.load_scene("sicm-dropped"))).bound
+    assert document("resume", tmp_path / "proof")["bound"] == known["bound"]
+
+
+# --- classify ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_every_scene_is_classified(name):
+    said, read = printed("classify", name), ht.load_scene(name)
+    assert f"{ht.Motion(read.top, read.start).kind}, proved" in said
+    assert not any(word in said for word in ("nan", "None"))
+
+
+# --- scenes --------------------------------------------------------------------------------------
+
+
+def test_scenes_are_listed_and_printed_as_json():
+    assert "sicm-kicked" in printed("scenes")
+    for key, found in (("scenes", document("scenes")), ("text", document("scenes", "sleeping"))):
+        assert found["schema"] == "heavytop/scenes/1"
+        assert found[key]
+
+
+# --- derive and doctor ---------------------------------------------------------------------------
+
+
+def test_derive_prints_text_latex_or_json():
+    steps = derivation()
+    for words, text in ((("derive",), as_text(steps)), (("derive", "--latex"), as_latex(steps))):
+        assert printed(*words).rstrip("\n") == text.rstrip("\n")
+    assert [each["name"] for each in document("derive")["steps"]] == [each.name for each in steps]
+
+
+def test_doctor_names_what_is_missing(monkeypatch):
+    assert f"heavytop     {ht.__version__}" in printed("doctor")
+    assert document("doctor")["schema"] == "heavytop/doctor/2"
+    monkeypatch.setattr("heavytop.doctor.requirements", lambda: {"": ["no-such-package"]})
+    assert "no-such-package" in refused(Exit.OUT_OF_BOUND, "doctor")
