@@ -12,16 +12,10 @@ for name in ("slow precession", "fast precession"):
     assert many.theta_max[at] - many.theta_min[at] < 1e-3
 
 # %% cell-20
-assert on["second cusp"].kind == "cusps"
 assert abs(on["second cusp"].theta_max - 0.1) < 1e-15
 
 # %% cell-22
 assert (blow.kind, typed.kind) == ("waves", "loops")
-
-# %% cell-26
-for tilt in ("0.05", "0.5", "1.5"):
-    dropped = ht.facts(top, ht.State(theta=tilt, omega3=140))
-    assert abs(dropped.phidot_max / (2 * gMR / p_psi) - 1) < 1e-14
 
 # %% cell-28
 assert abs(float(half.phidot)) < 1e-9

@@ -8,8 +8,6 @@ for name, value in mine.items():
     assert abs(float(getattr(top, name)) / value - 1) < 1e-12
 
 # %% limit
-asleep = ht.facts(ht.Motion(top, ht.State(theta=0, omega3=200)))
-assert abs(asleep.sleeping_threshold / limit - 1) < 1e-12
 assert max(shares, key=lambda name: abs(shares[name])) == "radius"
 assert abs(shares["thickness"]) < abs(shares["radius"]) / 20
 assert shares["stem_mass"] > 5 * abs(shares["disc_mass"])
@@ -38,10 +36,6 @@ assert abs(weight.mean() - mine["gMR"]) < 2 * np.hypot(weight.std(), many["gMR"]
 # %% slowing
 exactly = ht.State.steady(top, "15 deg", f"{60 * turns} rpm", "slow")
 assert abs(float(exactly.phidot) / steady(omega3) - 1) < 1e-12
-
-# %% scene
-for name, value in mine.items():
-    assert abs(float(getattr(scene.top, name)) / value - 1) < 1e-5
 
 # %% solution-1
 assert higher > 1.4 * limit
