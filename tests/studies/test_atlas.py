@@ -52,16 +52,6 @@ def test_pixels_are_what_their_motions_are_alone_and_all_are_counted_and_proved(
     assert (rows.counts, rows.uncertified) == (counted, 0)
 
 
-def test_impossible_pixels_are_counted_and_have_no_numbers():
-    scene = ht.load_scene("sicm-kicked", ["start.theta=0.9"])
-    found = ht.atlas(scene, "E=0:2:21", "p_phi=-0.02:0.02:23", jobs=1)
-    out = found["kind"] == VERDICT_NAMES.index("impossible")
-    assert 50 < out.sum() == found.counts["impossible"] < 21 * 23
-    assert np.isnan(found["period"][out]).all()
-    assert np.isfinite(found["period"][~out]).all()
-    assert found.uncertified == 0
-
-
 # --- however it is shared out ---------------------------------------------------------------------
 
 

@@ -13,7 +13,7 @@ from heavytop.studies import journal
 
 from .. import integrators
 from ..commands import refused
-from ..integrators import on_the_group, rk4
+from ..integrators import rk4
 
 RK4 = Path(integrators.__file__).read_text()
 
@@ -40,17 +40,6 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
     assert 1e-7 < mine_.axis[-1] < 1e-4
     assert 1e-11 < solver.axis[-1] < 1e-6
     assert exact.axis[-1] < 1e-12
-
-
-@pytest.mark.slow
-def test_methods_of_ones_own_have_their_orders_in_every_study(scene):
-    """The one on the group keeps the spin, and a rotation a rotation."""
-    two = ht.Method(rk4, setting=200), replace(on_the_group, setting=400)
-    plain, lie = ht.drift(scene, methods=two, periods=3, samples=3).methods
-    assert (plain.order, lie.order) == pytest.approx((4, 2), abs=0.15)
-    assert max(lie.p_psi[-1], *lie.invariants.orthogonality) < 1e-11 < plain.p_psi[-1]
-    diagram = ht.work_precision(scene, methods=[ht.Method(rk4)], periods=1, budget=600)
-    assert diagram.document()["orders"][plain.name] == pytest.approx(4, abs=0.2)
 
 
 def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(scene):
@@ -110,18 +99,6 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
     methods = [f"{mine}:hangs", "taylor-axis", f"{mine}:rk4=50"]
     said = [x.skipped for x in ht.drift(scene, methods=methods, periods=5, samples=2).methods]
     assert said == ["it did not return within 15 s", None, None]
-
-
-@pytest.mark.processes
-@pytest.mark.parametrize(
-    "words",
-    ["drift sicm-kicked --periods 5 --samples 2", "workprec sicm-kicked --periods 2 --budget 30",
-     "stress --cases cusp"],
-)  # fmt: skip
-def test_a_method_of_ones_own_without_a_result_ends_any_study_with_4(words, mine):
-    methods = f"taylor-axis,{mine}:rk4=200,{mine}:raises=50"
-    said = refused(4, *words.split(), "--methods", methods, "--no-figures")
-    assert "mine.py:raises" in said.splitlines()[-1]
 
 
 def test_a_method_of_ones_own_that_fails_now_and_then_has_results(scene):

@@ -90,7 +90,6 @@ def test_a_fixed_step_is_held_to_its_order_and_its_length():
 
 MISTAKES = [
     (raises, StressOutcome.METHOD_ERROR, "it raises ValueError: no step"),
-    (lambda f, y, h: y * 1e200, StressOutcome.DIVERGED, "the numbers are no longer finite"),
     (lambda f, y, h: y + h * f(y), StressOutcome.DIVERGED, ""),
 ]
 

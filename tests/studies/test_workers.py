@@ -16,7 +16,7 @@ import pytest
 import heavytop
 from heavytop import errors
 from heavytop.doctor import versions
-from heavytop.studies import study, workers
+from heavytop.studies import workers
 
 from ..processes import alive, soon, wait_for
 from . import toy
@@ -159,20 +159,6 @@ def test_a_process_that_is_being_started_is_not_cut_off():
 def test_an_interrupt_of_no_signal_is_handed_on():
     with pytest.raises(KeyboardInterrupt), workers.stop_signal():
         raise KeyboardInterrupt
-
-
-def starts_a_process():
-    with multiprocessing.get_context("spawn").Pool(1) as pool:
-        return pool.apply(os.getpid)
-
-
-def test_a_call_may_start_processes_of_its_own(process):
-    assert process.call(starts_a_process) not in (os.getpid(), process.call(os.getpid))
-
-
-def test_what_is_refused_in_a_worker_is_refused_here(process):
-    with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
-        process.call(study.study_of, {"kind": "unheard"})
 
 
 def test_a_daemon_as_a_worker_of_dask_is_can_begin_one(process, monkeypatch):
