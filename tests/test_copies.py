@@ -35,13 +35,10 @@ def of_run(t):
 
 MADE = {
     "motion": (lambda: ht.Motion(BOOK, KICKED), of_motion),
-    "enclosure": (lambda: ht.Motion(BOOK, KICKED), of_enclosure),
     "motion of an axis": (lambda: ClosedForm(AxisMotion(*AXIS)), of_enclosure),
     "run": (lambda: ht.propagate(scene()), of_run),
     "run of 20 digits, attitude": (
         lambda: ht.propagate(scene(digits=20), formulation="attitude"), of_run),
-    "numbers of a motion": (lambda: ht.Motion(BOOK, KICKED).at(T, 30),
-                            lambda at: (at.t, at.axis, at.energy)),
 }  # fmt: skip
 
 
