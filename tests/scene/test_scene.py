@@ -18,19 +18,9 @@ from ..motions import BOOK, LIE, SCENES
 START = State("0.1", phidot=-15, psidot=140)
 CONSTANTS = """\
 format = 1
-[top]
-A = 1
-C = 1
-gMR = 1
-[start]
-E = 3
-p_phi = 1
-p_psi = 1
-theta = "pi/2"
-branch = "rising"
-phi = "90 deg"
-[span]
-periods = -1.5
+top = {A = 1, C = 1, gMR = 1}
+start = {E = 3, p_phi = 1, p_psi = 1, theta = "pi/2", branch = "rising", phi = "90 deg"}
+span.periods = -1.5
 """
 
 
@@ -53,8 +43,8 @@ def test_a_scene_from_constants_of_the_motion_from_parts_or_of_a_steady_precessi
     scene = read_scene(CONSTANTS)
     assert (scene.start.thetadot, scene.start.phidot, scene.start.phi) == (-2, 1, PI / 2)
     assert (scene.periods, scene.time) == (Fraction(-3, 2), None)
-    parts = "mass = 15\ndistance = 1\ngravity = 9.81\nA_cm = 0.234375\nC_cm = 0.46875"
-    built = read_scene(CONSTANTS.replace("A = 1\nC = 1\ngMR = 1", parts))
+    parts = "mass = 15, distance = 1, gravity = 9.81, A_cm = 0.234375, C_cm = 0.46875"
+    built = read_scene(CONSTANTS.replace("A = 1, C = 1, gMR = 1", parts))
     assert built.top == LIE
     text = load_scene("sicm-forward").to_toml().replace("phidot = 15", 'steady = "slow"')
     steady = read_scene(text.replace("thetadot = 0\n", ""))

@@ -151,19 +151,12 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
     assert steps(log) <= 3 * STEPS + again
 
 
-@pytest.mark.slow
 def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
-    path = tmp_path / "study"
-    process = started(path, 2, tmp_path / "log", TOY_PAUSE="1")
-    wait_for(lambda: lines(tmp_path / "log"))
-    refused = rf"is being written by process {process.pid} on \S+$"
-    with pytest.raises(InUse, match=refused), Journal.open(path, PARAMETERS):
-        pass
-    assert Journal.read(path).parameters == PARAMETERS  # reading is for everybody
-    process.kill()
-    process.communicate()
-    with Journal.open(path, PARAMETERS):  # what a killed writer left is no lock
-        pass
+    with Journal.open(tmp_path, PARAMETERS):
+        refused = rf"is being written by process {os.getpid()} on \S+$"
+        with pytest.raises(InUse, match=refused):
+            done(tmp_path, PARAMETERS)
+        assert Journal.read(tmp_path).parameters == PARAMETERS  # reading is for everybody
 
 
 @pytest.mark.slow
