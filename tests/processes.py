@@ -1,7 +1,26 @@
-"""Processes that a test began by way of others: what they said of themselves, and their end."""
+"""Processes that a test begins, or began by way of others: what they said, and their end."""
 
+import os
+import subprocess
+import sys
 import time
 from pathlib import Path
+
+import heavytop
+
+SOURCE = Path(heavytop.__file__).parents[1]
+
+
+def surroundings(*folders, **more):
+    """Those of a process that imports the package, and what lies in other folders first."""
+    return os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (*folders, SOURCE)))} | more
+
+
+def begin(*words, env=None):
+    """A process of Python."""
+    how = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "start_new_session": True}
+    command = [sys.executable, *map(str, words)]
+    return subprocess.Popen(command, env=env or surroundings(), encoding="utf-8", **how)
 
 
 def wait_for(condition, seconds=60):

@@ -5,10 +5,7 @@ fails here at an import fails there.
 """
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -18,10 +15,10 @@ from heavytop.errors import INSTALL_HEYOKA
 from heavytop.report.files import write_results
 
 from .commands import printed
+from .processes import begin, surroundings
 
 pytestmark = pytest.mark.processes
-ROOT = Path(__file__).parents[1]
-ELSEWHERE = os.pathsep.join([str(ROOT / "tests" / "elsewhere"), str(ROOT / "src")])
+ELSEWHERE = Path(__file__).with_name("elsewhere")
 REFUSAL = f"integration needs heyoka: {INSTALL_HEYOKA}"
 INTEGRATED = {  # the public names behind which heyoka is
     "Errors", "Trajectory", "certify", "drift", "extend", "load_trajectory",
@@ -31,11 +28,10 @@ INTEGRATED = {  # the public names behind which heyoka is
 
 def elsewhere(*words, path=ELSEWHERE, code=0):
     """What a fresh process of Python says that has neither heyoka nor POSIX."""
-    env = os.environ | {"PYTHONPATH": path, "PYTHONUTF8": "1"}
-    command = [sys.executable, *map(str, words)]
-    done = subprocess.run(command, env=env, capture_output=True, encoding="utf-8")
-    assert done.returncode == code, done.stderr
-    return done.stderr if code else done.stdout
+    done = begin(*words, env=surroundings(path, PYTHONUTF8="1"))
+    out, err = done.communicate()
+    assert done.returncode == code, err
+    return err if code else out
 
 
 def test_only_the_names_that_integrate_are_refused():
@@ -105,6 +101,5 @@ def test_a_page_of_a_finished_run_needs_no_integrator(tmp_path):
 
 def test_a_heyoka_that_fails_at_its_import_is_named_with_what_it_says(tmp_path):
     (tmp_path / "heyoka.py").write_text("raise ImportError('libheyoka.so: cannot open')")
-    path = f"{tmp_path}{os.pathsep}{ROOT / 'src'}"
-    said = elsewhere("-m", "heavytop", "run", "sicm-kicked", path=path, code=2)
+    said = elsewhere("-m", "heavytop", "run", "sicm-kicked", path=tmp_path, code=2)
     assert "libheyoka.so: cannot open" in said

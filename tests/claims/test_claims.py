@@ -2,9 +2,6 @@
 
 import ast
 import math
-import signal
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +11,6 @@ import heavytop as ht
 from heavytop.claims import CLAIMS, advance, load_claims, tasks, validate
 from heavytop.errors import HeavyTopError
 
-from ..processes import alive, soon, wait_for
 from ..studies.toy import drop_line
 from .own_claims import FAKE, HEAD, SLOW, by_id, script
 
@@ -99,8 +95,6 @@ def test_what_takes_too_long_is_killed_and_does_not_hold(tmp_path, monkeypatch):
 
 # --- killed and resumed ----------------------------------------------------------------------
 
-ALONE = "import sys, heavytop as ht; ht.validate(scripts=sys.argv[1], jobs=2)"
-
 
 def test_a_validation_that_was_killed_goes_on_and_ends_the_same(tmp_path):
     folder, _ = script(tmp_path, SLOW)
@@ -119,14 +113,3 @@ def test_what_was_measured_of_other_code_is_refused(tmp_path):
     for again in (lambda: validate(["a"], scripts=folder, folder=place), lambda: ht.resume(place)):
         with pytest.raises(ht.ForeignFile, match="code"):
             again()
-
-
-def test_an_interrupt_is_answered_at_once_and_leaves_nothing_running(tmp_path):
-    pids = tmp_path / "pids"
-    waits = f"    Path({str(pids)!r}).write_text(str(os.getpid()))\n    time.sleep(60)\n"
-    scripts, _ = script(tmp_path, f'{HEAD}\n@of_a_book("waits")\ndef _():\n{waits}')
-    with subprocess.Popen([sys.executable, "-c", ALONE, str(scripts)]) as process:
-        soon(pids)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(20) != 0
-    wait_for(lambda: not alive(pids.read_text()), seconds=2)

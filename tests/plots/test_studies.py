@@ -6,9 +6,9 @@ import pytest
 from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
 from heavytop.results.stress import StressOutcome
-from heavytop.results.table import Row, as_rows
+from heavytop.results.table import Row
 
-from ..results.made import AUTO, POINT, RUN, diagram_of, stress_of
+from ..results.made import AUTO, METHOD, POINT, RUN, diagram_of, drift_of, stress_of
 
 NAMES = ("$x$ and $\\frac{$", "costs 5$", "_gone", "two\nlines")
 
@@ -32,19 +32,12 @@ def test_a_failure_has_its_colour_and_its_mark_where_it_belongs():
     assert all(f"{word.mark} {word}" in said for word in StressOutcome if word.mark)
 
 
-ONE = {"name": "m", "periods": [1.0, 10.0], "energy": [1e-12, 0.0], "phase_s": [None, 1e-9],
-       "axis": [], "p_phi": [], "p_psi": [],
-       "invariants": {NAMES[0]: [1e-15, 1e-14]}}  # fmt: skip
-
-
-def drift_of(*methods):
-    about = {"scene": {"title": "t", "name": "n"}, "periods": 10, "ensemble": 3}
-    return as_rows(about | {"methods": list(methods)})
+ONE = Row(METHOD, energy=[1e-12, 0.0], axis=[], invariants={NAMES[0]: [1e-15, 1e-14]})
 
 
 def test_every_method_of_a_drift_study_is_in_the_legend_and_no_two_look_alike():
     names = [*NAMES, *map(str, range(20))]
-    known = drift_of(*(ONE | {"name": name} for name in names))
+    known = drift_of(*(Row(ONE, name=name) for name in names))
     figure = drift_figure(known)
     assert legend(figure) == [literal(name).strip() for name in names]
     panels = [ax for ax in figure.axes if ax.get_visible()]
@@ -56,7 +49,7 @@ def test_every_method_of_a_drift_study_is_in_the_legend_and_no_two_look_alike():
 
 
 def test_guides_of_growth_have_their_slopes():
-    _, *guides = drift_figure(drift_of(ONE | {"energy": [1e-12, 1e-4]})).axes[0].lines
+    _, *guides = drift_figure(drift_of(Row(ONE, energy=[1e-12, 1e-4]))).axes[0].lines
     for line, slope in zip(guides, (0.5, 1.0, 1.5, 2.0), strict=True):
         across, up = np.diff(np.log(line.get_xydata()), axis=0).T
         assert up / across == pytest.approx(slope)

@@ -4,47 +4,35 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.results.table import Row
 from heavytop.scene.quantities import MISSING
 from heavytop.studies.journal import Journal
 
+from .made import METHOD, drift_of
+
 SCENE = ht.load_scene("sicm-kicked", ["span.time=0.6"])
-NONE = dict.fromkeys(("p_phi", "p_psi"), ())
-STRANG = {
-    "name": "strang", "skipped": None, "periods": [1.0, 10.0], "energy": [1e-9, 2e-9],
-    "phase_s": [1e-3, None], "axis": [1e-9, 3e-2], "energy_exponent": 0.5, "invariants": {},
-    "phase_exponent": None, "stderr": {"energy": 0.031, "phase": None}, "ended": {},
-    "growth": {"energy": 0.5, "phase": "lost"}, "order": 2, "warned": {},
-    "us_per_period": 1234.5, "members": [], **NONE,
-}  # fmt: skip
-SHORT = STRANG | {"name": "short", "periods": [1.0, 4.0], "ended": {"3": "it diverged"},
-                  "us_per_period": None, "phase_exponent": 1.4,
-                  "growth": {"energy": "bounded", "phase": 1.4},
-                  "stderr": {"energy": None, "phase": 0.02}}  # fmt: skip
-OTHER = STRANG | {"name": "a.py:mine", "skipped": "no package", "order": 1.98,
-                  "warned": {"RuntimeWarning: overflow": 3}}  # fmt: skip
-
-
-def of(*methods):
-    return ht.Drift(scene=SCENE.problem(), periods=10, ensemble=4, samples=2, seed=7, spread=0.01,
-                 starts=(), methods=methods)  # fmt: skip
+SHORT = Row(METHOD, name="short", periods=[1.0, 4.0], ended={"3": "it diverged"},
+            us_per_period=None, phase_exponent=1.4, growth={"energy": "bounded", "phase": 1.4},
+            stderr={"energy": None, "phase": 0.02})  # fmt: skip
+OTHER = Row(METHOD, name="a.py:mine", skipped="no package", order=1.98, warned={"overflow": 3})
 
 
 def test_it_says_what_is_lost_skipped_and_ended_early():
-    found = of(STRANG, SHORT, OTHER)
+    found = drift_of(METHOD, SHORT, OTHER)
     assert [name for name, _ in found.facts()][-4:] == ["short", *["a.py:mine"] * 3]
     [table] = found.tables()
     assert table.texts() == [
         ["strang", "1230", "2.0e-09", "0.50(3)", "lost at 10", "lost", "3.0e-02"],
         ["short", MISSING, "2.0e-09", "bounded", "lost at 4", "1.40(2)", "3.0e-02"],
     ]
-    [bare] = of(SHORT).tables()
+    [bare] = drift_of(SHORT).tables()
     assert "us_per_period" in table.columns
     assert "us_per_period" not in bare.columns  # its folder has no times
     assert [code for code, _ in found.problems()] == [4, 4]
 
 
 def test_the_journal_of_another_study_tells_no_times():
-    found = of(STRANG)
+    found = drift_of(METHOD)
     assert found.timed(Journal({"kind": "drift", "periods": 9})) is found
 
 

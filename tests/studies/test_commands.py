@@ -3,8 +3,6 @@
 import json
 import random
 import shlex
-import subprocess
-import sys
 import time
 
 import pytest
@@ -15,7 +13,7 @@ from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases
 
 from ..commands import document, names, printed, refused
-from ..processes import wait_for
+from ..processes import begin, wait_for
 from .toy import drop_line, results
 
 QUICK = ("drift", "sicm-kicked", "--periods", 300, "--samples", 5, "--methods")
@@ -28,11 +26,6 @@ LONG = {
                  "--methods", "auto=9,taylor-axis,taylor-lagrange,strang=50"),
     "atlas": ("sicm-kicked", "--x", "phidot=-20:20:900", "--y", "psidot=-150:150:900"),
 }  # fmt: skip
-
-
-def started(*words):
-    ours = [sys.executable, "-m", "heavytop", *map(str, words)]
-    return subprocess.Popen(ours, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def files(folder):
@@ -68,7 +61,7 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
     complete = document(verb, *LONG[verb], "-o", whole)
     parallel = ("-j", jobs) if jobs > 1 else ()
     asked = [verb, *LONG[verb], "--no-figures", "-o", folder, *parallel]
-    process = started(*asked)
+    process = begin("-m", "heavytop", *asked)
     for count in (1, 4):
         wait_for_records(folder, 1 if verb == "drift" else count, process)
         time.sleep(draw.uniform(0.0, 0.5))
@@ -76,7 +69,7 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
         process.communicate(timeout=300)
         before = results(folder)
         assert before
-        process = started("resume", folder, "--json", "--no-figures", "-j", jobs)
+        process = begin("-m", "heavytop", "resume", folder, "--json", "--no-figures", "-j", jobs)
     out, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
     assert timeless(json.loads(out)) == timeless(complete)

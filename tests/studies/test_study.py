@@ -4,8 +4,6 @@ import json
 import os
 import random
 import signal
-import subprocess
-import sys
 import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
@@ -14,19 +12,17 @@ from pathlib import Path
 
 import pytest
 
-import heavytop
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, InUse, Stop, StoppedEarly
 from heavytop.studies import study
 from heavytop.studies.journal import Chunk, Journal
 from heavytop.studies.study import run
 
-from ..processes import alive, wait_for
+from ..processes import alive, begin, surroundings, wait_for
 from .toy import TOYS, done, lines, results, tears
 
 pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 
-SOURCE = str(Path(heavytop.__file__).parents[1])
 PARAMETERS = {"kind": "toy", "options": {"tasks": 3, "blocks": 60}, "versions": versions()}
 STEPS = 50 * 60  # of one task
 LONGEST = 50 * 8  # of one chunk
@@ -46,11 +42,8 @@ def whole(tmp_path_factory):
 
 def started(path, jobs, log, **environment):
     """Start a process that does the study."""
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join([SOURCE, str(TOYS)]), "TOY_LOG": str(log)}
-    words = [TOYS / "run_toy.py", path, jobs, json.dumps(PARAMETERS)]
-    how = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL, "start_new_session": True}
-    command = [sys.executable, *map(str, words)]
-    return subprocess.Popen(command, env=env | environment, text=True, **how)
+    env = surroundings(TOYS, TOY_LOG=str(log), **environment)
+    return begin(TOYS / "run_toy.py", path, jobs, json.dumps(PARAMETERS), env=env)
 
 
 def finished(path, jobs, log, **environment):

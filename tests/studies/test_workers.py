@@ -8,30 +8,27 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack, closing, contextmanager
-from pathlib import Path
 from threading import Timer
 
 import pytest
 
-import heavytop
 from heavytop import errors
 from heavytop.doctor import versions
 from heavytop.studies import workers
 
-from ..processes import alive, soon, wait_for
+from ..processes import alive, soon, surroundings, wait_for
 from . import toy
 from .toy import TOYS, lines, results
 
 pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
 
-SOURCE = str(Path(heavytop.__file__).parents[1])
 PARAMETERS = {"kind": "toy", "options": {"tasks": 5, "blocks": 20}, "versions": versions()}
 
 
 @contextmanager
 def dask(place, *options, **environment):
     """A process of dask that is ended in the end."""
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join([SOURCE, str(TOYS)]), **environment}
+    env = surroundings(TOYS, **environment)
     with (place / "dask.log").open("a") as log:
         process = subprocess.Popen(
             [sys.executable, "-m", "dask", *map(str, options)],
