@@ -1,6 +1,7 @@
 """The command in this process: what it says, and how it ends where its run fails."""
 
 import json
+from unittest.mock import Mock
 
 from click.testing import CliRunner
 
@@ -38,8 +39,14 @@ def names(folder):
 
 def fail_with(monkeypatch, error):
     """Let a run raise an error."""
+    monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", Mock(side_effect=error))
 
-    def integrate_plan(*_, **__):
-        raise error
+
+def done_with(monkeypatch, then):
+    """Let a run be what a function makes of it."""
+    whole = heavytop.run.propagation.integrate_plan
+
+    def integrate_plan(*given, **named):
+        return then(whole(*given, **named))
 
     monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)

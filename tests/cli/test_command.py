@@ -19,7 +19,7 @@ from heavytop import errors
 from heavytop.cli import Exit, app
 from heavytop.cli.command import lines_of_progress
 
-from ..commands import fail_with, heavytop_, refused
+from ..commands import done_with, fail_with, heavytop_, refused
 
 VERBS = {name: app.get_command(None, name) for name in app.verbs}
 FULL = Path("/dev/full")
@@ -109,13 +109,11 @@ def test_bugs_are_one_line_without_a_traceback(monkeypatch):
 
 
 def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
-    whole = heavytop.run.propagation.integrate_plan
-
-    def integrate_plan(*arguments, **options):
+    def warned(run):
         warnings.warn("the angle grows", errors.DoubtfulWarning, stacklevel=2)
-        return whole(*arguments, **options)
+        return run
 
-    monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)
+    done_with(monkeypatch, warned)
     result = heavytop_(*QUICK, "--json")
     assert result.stderr == "heavytop: warning: the angle grows\n"
     json.loads(result.stdout)

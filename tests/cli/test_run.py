@@ -4,12 +4,11 @@ import json
 
 import pytest
 
-import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit
 from heavytop.report.files import finished_run
 
-from ..commands import document, fail_with, heavytop_, names, printed, refused
+from ..commands import document, done_with, fail_with, heavytop_, names, printed, refused
 
 KICKED = ("run", "sicm-kicked", "--set", "span.time=0.5")
 
@@ -66,12 +65,10 @@ def test_every_fault_of_a_scene_is_listed_with_its_line_and_no_folder_is_made(tm
 
 
 def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, monkeypatch):
-    whole = heavytop.run.propagation.integrate_plan
+    def end(part):
+        raise errors.EndedEarly("singular", part)
 
-    def integrate_plan(*arguments, **options):
-        raise errors.EndedEarly("singular", whole(*arguments, **options))
-
-    monkeypatch.setattr(heavytop.run.propagation, "integrate_plan", integrate_plan)
+    done_with(monkeypatch, end)
     result = heavytop_(*KICKED, "--json", "-o", tmp_path, "--no-figures")
     assert result.exit_code == Exit.ENDED_EARLY
     assert json.loads(result.stdout)["schema"] == "heavytop/run/1"

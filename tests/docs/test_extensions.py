@@ -18,7 +18,6 @@ PAGE = """
 heavytop classify sicm-kicked \\
     --json
 ```
-
 ```text
 heavytop run in-text
 ```

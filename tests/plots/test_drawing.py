@@ -174,10 +174,8 @@ def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
     drift = things["Drift"]
     for thing, asked, said in (
         (MOTION, {"what": "phases"}, r'one of loop, .*, phase \(did you mean "phase"\?\)'),
-        (MOTION, {"what": "errors"}, "one of loop, .*, phase$"),  # there are none
         (drift, {"what": "loop"}, "one of energy, phase_s"),
         (replace(drift, methods=()), {}, "there is nothing to draw"),
-        (run, {"what": 3}, "what: a text, not 3"),
         (run, {"ax": Figure()}, r"ax: an Axes \(of matplotlib\), not a Figure"),
     ):
         with pytest.raises(ht.HeavyTopError, match=said):

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.analytic.potential import Potential
-from heavytop.plots.figures import run_figure, run_figures
+from heavytop.plots.figures import run_figures
 from heavytop.plots.style import save
 
 from ..trajectories import run_of
@@ -78,10 +78,7 @@ def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
     assert "after a push of 1 rad/s" in ax.get_title()
 
 
-def test_the_panels_of_angles_share_their_time_and_need_phi(kicked):
-    panels = run_figure("angles", kicked).axes
-    assert [ax.get_ylabel() for ax in panels] == ["θ [rad]", "φ [rad]", "ψ̇ [rad/s]"]
-    assert [ax.get_xlabel() for ax in panels] == ["", "", "t [s]"]
+def test_what_needs_phi_says_so():
     with pytest.raises(ValueError, match="phi"):
         drawn("phi", run_of('want.quantities=["theta"]', "want.events=[]"))
 
