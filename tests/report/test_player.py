@@ -54,6 +54,12 @@ def test_momentum_keeps_what_is_conserved_whatever_a_run_follows(quantity):
     assert (quantity == "theta") == ("closed form" in " ".join(played["notes"]))
 
 
+def test_rounds_and_speed_and_a_push_are_those_of_the_clip():
+    run = run_of()
+    assert frames(run, rounds=1, speed=0.1)["seconds"] == pytest.approx(10 * run.motion.round)
+    assert frames(run_of(name="sleeping-unstable"))["notes"][0].startswith("Without a push")
+
+
 def test_a_run_in_many_digits_is_drawn_in_doubles():
     run = run_of("want.digits=25", "span.time=0.1")
     assert not run.in_doubles
