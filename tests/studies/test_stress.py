@@ -223,7 +223,7 @@ def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
 
 @pytest.mark.processes
 def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
-    got = ht.stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
+    got = ht.stress(cases=["cusp"] * 2, methods=["auto", "taylor-axis", "auto"], budget=0.0)
     assert (got.cases, [s.method for s in got.skipped]) == ((), ["auto", "taylor-axis"])
     methods = ["lsoda-scipy-lagrange", "lsoda-scipy"]
     one = ht.stress(cases=["start-at-top"], methods=methods, budget=1.0, time_limit=2.0)

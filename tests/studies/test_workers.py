@@ -14,7 +14,7 @@ import pytest
 
 from heavytop import errors
 from heavytop.doctor import versions
-from heavytop.studies import workers
+from heavytop.studies import study, workers
 
 from ..processes import alive, soon, surroundings, wait_for
 from . import toy
@@ -156,6 +156,11 @@ def test_a_process_that_is_being_started_is_not_cut_off():
 def test_an_interrupt_of_no_signal_is_handed_on():
     with pytest.raises(KeyboardInterrupt), workers.stop_signal():
         raise KeyboardInterrupt
+
+
+def test_what_is_refused_in_a_worker_is_refused_here(process):
+    with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
+        process.call(study.study_of, {"kind": "unheard"})
 
 
 def test_a_daemon_as_a_worker_of_dask_is_can_begin_one(process, monkeypatch):
