@@ -2,6 +2,7 @@
 
 import json
 import math
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -38,6 +39,12 @@ def test_every_number_lies_in_its_enclosure(scene):
         if bounds is not None:
             low, high = map(float, bounds)
             assert low - abs(low) * 1e-15 <= value <= high + abs(high) * 1e-15, name
+
+
+def test_a_number_that_cannot_be_proved_zero_is_undecided_with_its_bound():
+    motion = document("sicm-kicked", "start.phidot=sqrt(cos(2)^2) + cos(2)")["motion"]
+    assert (motion["kind"], motion["certified"]) == ("undecided", False)
+    assert 0 < Decimal(motion["bound"]) < Decimal("1e-1000")
 
 
 ON_TOP = ("start.theta=0", f"start.omega3={THRESHOLD}")

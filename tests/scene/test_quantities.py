@@ -39,6 +39,10 @@ def test_a_derived_quantity_is_one_row(run, monkeypatch):
     assert quantities.derived(("theta", "rate_ratio")) == ("rate_ratio",)
 
 
+def test_the_unit_of_the_axis_is_1(run):
+    assert run.to_xarray()["axis"].attrs["units"] == "1"
+
+
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_every_quantity_has_a_symbol_and_a_unit_in_every_form(name):
     quantity = QUANTITIES[name]

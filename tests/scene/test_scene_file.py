@@ -36,6 +36,7 @@ BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
         ("time = 2", "time = 2\nperiods = 1", 20, "span.periods", "give time or periods"),
         (', "psi"]', ', "fi"]', 22, "want.quantities", "names out of"),
         (', "psi"]', ', "phi"]', 22, "want.quantities", "at most once"),
+        (', "cusp"]', ', "cups"]', 23, "want.events", 'did you mean "cusp"?'),
         ("samples = 401", "samples = 1", 24, "want.samples", "from 2 to 10000000"),
         (TITLE, "1.5", 2, "title", "a text in quotes"),
         (TITLE, '"\\u001b[31m"', 2, "title", "control characters"),

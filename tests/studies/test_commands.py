@@ -105,6 +105,14 @@ def test_other_versions_are_refused(tmp_path, monkeypatch):
     assert files(tmp_path) == before
 
 
+def test_a_study_of_missing_packages_is_refused_and_beside_others_they_are_skipped(monkeypatch):
+    place = "heavytop.comparison.methods.find_spec"
+    monkeypatch.setattr(place, lambda name: None if name == "numba" else name)
+    for words in (*QUICK, "strang"), ("stress", "--methods", "dop853-cyrk", "--cases", "cusp"):
+        refused(2, *words)
+    printed(*QUICK, "strang,auto")
+
+
 def test_the_cases_are_listed_with_what_they_are():
     known = document("stress", "--list")
     assert [case["name"] for case in known["cases"]] == list(cases())
