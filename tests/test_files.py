@@ -4,6 +4,7 @@ import hashlib
 
 import h5py
 import pytest
+import xarray
 
 import heavytop as ht
 from heavytop.files import write_whole
@@ -55,6 +56,14 @@ def test_what_a_killed_writer_left_is_taken_away_and_nothing_else(tmp_path):
     study = ht.drift(SHORT, methods=["taylor-axis"], periods=2, samples=2)
     write_study(study, tmp_path, figures=False)
     assert {path.name for path in tmp_path.iterdir()} == {*mine, "drift.json", "drift.nc"}
+
+
+def test_events_are_read_by_everybody(path):
+    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=20", "want.samples=5"]))
+    run.save(path)
+    with xarray.open_dataset(path) as data:
+        assert tuple(data.event_kind.values) == run.events.kind
+        assert float(data.own_t[-1]) == 2.0
 
 
 @pytest.mark.slow

@@ -134,6 +134,11 @@ def test_all_that_is_wrong_is_named_and_nothing_done(name, given, keys, monkeypa
     assert not [*tmp_path.iterdir()]
 
 
+def test_what_is_of_another_type_is_a_type_error():
+    with pytest.raises(TypeError, match="top: a Top, not a State"):
+        ht.Motion(START, TOP)
+
+
 @pytest.mark.parametrize(
     "what", [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]
 )

@@ -2,10 +2,12 @@
 
 import json
 import os
+import pkgutil
 import pty
 import subprocess
 import sys
 import warnings
+from inspect import signature
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +20,7 @@ import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app
 from heavytop.cli.command import lines_of_progress
+from heavytop.cli.signature import read_function
 
 from ..commands import done_with, fail_with, heavytop_, refused
 
@@ -49,6 +52,18 @@ def test_every_option_says_what_it_is(verb):
     assert all(len(each.help) > 10 for each in VERBS[verb].params)
 
 
+PLACES = sorted({place for places in app.verbs.values() for place in places.split()})
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_what_a_verb_takes_and_leaves_out_is_as_its_function_says(place):
+    known = signature(pkgutil.resolve_name(f"heavytop.{place}")).parameters
+    found = signature(read_function(place)).parameters
+    for name, each in found.items():
+        assert each.replace(default=known[name].default) == known[name]
+        assert each.default in (None, known[name].default)
+
+
 @pytest.mark.processes
 def test_python_m_is_the_command_and_completed_as_it():
     asked = {"_HEAVYTOP_COMPLETE": "bash_complete", "COMP_WORDS": "heavytop cl", "COMP_CWORD": "1"}
@@ -78,6 +93,8 @@ WRONG = {  # words: the code, and all that is named
     "check x.csv --digits -1 --as x --scene nosuch": (3, "digits undone=x nosuch"),
     "check x.csv --digits -1 --as x --set top.A=1": (2, "--digits --as --set"),
     "report . --set top.A=1 nosuch": (2, "places changes"),
+    "report nosuch": (3, "nosuch"),
+    "report sicm-kicked sicm-dropped": (2, "places"),
 }
 
 

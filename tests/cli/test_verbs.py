@@ -129,19 +129,6 @@ def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"report.html"}
 
 
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        ("no-such-scene", 3), ("{here} no-such-folder", 2), ("sicm-kicked sicm-dropped", 2),
-        ("{here} --set start.phidot=3", 2), ("sicm-kicked --set start.phidot=x", 2),
-    ],
-)  # fmt: skip
-def test_a_report_of_what_makes_no_sense_is_refused(words, code, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    refused(code, "report", *words.format(here=Path(__file__).parent).split())
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_folder_that_is_not_finished_says_how_to_go_on(tmp_path):
     printed("run", "sicm-kicked", "--no-figures", "-o", tmp_path)
     (tmp_path / "run.json").unlink()
