@@ -1,5 +1,7 @@
 """What a drift says, and its numbers as tables, are those of its methods."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -34,6 +36,14 @@ def test_it_says_what_is_lost_skipped_and_ended_early():
 def test_the_journal_of_another_study_tells_no_times():
     found = drift_of(METHOD)
     assert found.timed(Journal({"kind": "drift", "periods": 9})) is found
+
+
+def test_its_times_are_in_the_journal_of_its_folder(tmp_path):
+    found = ht.drift(SCENE, methods=["taylor-axis"], periods=5, samples=2, folder=tmp_path)
+    [timed], [stored] = found.methods, replace(found, **found.timeless()).methods
+    assert stored.us_per_period is None
+    [again] = replace(found, methods=(stored,)).timed(Journal.read(tmp_path)).methods
+    assert again.us_per_period == timed.us_per_period > 0
 
 
 @pytest.fixture(scope="module")

@@ -84,10 +84,7 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
         assert before.items() <= results(folder).items()  # what was run is not run again
     assert shlex.split(json.loads(out)["command"]) == ["heavytop", *map(str, asked)]
     before = results(whole), verb == "workprec" or files(whole)
-    again = document("resume", whole)  # what is finished does not change
-    if verb == "drift":  # whose file has no times
-        once, twice = ([x["us_per_period"] for x in each["methods"]] for each in (complete, again))
-        assert once == twice
+    document("resume", whole)  # what is finished does not change
     assert (results(whole), verb == "workprec" or files(whole)) == before
     drop_line(whole)
     assert page_of([whole]).sections
