@@ -199,6 +199,8 @@ TYPED = [
     ("spin", "260 rpm", "spin", 260 * math.pi / 30),
     ("spin", "157,08", "spin", 157.08),
     ("spin", "−3^2 + sqrt(4)*(1 - 2/4)", "spin", -8.0),
+    ("spin", "2*-3", "spin", -6.0),
+    ("theta", "0.5 rad", "theta", 0.5),
     ("spin", "30 deg/s", "spin", math.pi / 6),
     ("theta", "0,5", "theta", math.radians(0.5)),
     ("A", "3.28 g cm²", "A", 3.28e-7),

@@ -103,6 +103,14 @@ def test_any_four_constants_lead_back_to_the_motion(energy, spin, unknown):
     assert any(np.allclose(each, expected, rtol=1e-12) for each in found)
 
 
+def test_the_branches_of_an_energy_are_its_turning_points():
+    known = ht.Motion(TOP, START)
+    given = {name: str(getattr(known.constants, name)) for name in ("E", "p_phi", "p_psi")}
+    for branch, end in (("falling", known.theta_min), ("rising", known.theta_max)):
+        start = ht.State.from_constants(TOP, **given, thetadot=0, branch=branch)
+        assert float(start.theta) == pytest.approx(end, rel=1e-14)
+
+
 def test_constants_without_energy_start_at_rest():
     assert ht.State.from_constants(TOP, p_phi=1, omega3=2, theta=1).thetadot == 0
 
