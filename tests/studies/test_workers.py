@@ -121,7 +121,7 @@ def test_after_an_interrupted_call_the_next_one_has_its_own_answer(process):
     Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         process.call(time.sleep, 60)
-    assert process.call(abs, -2) == 2
+    assert process.call(abs, -2, timeout=20) == 2
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
