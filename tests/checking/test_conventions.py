@@ -117,5 +117,6 @@ def test_a_part_of_a_tenth_of_a_radian_is_told_from_a_step():
 
 def test_names_are_undone_where_asked():
     data = read({"t": 1000 * T, "theta": np.degrees(exact(T).theta)})
-    undone = undo_names(Comparison(data.values, SCENE.top, SCENE.start), ["degrees", "milliseconds"])
+    given = Comparison(data.values, SCENE.top, SCENE.start)
+    undone = undo_names(given, ["degrees", "milliseconds"])
     assert abs(undone.arrays["theta"] - exact(T).theta).max() < 1e-14
