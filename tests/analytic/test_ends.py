@@ -1,12 +1,11 @@
 """Ends in arrays are those of Motion at 40 digits, and say how well they are known."""
 
-import mpmath
 import numpy as np
 import pytest
 
 import heavytop as ht
 from heavytop.analytic import ends
-from heavytop.analytic.ends import carlson, ends_many, jacobi
+from heavytop.analytic.ends import ends_many
 from heavytop.run.counts import tally
 
 from ..starts import nasty, regular, top_and_state
@@ -93,24 +92,6 @@ def test_a_row_is_the_same_bits_in_any_company():
         alone = ends_many({name: x[one] for name, x in start.items()}, time[one])
         for name in ("theta", "phi", "psi", "doubt"):
             assert getattr(alone, name) == getattr(whole, name)[i]
-
-
-def test_integrals_and_functions_are_those_of_mpmath():
-    random = np.random.default_rng(8)
-    mc, x = 10 ** random.uniform(-30, 0, 60), 10 ** random.uniform(-20, 0, 60)
-    y, apart = x + mc * (1 - x), random.uniform(0, 1, 60)
-    p = np.where(np.arange(60) % 2, 1 + apart, x ** (1 - apart) * y**apart)
-    R_F, R_J = carlson(x, y, p)
-    sn, cn = jacobi(apart * carlson(0 * mc, mc, p)[0], mc)
-    with mpmath.workdps(60):
-        for i in range(60):
-            m, K = 1 - mpmath.mpf(mc[i]), mpmath.ellipk(1 - mpmath.mpf(mc[i]))
-            assert R_F[i] == pytest.approx(float(mpmath.elliprf(x[i], y[i], 1)), rel=3e-15, abs=0)
-            exact = mpmath.elliprj(x[i], y[i], 1, p[i])
-            assert R_J[i] == pytest.approx(float(exact), rel=1e-14, abs=0)
-            for name, value in (("sn", sn[i]), ("cn", cn[i])):
-                exact = mpmath.ellipfun(name, K * mpmath.mpf(apart[i]), m=m).real
-                assert value == pytest.approx(float(exact), rel=1e-13, abs=0)
 
 
 def test_without_the_doubt_ends_are_wrong(monkeypatch):
