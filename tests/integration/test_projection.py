@@ -12,9 +12,9 @@ import sympy as sp
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.exact.pairs import add
 from heavytop.integration import bits, projection
-from heavytop.integration.projection import EVEN_STEPS, GOLDEN, Projection
+from heavytop.integration.blocks import Integrator
+from heavytop.integration.projection import Projection
 from heavytop.run.verify import phase_error, run_errors
 from heavytop.scene.quantities import Need
 
@@ -95,26 +95,22 @@ def integrator_of(run):
     return integrator, run.orbit.checkpoints[0]
 
 
-def test_legs_lose_no_time(whole):
-    """Samples and events of a late leg are those of a leg run by itself, low words and all."""
+def test_legs_lose_no_time(whole, monkeypatch):
+    """Samples and events of a late leg are those of a block of it alone, low words and all."""
     integrator, start = integrator_of(whole)
-    engine, stride = integrator.engine, integrator.projection.stride
-    first = integrator.block(start, 20 * stride, 1e4)
-    begun, state = first.end.time, first.end.state
-    wanted = begun[0] + np.array([1.0, 1.7])
+    stride, step = integrator.projection.stride, integrator.cautious_step(start, 1e4)
+    monkeypatch.setattr(Integrator, "cautious_step", lambda *_: step)
+    monkeypatch.setattr(Projection, "longest", lambda *_: step)
+    begun = integrator.block(start, 20 * stride, 1e4).end
+    wanted = begun.time[0] + np.array([1.0, 1.7])
     both = integrator.block(start, 21 * stride, 1e4, wanted)
-    local = (wanted - begun[0]) - begun[1]
-    longest = integrator.cautious_step(start, 1e4)
-    mean = engine.leg(start.state, stride, 1e4, longest=longest).elapsed[0] / stride
-    even = min(mean * (1 - EVEN_STEPS * (20 * GOLDEN % 1)), longest)
-    second = engine.leg(state, stride, 1e4, local, even)
-    assert np.array_equal(both.samples.states, second.rows)
-    assert both.end.time == add(begun, second.elapsed)
-    for all_of_them, later in zip(both.hits, second.hits, strict=True):
-        high, low = add(begun, (later.t, np.zeros_like(later.t)))
-        assert np.array_equal(all_of_them.t[-low.size :], high)
-        assert np.array_equal(all_of_them.t_low[-low.size :], low)
-        assert low.any()
+    alone = integrator.block(begun, stride, 1e4, wanted)
+    assert np.array_equal(both.samples.states, alone.samples.states)
+    assert both.end.time == alone.end.time
+    for all_of_them, later in zip(both.hits, alone.hits, strict=True):
+        assert np.array_equal(all_of_them.t[-later.t.size :], later.t)
+        assert np.array_equal(all_of_them.t_low[-later.t.size :], later.t_low)
+        assert later.t_low.any()
 
 
 @pytest.mark.parametrize("projected", [False, True])
@@ -124,26 +120,6 @@ def test_the_last_step_is_the_one_that_passes_the_end(projected):
     left = run.orbit.steps - last.steps
     before, behind = (integrator.block(last, n, 1e4).end.time[0] for n in (left - 1, left))
     assert before <= run.orbit.end < behind
-
-
-@pytest.mark.parametrize("samples", [[], [0.3], np.linspace(0.01, 60, 999)])
-def test_what_nobody_looks_at_is_the_same(samples):
-    """Legs without events and samples take a shorter way: to the same bits."""
-    run = ht.propagate(scene(700, "want.events=[]"), formulation="cubic", projected=True)
-    integrator, start = integrator_of(run)
-    block = integrator.block(start, 1980, 1e4, np.array([*samples, 9e3]))
-    longest = even = integrator.cautious_step(start, 1e4)
-    state, elapsed, mean = start.state, (0.0, 0.0), None
-    stride = integrator.projection.stride
-    strides = [stride] * (1980 // stride) + [1980 % stride]
-    for k, steps in enumerate(strides, start=1):
-        leg = integrator.engine.leg(state, steps, 1e4, longest=even)
-        mean = mean or leg.elapsed[0] / steps
-        even = min(mean * (1 - EVEN_STEPS * (k * GOLDEN % 1)), longest)
-        state, elapsed = integrator.projection(leg.state), add(elapsed, leg.elapsed)
-    assert np.array_equal(block.end.state, state)
-    assert (block.end.time, block.end.steps) == (elapsed, 1980)
-    assert block.samples.t.size == np.sum(np.array(samples) < elapsed[0])
 
 
 def test_events_are_those_of_the_own_motion(whole):
