@@ -134,12 +134,9 @@ def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
     digits = 12 if float(spin) < 1e3 else 6  # theta is rounded to the spin's ulp: events come late
     wanted = kicked(spin, "400.618", events=("turning",), digits=digits)
     whole, sampled = (
-        ht.propagate(
-            replace(wanted, quantities=x, samples=n), formulation="axis", projected=projected
-        )
-        for x, n in ((("axis",), 2), (("axis", "phi"), 999))
+        ht.propagate(replace(wanted, **asked), formulation="axis", projected=projected).orbit
+        for asked in ({}, {"quantities": ("axis", "phi"), "samples": 999})
     )
-    whole, sampled = whole.orbit, sampled.orbit
     assert np.array_equal(whole.samples.states[-1, :5], sampled.samples.states[-1, :5])
     begun = not_begun(whole.integrator, whole.checkpoints[0])
     part = integrate(begun, np.array([whole.end / 3]))
