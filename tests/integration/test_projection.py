@@ -68,19 +68,6 @@ def rms_energy(run):
     return float(np.sqrt(np.mean((energy / energy[0] - 1) ** 2)))
 
 
-@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
-@pytest.mark.parametrize("formulation", ["axis", "cubic"])
-def test_phase_only_wanders(formulation):
-    """RMS over neighbouring starts of the phase error of the kicked top, 3000 periods."""
-    rms = []
-    for projected in (False, True):
-        starts = (f"start.theta={0.1 + 0.001 * i:.3f}" for i in range(6))
-        wanted = (scene(3000.3, "want.events=[]", start) for start in starts)
-        runs = (ht.propagate(x, formulation=formulation, projected=projected) for x in wanted)
-        rms.append(np.sqrt(np.mean([phase_error(run) ** 2 for run in runs])))
-    assert rms[1] < min(1.5e-13, rms[0] / 30)
-
-
 @pytest.fixture(scope="module")
 def whole():
     """Several blocks, each of several legs."""

@@ -1,6 +1,5 @@
 """Spans that would take hours of steps: the closed form answers, and a run says so."""
 
-import math
 from dataclasses import replace
 from fractions import Fraction
 
@@ -11,7 +10,6 @@ import xarray
 import heavytop as ht
 from heavytop.exact.decimals import context
 from heavytop.run.counts import count_exactly
-from heavytop.run.exact import SceneMotion
 from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps
 from heavytop.scene.scene_file import EVENTS
 from heavytop.scene.shipped import shipped_names
@@ -148,13 +146,3 @@ def test_no_trajectory_is_read_from_it(far):
     with pytest.raises(ht.ForeignFile, match=r"nothing was integrated.* heavytop\.Motion"):
         ht.load_trajectory(far[0] / "trajectory.nc")
     refused(3, "certify", far[0])
-
-
-def test_an_axis_that_tends_to_the_vertical_turns_once():
-    scene = ht.load_scene("separatrix", ["span.time=1e10"])
-    chosen = ht.plan(scene)
-    assert chosen.formulation == "none"
-    run = SceneMotion(scene, ht.Motion(scene.top, scene.start), chosen)
-    assert run.counts["turning"] == 1
-    assert float(run.samples.theta[-1]) < 1e-300
-    assert math.isclose(float(run.end.t), 1e10)

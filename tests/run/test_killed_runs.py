@@ -1,7 +1,6 @@
 """A run that is killed, stopped or lacks room is finished by `resume`, to the same bits."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -10,7 +9,6 @@ import pytest
 
 import heavytop as ht
 from heavytop.cli import Exit
-from heavytop.files import locked
 from heavytop.report import files as report_files
 from heavytop.studies.journal import sealed
 
@@ -229,12 +227,6 @@ def test_a_run_that_fails_before_anything_is_stored_leaves_its_folder_to_others(
         fail_with(patched, ht.MissingPackage("a run", ["heyoka"]))
         refused(Exit.USAGE, *PLAIN, "-o", tmp_path)
     printed("run", "sicm-dropped", "--no-figures", "-o", tmp_path)
-
-
-def test_two_runs_do_not_write_one_folder(tmp_path):
-    with locked(tmp_path / "lock"):
-        said = refused(2, *PLAIN, "-o", tmp_path)
-    assert f"is being written by process {os.getpid()}" in said
 
 
 @pytest.mark.slow

@@ -50,21 +50,15 @@ def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, sample
     assert missed_digits(run) == {}
 
 
-LONG = [
-    ("sicm-kicked span.periods=1e8", "auto", r"about [\d.]+ min in all"),
-    ("sicm-kicked span.periods=1e9 want.events=[]", "axis", r"about [\d.]+ h in all"),
-    ("separatrix span.time=1e7", "auto", r"long: about [\d.]+ min in all"),
-    ("sicm-kicked span.periods=1e4", "auto", ""),
-]
-
-
-@pytest.mark.parametrize(("scene", "form", "told"), LONG)
-def test_long_runs_are_told_of(scene, form, told):
+@pytest.mark.parametrize(("scene", "told"), [
+    ("sicm-kicked span.periods=1e8", 1), ("separatrix span.time=1e7", 1),
+    ("sicm-kicked span.periods=1e4", 0),
+])  # fmt: skip
+def test_long_runs_are_told_of(scene, told):
     """How long it takes is said, and what would be quicker."""
     name, *changes = scene.split()
-    said = [x for x in ht.plan(ht.load_scene(name, changes), form).warnings if "long" in x]
-    assert len(said) == bool(told)
-    assert re.search(told, " ".join(said))
+    said = [x for x in ht.plan(ht.load_scene(name, changes)).warnings if "long: about" in x]
+    assert len(said) == told
 
 
 HARDLY_STABLE, BESIDE = ht.Top(1, "1.155", "133.8"), ht.State("0.007", omega3="8.948")
@@ -80,8 +74,6 @@ MODELS = [  # what is wanted of which scene, and what the plan has
     (("theta",), {"name": "lie-group-benchmark"}, {"formulation": "axis"}),  # 7e-7 rad past a pole
     (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "axis", "variant": "delta"}),
     (("psi",), {"name": "planar-rotating"}, {"formulation": "attitude"}),  # through both poles
-    (("theta", "phi"), {"time": 1e8, "events": ()}, {"formulation": "axis", "projected": True}),
-    (("theta", "phi"), {"time": 1e9, "events": ()}, {"formulation": "none"}),
     # let go beside the vertical, hardly stable: rounding of 1 - cos(theta) shifts every fall
     (("theta",), {"top": HARDLY_STABLE, "start": BESIDE, "digits": 6}, {"formulation": "axis"}),
 ]
