@@ -11,6 +11,7 @@ import pytest
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.run.propagation import completed
+from heavytop.run.trajectory import times_between
 from heavytop.run.verify import ahead, missed_digits, phase_error, warn_of_plan
 
 from ..trajectories import planted, run_of
@@ -215,6 +216,15 @@ def test_few_digits_of_psi_beside_both_poles_do_not_stall():
     start = ht.State("1", thetadot=3, phidot="1e-10", psidot="1e-10")
     scene = ht.Scene(ht.Top(1, "0.5", 1), start, periods=7.5, quantities=("theta", "psi"), digits=2)
     assert ht.propagate(scene, step_limit=1000).statistics.steps < 200
+
+
+def test_times_between_are_spread_whatever_the_samples():
+    t = times_between(-100.0, 0.3)
+    assert t.size == 80
+    assert np.all((t <= 0) & (t >= -100))
+    phases = np.sort(np.mod(t[:64] / 100, 1.0))
+    assert np.max(np.diff(phases)) < 2 / 64
+    assert np.all(t[64:80] <= -100 + 0.3)
 
 
 def test_one_late_event_among_many_is_said():
