@@ -45,7 +45,8 @@ def kind_of(*row, held):
     if bottom == 0 and sign(K2, 2 * g * u, 2 * g) > 0:
         return "through-bottom", ""
     if thetadot == 0 and sign(A * u * phidot**2, -p_psi * phidot, g) == 0:
-        return "uniform-precession", "slow" if A * phidot**2 * abs(u) < abs(g) else "fast"
+        side = 0 if abs(u) < ZERO else sign(A * phidot**2 * abs(u), -abs(g))
+        return "uniform-precession", ("single", "fast", "slow")[side]
     if top * bottom < 0:  # E' − gMR p_φ/p_ψ, with E' = K2/2 + gMR cosθ
         side = sign(p_psi * K2 / 2, p_psi * g * u, -g * drift, -g * p_psi * u) * CTX.sign(p_psi)
         return (("cusps", "loops", "waves")[int(side)]), ""

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic import ends
 from heavytop.analytic.ends import ends_many
 from heavytop.run.counts import tally
 
@@ -50,7 +49,7 @@ def test_ends_and_counts_are_those_of_a_motion_and_of_the_tally(starts):
     across, angles = np.transpose([off(found, start, time, i) for i in known])
     assert (across <= found.doubt[known]).all()
     assert (across / found.doubt[known]).max() > 1 / 30
-    assert angles.max() < 1e-11
+    assert max(across.max(), angles.max()) < 1e-11
     for i in range(500):
         counts = tally(motion_of(start, i), float(time[i]), EVENTS)
         for event in EVENTS:
@@ -92,13 +91,3 @@ def test_a_row_is_the_same_bits_in_any_company():
         alone = ends_many({name: x[one] for name, x in start.items()}, time[one])
         for name in ("theta", "phi", "psi", "doubt"):
             assert getattr(alone, name) == getattr(whole, name)[i]
-
-
-def test_without_the_doubt_ends_are_wrong(monkeypatch):
-    """Beyond what is promised, ends are farther off than 1e-11: there they are said to be nan."""
-    start, time = started(nasty(np.random.default_rng(9), 600, "psidot"), 10)
-    reliable = np.isfinite(ends_many(start, time).theta)
-    monkeypatch.setattr(ends.many, "PROMISED", np.inf)
-    found = ends_many(start, time)
-    more = np.flatnonzero(np.isfinite(found.theta) & ~reliable)
-    assert any(off(found, start, time, i)[0] > 1e-11 for i in more)

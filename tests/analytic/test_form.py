@@ -16,10 +16,8 @@ from fractions import Fraction
 from itertools import pairwise
 
 import pytest
-from flint import arb
 
 import heavytop as ht
-from heavytop.analytic import constants
 from heavytop.exact import Exact, cos
 
 from ..motions import motion, product
@@ -110,14 +108,6 @@ def test_the_equations_of_motion(name, e):
     for part in PARTS:
         t = form.ctx.mpf(part) * form.period + form.lower_turning
         assert max(residuals(form, t)) < 1e-50
-
-
-@pytest.mark.parametrize("part", ["first_kind", "third_kind"])
-def test_an_error_of_1e_40_in_an_elliptic_integral_is_found(part, monkeypatch):
-    exact = getattr(constants, part)
-    monkeypatch.setattr(constants, part, lambda *args: exact(*args) * (1 + arb("1e-40")))
-    form = Digits(near("1e-3")["past the top"], 160)
-    assert max(residuals(form, form.period / 3)) > 1e-45
 
 
 @every_motion

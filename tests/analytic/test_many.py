@@ -8,7 +8,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from heavytop.analytic import many
 from heavytop.analytic.many import MOTIONS_AT_ONCE, Motions, motions_many
 from heavytop.analytic.motion import Motion
 
@@ -98,15 +97,6 @@ def test_what_is_steady_is_sent_to_no_motion():
     assert found.theta_min.tolist() == found.theta_max.tolist() == start["theta"]
     assert np.isnan(columns(found)[2:]).all()
     assert found.sent == 0
-
-
-def test_without_the_estimate_rows_are_wrong(monkeypatch):
-    numbers = nasty(np.random.default_rng(9), 600, "psidot")
-    right = columns(motions_many(**numbers))
-    monkeypatch.setattr(many, "PROMISED", np.inf)
-    wrong = columns(motions_many(**numbers))
-    off = np.any(abs(wrong - right) > 1e-12 * np.maximum(1, abs(right)), axis=0)
-    assert 0 < off.sum() < 60
 
 
 def test_shapes_broadcast_and_the_impossible_is_nan():

@@ -5,7 +5,7 @@ from fractions import Fraction
 from heavytop.analytic.motion import ClosedForm
 from heavytop.analytic.record import midpoint
 from heavytop.classification.reduced import AxisMotion, PassingMotion, SceneMotion
-from heavytop.exact.balls import Interval, working
+from heavytop.exact.balls import working
 from heavytop.exact.decimals import context
 from heavytop.scene.state import State
 
@@ -36,18 +36,6 @@ def test_through_a_pole_moves_no_more_than_it_must():
         assert 0 < abs(getattr(after, name) - getattr(before, name)) < 1e-16, name
     f = 2 * after.kinetic0 * after.one_minus_u0 * after.one_plus_u0 - after.drift0**2
     assert abs(f - after.udot0**2) <= CTX.mpf(10) ** -50
-
-
-def test_sums_keep_their_digits_near_a_pole():
-    """P₋ of a start 1e-25 from the top has its digits: a − b as a difference has none."""
-    source = SceneMotion(TWO, State(Fraction(1, 10**25), phidot=7, psidot=5))
-    with working(200):
-        found = source.reduced(200)
-        P_minus, difference = Interval.of(found.P_minus), Interval.of(found.a - found.b)
-    assert P_minus.spread < abs(P_minus.middle) / 10**55
-    assert difference.spread > abs(P_minus.middle) / 10**15
-    with working(600):
-        assert Interval.of(source.reduced(600).P_minus) in P_minus
 
 
 # --- which special motion it is ------------------------------------------------------------------
