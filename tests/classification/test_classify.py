@@ -110,10 +110,6 @@ def test_a_cusp_of_nested_roots_is_decided():
     assert (found.kind, found.certified) == (Kind.CUSPS, True)
     off = classify(*built("pi/4", u2, third + X("1e-30"), (1, -1)))
     assert off.certified
-    top, nothing = Top(1, 1, 1), "sqrt(3+2*sqrt(2))-1-sqrt(2)"
-    found = classify(top, State("0.3", phidot=nothing, psidot=10))
-    assert (found.kind, found.certified) == (Kind.CUSPS, True)
-    assert classify(top, State(nothing, psidot=1)).kind is Kind.SLEEPING
 
 
 def test_what_cannot_be_proved_is_undecided():
@@ -128,17 +124,6 @@ def test_what_cannot_be_proved_is_undecided():
 def test_the_bound_of_an_open_sign_is_rounded_up(size):
     bound = UndecidedError("p", arb(size)).bound
     assert abs(Fraction(size)) <= Fraction(bound) <= abs(Fraction(size)) * Fraction("1.1")
-
-
-def test_tilts_given_by_their_cosine():
-    """cosθ = 3/4: between two steady precessions, and at a cusp, all is algebraic."""
-    for which in ("slow", "fast"):
-        start = State.steady(BOOK, "acos(3/4)", "140", which)
-        assert classify(BOOK, start).kind is Kind.UNIFORM_PRECESSION
-        off = State("acos(3/4)", phidot=start.phidot + X("1e-200"), omega3=140)
-        assert classify(BOOK, off).kind is not Kind.UNIFORM_PRECESSION
-    assert classify(BOOK, State("acos(1/3)", psidot=140)).kind is Kind.CUSPS
-    assert classify(BOOK, State("acos(1)", psidot=1)).kind is Kind.SLEEPING
 
 
 def test_near_separatrix():

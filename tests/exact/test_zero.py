@@ -136,8 +136,14 @@ def drawn(random, depth):
     return random.choice(makers)()
 
 
-def check_signs(seed, count, depths):
-    """Signs of random numbers against balls of 4096 bits, and how many there are of each."""
+MANY = pytest.param(1, 8_000, range(2), 800, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(
+    ("seed", "count", "depths", "most_open"), [(20261127, 300, range(1, 4), 60), MANY]
+)
+def test_signs_are_those_of_4096_bits(seed, count, depths, most_open):
+    """Signs of random numbers, of which there are many of each."""
     source, found = random.Random(seed), dict.fromkeys((-1, 0, 1, None), 0)
     for _ in range(count):
         x = drawn(source, source.choice(depths))
@@ -149,16 +155,5 @@ def check_signs(seed, count, depths):
         else:
             assert abs(ball) < TINY.ball(64), x
             assert sign in (0, None), x
-    return found
-
-
-def test_signs_are_those_of_4096_bits():
-    found = check_signs(seed=20261127, count=300, depths=range(1, 4))
     assert min(found[-1], found[0], found[1]) > 30
-    assert found[None] <= 60, found
-
-
-@pytest.mark.slow
-def test_signs_of_many_are_those_of_4096_bits():
-    found = check_signs(seed=1, count=8_000, depths=range(2))
-    assert found[None] <= 800, found
+    assert found[None] <= most_open, found

@@ -1,14 +1,12 @@
 """A trajectory at any time, by any thread, and as a table: the same bits, in more digits too."""
 
 from concurrent.futures import ThreadPoolExecutor
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import heavytop as ht
 from heavytop.errors import Impossible, NotANumber
-from heavytop.integration import outputs
 
 from ..trajectories import run_of, same
 
@@ -42,19 +40,6 @@ def test_dense_output_in_more_digits_is_the_same_run_rounded(precise):
     assert precise(precise.t[3]).theta == precise.theta[3]
     exact = precise.motion.at("1/3", digits=50)
     assert abs(precise.in_mpmath("1/3").phi - exact.phi) < 1e-29
-
-
-@pytest.mark.parametrize("formulation", ["axis", "attitude", "lagrange", "routh"])
-def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formulation):
-    """Every column, vectors and attitude too, from the states of the run, rounded or not."""
-    changes = (ALL, "want.digits=30", "span.time=1", "want.samples=7")
-    run = run_of(*changes, formulation=formulation)
-    form, states = run.orbit.integrator.formulation, run.samples.states
-    constants = {name: float(x) for name, x in run.orbit.parameters.items()}
-    near = SimpleNamespace(phi=run.phi, psi=run.psi)
-    again = outputs.sample(form, states, constants, run.t, near)
-    for name in ht.Sample.COLUMNS:
-        assert getattr(again, name) == pytest.approx(getattr(run.samples, name), abs=1e-11), name
 
 
 def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():

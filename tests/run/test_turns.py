@@ -12,8 +12,6 @@ import heavytop as ht
 from heavytop.integration.orbit import integrate, not_begun
 from heavytop.run.own_motion import OwnMotion
 
-from ..motions import SCENES
-
 pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 
 ANGLES = ("theta", "phi", "psi")
@@ -150,24 +148,6 @@ def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, 
 
 
 # --- the attitude form ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_every_shipped_scene_as_the_closed_form_and_as_well_as_the_axis_form(name):
-    wanted = shipped(name)
-    both_poles = ht.Motion(wanted.top, wanted.start).kind == "planar-pendulum"  # no psi by the axis
-    trajectory, axis = run(wanted), None if both_poles else run(wanted, formulation="axis")
-    errors, known = (ht.run_errors(each) if each else None for each in (trajectory, axis))
-    end = trajectory(trajectory.orbit.end)
-    assert errors.why_not == ""
-    for angle in (*ANGLES, "event_time"):
-        # where a motion forgets its start, errors grow in either form alike
-        least = 30 * (getattr(known, angle) or 0.0) if known else 0.0
-        bound = 1e-12 * max(1.0, abs(float(getattr(end, angle, 0.0))))
-        assert (getattr(errors, angle) or 0.0) <= max(bound, least), angle
-    assert max(errors.energy, errors.invariants["length"]) < 1e-14
-    for rate in ("thetadot", "phidot", "psidot", "omega", "quaternion"):
-        assert np.isfinite(getattr(trajectory.samples, rate)).all(), rate
 
 
 def distance(a, b):
