@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext, libmp
 
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact, acos, asin, atan, cos, sin, sqrt, tan
+from heavytop.exact import PI, Exact, acos, atan, cos, sin, sqrt
 
 rationals = st.fractions() | st.fractions(-1000, 1000, max_denominator=1000)
 doubles = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290) | st.just(0.0)
@@ -124,27 +124,6 @@ def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula, bits):
 
 def libmp_rounded(q, bits):
     return context(bits).make_mpf(libmp.from_rational(q.numerator, q.denominator, bits, "n"))
-
-
-@pytest.mark.parametrize(
-    ("arc", "value"),
-    [(acos("-1/2"), PI * 2 / 3), (acos(1), 0), (acos(-1), PI), (asin("1/2"), PI / 6),
-     (asin(-1), -PI / 2), (atan(1), PI / 4), (atan(0), 0), (acos("sqrt(3)/sqrt(3)"), 0),
-     (cos(acos("3/4")), Fraction(3, 4)), (sin(acos("3/5")), Fraction(4, 5)),
-     (cos(asin("3/5")), Fraction(4, 5)), (tan(atan("-7/3")), Fraction(-7, 3)),
-     (sin(asin("-1/3")), Fraction(-1, 3)), (cos(PI - acos("1/3")), Fraction(-1, 3)),
-     (sin(2 * acos("3/5")), Fraction(24, 25)), (sin(acos(PI / 4)), sqrt(1 - PI**2 / 16))],
-    ids=str,
-)  # fmt: skip
-def test_arcs_and_their_cosines_simplify(arc, value):
-    assert arc == value
-
-
-@pytest.mark.parametrize("x", ["1.0000001", "-sqrt(2)", "1 + 1e-200*sqrt(2)"])
-@pytest.mark.parametrize("arc", [acos, asin])
-def test_an_arc_cosine_has_an_end(x, arc):
-    with pytest.raises(NotANumber, match="within"):
-        arc(x)
 
 
 def test_threads_at_different_precisions_get_what_each_gets_alone():

@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact, parse
+from heavytop.exact import PI, Exact, parse, sqrt
 
 
 @pytest.mark.parametrize(
@@ -18,9 +18,14 @@ from heavytop.exact import PI, Exact, parse
         ("3 × 4 ÷ 6 − 1", 1), ("1-2-3", -4), ("8/2/2", 2), ("2*3 rad/s", 6),
         ("π", PI), ("6 deg", PI / 30), ("30 rpm", PI), ("180 deg/s", PI), ("pi/2 rad", PI / 2),
         ("2,5", Fraction(5, 2)), ("0,125", Fraction(1, 8)),
+        ("acos(1)", 0), ("acos(-1)", PI), ("asin(1/2)", PI / 6), ("asin(-1)", -PI / 2),
+        ("acos(sqrt(3)/sqrt(3))", 0), ("atan(0)", 0), ("sin(asin(-1/3))", Fraction(-1, 3)),
+        ("sin(acos(3/5))", Fraction(4, 5)), ("cos(asin(3/5))", Fraction(4, 5)),
+        ("tan(atan(-7/3))", Fraction(-7, 3)), ("cos(pi - acos(1/3))", Fraction(-1, 3)),
+        ("sin(2*acos(3/5))", Fraction(24, 25)), ("sin(acos(pi/4))", sqrt(1 - PI**2 / 16)),
     ],
 )  # fmt: skip
-def test_operators_and_units(text, expected):
+def test_operators_functions_and_units(text, expected):
     assert Exact.of(text) == expected
 
 
@@ -37,7 +42,7 @@ REFUSED = {
     "comma": ["1,000", "12,500 rpm"],
     "division by zero": ["1/0", "tan(pi/2)", "1/(sqrt(5+2*sqrt(6)) - sqrt(2) - sqrt(3))"],
     "cannot be told from zero": ["1/(sqrt(cos(2)^2) + cos(2))"],
-    "within -1": ["acos(2)", "asin(-1.5)"],
+    "within -1": ["acos(2)", "asin(-1.0000001)", "acos(-sqrt(2))", "asin(1 + 1e-200*sqrt(2))"],
     "root of a negative": ["sqrt(-1)", "(-8)^(1/2)"],
     "exponent": ["9^9^9", "2^pi", "2^65", "2^(129/2)", "2^(1/65)"],
     "too large": ["(1 + 1e-300)^64"],
