@@ -39,35 +39,6 @@ def in_half_angles(expression):
     return expression
 
 
-def power_in(expression, powers):
-    """The power of three that comes out where symbols are multiplied by powers of three."""
-    numbers = random.Random(5)
-    values = {s: sp.Rational(numbers.randint(10, 99), 101) for s in powers}
-    thrice = {s: x * 3 ** powers[s] for s, x in values.items()}
-    before, after = (sp.sympify(expression).subs(v).evalf(50) for v in (values, thrice))
-    power = sp.log(after / before, 3).evalf(40)
-    assert abs(power - round(power)) < 1e-30, expression
-    return round(power)
-
-
-@every_form
-def test_in_another_unit_of_time_the_equations_are_the_same(form):
-    """Every state and constant measured in a third of a second, by the power of 1/s in its unit."""
-    powers = {"energy": 2, "p_phi": 1, "p_psi": 1, "length": 0}
-    rated = {s: form.powers[s.name] for s in (*form.states, *form.parameters, *form.given)}
-    for state, derivative in zip(form.states, form.derivatives, strict=True):
-        assert derivative == 0 or power_in(derivative, rated) == rated[state] + 1
-    for name, invariant in form.invariants.items():
-        assert power_in(invariant, rated) == powers[name]
-    for event in form.events.values():  # their zeros are the same whatever the power is
-        assert power_in(event, rated) in (1, 2)
-    assert power_in(form.spin, rated) == 1
-    scene = dict.fromkeys(SYMBOLS, 0) | dict.fromkeys(lag.VELOCITIES, 1) | {lag.gMR: 2}
-    for symbol, value in (*zip(form.states, form.start, strict=True), *form.parameters.items()):
-        if value != 0:
-            assert power_in(value, scene) == rated[symbol], symbol
-
-
 @pytest.mark.slow
 @every_form
 def test_states_move_as_the_lagrange_equations_say(form):
@@ -80,13 +51,6 @@ def test_states_move_as_the_lagrange_equations_say(form):
         difference = in_half_angles(rate - in_angles(form, derivative))
         cleared = sp.cancel(sp.together(difference * lag.A * lag.C * lag.gMR))
         assert normal_form(sp.numer(cleared)) == 0, state
-
-
-@every_form
-def test_invariants_are_conserved_identically(form):
-    for name, invariant in form.invariants.items():
-        cleared = sp.numer(sp.cancel(sp.together(in_half_angles(form.flow_derivative(invariant)))))
-        assert sp.expand(normal_form(cleared)) == 0, name
 
 
 def random_state(seed):
@@ -107,6 +71,9 @@ EXPECTED = {
     **components("axis", lag.axis()),
     **components("omega", lag.rotation() * lag.angular_velocity()),
     **{f"quaternion_{i}": c for i, c in enumerate(quaternion())},
+    "energy": (lag.energy() - lag.momenta()[2] ** 2 / (2 * lag.C)) / lag.A,
+    **{name: p / lag.A for name, p in zip(("p_phi", "p_psi"), lag.momenta()[1:], strict=True)},
+    "length": 1,
 }
 
 
@@ -127,13 +94,11 @@ def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
     def off(expression, expected):
         return abs(told(expression) - sp.sympify(expected).subs(values).evalf(50))
 
-    for name, output in form.outputs.items():
+    for name, output in (form.outputs | form.invariants).items():
         assert off(output.subs(values), EXPECTED[name]) < TINY, name
     for angle, rate in ((lag.phi, lag.phidot), (lag.psi, lag.psidot)):  # by quadrature or not
         if (output := form.outputs.get(angle.name)) is not None:
             assert off(sp.diff(output, time) + form.flow_derivative(output), rate) < TINY
-    acceleration = form.flow_derivative(form.outputs["thetadot"])
-    assert off(acceleration, SOLVED[lag.thetaddot]) < 1e3 * TINY
     assert off(form.spin, lag.momenta()[2] / lag.A) < TINY
     for event, rate in (("turning", lag.thetadot), ("reversal", lag.phidot)):
         for sign in (1, -1, 0):
