@@ -16,7 +16,6 @@ SIMO_WONG = ht.Top(5, 1, 20)
 TWO = ht.Top(2, 1, 3)
 MARGINAL = ht.Top(2, 1, 2)  # at ω3 = 4
 WEIGHTLESS = ht.Top(2, 1, 0)
-WHITTAKER = ht.State("pi/3", phidot="2/sqrt(3)", psidot="5/sqrt(3)")  # of MARGINAL
 SCENES = sorted(shipped_scenes())
 
 # A, C, gMR, θ, φ, ψ, θ̇, φ̇, ψ̇

@@ -20,18 +20,16 @@ import pytest
 import heavytop as ht
 from heavytop.exact import Exact, cos
 
-from ..motions import motion, product
+from ..motions import CONE, LIE, MARGINAL, motion, product
 from ..views import Digits
 
 X = Exact.of
-BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))
-LIE = (Fraction("15.234375"), Fraction("0.46875"), Fraction("147.15"))
 
 
 def begin(top, theta, phidot, omega3, thetadot=0):
     """The motion from exact numbers; φ₀ = 0.3 and ψ₀ = −0.7."""
     rates = {"thetadot": thetadot, "phidot": phidot, "omega3": omega3}
-    return ht.Motion(ht.Top(*top), ht.State(theta, phi="0.3", psi="-0.7", **rates))
+    return ht.Motion(top, ht.State(theta, phi="0.3", psi="-0.7", **rates))
 
 
 def given(form):
@@ -41,7 +39,6 @@ def given(form):
     return [x.mpf(form.ctx) for x in numbers]
 
 
-UNIT = (2, 1, 2)  # marginal at ω3 = 4
 WHITTAKER = (X("pi/3"), X("2/sqrt(3)"), X("2*sqrt(3)"))
 
 
@@ -50,16 +47,16 @@ def near(e):
     e = Fraction(e)
     theta, phidot, omega3 = WHITTAKER
     return {
-        "marginal top, tilted": begin(UNIT, e, 0, 4),
-        "stable sleeper, tilted": begin(UNIT, e, 0, 5),
-        "hanging, tilted": begin((2, 1, -2), e, 0, 3),
-        "faster than steady": begin(BETSCH, X("pi/3"), 10 * (1 + e), Fraction("140.6")),
-        "within the separatrix": begin(UNIT, theta, phidot, omega3 - X(e)),
-        "beyond the separatrix": begin(UNIT, theta, phidot, omega3 + X(e)),
+        "marginal top, tilted": begin(MARGINAL, e, 0, 4),
+        "stable sleeper, tilted": begin(MARGINAL, e, 0, 5),
+        "hanging, tilted": begin(ht.Top(2, 1, -2), e, 0, 3),
+        "faster than steady": begin(CONE, X("pi/3"), 10 * (1 + e), Fraction("140.6")),
+        "within the separatrix": begin(MARGINAL, theta, phidot, omega3 - X(e)),
+        "beyond the separatrix": begin(MARGINAL, theta, phidot, omega3 + X(e)),
         "past the bottom": begin(LIE, X("pi/2"), X("-60/13") + X(e), 150),
-        "past the top": begin(UNIT, e, 1, 3, 2),
-        "past the bottom, from it": begin(UNIT, X("pi") - X(e), 1, 3, 2),
-        "next to weightless": begin((2, 1, e), Fraction(1, 2), -2, 3, Fraction(1, 4)),
+        "past the top": begin(MARGINAL, e, 1, 3, 2),
+        "past the bottom, from it": begin(MARGINAL, X("pi") - X(e), 1, 3, 2),
+        "next to weightless": begin(ht.Top(2, 1, e), Fraction(1, 2), -2, 3, Fraction(1, 4)),
     }
 
 
@@ -127,7 +124,7 @@ def test_angles_are_continuous_where_their_pieces_meet(name, e):
 def test_the_separatrix_of_a_top_that_hardly_falls(e):
     """From its lowest point θ₁ = e: sin(θ/2) = sin(θ₁/2) sech(√(gMR/A) sin(θ₁/2) t), m = 1."""
     c = cos(X(e) / 2)  # ω3 = 4 c and φ̇ = 1/c make P₋ = 0 and E' = gMR
-    motion = begin(UNIT, X(e), 1 / c, 4 * c)
+    motion = begin(MARGINAL, X(e), 1 / c, 4 * c)
     form, double = Digits(motion, 40), motion.at
     ctx = form.ctx
     depth = ctx.sin(X(e).mpf(ctx) / 2)

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import partial
-from unittest.mock import Mock
 
 import mpmath
 import numpy as np
@@ -16,7 +15,6 @@ from heavytop.integration import bits, projection
 from heavytop.integration.blocks import Integrator
 from heavytop.integration.projection import Projection
 from heavytop.run.verify import phase_error, run_errors
-from heavytop.scene.quantities import Need
 
 from ..motions import BOOK, CONE, LIE, LIE_START
 
@@ -147,14 +145,10 @@ def test_no_motion_is_worse_for_it(motion, formulation):
     assert errors[1] <= max(2 * errors[0], 1e-14)
 
 
-def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
+def test_a_form_without_invariants_is_refused_by_name():
     bare = replace(axis_form(), invariants={})
     with pytest.raises(ValueError, match="axis form has no invariant"):
         Projection.of(bare, {}, np.zeros(5))
-    entry = Mock(build=lambda _: bare, gives=Need.TILT, variants=(), rates=(), states=5, us=1.0)
-    monkeypatch.setattr("heavytop.run.plan.FORMULATIONS", {**FORMULATIONS, "axis": entry})
-    with pytest.raises(ht.BadScene, match="projected: the axis form has no invariant"):
-        ht.propagate(scene(1), formulation="axis", projected=True)
 
 
 def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):

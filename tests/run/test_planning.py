@@ -1,6 +1,5 @@
 """Auto: the least that does, on a small slice of what validation/11_random_tops.py runs in full."""
 
-import math
 import random
 import re
 from dataclasses import replace
@@ -8,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 import heavytop as ht
-from heavytop.exact import PI, sqrt
 from heavytop.run.verify import missed_digits
 
 from ..commands import document
+from ..motions import named
 
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",), ("rates",))
 
@@ -114,22 +113,18 @@ def test_far_along_a_separatrix():
 
 
 @pytest.mark.parametrize("end", [6, -6])
-@pytest.mark.parametrize("side", [-1, 0, 1])
-def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(end, side):
-    """1/cos(theta) = 1 + sech(t) turns where theta is pi/3: ahead, behind, or at the start."""
-    scene, height, spin = ht.load_scene("separatrix"), sqrt(2) / 2, sqrt(3)
-    phidot = spin / (1 + height)
-    thetadot = side * sqrt((1 - height) * (2 - spin * phidot))
-    leaving = ht.State(PI / 4, thetadot=thetadot, phidot=phidot, omega3=2 * spin)
-    scene = replace(scene, start=leaving if side else scene.start, time=ht.Exact.of(end))
-    plan, run, ahead = ht.plan(scene), ht.propagate(scene), side * end >= 0
-    assert plan.watched == (("turning",) if ahead else ())
+@pytest.mark.parametrize("name", ["separatrix", "separatrix, leaving", "separatrix, arriving"])
+def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(name, end):
+    """It is ahead, behind, or at the start."""
+    motion = named(name)
+    scene = ht.Scene(motion.top, motion.start, time=end)
+    plan, run = ht.plan(scene), ht.propagate(scene)
+    times = [float(t) for t in motion.events("turning").times(*sorted((0, end)), 20)]
+    assert plan.watched == (("turning",) if times else ())
     assert any("theta tends to the vertical: it has no period" in x for x in plan.reasons)
-    assert (run.events.count("turning") or 0) == ahead
-    if ahead:
-        expected = math.copysign(math.acosh(1 / (math.sqrt(2) - 1)), end) if side else 0.0
-        assert run.events.t[0] == pytest.approx(expected, abs=1e-12)
-        assert run.events.theta[0] == pytest.approx(math.pi / 3, abs=1e-12)
+    assert (run.events.count("turning") or 0) == len(times)
+    assert list(run.events.t) == pytest.approx(times, abs=1e-12)
+    assert list(run.events.theta) == pytest.approx([motion.theta_max] * len(times), abs=1e-12)
 
 
 def test_the_command_prints_the_plan_that_the_run_has():
