@@ -1,8 +1,8 @@
-"""The nearest name is hinted at, in one wording."""
+"""Words for people: the nearest name, in one wording, and a time in its unit."""
 
 import pytest
 
-from heavytop.text import closest, nearest
+from heavytop.text import closest, duration, nearest
 
 
 @pytest.mark.parametrize(
@@ -18,3 +18,8 @@ def test_the_nearest_name_is_hinted_at(value, hint):
     assert closest(value, known) == hint
     assert nearest(value, known) == (hint and f'did you mean "{hint}"?')
     assert nearest(value, ()) == ""
+
+
+def test_a_time_is_told_in_its_unit():
+    told = [duration(x) for x in (3.17, 90, 24_400, 3e5, 1e12)]
+    assert told == ["3.17 s", "1.5 min", "6.78 h", "3.47 days", "3.17e+04 years"]

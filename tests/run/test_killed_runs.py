@@ -227,15 +227,3 @@ def test_a_run_that_fails_before_anything_is_stored_leaves_its_folder_to_others(
         fail_with(patched, ht.MissingPackage("a run", ["heyoka"]))
         refused(Exit.USAGE, *PLAIN, "-o", tmp_path)
     printed("run", "sicm-dropped", "--no-figures", "-o", tmp_path)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "told"), [("study.jsonl", "neither a study nor a run"), ("trajectory.nc",) * 2]
-)
-def test_a_damaged_file_of_a_run_is_named(tmp_path, name, told):
-    struck(DRAWN, 1, KILL, "run sicm-kicked -o", tmp_path)
-    (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:100])
-    assert told in refused(3, "resume", tmp_path)
-    refused(3, *PLAIN, "-o", tmp_path)
-    printed(*PLAIN, "--force", "-o", tmp_path)
