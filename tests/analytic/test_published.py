@@ -1,4 +1,4 @@
-"""Intervals, closed form and runs against what others printed, and some that is not so.
+"""Intervals, closed form and runs against what others printed.
 
 The exact values are the closed form of the decimal parameters, evaluated at 50 digits by another
 program and cross-checked there against a 133-bit integration. A printed number stands for all that
@@ -66,12 +66,6 @@ def printed(text):
     return Interval(Fraction(text), Fraction(1, 2 * 10**places))
 
 
-def far(ball, text):
-    """Whether no number that rounds to the text can be meant."""
-    other = printed(text)
-    return abs(ball.middle - other.middle) > ball.spread + other.spread
-
-
 @pytest.mark.parametrize("case", PRINTED)
 def test_intervals_lie_in_what_is_printed(case):
     """And so do numbers of a thousand digits."""
@@ -111,9 +105,6 @@ def test_the_lie_group_benchmark():
         at = ht.Motion(LIE, LIE_START).at(Fraction(t), 30)
         for got, want in zip((*at.axis, *at.omega), state, strict=True):
             assert abs(got - Fraction(want)) < 1e-16 * max(1, abs(got))
-    # the displacement at t = 2 that Kynema tests against was computed with a finite step
-    assert far(found("u", 2), "-0.673023460701136")
-    assert not far(found("u", 2), "-0.67302")
 
 
 def test_runs_of_the_lie_group_benchmark():
