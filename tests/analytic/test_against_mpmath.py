@@ -90,6 +90,17 @@ def test_periods_and_turns(name, digits):
         assert holds(got, want, digits)
 
 
+@pytest.mark.parametrize("name", NUTATIONS)
+def test_constants_of_the_motion(name):
+    """Energies and momenta, by their formulas in Euler's angles."""
+    begun, truth = named(name), textbook(name, 50)
+    A, C = (x.mpf(truth.mp) for x in (begun.top.A, begun.top.C))
+    E_prime, p_phi, p_psi = A * truth.h, A * truth.a, A * truth.b
+    known = {"E": E_prime + p_psi**2 / (2 * C), "E_prime": E_prime, "p_phi": p_phi, "p_psi": p_psi}
+    for constant, value in begun.integrals(50)._asdict().items():
+        assert abs(value - known[constant]) < truth.mp.mpf(10) ** -46 * (1 + abs(value)), constant
+
+
 @pytest.mark.parametrize("digits", [50, 100])
 @pytest.mark.parametrize("name", NUTATIONS)
 def test_tilts_and_their_rates(name, digits):

@@ -1,13 +1,9 @@
-"""The start of the closed form is the given one, and its constants are the Lagrangian's."""
+"""The start of the closed form is the given one."""
 
-import random
 from fractions import Fraction
 
 import pytest
-import sympy as sp
 
-import heavytop as ht
-from heavytop.equations import lagrangian as lag
 from heavytop.exact import PI
 from heavytop.exact.decimals import context
 
@@ -45,25 +41,3 @@ def test_start_on_a_pole_names_the_side_it_goes_to(theta, up, thetadot, gMR):
     turned = thetadot * up < 0
     assert abs(at.phi - CTX.mpf("0.3") - turned * CTX.pi) < 1e-19
     assert abs(at.psi - CTX.mpf("0.2") + up * turned * CTX.pi) < 1e-19
-
-
-# --- constants of the motion ---------------------------------------------------------------------
-
-
-@pytest.mark.reference
-@pytest.mark.parametrize("seed", range(4))
-def test_constants_are_the_legendre_transform(seed):
-    source = random.Random(seed)
-    A, C, g = (Fraction(source.randint(1, 999), 500) for _ in range(3))
-    theta, *rates = (Fraction(source.randint(-999, 999), 350) for _ in range(4))
-    numbers = (A, min(C, 2 * A), g, abs(theta), *rates)
-    symbols = (lag.A, lag.C, lag.gMR, lag.theta, *lag.VELOCITIES)
-    values = dict(zip(symbols, map(sp.Rational, numbers), strict=True))
-    _, p_phi, p_psi = lag.momenta()
-    E = lag.energy()
-    symbolic = {"E": E, "E_prime": E - p_psi**2 / (2 * lag.C), "p_phi": p_phi, "p_psi": p_psi}
-    state = dict(zip(("thetadot", "phidot", "psidot"), rates, strict=True))
-    found = ht.Motion(ht.Top(*numbers[:3]), ht.State(numbers[3], **state)).integrals(50)._asdict()
-    for name, value in found.items():
-        exact = CTX.mpf(str(symbolic[name].subs(values).evalf(60)))
-        assert abs(value - exact) < CTX.mpf(10) ** -46, name

@@ -12,7 +12,7 @@ from heavytop.exact import Exact
 from heavytop.exact.balls import Interval
 from heavytop.run.counts import tally
 
-from ..motions import motion, named
+from ..motions import MOTIONS, motion, named
 from ..views import Bounds
 
 EVENTS = ("turning", "reversal", "cusp")
@@ -92,10 +92,8 @@ def test_random_tops():
     assert reversals > 25
 
 
-LOOPS = (2, 1, 3, "0.5", 0, 0, 0, -2, 5)
-RISING = (2, 1, 3, "0.8", 0, 0, -1, 0, 5)  # φ̇₀ = 0 on the way up
-FALLING = (2, 1, 3, "0.8", 0, 0, 1, 0, 5)
-DROPPED = (2, 1, 3, "0.5", 0, 0, 0, 0, 7)
+LOOPS, DROPPED = MOTIONS["loops"], MOTIONS["cusps"]
+RISING, FALLING = (MOTIONS[f"reversing at the start, {way}"] for way in ("rising", "falling"))
 UPSIDE_DOWN = (2, 1, -3, "2.6", 0, 0, 0, 0, 7)
 FREE = (1, 1, 0, "pi/2", 0, 0, 0, 3, 4)  # T = 2π/5
 
@@ -108,9 +106,8 @@ def changes_sign(found, rate, t, beside):
 @pytest.mark.parametrize(
     ("args", "first"),
     [(LOOPS, (1, 0, 0)), (RISING, (0, 1, 0)), (FALLING, (0, 1, 0)), (DROPPED, (1, 0, 1)),
-     (UPSIDE_DOWN, (1, 0, 1)), (FREE, (1, 0, 0)),
-     ((2, 1, 3, "1.5", 0, 0, -1, "0.5", 3), (0, 0, 0)),
-     ((2, 1, -3, "0.5", 0, 0, "0.3", -2, 5), (0, 0, 0))],
+     (UPSIDE_DOWN, (1, 0, 1)), (FREE, (1, 0, 0)), (MOTIONS["rising"], (0, 0, 0)),
+     (MOTIONS["hanging upside down"], (0, 0, 0))],
 )  # fmt: skip
 def test_just_before_and_just_after_an_event(args, first):
     """1e-30 s decide; times are in order, none is left out, and there rates change their signs.

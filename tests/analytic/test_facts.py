@@ -33,12 +33,10 @@ KNOWN = {
         "rotation_number": approx(TURN / 2 / np.pi, rel=1e-15),
         "nutation_amplitude": approx(np.cos(0.1) - np.cos(LOWEST), rel=1e-14),
         "phidot_reverses": True, "phidot_reversal_theta": approx(0.148027354547, abs=5e-13),
-        "psidot_min": approx(114.35023027, abs=5e-9), "psidot_min_theta": approx(LOWEST, rel=1e-15),
-        "phidot_min": -15, "psidot_max": 140, "psidot_max_theta": 0.1, "stable": None,
         "psidot_reversal_theta": None, "sleeping_threshold": approx(117.194006935969, rel=1e-14),
     }),
     "dropped": ("sicm-dropped", {
-        "phidot_min": 0.0, "phidot_max": 760 / 77,  # 2 gMR/p_ψ
+        "phidot_min": 0.0, "phidot_max": 760 / 77, "stable": None,  # 2 gMR/p_ψ
         "psidot_min": approx(130.291539463, abs=5e-10), "phidot_reversal_theta": None,
     }),
     "a cone": ("steady-betsch", {
