@@ -69,6 +69,7 @@ MODELS = [  # what is wanted of which scene, and what the plan has
     (("theta", "phi"), {}, {"variant": "phi", "states": 5}),
     (("psi",), {}, {"variant": "sigma", "states": 6}),
     (("theta",), {"time": 5000, "digits": 11}, {"projected": True, "precision": "double"}),
+    (("theta",), {"time": 5000, "digits": 9}, {"projected": False, "precision": "double"}),
     (("phi",), {"digits": 40}, {"projected": False, "precision": "192 bits"}),
     (("theta",), {"name": "lie-group-benchmark"}, {"formulation": "axis"}),  # 7e-7 rad past a pole
     (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "axis", "variant": "delta"}),
