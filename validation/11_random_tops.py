@@ -16,7 +16,7 @@ from heavytop.claims import proof
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration.engine import Engine
 from heavytop.run.counts import tally
-from heavytop.scene.quantities import QUANTITIES, judged
+from heavytop.scene.quantities import columns_of, judged
 
 # --- verdicts --------------------------------------------------------------------------------
 
@@ -152,7 +152,7 @@ def off(run, times):
     def size(column):
         return 1.0 if column == "axis" else max(1.0, abs(float(getattr(run.end, column))))
 
-    columns = [x for name in judged(run.scene.quantities) for x in QUANTITIES[name].columns]
+    columns = [x for name in judged(run.scene.quantities) for x in columns_of(name)]
     motions = run.motion, run.own.closed_form
     return max(min(distance(m, x) for m in motions) / (allowed * size(x)) for x in columns)
 

@@ -7,10 +7,11 @@ import pytest
 
 import heavytop as ht
 from heavytop.scene import quantities
-from heavytop.scene.quantities import QUANTITIES, WANTED, Need, Quantity, values_of
+from heavytop.scene.quantities import QUANTITIES, Need, columns_of, values_of, wanted
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=0.2", 'want.quantities=["attitude", "rates"]'])
-COLUMNS = sorted({name for wanted in WANTED for name in QUANTITIES[wanted].columns})
+PROVED = [n for n in wanted() if QUANTITIES[n].need > Need.NOTHING and not QUANTITIES[n].of]
+COLUMNS = sorted({name for each in PROVED for name in columns_of(each)})
 
 
 @pytest.fixture(scope="module")
@@ -20,23 +21,13 @@ def run():
 
 @pytest.mark.parametrize("name", COLUMNS)
 def test_run_closed_form_and_proved_digits_have_the_same_of_every_column(run, name):
-    ours, exact = values_of(run.samples, name), values_of(run.motion.at(run.t), name)
+    motion = run.motion
+    ours, exact = (values_of(x, name, motion) for x in (run.samples, motion.at(run.t)))
     np.testing.assert_allclose(ours, exact, rtol=0, atol=1e-11)
-    found = run.motion.interval(name, run.t[-1], 20)
+    found = motion.interval(name, run.t[-1], 20)
     balls = found if isinstance(found, tuple) else (found,)
     np.testing.assert_allclose(np.ravel(ours[-1]), [float(x.middle) for x in balls], atol=1e-11)
     assert len(balls) == len(quantities.component_names((name,)))
-
-
-def test_a_derived_quantity_is_one_row(run, monkeypatch):
-    ratio = Quantity("φ̇/ψ̇", need=Need.TILT, columns=("rate_ratio",), judged_by=("rates",),
-                     of=lambda motion: motion.phidot / motion.psidot)  # fmt: skip
-    monkeypatch.setitem(QUANTITIES, "rate_ratio", ratio)
-    ours = values_of(run.samples, "rate_ratio")
-    np.testing.assert_array_equal(ours, run.samples.phidot / run.samples.psidot)
-    exact = values_of(run.motion.at(run.t[-1], 20), "rate_ratio")
-    assert float(exact) == pytest.approx(ours[-1], rel=1e-12)
-    assert quantities.derived(("theta", "rate_ratio")) == ("rate_ratio",)
 
 
 def test_the_unit_of_the_axis_is_1(run):

@@ -341,11 +341,7 @@ class Motion(Played, ClosedForm):
         ImpossibleTop
             Mass and distance of the top are not given.
         """
-        found = self.at(t, digits)
-        if digits is None:
-            return self.top.reaction(found.axis, found.omega)
-        ctx = context(digits)
-        return self.top.reaction(found.axis, found.omega, lambda x: x.mpf(ctx))
+        return self.at(t, digits).reaction
 
     @cached_property
     def constants(self) -> Integrals:

@@ -9,6 +9,7 @@ from flint import arb
 
 from heavytop.analytic.form import FORMULAS
 from heavytop.exact.decimals import Context, Number, binary, context
+from heavytop.scene.quantities import quantity_of, values_of
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import ClosedForm
@@ -63,9 +64,13 @@ class Record:
         return RECORD_NAMES
 
     def __getattr__(self, name: str) -> Any:
-        if name not in RECORD_NAMES:
+        if quantity_of(name).of is not None:
+            value = values_of(self, name, self._made[0].__self__)
+        elif name in RECORD_NAMES:
+            value = self._read(name)
+        else:
             raise AttributeError(name)
-        value = self.__dict__[name] = self._read(name)
+        self.__dict__[name] = value
         return value
 
 

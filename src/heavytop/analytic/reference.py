@@ -22,7 +22,7 @@ from heavytop.exact.parse import written
 from heavytop.files import write_document, write_text
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Reader, one_of, parse_names, parse_options
-from heavytop.scene.quantities import QUANTITIES, component_names
+from heavytop.scene.quantities import QUANTITIES, Need, columns_of, component_names, wanted
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import EVENTS
 
@@ -33,9 +33,10 @@ MOST_PRINTED_DIGITS: Final = 4000  # Python prints integers of 4300
 PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
 # the columns of every quantity, and what of the motion at a time stands in them
-_COLUMNS: Final = {name: one.columns for name, one in QUANTITIES.items() if one.columns}
 EVENT_QUANTITIES: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
-    name: (component_names(x), x) for name, x in (_COLUMNS | {"omega": ("omega",)}).items()
+    name: (component_names(columns_of(name)), columns_of(name))
+    for name in (*wanted(), "omega")
+    if QUANTITIES[name].need > Need.NOTHING and QUANTITIES[name].of is None
 }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from heavytop.errors import Impossible
-from heavytop.plots.figures import DRAW, MARK, DrawnRun
+from heavytop.plots.figures import MARK, DrawnRun, drawers
 from heavytop.plots.style import legend
 from heavytop.scene.arguments import expect, one_of, read_argument
 from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
@@ -54,16 +54,17 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
     if hasattr(thing, "charts"):
         return dict(thing.charts())
     run = DrawnRun.of(thing)
-    names = dict.fromkeys([*["theta"] * run.stands, *DRAW])
+    known = drawers(run)
+    names = dict.fromkeys([*["theta"] * run.stands, *known])
     if run.trajectory is None:
         del names["errors"]
-    return {name: partial(_draw_run, run, name) for name in names}
+    return {name: partial(_draw_run, run, known[name]) for name in names}
 
 
-def _draw_run(run: DrawnRun, name: str, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
+def _draw_run(run: DrawnRun, draw: Draw, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
     """Draw a picture of a run; without the marks of its events where these are not wanted."""
     before = {*ax.lines}
-    DRAW[name](ax, run, **looks)
+    draw(ax, run, **looks)
     for mark in () if events else {*ax.lines} - before:
         if mark.get_gid() == MARK:
             mark.remove()

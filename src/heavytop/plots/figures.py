@@ -25,7 +25,7 @@ from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, STEADY_TURN_S, View, axis_path, touched
 from heavytop.plots.style import Array, line, once, titled
 from heavytop.results.run import PICTURES
-from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
+from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
 
 if TYPE_CHECKING:
     from heavytop.run.exact import SceneMotion
@@ -104,7 +104,11 @@ class DrawnRun:
 
     def follows(self, name: str) -> bool:
         """Whether the run has a quantity."""
-        return not np.isnan(getattr(self.path, name)).all()
+        return not np.isnan(self.values(name)).all()
+
+    def values(self, name: str) -> Any:
+        """A column at the times drawn."""
+        return values_of(self.path, name, self.motion)
 
     @property
     def shown(self) -> float:
@@ -139,10 +143,10 @@ def _in_unit(name: str, values: Any) -> Array:
 
 def _against(ax: Axes, run: DrawnRun, x: str, y: str, looks: Looks) -> Line2D:
     """Draw one quantity of a run against another, with its events."""
-    for name in {x, y}.intersection(ANGLES):
+    for name in (x, y):
         if not run.follows(name):
             raise ValueError(f"{name}: not followed by this trajectory")
-    across, up = (_in_unit(name, getattr(run.path, name)) for name in (x, y))
+    across, up = (_in_unit(name, run.values(name)) for name in (x, y))
     path = line(ax, across, up, looks, color=style.PATH, lw=1.0)
     if hasattr(run.events, y):
         places = [_in_unit(name, getattr(run.events, name)) for name in (x, y)]
@@ -375,6 +379,13 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
 
 
 # --- the figures of a run, each on a page of its own --------------------------------------------
+
+
+def drawers(run: DrawnRun) -> dict[str, Callable[..., Axes]]:
+    """What draws a run on axes: what `DRAW` has, and over time what follows from other columns."""
+    names = [name for name in derived(run.motion.top) if not QUANTITIES[name].parts]
+    return {**DRAW, **{name: partial(over_time, name) for name in names}}
+
 
 DRAW: Final[Mapping[str, Callable[..., Axes]]] = {
     "loop": loop,

@@ -15,7 +15,7 @@ from heavytop.exact.decimals import context
 from heavytop.results import classification
 from heavytop.results.base import Result, error_text
 from heavytop.results.table import Fact, Table
-from heavytop.scene.quantities import ANGLES, RATES, Need, need_of
+from heavytop.scene.quantities import ANGLES, RATES, Need, derived, need_of, quantity_of, values_of
 from heavytop.scene.scene_file import EVENTS
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
@@ -69,7 +69,7 @@ class RunResult(Result):
         How many events there are of each kind, None where they are not asked for; the first of
         them as ``table``, and how many are ``omitted`` from it. More than 15 digits are a text.
     errors : mapping
-        As in `heavytop.Errors`.
+        As in `heavytop.Errors`, with what is ``derived`` among the others.
     missed_digits : mapping from str to float
         Wanted quantities that are farther off than the scene's digits allow.
     missed_events : mapping from str to (int, int)
@@ -109,8 +109,8 @@ class RunResult(Result):
         yield from classification.plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
         if self.final:
-            end = {"reaction": None, **self.final}
-            yield from classification.numbers(end, "t", *ANGLES, "reaction")
+            follow = (name for name in self.final if quantity_of(name).of)
+            yield from classification.numbers(self.final, "t", *ANGLES, *follow)
             counts = (f"{n} {name}" for name in EVENTS if (n := self.events[name]) is not None)
             yield "events", ", ".join(counts) or "none requested"
         if self.outcome != Outcome.FINISHED:
@@ -173,10 +173,11 @@ def _integrated(run: Trajectory) -> dict[str, Any]:
     few = run.in_doubles or run.scene.digits <= NUMBER_DIGITS
     as_number: AsNumber = float if few else run.text
     attitude = need_of(run.scene.quantities) >= Need.PSI
+    errors = asdict(run_errors(run))
     return {
         "final": _final(run, arithmetic, as_number, attitude=attitude),
         "events": _events(run, as_number),
-        "errors": asdict(run_errors(run)),
+        "errors": errors | errors.pop("derived"),
         "missed_digits": missed_digits(run),
         "missed_events": missed_events(run),
         "cost": _cost(run),
@@ -188,17 +189,15 @@ def _final(
     run: Trajectory | SceneMotion, arithmetic: Any, as_number: AsNumber, *, attitude: bool
 ) -> dict[str, Any]:
     """The motion at the end; whole turns of an angle and the rest by the pi of `arithmetic`."""
-    end: Any = run.end
-    final: dict[str, Any] = {name: as_number(getattr(end, name)) for name in ("t", *ANGLES, *RATES)}
+    names = ("t", *ANGLES, *RATES, "axis", "omega", "quaternion", *derived(run.scene.top))
+    final: dict[str, Any] = {"quaternion": None}
+    for name in [x for x in names if attitude or x != "quaternion"]:
+        value = values_of(run.end, name, run.motion)
+        wide = quantity_of(name).parts
+        final[name] = tuple(map(as_number, value)) if wide else as_number(value)
     for angle in ("phi", "psi"):
-        turns, rest = split(getattr(end, angle), arithmetic)
+        turns, rest = split(getattr(run.end, angle), arithmetic)
         final |= {f"{angle}_turns": turns, f"{angle}_mod": as_number(rest)}
-    vectors = ["axis", "omega", *["quaternion"] * attitude]
-    final |= {"quaternion": None}
-    final |= {name: tuple(map(as_number, getattr(end, name))) for name in vectors}
-    if run.scene.top.mass is not None:  # else the force of the pivot is not known
-        axis, omega = ([float(x) for x in getattr(end, name)] for name in ("axis", "omega"))
-        final["reaction"] = run.scene.top.reaction(axis, omega).tolist()
     return final
 
 

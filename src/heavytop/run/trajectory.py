@@ -25,7 +25,7 @@ from heavytop.integration.outputs import Sample, sample, times_of
 from heavytop.run.events import Events, events_of, no_events
 from heavytop.run.own_motion import OwnMotion, SomeRows, times_between
 from heavytop.run.plan import Plan, Statistics
-from heavytop.scene.quantities import ANGLES, RATES
+from heavytop.scene.quantities import ANGLES, RATES, quantity_of, values_of
 from heavytop.scene.scene import Scene
 from heavytop.text import Played
 
@@ -79,6 +79,12 @@ class Trajectory(Played):
     statistics: Statistics
     with_events: bool = True
     source: ClassVar[str] = "integrated"
+
+    def __getattr__(self, name: str) -> Any:
+        """What follows from other columns, at the sample times; such as `reaction` [N]."""
+        if quantity_of(name).of is None:
+            return self.__getattribute__(name)  # which says that there is no such thing
+        return values_of(self.samples, name, self.motion)
 
     def __repr__(self) -> str:
         name = self.scene.title or self.scene.name
@@ -327,12 +333,6 @@ class Trajectory(Played):
     def axis(self) -> Array:
         """Symmetry axis in space at the sample times, shape (k, 3)."""
         return self.samples.axis
-
-    @property
-    def reaction(self) -> Array:
-        """The force of the pivot on the top [N], in space, at the samples."""
-        force: Array = self.scene.top.reaction(self.samples.axis, self.samples.omega)
-        return force
 
     @cached_property
     def invariants(self) -> dict[str, Array]:

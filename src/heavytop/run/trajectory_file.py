@@ -32,7 +32,7 @@ from heavytop.run.plan import Plan, Statistics
 from heavytop.run.span import closed_form_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import path_of
-from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
+from heavytop.scene.quantities import ANGLES, RATES, derived, quantity_of, values_of
 from heavytop.scene.scene import read_scene
 
 if TYPE_CHECKING:
@@ -40,9 +40,8 @@ if TYPE_CHECKING:
     import xarray
 
 TRAJECTORY_SCHEMA: Final = "heavytop/trajectory/2"
-# of every variable, by the last word of its name: what it is, its unit, and a second dimension
+# of a variable that is no quantity: what it is, its unit, and a second dimension
 VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
-    **{n: (q.name, q.cf_unit, *(["space"] if q.parts else [])) for n, q in QUANTITIES.items()},
     "t_low": ("what the time has beyond a double", "s"),
     "time": ("time since the start, as words that add up", "s", "word"),
     "states": ("states of the formulation, each in its own unit", "various", "state"),
@@ -127,10 +126,8 @@ def write(run: Trajectory | SceneMotion, path: str | os.PathLike[str]) -> None:
 
 def _contents(run: Trajectory | SceneMotion) -> Variables:
     """Samples and events as variables; of a scene that was not integrated samples alone."""
-    names = (*ANGLES, *RATES, "axis", "omega", *derived(run.scene.quantities))
-    samples = {name: values_of(run.samples, name) for name in ("t", *names)}
-    if run.scene.top.mass is not None:
-        samples["reaction"] = run.scene.top.reaction(samples["axis"], samples["omega"])
+    names = ("t", *ANGLES, *RATES, "axis", "omega", *derived(run.scene.top))
+    samples = {name: values_of(run.samples, name, run.motion) for name in names}
     if not isinstance(run, Trajectory):
         return _over("t", samples) | _over("space", SPACE)
     samples["states"], events = run.samples.states, run.events
@@ -150,7 +147,9 @@ def _over(along: str, columns: Mapping[str, Any], prefix: str = "", where: str =
     found = {}
     for name, values in columns.items():
         quantity = name.removesuffix("_text")
-        what, unit, *second = VARIABLES[quantity]
+        of = quantity_of(quantity)
+        space = ["space"] if of.parts else []
+        what, unit, *second = VARIABLES.get(quantity) or (of.name, of.cf_unit, *space)
         words = what, where, "as a decimal text" if quantity != name else ""
         told = {"long_name": ", ".join(filter(None, words)), "units": unit}
         found[prefix + name] = (along, *second)[: np.ndim(values)], values, told

@@ -13,16 +13,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import reduce
-from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm
-from heavytop.analytic.record import to_mpf
+from heavytop.analytic.record import Record, to_mpf
 from heavytop.errors import DoubtfulWarning, MissedDigitsWarning, NoClosedForm
 from heavytop.exact.decimals import Number, context
 from heavytop.run.counts import Counts, differences, tally
@@ -30,12 +29,12 @@ from heavytop.run.own_motion import OWN_SPARE_DIGITS
 from heavytop.run.plan import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
-from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
+from heavytop.scene.quantities import ANGLES, QUANTITIES, columns_of, judged, values_of
 from heavytop.text import Shown
 
 Array = NDArray[Any]
 Places = NDArray[np.intp]
-Columns = Any  # what a run, a closed form or `_columns` says at several times, by the same names
+Columns = Any  # what a run or a closed form says at several times, by the same names
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
 FEW_IN_DIGITS: Final = 16  # samples and events that stand for all, where a closed form takes long
@@ -62,6 +61,8 @@ class Errors(Shown):
         Over turning points and reversals [s].
     input_rounding : float or None
         What the rounding of the scene's numbers to double does to the wanted angles at the end.
+    derived : dict from str to float
+        Of what the scene wants that follows from other columns [each in its unit].
     why_not : str
         Why there is no closed form to hold against, or empty.
     """
@@ -75,6 +76,7 @@ class Errors(Shown):
     invariants: dict[str, float]
     event_time: float | None = None
     input_rounding: float | None = None
+    derived: dict[str, float] = field(default_factory=dict)
     why_not: str = ""
 
 
@@ -109,21 +111,21 @@ def run_errors(trajectory: Trajectory) -> Errors:
     is used here, to 1e-14 of a yardstick of 40 digits.
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
-    changes = conserved(*_invariants(trajectory))
+    changes, wants = conserved(*_invariants(trajectory)), trajectory.scene.quantities
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
+    derived = [name for name in wants if QUANTITIES[name].of]
     try:
-        motions = trajectory.own.closed_form, trajectory.motion
-        own, exactly = (_ClosedForm(trajectory, motion) for motion in motions)
+        own, scene = _truths(trajectory)
         run, exact, fixed = own.compared()
         end = run.t[fixed[-1:]]
-        wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
-        rounding = _largest(_apart(own(end), exactly(end), wanted))
-        late, _ = own.lateness()
+        rounding = own.apart(own.at(end), scene.at(end), {"theta", *wants}.intersection(ANGLES))
+        off = own.apart(run, exact, (*COMPARED, *derived)) | {"event_time": own.lateness()[0]}
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
-    off = {name: _double(x) for name, x in _largest(_apart(run, exact, COMPARED)).items()}
-    off |= {"event_time": _double(late.max())} if late.size else {}
-    return replace(nothing, **off, input_rounding=_double(max(rounding.values())))  # type: ignore[arg-type]
+    found: dict[str, Any] = {name: _double(x.max()) for name, x in off.items() if x.size}
+    found["derived"] = {name: found.pop(name) for name in derived if name in found}
+    found["input_rounding"] = _double(max(x.max() for x in rounding.values()))
+    return replace(nothing, **found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,15 +177,14 @@ def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
     names, bound = judged(trajectory.scene.quantities), _bound(trajectory)
     allowed: dict[str, Any] = {name: bound * _size(trajectory, name) for name in names}
     try:
-        own = _ClosedForm(trajectory, trajectory.own.closed_form)
+        own, scene = _truths(trajectory)
         run, exact, fixed = own.compared()
-        off = _apart(run, exact, names)
+        off = own.apart(run, exact, names)
         off["event_time"], allowed["event_time"] = own.lateness()
         far = _beyond(off, allowed)
         if not far:
             return {}, 0.0
-        scene = _ClosedForm(trajectory, trajectory.motion)
-        off = _apart(run, scene(run.t), [name for name in far if name in COMPARED])
+        off = scene.apart(run, scene.at(run.t), [name for name in names if name in far])
         factors = [float(x[fixed].max() / allowed[name]) for name, x in off.items()]
         if "event_time" in far:
             off["event_time"], allowed["event_time"] = scene.lateness()
@@ -198,7 +199,8 @@ def deviations(trajectory: Trajectory) -> dict[str, Array]:
     At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
     run = trajectory.samples.at(_some(trajectory.t.size, 1000))
-    return {"t": run.t} | _apart(run, trajectory.own.closed_form.at(run.t), (*ANGLES, "axis"))
+    own = _Truth(trajectory, trajectory.own.closed_form)
+    return {"t": run.t} | own.apart(run, own.motion.at(run.t), (*ANGLES, "axis"))
 
 
 def energy_error(trajectory: Trajectory) -> float:
@@ -273,31 +275,29 @@ def missed(found: dict[str, float], digits: int) -> str:
 
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
-COMPARED_COLUMNS: Final = (
-    "t",
-    *(column for name in COMPARED for column in QUANTITIES[name].columns),
-)
-EXACT_COLUMNS: Final = (*COMPARED_COLUMNS, "u", "udot", "uddot", "one_minus_u", "one_plus_u")
+
+@dataclass(frozen=True, slots=True)
+class _Records:
+    """Records of the closed form at several times, as columns of mpmath's numbers."""
+
+    records: tuple[Record, ...]
+
+    def __getattr__(self, name: str) -> Array:
+        return np.array([getattr(record, name) for record in self.records], dtype=object)
 
 
 @dataclass(frozen=True, slots=True)
-class _ClosedForm:
+class _Truth:
     """A closed form that a run is held against, in its numbers: of its own start or the scene's."""
 
     run: Trajectory
     motion: ClosedForm
 
-    @property
-    def digits(self) -> int | None:
-        """So many; None are doubles."""
-        return None if self.run.in_doubles else self.run.scene.digits + OWN_SPARE_DIGITS
-
-    def __call__(self, t: Any, t_low: Any = 0.0) -> Columns:
-        if self.digits is None:
+    def at(self, t: Any, t_low: Any = 0.0) -> Columns:
+        """It, in doubles or in some more digits than the run's scene wants."""
+        if self.run.in_doubles:
             return self.motion.at(t, t_lo=t_low)
-        records = self.motion.at(t, self.digits)
-        rows = {name: [getattr(record, name) for record in records] for name in EXACT_COLUMNS}
-        return SimpleNamespace(**{name: np.array(x, dtype=object) for name, x in rows.items()})
+        return _Records(self.motion.at(t, self.run.scene.digits + OWN_SPARE_DIGITS))
 
     def compared(self) -> tuple[Columns, Columns, Places]:
         """The run, this, and which of their times do not depend on the samples, the end last.
@@ -305,12 +305,22 @@ class _ClosedForm:
         In doubles they are those at which it was seen; in more digits few are samples.
         """
         run, exact, fixed = self.run.compared
-        if self.digits is None:
-            return run, self(run.t) if exact is None else exact, fixed
+        if self.run.in_doubles:
+            return run, exact or self.at(run.t), fixed
         count = self.run.orbit.samples.t.size
-        chosen = run.at(np.append(np.arange(count)[_some(count, FEW_IN_DIGITS)], fixed))
-        columns = {name: self.run.numbers(getattr(chosen, name)) for name in COMPARED_COLUMNS}
-        return SimpleNamespace(**columns), self(columns["t"]), np.arange(-fixed.size, 0)
+        chosen = np.append(np.arange(count)[_some(count, FEW_IN_DIGITS)], fixed)
+        run = run.at(chosen).mapped(self.run.numbers)
+        return run, self.at(run.t), np.arange(-fixed.size, 0)
+
+    def apart(self, run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Array]:
+        """How far a run is off at each time, in what it follows."""
+        found, motion = {}, self.run.motion
+        for name in names:
+            pairs = ([values_of(at, x, motion) for at in (run, exact)] for x in columns_of(name))
+            off = [one - other for one, other in pairs]
+            sizes = [np.sqrt((x * x).sum(axis=1)) if x.ndim > 1 else abs(x) for x in off]
+            found[name] = reduce(np.maximum, sizes)
+        return {name: size for name, size in found.items() if (size == size).any()}  # else nan
 
     def lateness(self) -> tuple[Array, Array]:
         """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
@@ -319,11 +329,11 @@ class _ClosedForm:
         if events.own is not None:
             some = _some(len(events), FEW_IN_DIGITS)
             turning, later = turning[some], later[some]
-            at = self(self.run.numbers(events.own["t"][some]))
+            at = self.at(self.run.numbers(events.own["t"][some]))
         elif self.motion is self.run.own.closed_form:
             at, later = self.run.exact_events
         else:
-            at = self(events.t, events.t_low)
+            at = self.at(events.t, events.t_low)
         b = abs(motion.refine("p_psi/A", lambda c: float(c.start.b)))
         zero = np.where(turning, at.udot, at.u - (self._reversal_u() if b else np.inf))
         slope = np.where(turning, at.uddot, at.udot)
@@ -336,8 +346,15 @@ class _ClosedForm:
 
     def _reversal_u(self) -> Number:
         """Where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
-        ball = self.motion.refine("a reversal", lambda c: c.start.a / c.start.b, self.digits or 17)
-        return to_mpf(ball, self.digits) if self.digits else float(ball)
+        digits = 17 if self.run.in_doubles else self.run.scene.digits + OWN_SPARE_DIGITS
+        ball = self.motion.refine("a reversal", lambda c: c.start.a / c.start.b, digits)
+        return float(ball) if self.run.in_doubles else to_mpf(ball, digits)
+
+
+def _truths(trajectory: Trajectory) -> tuple[_Truth, _Truth]:
+    """The closed forms of the run's own start and of the scene's."""
+    motions = trajectory.own.closed_form, trajectory.motion
+    return _Truth(trajectory, motions[0]), _Truth(trajectory, motions[1])
 
 
 def _some(count: int, most: int) -> slice:
@@ -360,20 +377,6 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
     return columns, {name: number(x) for name, x in constants.items()}, grain
 
 
-def _apart(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Array]:
-    """How far a run is off at each time, in what it follows."""
-    found = {}
-    for name in names:
-        off = [getattr(run, x) - getattr(exact, x) for x in QUANTITIES[name].columns]
-        sizes = [np.sqrt((x * x).sum(axis=1)) if x.ndim > 1 else abs(x) for x in off]
-        found[name] = reduce(np.maximum, sizes)
-    return {name: size for name, size in found.items() if (size == size).any()}  # else it is nan
-
-
-def _largest(apart: Mapping[str, Array]) -> dict[str, Number]:
-    return {name: each.max() for name, each in apart.items()}
-
-
 def _bound(trajectory: Trajectory) -> Any:
     """10^-digits, which beyond doubles may be smaller than any of them."""
     ten: Any = 10.0 if trajectory.in_doubles else context(20).mpf(10)
@@ -387,11 +390,14 @@ def _beyond(off: Mapping[str, Array], allowed: Mapping[str, Any]) -> dict[str, f
 
 
 def _size(trajectory: Trajectory, name: str) -> float:
-    """What errors of a quantity are relative to, at least 1."""
-    if name == "axis":
-        return 1.0
-    values = [getattr(trajectory.samples, column) for column in QUANTITIES[name].columns]
-    return max(1.0, *(float(abs(x).max() if name == "rates" else abs(x[-1])) for x in values))
+    """What errors of a quantity are relative to: it at the end, or the largest of several columns.
+
+    At least 1.
+    """
+    run, columns = trajectory.samples, columns_of(name)
+    values = (values_of(run, column, trajectory.motion) for column in columns)
+    sizes = (abs(x if len(columns) > 1 else x[-1:]) for x in values)
+    return max(float(np.fmax.reduce(size, axis=None, initial=1.0)) for size in sizes)
 
 
 def _double(x: Number) -> float:

@@ -1,8 +1,8 @@
 """The table of quantities: what a number is, wherever it stands, and what a scene may want.
 
 Terminal, pages, figures, netCDF, JSON descriptions and the player take symbol, unit, name and
-format from here; runs and the closed form the columns that hold what is wanted, and how they get
-them. A new quantity is a row of `QUANTITIES`.
+format from here; runs and the closed form the columns that hold what is wanted, and what makes
+those that follow from others. A new quantity is a row of `QUANTITIES`.
 """
 
 from __future__ import annotations
@@ -87,11 +87,15 @@ class Quantity(NamedTuple):
     need : Need
         How much of the motion must be followed where a scene wants it.
     columns : tuple of str
-        The columns of a motion that hold it where it is wanted.
+        The columns that hold it, if it is not one.
     judged_by : tuple of str
-        The quantities whose errors must meet the digits where this one is wanted.
+        The quantities whose errors must meet the digits where it is wanted, if not its own.
     of : callable or None
-        How a motion at given times has it; None where it is an attribute of its own.
+        Of one that follows from others: a function of a record, which has ``t``, ``theta`` and the
+        other columns of a run or of the closed form, in doubles or in mpmath's numbers, and of the
+        exact `Motion`, with its top and its period.
+    given : tuple of str
+        What of a top it needs that not every top has.
     """
 
     symbol: str
@@ -102,7 +106,8 @@ class Quantity(NamedTuple):
     need: Need = Need.NEVER
     columns: tuple[str, ...] = ()
     judged_by: tuple[str, ...] = ()
-    of: Callable[[Any], Any] | None = None
+    of: Callable[[Any, Any], Any] | None = None
+    given: tuple[str, ...] = ()
 
     @property
     def shown(self) -> tuple[str, float]:
@@ -128,6 +133,10 @@ class Quantity(NamedTuple):
     def attributes(self) -> dict[str, str]:
         """What a variable of a netCDF file says of itself."""
         return {"long_name": self.name or self.symbol, "units": self.cf_unit}
+
+    def missing(self, top: Any) -> list[str]:
+        """What it needs of a top that this one does not have."""
+        return [name for name in self.given if getattr(top, name) is None]
 
     def text(self, value: Any, digits: int = 17) -> str:
         """A value as a person reads it, to so many digits at most; a text that is no number as is.
@@ -175,6 +184,17 @@ def read_decimal(value: Any) -> Any:
     return value
 
 
+def number_like(column: Any) -> Callable[[Exact], Any]:
+    """What makes an exact number one of those of a column: a float, or one of mpmath's."""
+    first = column.item(0) if getattr(column, "size", 0) else column
+    ctx = getattr(first, "context", None)
+    return float if ctx is None else lambda exact: exact.mpf(ctx)
+
+
+def _reaction(record: Any, motion: Any) -> Any:
+    return motion.top.reaction(record.axis, record.omega, number_like(record.t))
+
+
 PRECISION: Final = re.compile(r"\d+(?=g)")
 
 _ERROR: Final = ".1e"
@@ -182,20 +202,18 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     # what a scene may want
     "class": Quantity("class", "", "kind of motion", need=Need.NOTHING),
     "period": Quantity("period", "s", "nutation period", need=Need.NOTHING),
-    "theta": Quantity("θ", "rad", "tilt of the axis from the upward vertical", need=Need.TILT,
-                      columns=("theta",), judged_by=("theta",)),
+    "theta": Quantity("θ", "rad", "tilt of the axis from the upward vertical", need=Need.TILT),
     "axis": Quantity("axis", "1", "unit vector along the symmetry axis, in space", parts="xyz",
-                     need=Need.AXIS, columns=("axis",), judged_by=("axis",)),
-    "phi": Quantity("φ", "rad", "precession angle, continuous from the start", need=Need.PHI,
-                    columns=("phi",), judged_by=("phi",)),
-    "psi": Quantity("ψ", "rad", "spin angle, continuous from the start", need=Need.PSI,
-                    columns=("psi",), judged_by=("psi",)),
+                     need=Need.AXIS),
+    "phi": Quantity("φ", "rad", "precession angle, continuous from the start", need=Need.PHI),
+    "psi": Quantity("ψ", "rad", "spin angle, continuous from the start", need=Need.PSI),
     "rates": Quantity("rates", "rad/s", "rates of the Euler angles", need=Need.TILT,
-                      columns=RATES, judged_by=("rates",)),
+                      columns=RATES),
     "attitude": Quantity("attitude", "1", "attitude, body to space", need=Need.PSI,
                          columns=("quaternion",), judged_by=("phi", "psi", "axis")),
     "reaction": Quantity("reaction", "N", "force of the pivot on the top, in space", parts="xyz",
-                         need=Need.AXIS, judged_by=("axis", "rates")),
+                         need=Need.AXIS, judged_by=("axis", "rates"), of=_reaction,
+                         given=("mass", "distance")),
     # the motion
     "t": Quantity("t", "s", "time since the start"),
     "thetadot": Quantity("θ̇", "rad/s", "rate of the tilt"),
@@ -272,8 +290,10 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     "claim_bound": Quantity("bound", "", "", ".2g"),
 }  # fmt: skip
 
-WANTED: Final = tuple(name for name, quantity in QUANTITIES.items() if quantity.need < Need.NEVER)
-"""What a scene may want."""
+
+def wanted() -> tuple[str, ...]:
+    """What a scene may want."""
+    return tuple(name for name, quantity in QUANTITIES.items() if quantity.need < Need.NEVER)
 
 
 _NUMBERS: Final = ("omega3", "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi")
@@ -306,16 +326,23 @@ def quantity_of(name: str) -> Quantity:
     return Quantity(name.replace("_", " "), "", format="")
 
 
-def values_of(motion: Any, name: str) -> Any:
-    """The values of a column that a motion has at its times, be it a run or the closed form."""
+def values_of(record: Any, name: str, motion: Any) -> Any:
+    """A column of a run, or of the closed form, at the times of a record of it.
+
+    Both are held against each other with the same exact motion, that of the scene.
+    """
     of = quantity_of(name).of
-    return getattr(motion, name) if of is None else of(motion)
+    return getattr(record, name) if of is None else of(record, motion)
 
 
-def derived(quantities: tuple[str, ...]) -> tuple[str, ...]:
-    """Columns of what is wanted that follow from others, which a file has anyway."""
-    columns = (name for wanted in quantities for name in QUANTITIES[wanted].columns)
-    return tuple(dict.fromkeys(name for name in columns if QUANTITIES[name].of is not None))
+def derived(top: Any) -> tuple[str, ...]:
+    """The columns that follow from others, of those for which a top has what they need."""
+    return tuple(n for n, of in QUANTITIES.items() if of.of and not of.missing(top))
+
+
+def columns_of(name: str) -> tuple[str, ...]:
+    """The columns that hold a quantity of a moving top."""
+    return QUANTITIES[name].columns or (name,)
 
 
 def component_names(columns: tuple[str, ...]) -> tuple[str, ...]:
@@ -343,4 +370,5 @@ def judged(quantities: tuple[str, ...]) -> tuple[str, ...]:
     >>> judged(("theta", "attitude"))
     ('theta', 'phi', 'psi', 'axis')
     """
-    return tuple(dict.fromkeys(x for name in quantities for x in QUANTITIES[name].judged_by))
+    moving = [name for name in quantities if QUANTITIES[name].need > Need.NOTHING]
+    return tuple(dict.fromkeys(x for n in moving for x in QUANTITIES[n].judged_by or (n,)))

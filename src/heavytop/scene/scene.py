@@ -12,10 +12,11 @@ from typing import Any, Final, NoReturn
 from heavytop.errors import BadScene, Fault, Impossible, refuse
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments, scene_file
+from heavytop.scene.quantities import QUANTITIES
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
 from heavytop.scene.shipped import FOLDER, shipped_names
 from heavytop.scene.state import State
-from heavytop.scene.top import WITHOUT_MASS, Top
+from heavytop.scene.top import Top
 from heavytop.text import Shown, closest, cut, harmless, nearest
 
 MAX_BYTES: Final = 1_000_000
@@ -109,8 +110,10 @@ class Scene(Shown):
         except Impossible as error:
             faults += scene_file.faults_of(error, "Scene", spans)
         body = values.get("top")
-        if "reaction" in values.get("quantities", ()) and body and body.mass is None:
-            faults.append(Fault(name, None, "top.mass", "", WITHOUT_MASS))
+        for each in values.get("quantities", ()) if body else ():
+            if missing := QUANTITIES[each].missing(body):
+                rule = f"missing: {each} needs {' and '.join(missing)}"
+                faults.append(Fault(name, None, f"top.{missing[0]}", "", rule))
         refuse(faults)
         arguments.set_fields(self, values)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import tomllib
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Final
@@ -18,7 +18,7 @@ from heavytop.errors import Fault, Impossible, Refused
 from heavytop.exact import Exact
 from heavytop.scene import arguments, starts
 from heavytop.scene.arguments import NumberText, Range, Reader
-from heavytop.scene.quantities import QUANTITY_READERS, WANTED
+from heavytop.scene.quantities import QUANTITY_READERS, wanted
 from heavytop.scene.state import State
 from heavytop.scene.top import TOP, Top
 from heavytop.text import nearest
@@ -81,10 +81,10 @@ def _text(value: object) -> str:
     return value
 
 
-def _names(allowed: tuple[str, ...], least: int) -> Reader:
-    rule = f"a list of names out of {', '.join(allowed)}, each at most once"
-
+def _names(known: Callable[[], tuple[str, ...]], least: int) -> Reader:
     def read(value: object) -> tuple[str, ...]:
+        allowed = known()
+        rule = f"a list of names out of {', '.join(allowed)}, each at most once"
         if not isinstance(value, list | tuple) or len(value) < least:
             raise Refused(rule)
         wrong = [name for name in value if name not in allowed]
@@ -108,8 +108,8 @@ TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "start": starts.START_READERS,
     "span": {name: arguments.not_zero(QUANTITY_READERS[name]) for name in ("time", "periods")},
     "want": {
-        "quantities": _names(WANTED, least=1),
-        "events": _names(EVENTS, least=0),
+        "quantities": _names(wanted, least=1),
+        "events": _names(lambda: EVENTS, least=0),
         "samples": Range(2, MAX_SAMPLES, whole=True),
         "digits": Range(1, MAX_DIGITS, whole=True),
     },

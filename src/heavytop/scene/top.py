@@ -20,8 +20,6 @@ from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.solids import Solid, read_solids, whole
 from heavytop.text import Shown
 
-WITHOUT_MASS: Final = "missing: the force on the pivot needs mass and distance"
-
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
 class Top(Shown):
@@ -170,7 +168,7 @@ class Top(Shown):
         import numpy as np
 
         if self.mass is None or self.distance is None:
-            raise ImpossibleTop([("mass", WITHOUT_MASS)])
+            raise ImpossibleTop([("mass", "missing: the force needs mass and distance")])
         A, C, gMR, M, R = map(number, (self.A, self.C, self.gMR, self.mass, self.distance))
         gravity = dict(self.given).get("gravity")
         weight = number(self.gMR / self.distance if gravity is None else self.mass * gravity)

@@ -1,0 +1,101 @@
+"""A quantity is a row: the kinetic energy, put into the table from outside."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray
+from matplotlib.figure import Figure
+
+import heavytop as ht
+from heavytop.results.run import run_result
+from heavytop.run.exact import SceneMotion
+from heavytop.run.verify import missed_digits
+from heavytop.scene.quantities import QUANTITIES, Need, Quantity, number_like
+
+from ..commands import document, printed
+from ..trajectories import planted
+
+NAME = "kinetic_energy"
+WANTS = f"want.quantities=['{NAME}']"
+
+
+def kinetic_energy(record, motion):
+    """Of the rotation about any axis across the top's own, and about that."""
+    A, C = map(number_like(record.t), (motion.top.A, motion.top.C))
+    omega, axis = np.asarray(record.omega), np.asarray(record.axis)
+    along = np.sum(omega * axis, axis=-1)
+    return (A * np.sum(omega * omega, axis=-1) + (C - A) * along * along) / 2
+
+
+@pytest.fixture(autouse=True)
+def row(monkeypatch):
+    row = Quantity("T", "J", "kinetic energy", need=Need.AXIS, of=kinetic_energy)
+    monkeypatch.setitem(QUANTITIES, NAME, row)
+
+
+def scene_of(*changes):
+    return ht.load_scene("sicm-kicked", [WANTS, "want.samples=9", *changes])
+
+
+def left_of_energy(motion, record):
+    """What E = T + gMR cos θ leaves."""
+    return float(motion.constants.E) - float(motion.top.gMR) * np.cos(record.theta)
+
+
+def test_a_scene_wants_it_and_its_name_is_known():
+    assert scene_of().quantities == (NAME,)
+    with pytest.raises(ht.BadScene, match=r"class, .*, kinetic_energy, .*did you mean"):
+        ht.load_scene("sicm-kicked", ["want.quantities=['kinetic_energie']"])
+
+
+def test_it_is_in_the_file_of_a_run_and_in_that_of_its_exact_motion(tmp_path):
+    scene = scene_of()
+    run, motion = ht.propagate(scene), ht.Motion(scene.top, scene.start)
+    for name, one in {"run": run, "exact": SceneMotion(scene, motion, ht.plan(scene))}.items():
+        one.save(tmp_path / f"{name}.nc")
+        with xarray.open_dataset(tmp_path / f"{name}.nc") as data:
+            expected = left_of_energy(motion, one.samples)
+            np.testing.assert_allclose(data[NAME], expected, rtol=1e-12)
+            assert data[NAME].attrs == {"long_name": "kinetic energy", "units": "J"}
+    read = ht.load_trajectory(tmp_path / "run.nc")
+    np.testing.assert_array_equal(getattr(read, NAME), getattr(run, NAME))
+    assert run.to_pandas()[NAME].iloc[0] == getattr(run, NAME)[0]
+
+
+@pytest.mark.parametrize("digits", [12, 30])
+def test_it_is_compared_and_must_have_the_digits(digits):
+    run = ht.propagate(scene_of(f"want.digits={digits}", "want.events=[]"))
+    assert 0 < ht.run_errors(run).derived[NAME] < 10.0**-digits
+    assert missed_digits(run) == {}
+    late = run.orbit.samples.states[[*range(1, 9), 8]]
+    moved = replace(run.orbit, samples=run.orbit.samples._replace(states=late))
+    wrong = planted(run, orbit=moved)
+    for name in ("_seen", "_exact", "readings", "compared", "own_samples", "samples"):
+        vars(wrong).pop(name, None)
+    assert set(missed_digits(wrong)) == {NAME}
+    assert missed_digits(wrong)[NAME] == ht.run_errors(wrong).derived[NAME] > 1e-6
+
+
+def test_a_record_of_the_closed_form_has_it_to_any_digits():
+    scene = scene_of()
+    motion = ht.Motion(scene.top, scene.start)
+    exact = motion.at("0.7", 50)
+    rest = motion.integrals(60).E - scene.top.gMR.mpf(exact.theta.context) * exact.u
+    assert abs(getattr(exact, NAME) - rest) < 1e-50
+    assert getattr(motion.at(0.7), NAME) == pytest.approx(float(rest), rel=1e-14)
+
+
+def test_a_command_says_it_at_the_end_and_draws_it_over_time():
+    words = "run", "sicm-kicked", "--set", WANTS
+    found = document(*words)
+    run = ht.propagate(ht.load_scene("sicm-kicked", [WANTS]))
+    assert found["final"][NAME] == getattr(run, NAME)[-1]
+    assert found["errors"][NAME] == ht.run_errors(run).derived[NAME]
+    facts = dict(run_result(run).facts())
+    assert facts["T"] == QUANTITIES[NAME].with_unit(found["final"][NAME])
+    assert "kinetic energy" in facts["errors"]
+    assert facts["T"] in printed(*words)
+    ax = run.plot(NAME, ax=Figure().subplots())
+    assert ax.get_ylabel() == "T [J]"
+    assert ax.lines[0].get_ydata()[0] == getattr(run, NAME)[0]
