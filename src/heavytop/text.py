@@ -151,8 +151,8 @@ class Plotted(Shown):
             Of a `Motion` (three nutations of the closed form; nothing is integrated) and of a
             `Trajectory`: "loop" (theta against phi; the default, unless the top stands still or phi
             was not followed), "sphere" (the path of the axis), "theta" (upright), "phi", "psi",
-            "thetadot", "phidot" or "psidot" (against time), "potential" or "phase"; of a
-            `Trajectory` "errors" too.
+            "thetadot", "phidot", "psidot" or what follows from these (against time), "potential" or
+            "phase"; of a `Trajectory` "errors" too.
             Of a `Drift` the error that grows: "energy", "phase_s", "axis" or an invariant, of those
             that are not zero. Of a `WorkPrecision` the error, against time or, as
             "axis-evaluations", against evaluations: axis, theta, phase, energy. Of a `Check`

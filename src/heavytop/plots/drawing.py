@@ -56,8 +56,6 @@ def _charts(thing: Any) -> Mapping[str, Draw]:
     run = DrawnRun.of(thing)
     known = drawers(run)
     names = dict.fromkeys([*["theta"] * run.stands, *known])
-    if run.trajectory is None:
-        del names["errors"]
     return {name: partial(_draw_run, run, known[name]) for name in names}
 
 

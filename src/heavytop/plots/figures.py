@@ -382,20 +382,17 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
 
 
 def drawers(run: DrawnRun) -> dict[str, Callable[..., Axes]]:
-    """What draws a run on axes: what `DRAW` has, and over time what follows from other columns."""
-    names = [name for name in derived(run.motion.top) if not QUANTITIES[name].parts]
-    return {**DRAW, **{name: partial(over_time, name) for name in names}}
+    """What draws a run on axes, by the names that `plot` has for it."""
+    follow = [name for name in derived(run.motion.top) if not QUANTITIES[name].parts]
+    return {
+        "loop": loop,
+        "sphere": axis_on_sphere,
+        **{name: partial(over_time, name) for name in (*ANGLES, *RATES, *follow)},
+        "potential": effective_potential,
+        "phase": phase_plane,
+        **({"errors": errors} if run.trajectory else {}),
+    }
 
-
-DRAW: Final[Mapping[str, Callable[..., Axes]]] = {
-    "loop": loop,
-    "sphere": axis_on_sphere,
-    **{name: partial(over_time, name) for name in (*ANGLES, *RATES)},
-    "potential": effective_potential,
-    "phase": phase_plane,
-    "errors": errors,
-}
-"""What draws a run on axes, by the names that `plot` has for it."""
 
 PANELS: Final = {"overview": ("loop", "sphere"), "angles": ("theta", "phi", "psidot")}
 """What a figure of a run shows, where that is not one picture of its own name."""
@@ -425,6 +422,6 @@ def run_figure(name: str, run: Any) -> Figure:
     title = style.literal(run.title, 80)
     with style.sheet(title, size, 4 if count > 1 else 2, **grid) as (figure, axes):
         for ax, panel in zip(axes.ravel(), panels, strict=True):
-            DRAW[panel](ax, run)
+            drawers(run)[panel](ax, run)
             ax.label_outer()
     return figure
