@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import heavytop as ht
+from heavytop.studies.steppers import ahead
 
 
 def run_of(*changes, name="sicm-kicked", **how):
@@ -17,6 +18,14 @@ def planted(run, **parts):
     found = replace(run)
     vars(found).update(parts)
     return found
+
+
+def phase_error(run, t=None):
+    """How far the nutation runs ahead of the closed form at a time or at the end [s]."""
+    truth, at = run.own.closed_form, run.t[-1:] if t is None else np.array([t])
+    there, exact, frequency = run(at), truth.at(at), 2 * np.pi / (truth.period or np.inf)
+    off = np.cos(there.theta) - exact.u, -there.thetadot * np.sin(there.theta) - exact.udot
+    return float(ahead(*off, exact, frequency)[0])
 
 
 def same(a, b):

@@ -14,9 +14,10 @@ from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration import bits, projection
 from heavytop.integration.projection import Projection
-from heavytop.run.verify import phase_error, run_errors
+from heavytop.run.verify import run_errors
 
 from ..motions import BOOK, CONE, LIE, LIE_START
+from ..trajectories import phase_error
 
 TILT = 'want.quantities=["theta"]'
 ALL = 'want.quantities=["theta", "phi", "psi"]'

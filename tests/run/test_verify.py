@@ -12,9 +12,10 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.run.propagation import completed
 from heavytop.run.trajectory import times_between
-from heavytop.run.verify import ahead, missed_digits, phase_error, warn_of_plan
+from heavytop.run.verify import missed_digits, warn_of_plan
+from heavytop.studies.steppers import ahead
 
-from ..trajectories import planted, run_of
+from ..trajectories import phase_error, planted, run_of
 
 RATES = ("thetadot", "phidot", "psidot")
 RATES_ALONE = "want.quantities=['rates']"

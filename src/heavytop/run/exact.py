@@ -1,4 +1,4 @@
-"""What a run says of a scene that nothing is integrated of: the exact motion over its span."""
+"""What a run has of a scene, and the run of one that nothing is integrated of: its exact motion."""
 
 from __future__ import annotations
 
@@ -15,30 +15,95 @@ from heavytop.analytic.record import Record
 from heavytop.exact.decimals import context
 from heavytop.run.plan import Plan
 from heavytop.run.span import exact_span, span
-from heavytop.scene.quantities import Need, need_of
+from heavytop.scene.quantities import Need, need_of, quantity_of, values_of
 from heavytop.scene.scene import Scene
+from heavytop.text import Played
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 END_SPARE_DIGITS: Final = 20  # beyond those of the scene, so that what happens at the end is told
 
 
-@dataclass(frozen=True, eq=False)
-class SceneMotion:
-    """The exact motion of a scene, from its start to its end.
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Played):
+    """What is known of the motion of a scene over its span, at its sample times.
 
     Attributes
     ----------
     scene : Scene
     motion : Motion
+        The exact motion of the scene.
     plan : Plan
-        It integrates nothing.
+    source : str
+        ``integrated`` or ``closed form``.
     """
 
     scene: Scene
     motion: Motion
     plan: Plan
+    source: ClassVar[str]
+    samples: ClassVar[Any]  # of each kind its own property
+
+    if not TYPE_CHECKING:  # else no wrong name would be seen
+
+        def __getattr__(self, name: str) -> Any:
+            """What follows from other columns, at the sample times; such as `reaction` [N]."""
+            if quantity_of(name).of is None:
+                return self.__getattribute__(name)  # which says that there is no such thing
+            return values_of(self.samples, name, self.motion)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return samples and events as an xarray Dataset that holds the scene itself."""
+        from heavytop.run.trajectory_file import dataset
+
+        return dataset(self)
+
+    def to_pandas(self, *, events: bool = False) -> pandas.DataFrame:
+        """Return the samples as a pandas DataFrame with the times [s] as index.
+
+        Columns are named as in `to_xarray`, those of vectors ``axis_x`` and so on; ``attrs`` has
+        their units.
+
+        Parameters
+        ----------
+        events : bool
+            Whether the events instead, a row for each, with its ``kind``.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> table = ht.propagate(ht.load_scene("sicm-kicked")).to_pandas()
+        >>> print(table.index.name, table.theta[0.0], table.attrs["units"]["theta"])
+        t 0.1 rad
+        """
+        from heavytop.run.trajectory_file import frame
+
+        return frame(self.to_xarray(), "event" if events else "t")
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the trajectory to a netCDF file, whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            The file; one that is there is replaced.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
+        from heavytop.run.trajectory_file import write
+
+        write(self, path)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMotion(Run):
+    """The exact motion of a scene, from its start to its end; its plan integrates nothing."""
+
     source: ClassVar[str] = "closed form"
 
     @property
@@ -78,21 +143,3 @@ class SceneMotion:
         from heavytop.run.counts import count_exactly
 
         return count_exactly(self.motion, self.end.t, self.scene.events)
-
-    def to_xarray(self) -> xarray.Dataset:
-        """Return the samples as an xarray Dataset that holds the scene itself."""
-        from heavytop.run.trajectory_file import dataset
-
-        return dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the samples to a netCDF file, whole or not at all.
-
-        Raises
-        ------
-        OSError
-            It cannot be written.
-        """
-        from heavytop.run.trajectory_file import write
-
-        write(self, path)

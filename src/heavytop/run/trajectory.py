@@ -5,15 +5,13 @@ A run in more digits than doubles have is told in doubles too, rounded.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
 from heavytop.exact.pairs import EPSILON
@@ -23,22 +21,17 @@ from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample, times_of
 from heavytop.run.events import Events, events_of, no_events
+from heavytop.run.exact import Run
 from heavytop.run.own_motion import OwnMotion, SomeRows, times_between
-from heavytop.run.plan import Plan, Statistics
-from heavytop.scene.quantities import ANGLES, RATES, quantity_of, values_of
-from heavytop.scene.scene import Scene
-from heavytop.text import Played
-
-if TYPE_CHECKING:
-    import pandas
-    import xarray
+from heavytop.run.plan import Statistics
+from heavytop.scene.quantities import ANGLES, RATES
 
 Array = NDArray[np.float64]
 START_ROUNDING = 4 * EPSILON
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Played):
+class Trajectory(Run):
     """The motion of a scene, integrated.
 
     Call it with a time between start and end [s], or an array of them in any order, shape (k,),
@@ -72,19 +65,10 @@ class Trajectory(Played):
     0.426943705310
     """
 
-    scene: Scene
-    motion: Motion
-    plan: Plan
     orbit: Orbit
     statistics: Statistics
     with_events: bool = True
     source: ClassVar[str] = "integrated"
-
-    def __getattr__(self, name: str) -> Any:
-        """What follows from other columns, at the sample times; such as `reaction` [N]."""
-        if quantity_of(name).of is None:
-            return self.__getattribute__(name)  # which says that there is no such thing
-        return values_of(self.samples, name, self.motion)
 
     def __repr__(self) -> str:
         name = self.scene.title or self.scene.name
@@ -358,51 +342,6 @@ class Trajectory(Played):
             rows, t = reals(rows, finer), reals(t, finer)
             known = {name: reals(x, finer)[()] for name, x in known.items()}
         return outputs.invariants(self.orbit.integrator.formulation, rows, known, t)
-
-    def to_xarray(self) -> xarray.Dataset:
-        """Return samples and events as an xarray Dataset that holds the scene itself."""
-        from heavytop.run.trajectory_file import dataset
-
-        return dataset(self)
-
-    def to_pandas(self, *, events: bool = False) -> pandas.DataFrame:
-        """Return the samples as a pandas DataFrame with the times [s] as index.
-
-        Columns are named as in `to_xarray`, those of vectors ``axis_x`` and so on; ``attrs`` has
-        their units.
-
-        Parameters
-        ----------
-        events : bool
-            Whether the events instead, a row for each, with its ``kind``.
-
-        Examples
-        --------
-        >>> import heavytop as ht
-        >>> table = ht.propagate(ht.load_scene("sicm-kicked")).to_pandas()
-        >>> print(table.index.name, table.theta[0.0], table.attrs["units"]["theta"])
-        t 0.1 rad
-        """
-        from heavytop.run.trajectory_file import frame
-
-        return frame(self.to_xarray(), "event" if events else "t")
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the trajectory to a netCDF file, whole or not at all.
-
-        Parameters
-        ----------
-        path : path
-            The file; one that is there is replaced.
-
-        Raises
-        ------
-        OSError
-            It cannot be written.
-        """
-        from heavytop.run.trajectory_file import write
-
-        write(self, path)
 
 
 def rounded(found: Sample) -> Sample:

@@ -26,7 +26,7 @@ from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Checkpoint, Orbit
 from heavytop.run.events import STORED
-from heavytop.run.exact import SceneMotion
+from heavytop.run.exact import Run, SceneMotion
 from heavytop.run.own_motion import integrator_of
 from heavytop.run.plan import Plan, Statistics
 from heavytop.run.span import closed_form_of
@@ -60,7 +60,7 @@ SPACE: Final = {"space": np.array(list("xyz"))}
 # --- writing -------------------------------------------------------------------------------------
 
 
-def dataset(run: Trajectory | SceneMotion) -> xarray.Dataset:
+def dataset(run: Run) -> xarray.Dataset:
     """Return samples and events as an xarray Dataset.
 
     Variables over ``t`` have time as their first dimension: theta, phi, psi and rates
@@ -96,7 +96,7 @@ def frame(data: xarray.Dataset, dimension: str) -> pandas.DataFrame:
     return table
 
 
-def write(run: Trajectory | SceneMotion, path: str | os.PathLike[str]) -> None:
+def write(run: Run, path: str | os.PathLike[str]) -> None:
     """Write a netCDF file, whole or not at all, without the time that xarray takes to import."""
     import h5netcdf
     import h5py
@@ -124,7 +124,7 @@ def write(run: Trajectory | SceneMotion, path: str | os.PathLike[str]) -> None:
     write_sealed(target, lambda part: part.write_bytes(held.getvalue()))
 
 
-def _contents(run: Trajectory | SceneMotion) -> Variables:
+def _contents(run: Run) -> Variables:
     """Samples and events as variables; of a scene that was not integrated samples alone."""
     names = ("t", *ANGLES, *RATES, "axis", "omega", *derived(run.scene.top))
     samples = {name: values_of(run.samples, name, run.motion) for name in names}
@@ -185,7 +185,7 @@ def _whole(column: Any) -> Any:
     return np.frompyfunc(text, 1, 1)(column).astype(str)
 
 
-def _attributes(run: Trajectory | SceneMotion) -> dict[str, Any]:
+def _attributes(run: Run) -> dict[str, Any]:
     """What samples are of, and what made them."""
     found: dict[str, Any] = {
         "schema": TRAJECTORY_SCHEMA,

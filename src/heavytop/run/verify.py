@@ -111,15 +111,18 @@ def run_errors(trajectory: Trajectory) -> Errors:
     is used here, to 1e-14 of a yardstick of 40 digits.
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
-    changes, wants = conserved(*_invariants(trajectory)), trajectory.scene.quantities
+    scene, own = trajectory.motion, trajectory.own
+    changes, wants = _changes(trajectory), trajectory.scene.quantities
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     derived = [name for name in wants if QUANTITIES[name].of]
     try:
-        own, scene = _truths(trajectory)
-        run, exact, fixed = own.compared()
+        run, exact, fixed = _compared(trajectory)
+        off = _apart(trajectory, run, exact, (*COMPARED, *derived))
+        off["event_time"], _ = _lateness(trajectory, own.closed_form)
         end = run.t[fixed[-1:]]
-        rounding = own.apart(own.at(end), scene.at(end), {"theta", *wants}.intersection(ANGLES))
-        off = own.apart(run, exact, (*COMPARED, *derived)) | {"event_time": own.lateness()[0]}
+        rounded, unrounded = (_at(trajectory, x, end) for x in (own.closed_form, scene))
+        angles = {"theta", *wants}.intersection(ANGLES)
+        rounding = _apart(trajectory, rounded, unrounded, angles)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
     found: dict[str, Any] = {name: _double(x.max()) for name, x in off.items() if x.size}
@@ -153,16 +156,7 @@ class Misses:
 
 
 def misses(trajectory: Trajectory) -> Misses:
-    """Return what a run misses."""
-    digits, factor = _misses_of_digits(trajectory)
-    missed = missed_events(trajectory)
-    counted = {name: trajectory.events.count(name) for name in missed}
-    wrong = "; ".join(differences(missed, counted))
-    return Misses(digits, wrong, np.inf if wrong else factor)
-
-
-def missed_digits(trajectory: Trajectory) -> dict[str, float]:
-    """Return what is farther off than the scene's digits allow: wanted quantities, event times.
+    """Return what a run misses.
 
     A quantity x may be off by 10^-digits max(1, |x|), with x at the end; rates are held to the
     largest of them. An event may be late by so much of a period, and by what such an error of the
@@ -170,24 +164,33 @@ def missed_digits(trajectory: Trajectory) -> dict[str, float]:
     it, the motion of its own numbers is another one: what agrees with that of the exact numbers
     misses nothing either.
     """
+    missed = missed_events(trajectory)
+    counted = {name: trajectory.events.count(name) for name in missed}
+    wrong = "; ".join(differences(missed, counted))
+    digits, factor = _misses_of_digits(trajectory)
+    return Misses(digits, wrong, np.inf if wrong else factor)
+
+
+def missed_digits(trajectory: Trajectory) -> dict[str, float]:
+    """Return what is farther off than the scene's digits allow: wanted quantities, event times."""
     return _misses_of_digits(trajectory)[0]
 
 
 def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
     names, bound = judged(trajectory.scene.quantities), _bound(trajectory)
     allowed: dict[str, Any] = {name: bound * _size(trajectory, name) for name in names}
+    scene, own = trajectory.motion, trajectory.own
     try:
-        own, scene = _truths(trajectory)
-        run, exact, fixed = own.compared()
-        off = own.apart(run, exact, names)
-        off["event_time"], allowed["event_time"] = own.lateness()
-        far = _beyond(off, allowed)
-        if not far:
+        run, exact, fixed = _compared(trajectory)
+        off = _apart(trajectory, run, exact, names)
+        off["event_time"], allowed["event_time"] = _lateness(trajectory, own.closed_form)
+        if not (far := _beyond(off, allowed)):
             return {}, 0.0
-        off = scene.apart(run, scene.at(run.t), [name for name in names if name in far])
+        exact = _at(trajectory, scene, run.t)
+        off = _apart(trajectory, run, exact, [name for name in names if name in far])
         factors = [float(x[fixed].max() / allowed[name]) for name, x in off.items()]
         if "event_time" in far:
-            off["event_time"], allowed["event_time"] = scene.lateness()
+            off["event_time"], allowed["event_time"] = _lateness(trajectory, scene)
     except NoClosedForm:
         return {}, 0.0
     return _beyond(off, allowed), max(factors, default=0.0)
@@ -199,13 +202,8 @@ def deviations(trajectory: Trajectory) -> dict[str, Array]:
     At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
     run = trajectory.samples.at(_some(trajectory.t.size, 1000))
-    own = _Truth(trajectory, trajectory.own.closed_form)
-    return {"t": run.t} | own.apart(run, own.motion.at(run.t), (*ANGLES, "axis"))
-
-
-def energy_error(trajectory: Trajectory) -> float:
-    """Return the largest change of E' relative to max(|E'|, gMR), in doubles."""
-    return conserved(trajectory.invariants, trajectory.orbit.parameters)["energy"]
+    exact = trajectory.own.closed_form.at(run.t)
+    return {"t": run.t} | _apart(trajectory, run, exact, (*ANGLES, "axis"))
 
 
 def conserved(
@@ -222,21 +220,6 @@ def conserved(
     scales["energy"] = max(sizes["energy"], abs(g)) or 1
     changes = {name: abs(values - values[0]).max() for name, values in invariants.items()}
     return {name: _double(change / scales[name]) for name, change in changes.items()}
-
-
-def phase_error(trajectory: Trajectory, t: float | None = None) -> float:
-    """Return how far the nutation runs ahead of the closed form at a time or at the end [s]."""
-    truth = trajectory.own.closed_form
-    at = trajectory.t[-1:] if t is None else np.array([t])
-    run, exact, frequency = trajectory(at), truth.at(at), 2 * np.pi / (truth.period or np.inf)
-    off = np.cos(run.theta) - exact.u, -run.thetadot * np.sin(run.theta) - exact.udot
-    return float(ahead(*off, exact, frequency)[0])
-
-
-def ahead(du: Any, dudot: Any, exact: Columns, frequency: Any) -> Any:
-    """Return the shift in time that explains du and dudot best, in the units of the orbit [s]."""
-    weight = exact.udot**2 + (exact.uddot / frequency) ** 2
-    return (du * exact.udot + dudot * exact.uddot / frequency**2) / weight
 
 
 # --- warnings ------------------------------------------------------------------------------------
@@ -286,95 +269,91 @@ class _Records:
         return np.array([getattr(record, name) for record in self.records], dtype=object)
 
 
-@dataclass(frozen=True, slots=True)
-class _Truth:
-    """A closed form that a run is held against, in its numbers: of its own start or the scene's."""
-
-    run: Trajectory
-    motion: ClosedForm
-
-    def at(self, t: Any, t_low: Any = 0.0) -> Columns:
-        """It, in doubles or in some more digits than the run's scene wants."""
-        if self.run.in_doubles:
-            return self.motion.at(t, t_lo=t_low)
-        return _Records(self.motion.at(t, self.run.scene.digits + OWN_SPARE_DIGITS))
-
-    def compared(self) -> tuple[Columns, Columns, Places]:
-        """The run, this, and which of their times do not depend on the samples, the end last.
-
-        In doubles they are those at which it was seen; in more digits few are samples.
-        """
-        run, exact, fixed = self.run.compared
-        if self.run.in_doubles:
-            return run, exact or self.at(run.t), fixed
-        count = self.run.orbit.samples.t.size
-        chosen = np.append(np.arange(count)[_some(count, FEW_IN_DIGITS)], fixed)
-        run = run.at(chosen).mapped(self.run.numbers)
-        return run, self.at(run.t), np.arange(-fixed.size, 0)
-
-    def apart(self, run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Array]:
-        """How far a run is off at each time, in what it follows."""
-        found, motion = {}, self.run.motion
-        for name in names:
-            pairs = ([values_of(at, x, motion) for at in (run, exact)] for x in columns_of(name))
-            off = [one - other for one, other in pairs]
-            sizes = [np.sqrt((x * x).sum(axis=1)) if x.ndim > 1 else abs(x) for x in off]
-            found[name] = reduce(np.maximum, sizes)
-        return {name: size for name, size in found.items() if (size == size).any()}  # else nan
-
-    def lateness(self) -> tuple[Array, Array]:
-        """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
-        events, motion = self.run.events, self.run.motion
-        turning, later = events.is_turning, 0 * events.t
-        if events.own is not None:
-            some = _some(len(events), FEW_IN_DIGITS)
-            turning, later = turning[some], later[some]
-            at = self.at(self.run.numbers(events.own["t"][some]))
-        elif self.motion is self.run.own.closed_form:
-            at, later = self.run.exact_events
-        else:
-            at = self.at(events.t, events.t_low)
-        b = abs(motion.refine("p_psi/A", lambda c: float(c.start.b)))
-        zero = np.where(turning, at.udot, at.u - (self._reversal_u() if b else np.inf))
-        slope = np.where(turning, at.uddot, at.udot)
-        known = slope != 0
-        sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], slope[known], b or 1.0
-        softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / abs(slope)  # 1/|θ̈|, 1/|φ̈|
-        period = motion.period or 1 / (motion.growth or 1.0)
-        allowed = _bound(self.run) * (period + softness)
-        return abs(zero[known] / slope + later[known]), allowed
-
-    def _reversal_u(self) -> Number:
-        """Where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
-        digits = 17 if self.run.in_doubles else self.run.scene.digits + OWN_SPARE_DIGITS
-        ball = self.motion.refine("a reversal", lambda c: c.start.a / c.start.b, digits)
-        return float(ball) if self.run.in_doubles else to_mpf(ball, digits)
+def _digits(trajectory: Trajectory) -> int:
+    """The digits of the closed form beside a run that has more than doubles have."""
+    return trajectory.scene.digits + OWN_SPARE_DIGITS
 
 
-def _truths(trajectory: Trajectory) -> tuple[_Truth, _Truth]:
-    """The closed forms of the run's own start and of the scene's."""
-    motions = trajectory.own.closed_form, trajectory.motion
-    return _Truth(trajectory, motions[0]), _Truth(trajectory, motions[1])
-
-
-def _some(count: int, most: int) -> slice:
-    """Some of so many, evenly spaced, the last among them."""
-    every = max(1, -(-count // most))
-    return slice((count - 1) % every, None, every)
-
-
-def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[str, Number], Number]:
-    """The invariants, at the start first; the constants; and how well a state is known."""
-    constants = trajectory.orbit.parameters
+def _at(trajectory: Trajectory, motion: ClosedForm, t: Any, t_low: Any = 0.0) -> Columns:
+    """A closed form in the numbers of a run: that of its own start, or the scene's."""
     if trajectory.in_doubles:
-        return trajectory.invariants, constants, 0.0
-    samples = trajectory.own_samples
-    places = np.arange(samples.t.size)[_some(samples.t.size, FEW_IN_DIGITS)]
-    found = trajectory.own_invariants(samples.at(np.append(0, places)))
-    number = trajectory.number
-    columns = {name: trajectory.numbers(values) for name, values in found.items()}
+        return motion.at(t, t_lo=t_low)
+    return _Records(motion.at(t, _digits(trajectory)))
+
+
+def _compared(trajectory: Trajectory) -> tuple[Columns, Columns, Places]:
+    """A run, the closed form of its own start, and which times do not depend on the samples.
+
+    The end is the last of these. In doubles all are compared at which it was seen; in more digits
+    few are samples.
+    """
+    run, exact, fixed = trajectory.compared
+    if not trajectory.in_doubles:
+        few = _some(trajectory.orbit.samples.t.size)
+        run, exact = run.at(np.append(few, fixed)).mapped(trajectory.numbers), None
+        fixed = np.arange(-fixed.size, 0)
+    return run, exact or _at(trajectory, trajectory.own.closed_form, run.t), fixed
+
+
+def _apart(
+    trajectory: Trajectory, run: Columns, exact: Columns, names: Iterable[str]
+) -> dict[str, Array]:
+    """How far columns of a run are off at each time, of the quantities that it follows."""
+    found, motion = {}, trajectory.motion
+    for name in names:
+        off = [values_of(run, x, motion) - values_of(exact, x, motion) for x in columns_of(name)]
+        sizes = [np.sqrt((x * x).sum(axis=1)) if x.ndim > 1 else abs(x) for x in off]
+        found[name] = reduce(np.maximum, sizes)
+    return {name: size for name, size in found.items() if (size == size).any()}  # else it is nan
+
+
+def _lateness(trajectory: Trajectory, motion: ClosedForm) -> tuple[Array, Array]:
+    """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
+    events, scene = trajectory.events, trajectory.motion
+    turning, later = events.is_turning, 0 * events.t
+    if events.own is not None:
+        some = _some(len(events))
+        turning, later = turning[some], later[some]
+        at = _at(trajectory, motion, trajectory.numbers(events.own["t"][some]))
+    elif motion is trajectory.own.closed_form:
+        at, later = trajectory.exact_events
+    else:
+        at = motion.at(events.t, t_lo=events.t_low)
+    b = abs(scene.refine("p_psi/A", lambda c: float(c.start.b)))
+    reversal = _reversal_u(trajectory, motion) if b else np.inf
+    zero = np.where(turning, at.udot, at.u - reversal)
+    slope = np.where(turning, at.uddot, at.udot)
+    known = slope != 0
+    sine2, slope, b = (at.one_minus_u * at.one_plus_u)[known], slope[known], b or 1.0
+    softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / abs(slope)  # 1/|θ̈|, 1/|φ̈|
+    period = scene.period or 1 / (scene.growth or 1.0)
+    allowed = _bound(trajectory) * (period + softness)
+    return abs(zero[known] / slope + later[known]), allowed
+
+
+def _reversal_u(trajectory: Trajectory, motion: ClosedForm) -> Number:
+    """Where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
+    digits = _digits(trajectory)
+    ball = motion.refine("a reversal", lambda c: c.start.a / c.start.b, max(digits, 17))
+    return float(ball) if trajectory.in_doubles else to_mpf(ball, digits)
+
+
+def _some(count: int, most: int = FEW_IN_DIGITS) -> Places:
+    """The places of some of so many, evenly spaced, the last among them."""
+    every = max(1, -(-count // most))
+    return np.arange((count - 1) % every, count, every)
+
+
+def _changes(trajectory: Trajectory) -> dict[str, float]:
+    """How much the invariants change, by name; in more digits at the start and at few samples."""
+    known = trajectory.orbit.parameters
+    if trajectory.in_doubles:
+        return conserved(trajectory.invariants, known)
+    samples, number = trajectory.own_samples, trajectory.numbers
+    few = samples.at(np.append(0, _some(samples.t.size)))
+    columns = {name: number(x) for name, x in trajectory.own_invariants(few).items()}
     grain = trajectory.ctx.ldexp(1, GRAIN_BITS - trajectory.bits)
-    return columns, {name: number(x) for name, x in constants.items()}, grain
+    return conserved(columns, {name: number(x) for name, x in known.items()}, grain)
 
 
 def _bound(trajectory: Trajectory) -> Any:

@@ -39,7 +39,6 @@ from heavytop.results.drift import order_of
 from heavytop.run.own_motion import binary_start, integrator_of, motion_of
 from heavytop.run.plan import Plan
 from heavytop.run.planning import plan
-from heavytop.run.verify import ahead
 from heavytop.scene.scene import Scene
 
 REFERENCE_DIGITS: Final = 40  # of the reference solution
@@ -237,6 +236,12 @@ class StateError(NamedTuple):
     invariants: dict[str, float]
     phase_s: float
     axis: float | None
+
+
+def ahead(du: Any, dudot: Any, exact: Any, frequency: Any) -> Any:
+    """Return the shift in time that explains du and dudot best, in the units of the orbit [s]."""
+    weight = exact.udot**2 + (exact.uddot / frequency) ** 2
+    return (du * exact.udot + dudot * exact.uddot / frequency**2) / weight
 
 
 @dataclass(frozen=True)

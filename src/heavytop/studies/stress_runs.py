@@ -27,7 +27,7 @@ from heavytop.results.table import Row
 from heavytop.run.counts import Counts
 from heavytop.run.plan import Plan
 from heavytop.run.propagation import propagate
-from heavytop.run.verify import conserved, energy_error
+from heavytop.run.verify import conserved
 from heavytop.scene.quantities import Need
 from heavytop.studies.methods import AUTO_ANGLES
 from heavytop.studies.steppers import measured_order, problem_of
@@ -174,7 +174,8 @@ def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
         return CaseRun(StressOutcome(found.outcome), why, **about)
     with np.errstate(all="ignore"):
         about["counted"] = {name: found.events.count(name) or 0 for name in scene.events}
-        about["energy_error"] = energy_error(found)
+        energies = conserved(found.invariants, found.orbit.parameters)
+        about["energy_error"] = energies["energy"]
         return _arrived(found([end]), step_limit, message=message, **about)
 
 
