@@ -17,7 +17,6 @@ from heavytop.run.plan import Plan
 from heavytop.run.span import exact_span, span
 from heavytop.scene.quantities import Need, need_of, quantity_of, values_of
 from heavytop.scene.scene import Scene
-from heavytop.text import Played
 
 if TYPE_CHECKING:
     import pandas
@@ -27,7 +26,7 @@ END_SPARE_DIGITS: Final = 20  # beyond those of the scene, so that what happens 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(Played):
+class Run:
     """What is known of the motion of a scene over its span, at its sample times.
 
     Attributes

@@ -25,13 +25,14 @@ from heavytop.run.exact import Run
 from heavytop.run.own_motion import OwnMotion, SomeRows, times_between
 from heavytop.run.plan import Statistics
 from heavytop.scene.quantities import ANGLES, RATES
+from heavytop.text import Played
 
 Array = NDArray[np.float64]
 START_ROUNDING = 4 * EPSILON
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Run):
+class Trajectory(Run, Played):
     """The motion of a scene, integrated.
 
     Call it with a time between start and end [s], or an array of them in any order, shape (k,),
