@@ -58,6 +58,7 @@ def test_it_is_in_the_file_of_a_run_and_in_that_of_its_exact_motion(tmp_path):
             expected = left_of_energy(motion, one.samples)
             np.testing.assert_allclose(data[NAME], expected, rtol=1e-12)
             assert data[NAME].attrs == {"long_name": "kinetic energy", "units": "J"}
+            np.testing.assert_array_equal(data[NAME], getattr(one, NAME))
     read = ht.load_trajectory(tmp_path / "run.nc")
     np.testing.assert_array_equal(getattr(read, NAME), getattr(run, NAME))
     assert run.to_pandas()[NAME].iloc[0] == getattr(run, NAME)[0]

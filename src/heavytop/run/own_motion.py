@@ -47,6 +47,7 @@ Array = NDArray[np.float64]
 
 ROOT_DIGITS = 40  # of roots that a motion in doubles is known by
 OWN_SPARE_DIGITS = 10  # beyond those of a run in more digits
+FEW_IN_DIGITS = 16  # samples and events that stand for all, where a closed form takes long
 SPREAD_TIMES, LATE_TIMES = 64, 16  # over the span and over the last period: there runs are compared
 
 
@@ -203,6 +204,22 @@ class SomeRows:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.record, name)[self.rows]
+
+
+@dataclass(frozen=True, slots=True)
+class Records:
+    """Records of a closed form at single times, as columns of mpmath's numbers."""
+
+    records: tuple[Any, ...]
+
+    def __getattr__(self, name: str) -> Any:
+        return np.array([getattr(record, name) for record in self.records], dtype=object)
+
+
+def some(count: int, most: int = FEW_IN_DIGITS) -> NDArray[np.intp]:
+    """Return the places of some of so many, evenly spaced, the last among them."""
+    every = max(1, -(-count // most))
+    return np.arange((count - 1) % every, count, every)
 
 
 def times_between(end: float, period: float | None) -> Array:

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heavytop.analytic.motion import ClosedForm
 from heavytop.errors import Impossible, Outcome
 from heavytop.exact.decimals import Context, Number, context, number
 from heavytop.exact.pairs import EPSILON
@@ -22,7 +23,14 @@ from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample, times_of
 from heavytop.run.events import Events, events_of, no_events
 from heavytop.run.exact import Run
-from heavytop.run.own_motion import OwnMotion, SomeRows, times_between
+from heavytop.run.own_motion import (
+    OWN_SPARE_DIGITS,
+    OwnMotion,
+    Records,
+    SomeRows,
+    some,
+    times_between,
+)
 from heavytop.run.plan import Statistics
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.text import Played
@@ -231,12 +239,26 @@ class Trajectory(Run, Played):
         """Turning points, reversals and cusps, as far as the scene asked for them."""
         return events_of(self) if self.with_events else no_events(self.scene, self.orbit)
 
-    @cached_property
-    def compared(self) -> tuple[Sample, SomeRows | None, NDArray[np.intp]]:
-        """The run wherever it is held against the exact motion of its own numbers, samples first.
+    def exact(self, motion: ClosedForm, t: Any, t_low: Any = 0.0) -> Any:
+        """Return a closed form at times, in doubles or in more digits than the scene wants.
 
-        And that in doubles, if there is one; and which of these do not depend on how many samples
-        there are, the end last.
+        Parameters
+        ----------
+        motion : ClosedForm
+            Of the run's own start, or the scene's.
+        t, t_low : ndarray
+            Times as the run has them, and their low words [s].
+        """
+        if self.in_doubles:
+            return motion.at(t, t_lo=t_low)
+        return Records(motion.at(t, self.scene.digits + OWN_SPARE_DIGITS))
+
+    @cached_property
+    def compared(self) -> tuple[Sample, Any, NDArray[np.intp]]:
+        """The run wherever it is held against the exact motion of its own numbers, and that.
+
+        And which of these times do not depend on how many samples there are, the end last. Of a
+        run in more digits few samples are compared.
         """
         samples, times = self.orbit.samples, times_between(self.orbit.end, self.motion.period)
         times = self.orbit.integrator.numbers(times)
@@ -244,10 +266,16 @@ class Trajectory(Run, Played):
         if place is None:
             between, place = self.orbit.at(times), np.arange(times.size)
             seen = Seen.join([samples, between])
-        run, exact = self.readings if seen is self._seen else self.read(seen), self._exact_at(seen)
+        run = self.readings if seen is self._seen else self.read(seen)
         fixed = np.append(samples.t.size + place, samples.t.size - 1)
-        count = slice(samples.t.size + between.t.size)  # zeros have no angles beside a pole
-        return run.at(count), exact and SomeRows(exact, count), fixed
+        if self.in_doubles:
+            count = slice(samples.t.size + between.t.size)  # zeros have no angles beside a pole
+            run, exact = run.at(count), self._exact_at(seen)
+            known = exact and SomeRows(exact, count)
+        else:
+            run = run.at(np.append(some(samples.t.size), fixed)).mapped(self.numbers)
+            known, fixed = None, np.arange(-fixed.size, 0)
+        return run, known or self.exact(self.own.closed_form, run.t), fixed
 
     @cached_property
     def own_samples(self) -> Sample:

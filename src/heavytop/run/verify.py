@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm
-from heavytop.analytic.record import Record, to_mpf
+from heavytop.analytic.record import to_mpf
 from heavytop.errors import DoubtfulWarning, MissedDigitsWarning, NoClosedForm
 from heavytop.exact.decimals import Number, context
 from heavytop.run.counts import Counts, differences, tally
-from heavytop.run.own_motion import OWN_SPARE_DIGITS
+from heavytop.run.own_motion import OWN_SPARE_DIGITS, some
 from heavytop.run.plan import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
@@ -33,11 +33,9 @@ from heavytop.scene.quantities import ANGLES, QUANTITIES, columns_of, judged, va
 from heavytop.text import Shown
 
 Array = NDArray[Any]
-Places = NDArray[np.intp]
 Columns = Any  # what a run or a closed form says at several times, by the same names
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
-FEW_IN_DIGITS: Final = 16  # samples and events that stand for all, where a closed form takes long
 GRAIN_BITS: Final = 24  # of a state in more digits that rounding may have spoilt
 LEAST_DOUBLE: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
@@ -116,11 +114,11 @@ def run_errors(trajectory: Trajectory) -> Errors:
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     derived = [name for name in wants if QUANTITIES[name].of]
     try:
-        run, exact, fixed = _compared(trajectory)
+        run, exact, fixed = trajectory.compared
         off = _apart(trajectory, run, exact, (*COMPARED, *derived))
         off["event_time"], _ = _lateness(trajectory, own.closed_form)
         end = run.t[fixed[-1:]]
-        rounded, unrounded = (_at(trajectory, x, end) for x in (own.closed_form, scene))
+        rounded, unrounded = (trajectory.exact(x, end) for x in (own.closed_form, scene))
         angles = {"theta", *wants}.intersection(ANGLES)
         rounding = _apart(trajectory, rounded, unrounded, angles)
     except NoClosedForm as reason:
@@ -181,12 +179,12 @@ def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
     allowed: dict[str, Any] = {name: bound * _size(trajectory, name) for name in names}
     scene, own = trajectory.motion, trajectory.own
     try:
-        run, exact, fixed = _compared(trajectory)
+        run, exact, fixed = trajectory.compared
         off = _apart(trajectory, run, exact, names)
         off["event_time"], allowed["event_time"] = _lateness(trajectory, own.closed_form)
         if not (far := _beyond(off, allowed)):
             return {}, 0.0
-        exact = _at(trajectory, scene, run.t)
+        exact = trajectory.exact(scene, run.t)
         off = _apart(trajectory, run, exact, [name for name in names if name in far])
         factors = [float(x[fixed].max() / allowed[name]) for name, x in off.items()]
         if "event_time" in far:
@@ -201,7 +199,7 @@ def deviations(trajectory: Trajectory) -> dict[str, Array]:
 
     At the samples, or at 1000 of them, evenly spaced. Raises `NoClosedForm`.
     """
-    run = trajectory.samples.at(_some(trajectory.t.size, 1000))
+    run = trajectory.samples.at(some(trajectory.t.size, 1000))
     exact = trajectory.own.closed_form.at(run.t)
     return {"t": run.t} | _apart(trajectory, run, exact, (*ANGLES, "axis"))
 
@@ -259,42 +257,6 @@ def missed(found: dict[str, float], digits: int) -> str:
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class _Records:
-    """Records of the closed form at several times, as columns of mpmath's numbers."""
-
-    records: tuple[Record, ...]
-
-    def __getattr__(self, name: str) -> Array:
-        return np.array([getattr(record, name) for record in self.records], dtype=object)
-
-
-def _digits(trajectory: Trajectory) -> int:
-    """The digits of the closed form beside a run that has more than doubles have."""
-    return trajectory.scene.digits + OWN_SPARE_DIGITS
-
-
-def _at(trajectory: Trajectory, motion: ClosedForm, t: Any, t_low: Any = 0.0) -> Columns:
-    """A closed form in the numbers of a run: that of its own start, or the scene's."""
-    if trajectory.in_doubles:
-        return motion.at(t, t_lo=t_low)
-    return _Records(motion.at(t, _digits(trajectory)))
-
-
-def _compared(trajectory: Trajectory) -> tuple[Columns, Columns, Places]:
-    """A run, the closed form of its own start, and which times do not depend on the samples.
-
-    The end is the last of these. In doubles all are compared at which it was seen; in more digits
-    few are samples.
-    """
-    run, exact, fixed = trajectory.compared
-    if not trajectory.in_doubles:
-        few = _some(trajectory.orbit.samples.t.size)
-        run, exact = run.at(np.append(few, fixed)).mapped(trajectory.numbers), None
-        fixed = np.arange(-fixed.size, 0)
-    return run, exact or _at(trajectory, trajectory.own.closed_form, run.t), fixed
-
-
 def _apart(
     trajectory: Trajectory, run: Columns, exact: Columns, names: Iterable[str]
 ) -> dict[str, Array]:
@@ -312,13 +274,13 @@ def _lateness(trajectory: Trajectory, motion: ClosedForm) -> tuple[Array, Array]
     events, scene = trajectory.events, trajectory.motion
     turning, later = events.is_turning, 0 * events.t
     if events.own is not None:
-        some = _some(len(events))
-        turning, later = turning[some], later[some]
-        at = _at(trajectory, motion, trajectory.numbers(events.own["t"][some]))
+        few = some(len(events))
+        turning, later = turning[few], later[few]
+        at = trajectory.exact(motion, trajectory.numbers(events.own["t"][few]))
     elif motion is trajectory.own.closed_form:
         at, later = trajectory.exact_events
     else:
-        at = motion.at(events.t, t_lo=events.t_low)
+        at = trajectory.exact(motion, events.t, events.t_low)
     b = abs(scene.refine("p_psi/A", lambda c: float(c.start.b)))
     reversal = _reversal_u(trajectory, motion) if b else np.inf
     zero = np.where(turning, at.udot, at.u - reversal)
@@ -333,15 +295,9 @@ def _lateness(trajectory: Trajectory, motion: ClosedForm) -> tuple[Array, Array]
 
 def _reversal_u(trajectory: Trajectory, motion: ClosedForm) -> Number:
     """Where φ̇ is 0, as cos θ with the digits of the times, of a top that spins."""
-    digits = _digits(trajectory)
+    digits = trajectory.scene.digits + OWN_SPARE_DIGITS
     ball = motion.refine("a reversal", lambda c: c.start.a / c.start.b, max(digits, 17))
     return float(ball) if trajectory.in_doubles else to_mpf(ball, digits)
-
-
-def _some(count: int, most: int = FEW_IN_DIGITS) -> Places:
-    """The places of some of so many, evenly spaced, the last among them."""
-    every = max(1, -(-count // most))
-    return np.arange((count - 1) % every, count, every)
 
 
 def _changes(trajectory: Trajectory) -> dict[str, float]:
@@ -350,7 +306,7 @@ def _changes(trajectory: Trajectory) -> dict[str, float]:
     if trajectory.in_doubles:
         return conserved(trajectory.invariants, known)
     samples, number = trajectory.own_samples, trajectory.numbers
-    few = samples.at(np.append(0, _some(samples.t.size)))
+    few = samples.at(np.append(0, some(samples.t.size)))
     columns = {name: number(x) for name, x in trajectory.own_invariants(few).items()}
     grain = trajectory.ctx.ldexp(1, GRAIN_BITS - trajectory.bits)
     return conserved(columns, {name: number(x) for name, x in known.items()}, grain)
