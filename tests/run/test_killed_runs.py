@@ -34,8 +34,7 @@ from heavytop.cli import main
 main()
 """
 BLOCK = "heavytop.integration.orbit:Integrator block"
-EVENTS = "heavytop.run.trajectory no_events"
-AT_LAST = "heavytop.run.trajectory events_of"
+EVENTS = "heavytop.run.trajectory events_of"
 SAVED = "heavytop.run.trajectory:Trajectory save"
 DRAWN = "heavytop.plots.style save"
 TOLD = "heavytop.results.base write_document"
@@ -93,7 +92,7 @@ STRUCK = [
     ("long", SAVED, 3, INT),
     ("long", EVENTS, 8, KILL),
     # between steps and files
-    *((scene, AT_LAST, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),
+    *((scene, EVENTS, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),
     ("drawn", DRAWN, 4, KILL),
     ("drawn", DRAWN, 5, TERM),
     ("plain", TOLD, 1, KILL),

@@ -122,7 +122,7 @@ def _turns_with_spin(form: Formulation) -> bool:
     return any(sp.sympify(value).has(*spin) for value in form.outputs.values())
 
 
-def values_of(
+def form_values(
     form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *spun: Array
 ) -> list[Array]:
     """Return outputs, invariants and so on at states of a formulation, as its fields name them.
@@ -148,7 +148,7 @@ def sample(
     nothing near, is left as it is.
     """
     spun = _spun(parameters, t) if _turns_with_spin(form) else (t, t)
-    values = values_of(form, "outputs", rows, parameters, t, *spun)
+    values = form_values(form, "outputs", rows, parameters, t, *spun)
     unknown = np.full(t.shape, np.nan)
     full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
     full |= _limits_at_poles(form, rows, full, parameters, t)
@@ -247,7 +247,7 @@ def _limits_at_poles(
     pole = np.isnan(full["phidot"])
     if not (form.limits and pole.any()):
         return {}
-    tilting, at_top, at_bottom = values_of(form, "limits", rows, parameters, t)
+    tilting, at_top, at_bottom = form_values(form, "limits", rows, parameters, t)
     up = full["axis_z"] > 0
     regular = np.where(up, at_top, at_bottom)
     phidot = np.where(pole, np.where(tilting > 0, regular, 0 * regular), full["phidot"])
@@ -263,7 +263,7 @@ def invariants(
 
     ``energy`` is E'/A [1/s^2], ``p_phi`` and ``p_psi`` are p_phi/A and p_psi/A [1/s].
     """
-    values = values_of(form, "invariants", rows, parameters, t)
+    values = form_values(form, "invariants", rows, parameters, t)
     return dict(zip(form.invariants, values, strict=True))
 
 
@@ -276,14 +276,14 @@ def newton_step(
     by what is left of the function: by as much of the step the state is off, and that must be
     below `small`, relative to 1 or to the state. Else there is none. A time of zero is the start.
     """
-    zero, slope = values_of(form, event, seen.states, parameters, seen.t)
-    rates = np.stack(values_of(form, "derivatives", seen.states, parameters, seen.t), axis=-1)
+    zero, slope = form_values(form, event, seen.states, parameters, seen.t)
+    rates = np.stack(form_values(form, "derivatives", seen.states, parameters, seen.t), axis=-1)
     here = (seen.t == 0) | (zero == 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(here, 0 * zero, -zero / slope)
         moved = change[:, None] * rates
         there = seen._replace(t=seen.t + change, states=seen.states + moved)
-        left = abs(values_of(form, event, there.states, parameters, there.t)[0])
+        left = abs(form_values(form, event, there.states, parameters, there.t)[0])
         part = np.where(here, 0 * zero, left / abs(zero))
         size, allowed = abs(moved), small * (1 + abs(seen.states))
         found = (size <= allowed) | ((size * part[:, None] <= allowed) & (part < 1)[:, None])

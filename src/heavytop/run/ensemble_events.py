@@ -13,7 +13,7 @@ from heavytop.classification.arrays import Mask
 from heavytop.errors import HeavyTopError
 from heavytop.exact.pairs import EPSILON, Array
 from heavytop.integration.batch import Zeros, joined
-from heavytop.integration.outputs import values_of
+from heavytop.integration.outputs import form_values
 from heavytop.run.counts import tally
 from heavytop.run.estimates import LOCAL_ROUNDING
 
@@ -89,7 +89,7 @@ def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
         here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
         last = np.zeros(run.end.size)
         np.maximum.at(last, here.which, abs(here.t))
-        zero, slope = values_of(run.formulation, event, run.states, run.parameters, run.end)
+        zero, slope = form_values(run.formulation, event, run.states, run.parameters, run.end)
         with np.errstate(all="ignore"):
             late = -zero / slope * np.sign(run.end)
             nutations = abs(run.end) * known.rate / (2 * np.pi)

@@ -22,8 +22,7 @@ from heavytop.exact import Exact
 from heavytop.exact.decimals import context
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.engine import Seen
-from heavytop.integration.orbit import Orbit
-from heavytop.integration.outputs import Sample, newton_step, values_of
+from heavytop.integration.outputs import Sample, form_values, newton_step
 from heavytop.run.counts import KINDS_OF, TURNING, schedule
 from heavytop.run.span import exact_span
 from heavytop.scene.scene import Scene
@@ -77,7 +76,7 @@ class EventZeros(NamedTuple):
     ) -> EventZeros:
         """Return those that are at some places of the readings of a run."""
         t, states, form = at.t[place], at.states[place], run.orbit.integrator.formulation
-        residual, slope = values_of(form, event, states, run.orbit.parameters, t)
+        residual, slope = form_values(form, event, states, run.orbit.parameters, t)
         turning = np.full(t.size, event == "turning")
         return cls(place, t, t_low, level, residual, slope, turning)
 
@@ -203,18 +202,13 @@ class Events:
         return sum(map(self.kind.count, KINDS_OF[event])) if event in self.asked else None
 
 
-def no_events(scene: Scene, orbit: Orbit) -> Events:
-    """Return none, as of an orbit on its way: they are found at its end."""
-    none, states = np.empty(0), orbit.samples.states[:0].astype(np.float64)
-    columns = dict.fromkeys(STORED, none) | {"axis": np.empty((0, 3)), "states": states}
-    return Events((), **columns, place=np.empty(0, np.intp), asked=scene.events)
-
-
 def events_of(trajectory: Trajectory) -> Events:
-    """Return the events that the scene of a trajectory asks for."""
+    """Return the events that the scene of a trajectory asks for; none of one on its way."""
     scene, motion = trajectory.scene, trajectory.motion
-    if not scene.events:
-        return no_events(scene, trajectory.orbit)
+    if not (scene.events and trajectory.with_events):
+        states = trajectory.orbit.samples.states[:0].astype(np.float64)
+        none = dict.fromkeys(STORED, np.empty(0)) | {"axis": np.empty((0, 3)), "states": states}
+        return Events((), **none, place=np.empty(0, np.intp), asked=scene.events)
     at, zeros = (zeros_found if trajectory.in_doubles else zeros_expected)(trajectory)
     kind, chosen = _chosen(at.phidot, zeros, scene.events)
     names = FROM_STATES if trajectory.in_doubles else Sample.COLUMNS
@@ -262,7 +256,7 @@ def zeros_expected(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
         seen.append(zeros)
         cusps.append(np.array([kind == "cusp" for kind, _ in here], dtype=bool)[there])
     at, is_cusp = run.read(Seen.join(seen)), np.concatenate(cusps)
-    momentum = abs(values_of(form, "spin", at.states, known, at.t)[0])
+    momentum = abs(form_values(form, "spin", at.states, known, at.t)[0])
     level = np.where(is_cusp, 2 * small * momentum / abs(np.sin(at.theta)), number("nan"))
     places = np.split(np.arange(at.t.size), [cusps[0].size])
     return at, EventZeros.join(
@@ -303,7 +297,7 @@ def zeros_found(trajectory: Trajectory) -> tuple[Sample, EventZeros]:
     """
     orbit, scene, at = trajectory.orbit, trajectory.scene, trajectory.readings
     form, known, start = orbit.integrator.formulation, orbit.parameters, slice(1)
-    b = abs(float(values_of(form, "spin", at.states[start], known, at.t[start])[0][0]))
+    b = abs(float(form_values(form, "spin", at.states[start], known, at.t[start])[0][0]))
     step, end = abs(orbit.end) / max(orbit.steps, 1), orbit.samples.t.size + orbit.between.t.size
     hits = dict(zip(trajectory.plan.watched, orbit.hits, strict=True))
     zeros = []

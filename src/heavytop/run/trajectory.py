@@ -21,7 +21,7 @@ from heavytop.integration.bits import DOUBLE, digits_of
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample, times_of
-from heavytop.run.events import Events, events_of, no_events
+from heavytop.run.events import Events, events_of
 from heavytop.run.exact import Run
 from heavytop.run.own_motion import (
     OWN_SPARE_DIGITS,
@@ -97,16 +97,18 @@ class Trajectory(Run, Played):
             A time that is not between start and end.
         """
         times = times_of(t)
-        self._expect_covered(times)
-        found = rounded(self.read(self.orbit.at(times.reshape(-1))))
+        found = rounded(self._motion_at(times.reshape(-1)))
         return found if times.ndim else found.at(0)
 
-    def _expect_covered(self, times: Array) -> None:
+    def _motion_at(self, t: Array) -> Sample:
+        """The motion at times, in the numbers of the run."""
         ends = (self.orbit.end, *map(float, self.orbit.samples.t[-1:]))  # of which in more digits
         low, high = sorted((0.0, max(ends, key=abs)))  # the second may be an ulp behind its double
+        times = t.astype(np.float64)
         if times.size and (times.min() < low or times.max() > high):
             rule = f"between {low} and {high}, where the trajectory was integrated"
             raise Impossible([("t", rule)])
+        return self.read(self.orbit.at(t))
 
     @property
     def outcome(self) -> Outcome:
@@ -161,8 +163,7 @@ class Trajectory(Run, Played):
         one = isinstance(t, str) or not hasattr(t, "__len__")
         each: Any = [t] if one else t
         times = np.array([self.nearest(x) for x in each], self.orbit.samples.t.dtype)
-        self._expect_covered(times.astype(np.float64))
-        found = self.read(self.orbit.at(times)).mapped(self.numbers)
+        found = self._motion_at(times).mapped(self.numbers)
         return found.at(0) if one else found
 
     def numbers(self, column: Any) -> Any:
@@ -237,7 +238,7 @@ class Trajectory(Run, Played):
     @cached_property
     def events(self) -> Events:
         """Turning points, reversals and cusps, as far as the scene asked for them."""
-        return events_of(self) if self.with_events else no_events(self.scene, self.orbit)
+        return events_of(self)
 
     def exact(self, motion: ClosedForm, t: Any, t_low: Any = 0.0) -> Any:
         """Return a closed form at times, in doubles or in more digits than the scene wants.

@@ -21,7 +21,7 @@ from heavytop.comparison.methods import MethodEntry, make_stepper
 from heavytop.comparison.steppers import InitialValueProblem, IntegrationFailed
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.exact.pairs import DoubleDouble, two_product
-from heavytop.integration.outputs import invariants, sample, values_of
+from heavytop.integration.outputs import form_values, invariants, sample
 from heavytop.results.stress import AUTO, NO_RUN, WRONG_AXIS, StressOutcome
 from heavytop.results.table import Row
 from heavytop.run.counts import Counts
@@ -140,7 +140,7 @@ def _stepped(
         off = conserved(invariants(form, rows, known, ends), known)["energy"]
     for taken in trail if case.counted else ():
         for name in WATCHED_EVENTS:
-            signs = np.sign(values_of(form, name, taken.states, known, taken.times)[0])
+            signs = np.sign(form_values(form, name, taken.states, known, taken.times)[0])
             counted[name] = int(np.sum(signs[:-1] * signs[1:] <= 0))
     message = "; ".join(f"{count}× {text}" for text, count in stepper.warned.items())
     energy = {"energy_error": off if math.isfinite(off) else None}
