@@ -18,26 +18,20 @@ if TYPE_CHECKING:
 MARK = re.compile(r"<!-- verbs -->.*?<!-- end verbs -->", re.DOTALL)
 TYPED = re.compile(r"--[a-z][-a-z]*(?: [\w.]+=[-\w.]*\w)?|(?<=\s)-o\b")
 
-# Where what a verb puts out is told.
+# Where what a verb puts out is told, if not on the page of its name.
 PAGES = {
     "run": "results.md",
     "classify": "what-a-top-can-do.md",
     "plan": "formulations.md",
-    "drift": "drift.md",
     "resume": "keeping.md",
-    "atlas": "atlas.md",
     "stress": "where-methods-fail.md",
     "certify": "certificates.md",
     "workprec": "work-precision.md",
     "validate": "validation.md",
     "reference": "closed-form.md",
-    "find": "find.md",
-    "sweep": "sweep.md",
     "check": "check-a-trajectory.md",
-    "report": "report.md",
     "film": "figures.md",
     "explore": "explorer.md",
-    "scenes": "scenes.md",
     "derive": "theory/lagrangian.md",
     "doctor": "quickstart.md",
 }
@@ -51,7 +45,8 @@ def reference() -> str:
 
 def section(name: str, verb: Any) -> Iterator[str]:
     """One verb: what it does, how it is typed, what it takes."""
-    yield from (f"## {name}", "", f"{sentence(verb.help)} [More]({PAGES[name]}).", "")
+    page = PAGES.get(name, f"{name}.md")
+    yield from (f"## {name}", "", f"{sentence(verb.help)} [More]({page}).", "")
     yield from ("```text", f"heavytop {name} {' '.join(usage(verb))}", "```", "")
     yield from ("| | what it is | left out |", "|---|---|---|")
     yield from map(row, verb.params)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.errors import Impossible
-from heavytop.plots.figures import DRAW
+from heavytop.plots.figures import PICTURES
 from heavytop.results.table import Row
 
 from ..motions import shipped
@@ -94,7 +94,7 @@ def drawn(thing, *what, **how):
 
 def test_a_title_stays_and_events_may_be_left_out(run, ax):
     ax.set_title("my own")
-    for name in set(DRAW) - {"errors"}:
+    for name in set(PICTURES) - {"errors"}:
         run.plot(name, ax=ax, events=False)
     drawn(run, "errors", events=False)
     assert ax.get_title() == "my own"
