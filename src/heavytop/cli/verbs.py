@@ -129,7 +129,6 @@ def check(
     *,
     changes: Sequence[str] = (),
     digits: float | None = None,
-    folder: Path | None = None,
     **given: Any,
 ) -> CommandResult:
     """Compare your trajectory with the exact motion; name mistakes.
@@ -146,8 +145,6 @@ def check(
         Conventions under which the data are judged, such as y-up,degrees.
     digits : float, optional
         Exit with code 5 if the data have fewer digits than this, such as 6.
-    folder : path, optional
-        Write document and chart to this folder.
     """
     from heavytop.checking import judge
 
