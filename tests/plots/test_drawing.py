@@ -172,8 +172,8 @@ def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, show
 def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
     drift = things["Drift"]
     for thing, asked, said in (
-        (MOTION, {"what": "phases"}, r'one of loop, .*, phase \(did you mean "phase"\?\)'),
-        (MOTION, {"what": "errors"}, "one of loop, .*, phase$"),  # there are none
+        (MOTION, {"what": "phases"}, r'one of loop, .*, phase.* \(did you mean "phase"\?\)'),
+        (MOTION, {"what": "errors"}, "one of loop, (?!.*errors)"),  # there are none
         (drift, {"what": "loop"}, "one of energy, phase_s"),
         (replace(drift, methods=()), {}, "there is nothing to draw"),
         (run, {"what": 3}, "what: a text, not 3"),
