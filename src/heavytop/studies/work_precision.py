@@ -275,13 +275,13 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     stepper: Any = run.stepper
-    off, tilt, last, seconds = go(run, periods - BEFORE_END, limit)
-    if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
+    off, last, seconds = go(run, periods - BEFORE_END, limit)
+    if not math.isfinite(off.energy + off.theta + (off.axis or 0.0)):
         raise NotFinite
     phase = abs(off.phase_s) if abs(off.phase_s) < LOST_PHASE * run.period else None
     return {
         "axis_error": off.axis,
-        "theta_error": abs(tilt),
+        "theta_error": abs(off.theta),
         "phase_error": phase,
         "energy_error": abs(off.energy),
         "periods": last.time[0] / run.period,
