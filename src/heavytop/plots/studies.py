@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots import style
-from heavytop.plots.atlas import atlas_figure, draw_map
+from heavytop.plots.atlas import atlas_charts, atlas_figure
 from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.base import error_of, kind_of
 from heavytop.results.drift import columns_of, error_names
@@ -57,7 +57,7 @@ def sweep_figure(found: Found) -> Figure:
     return figure
 
 
-def fact_over_range(name: str, colour: str, ax: Axes, found: Found, /, **looks: Any) -> Axes:
+def fact_over_range(name: str, colour: str, ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw a fact against the number that is varied."""
     along, about = map(fact_quantity, (found.over, name))
     x, y = (
@@ -109,7 +109,7 @@ def drift_figure(found: Found) -> Figure:
     return figure
 
 
-def error_growth(name: str, ax: Axes, found: Found, /, **looks: Any) -> Axes:
+def error_growth(name: str, ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw the error of a quantity against nutation periods, both logarithmic, of every method.
 
     Parameters
@@ -219,9 +219,9 @@ def work_precision(
     name: str,
     work: str,
     ax: Axes,
+    /,
     found: Found,
     some: Sequence[Known] | None = None,
-    /,
     **looks: Any,
 ) -> Axes:
     """Draw the work of a nutation period against an error, both logarithmic, of every method.
@@ -273,6 +273,11 @@ READING: Final = (
 )
 
 
+def stress_charts(found: Found) -> Charts:
+    """The digits that every method lost at every case."""
+    return {"digits": digits_lost} if found.cases else {}
+
+
 @mpl.rc_context(style.STYLE)
 def stress_figure(found: Found) -> Figure:
     """The chart of a stress test.
@@ -307,7 +312,7 @@ def _heads_and_cases(found: Found) -> tuple[dict[str, str], list[str]]:
     return heads, [*dict.fromkeys(run["case"] for run in found.cases)]
 
 
-def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
+def digits_lost(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw the digits that every method lost at every case; keywords are those of the image.
 
     Parameters
@@ -341,6 +346,11 @@ def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
 CHECKED_ERRORS: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
 
 
+def check_charts(_: Found) -> Charts:
+    """The errors over time, and how far the data run ahead."""
+    return {"errors": checked_errors, "phase": checked_phase}
+
+
 def check_figure(found: Found) -> Figure:
     """The errors of a check over time above conditioning; below, how far the data run ahead."""
     grid = {"nrows": 2, "sharex": True, "height_ratios": (3, 2)}
@@ -350,7 +360,7 @@ def check_figure(found: Found) -> Figure:
     return figure
 
 
-def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
+def checked_errors(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw the magnitude of every error against time, logarithmic, above conditioning.
 
     Parameters
@@ -371,7 +381,7 @@ def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     return gridded(ax, "t [s]", "error")
 
 
-def checked_phase(ax: Axes, found: Found, **looks: Any) -> Axes:
+def checked_phase(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw by how much the data run ahead of the exact motion [s] against time.
 
     Parameters
@@ -387,7 +397,7 @@ def checked_phase(ax: Axes, found: Found, **looks: Any) -> Axes:
 # --- which result has which: a new study is a row here --------------------------------------------
 
 
-class ResultPictures(NamedTuple):
+class Pictures(NamedTuple):
     """What is drawn of a kind of result.
 
     Attributes
@@ -408,45 +418,26 @@ class ResultPictures(NamedTuple):
     size: Callable[[Found], tuple[float, float] | None] = lambda _: None
 
 
-RESULT_PICTURES: Final[Mapping[str, ResultPictures]] = {
-    "drift": ResultPictures("errors over nutation periods", drift_figure, drift_charts),
-    "workprec": ResultPictures("time of a period over error", workprec_figure, workprec_charts),
-    "stress": ResultPictures(
-        "digits lost by every method",
-        stress_figure,
-        lambda found: {"digits": digits_lost} if found.cases else {},
-        stress_size,
-    ),
-    "atlas": ResultPictures(
-        "kinds of motion, and their boundaries",
-        atlas_figure,
-        lambda found: {} if found.map is None else {"map": draw_map},
-    ),
-    "check": ResultPictures(
-        "errors and phase over time",
-        check_figure,
-        lambda found: {"errors": checked_errors, "phase": checked_phase} if found.curves else {},
-    ),
-    "sweep": ResultPictures("facts over the range", sweep_figure, sweep_charts),
+RESULT_PICTURES: Final = {
+    "drift": Pictures("errors over nutation periods", drift_figure, drift_charts),
+    "workprec": Pictures("time of a period over error", workprec_figure, workprec_charts),
+    "stress": Pictures("digits lost by every method", stress_figure, stress_charts, stress_size),
+    "atlas": Pictures("kinds of motion, and their boundaries", atlas_figure, atlas_charts),
+    "check": Pictures("errors and phase over time", check_figure, check_charts),
+    "sweep": Pictures("facts over the range", sweep_figure, sweep_charts),
 }
 """By the kind of a result."""
 
 
 def charts_of(found: Found) -> Charts:
     """What draws a result on axes, by the names of its pictures."""
-
-    def on_axes(draw: Callable[..., Axes]) -> Callable[..., Axes]:
-        return lambda ax, /, **looks: draw(ax, found, **looks)
-
-    pictures = RESULT_PICTURES.get(kind_of(found))
-    return (
-        {name: on_axes(draw) for name, draw in pictures.charts(found).items()} if pictures else {}
-    )
+    if (row := RESULT_PICTURES.get(kind_of(found))) is None:
+        return {}
+    return {name: partial(draw, found=found) for name, draw in row.charts(found).items()}
 
 
 def result_figures(found: Found) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
     """Yield the name of the figure of a result, its title, and what draws it, if it has one."""
-    kind = kind_of(found)
     if charts_of(found):
-        pictures = RESULT_PICTURES[kind]
-        yield kind, pictures.title, partial(pictures.figure, found)
+        row = RESULT_PICTURES[kind_of(found)]
+        yield kind_of(found), row.title, partial(row.figure, found)
