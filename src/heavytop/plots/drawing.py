@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from matplotlib.axes import Axes
 
 from heavytop.errors import Impossible
-from heavytop.plots.figures import MARK, DrawnRun, pictures_of
-from heavytop.plots.style import legend
+from heavytop.plots.figures import DrawnRun, pictures_of
+from heavytop.plots.style import fill
 from heavytop.results.base import Result, kind_of
 from heavytop.scene.arguments import expect, one_of, read_argument
 from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
@@ -40,14 +41,10 @@ def _shown_by_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
 
     figure = pyplot.figure(figsize=size, layout="constrained")
     try:
-        ax = draw(figure.subplots(), **looks)
+        return fill(figure, partial(draw, **looks))
     except Exception:
         pyplot.close(figure)
         raise
-    legend(figure, 3, fontsize=8)
-    if ax.images:
-        figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
-    return ax
 
 
 def _charts(thing: Any) -> Mapping[str, Draw]:
@@ -71,9 +68,4 @@ def _size(thing: Any) -> tuple[float, float] | None:
 
 def _draw_run(run: DrawnRun, draw: Draw, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
     """Draw a picture of a run; without the marks of its events where these are not wanted."""
-    before = {*ax.lines}
-    draw(ax, run, **looks)
-    for mark in () if events else {*ax.lines} - before:
-        if mark.get_gid() == MARK:
-            mark.remove()
-    return ax
+    return draw(ax, run if events else replace(run, marked=False), **looks)

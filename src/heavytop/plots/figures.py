@@ -37,7 +37,6 @@ CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a 
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
 POTENTIAL_HEIGHT: Final = 1.6**2  # how high it is drawn, over the energy that has to be seen
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
-MARK: Final = "event"  # what the marks of events are known by
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
 FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
 UNSEEN: Final = 1e-6  # rad, in a picture
@@ -61,6 +60,8 @@ class DrawnRun:
     title : str
     trajectory : Trajectory or None
         What was integrated; None where the exact motion is all there is.
+    marked : bool
+        Whether its events are marked.
     """
 
     at: Callable[[Any], Any]
@@ -68,6 +69,7 @@ class DrawnRun:
     end: float
     title: str
     trajectory: Any = None
+    marked: bool = True
 
     @classmethod
     def of(cls, run: Any, nutations: int = NUTATIONS) -> DrawnRun:
@@ -122,13 +124,14 @@ class DrawnRun:
         drawn = np.abs(np.asarray(self.events.t)) <= abs(self.shown)
         for kind in style.EVENT_STYLES:
             if len(here := places[drawn & (kinds == kind)]):
-                _mark(ax, kind, here[:, 0], here[:, 1])
+                self.mark(ax, kind, here[:, 0], here[:, 1])
 
-
-def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
-    label, colour, marker = style.EVENT_STYLES[kind]
-    looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3, "gid": MARK}
-    ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
+    def mark(self, ax: Axes, kind: str, x: Any, y: Any) -> None:
+        """Mark events of a kind, where events are marked."""
+        label, colour, marker = style.EVENT_STYLES[kind]
+        looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3}
+        if self.marked:
+            ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
 
 
 def _in_unit(name: str, values: Any) -> Array:
@@ -251,7 +254,7 @@ def effective_potential(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     ax.fill_between(_in_unit("theta", allowed), below, E_prime, color=style.PATH, alpha=0.15, lw=0)
     if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
-            _mark(ax, name, _in_unit("theta", tilt), E_prime)
+            run.mark(ax, name, _in_unit("theta", tilt), E_prime)
     else:
         _start(ax, motion.theta_min, E_prime, {})
     if height := A * POTENTIAL_HEIGHT * (level - floor):

@@ -293,8 +293,7 @@ def stress_figure(found: Found) -> Figure:
         what columns, colours and marks mean. The marks are the table's.
     """
     figure = Figure(figsize=stress_size(found), layout="constrained")
-    ax = digits_lost(figure.subplots(), found)
-    figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
+    style.fill(figure, partial(digits_lost, found=found))
     return figure
 
 

@@ -119,18 +119,13 @@ def work_precision(
     closed form says of the same state.
     """
     check_callable("progress", progress)
-    parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
-    with Journal.open(folder, parameters) as journal:
-        return complete(journal, budget=float(budget), on_progress=progress)
-
-
-def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
-    """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
+    options = {"periods": periods, "budget": budget}
     names, values = read_asked(scene, methods, options, WORK_LIMITS, expected)
     about = {"scene": scene.problem(), "periods": values["periods"]}
     parameters = parameters_of("work_precision", names, **about)
     tasks(parameters)  # a plan may be refused: before anything is written
-    return parameters
+    with Journal.open(folder, parameters) as journal:
+        return complete(journal, budget=float(budget), on_progress=progress)
 
 
 def tasks(parameters: Parameters) -> list[str]:

@@ -42,20 +42,17 @@ def starting() -> Iterator[None]:
     of dask, which is a daemon, may start them too, as they end with it.
     """
     config = getattr(multiprocessing.current_process(), "_config", {})
-    others: Any = (
-        (sys.modules, "__main__", ModuleType("__main__")),
-        (os.environ, "PYTHONSAFEPATH", "1"),
-        (config, "daemon", False),
-    )
-    before = [(table, key, table.get(key)) for table, key, _ in others]
+    tables: tuple[Any, ...] = sys.modules, os.environ, config
+    keys = "__main__", "PYTHONSAFEPATH", "daemon"
+    before = [table.get(key) for table, key in zip(tables, keys, strict=True)]
     posix = hasattr(signal, "pthread_sigmask")
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if posix else set()
     try:
-        for table, key, value in others:
+        for table, key, value in zip(tables, keys, (ModuleType(keys[0]), "1", False), strict=True):
             table[key] = value
         yield
     finally:
-        for table, key, value in before:
+        for table, key, value in zip(tables, keys, before, strict=True):
             if value is None:
                 del table[key]
             else:
