@@ -17,9 +17,10 @@ from heavytop.plots import style
 from heavytop.plots.atlas import atlas_charts, atlas_figure
 from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.base import error_of, kind_of
+from heavytop.results.check import CHECKED_QUANTITIES
 from heavytop.results.drift import columns_of, error_names
 from heavytop.results.stress import UNTOLD, StressOutcome
-from heavytop.results.work_precision import ERROR_KEYS, error_of_point, front
+from heavytop.results.work_precision import DOUBLE, ERROR_KEYS, error_of_point, front
 from heavytop.scene.quantities import SI, quantity_of, showing
 from heavytop.studies.find import fact_quantity
 
@@ -150,7 +151,6 @@ def _draw_guides(ax: Axes) -> None:
 
 # --- work and precision: what a period costs against the error, with the front -------------------
 
-DOUBLE: Final = 53  # bits
 AWAY: Final = 10.0  # error: a method has left the top, and the others could not be read
 PER: Final = {
     "us_per_period": "µs per nutation period",
@@ -342,8 +342,6 @@ def digits_lost(ax: Axes, /, found: Found, **looks: Any) -> Axes:
 
 # --- the errors of a trajectory that somebody else computed, over time ---------------------------
 
-CHECKED_ERRORS: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
-
 
 def check_charts(_: Found) -> Charts:
     """The errors over time, and how far the data run ahead."""
@@ -370,8 +368,8 @@ def checked_errors(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     curves = {name: np.array(x, float) for name, x in found.curves.items()}
     ax.set_yscale("log")
     with showing(SI):  # which are of several units, as conditioning is
-        labels = {name: error_of(name).heading for name in CHECKED_ERRORS}
-    for name, colour in zip(CHECKED_ERRORS, style.COLOURS, strict=True):
+        labels = {name: error_of(name).heading for name in CHECKED_QUANTITIES}
+    for name, colour in zip(CHECKED_QUANTITIES, style.COLOURS, strict=True):
         if name in curves:
             off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
             line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=labels[name])
