@@ -43,6 +43,7 @@ def things(run):
         "WorkPrecision": diagram_of(POINTS),
         "Stress": ht.Stress(limits={}, hard={"cusp": ""}, methods=NAMED, cases=tuple(LOST)),
         "Check": ht.check(data, SCENE),
+        "Sweep": ht.sweep(SCENE, "start.psidot=100:200:3", ["round", "theta_max"]),
     }
 
 
@@ -154,9 +155,16 @@ def test_of_studies_what_is_asked_for_is_drawn(things, ax):
     assert (len(tilts.lines), tilts.get_xlabel()) == (2 * 3, "error of θ [rad]")
     assert drawn(check, "phase").lines[0].get_ydata().tolist() == [*check.curves["phase"]]
     assert drawn(check).get_yscale() == "log"
+    tilts, sweep = drawn(things["Sweep"], "theta_max", unit="deg"), things["Sweep"]
+    [(speed, tilt), *_] = tilts.lines[0].get_xydata().tolist()
+    first = sweep.rows[0]
+    assert (speed, tilt) == (first["start.psidot"], pytest.approx(np.degrees(first["theta_max"])))
+    assert [*sweep.charts()] == ["round", "theta_max"]
 
 
-@pytest.mark.parametrize("kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check"])
+@pytest.mark.parametrize(
+    "kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check", "Sweep"]
+)
 def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, shown):
     other = shown.figure()
     ax = things[kind].plot()

@@ -32,7 +32,7 @@ Charts = Mapping[str, Callable[..., Axes]]  # what draws a result on axes, by th
 
 def sweep_charts(found: Found) -> Charts:
     """Every fact over the number that is varied."""
-    facts = [name for name in found.rows[0] if name not in (found.over, "kind")]
+    facts = [name for row in found.rows[:1] for name in row if name not in (found.over, "kind")]
     pairs = zip(facts, cycle(style.COLOURS), strict=False)
     return {name: partial(fact_over_range, name, colour) for name, colour in pairs}
 
