@@ -8,7 +8,8 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from heavytop.plots.figures import FIGURES, DrawnRun
+from heavytop.plots.drawn_run import DrawnRun
+from heavytop.plots.figures import FIGURES
 from heavytop.report.files import write_results
 from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import frames, tops

@@ -10,7 +10,8 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from heavytop.errors import Impossible
-from heavytop.plots.figures import DrawnRun, pictures_of
+from heavytop.plots.drawn_run import DrawnRun
+from heavytop.plots.figures import pictures_of
 from heavytop.plots.style import fill
 from heavytop.results.base import Result, kind_of
 from heavytop.scene.arguments import expect, one_of, read_argument

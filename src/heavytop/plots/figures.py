@@ -6,9 +6,7 @@ Each takes keywords of matplotlib for its line, which go before its own, and ret
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property, partial
-from types import SimpleNamespace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -22,7 +20,8 @@ from heavytop.analytic.potential import Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
-from heavytop.plots.sphere import NUTATIONS, PUSH, STEADY_TURN_S, View, axis_path, touched
+from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, DrawnRun
+from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, touched
 from heavytop.plots.style import Array, line, once, titled
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
 
@@ -31,107 +30,12 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 Looks = Mapping[str, Any]  # keywords of matplotlib
-MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper
-CURVE_POINTS: Final = 4001
 CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
 POTENTIAL_HEIGHT: Final = 1.6**2  # how high it is drawn, over the energy that has to be seen
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
 FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
-UNSEEN: Final = 1e-6  # rad, in a picture
-
-# --- what is drawn of a run ----------------------------------------------------------------------
-
-WITHOUT_EVENTS: Final = SimpleNamespace(kind=(), t=(), theta=(), phi=(), axis=np.empty((0, 3)))
-
-
-@dataclass(frozen=True, eq=False)
-class DrawnRun:
-    """A run as pictures and the player show it, in doubles.
-
-    Attributes
-    ----------
-    at : callable
-        The motion at times, shape (k,) [s].
-    motion : Motion
-    end : float
-        The end of the run [s].
-    title : str
-    trajectory : Trajectory or None
-        What was integrated; None where the exact motion is all there is.
-    marked : bool
-        Whether its events are marked.
-    """
-
-    at: Callable[[Any], Any]
-    motion: Motion
-    end: float
-    title: str
-    trajectory: Any = None
-    marked: bool = True
-
-    @classmethod
-    def of(cls, run: Any, nutations: int = NUTATIONS) -> DrawnRun:
-        """What is drawn of a trajectory, of a scene's exact motion, or of nutations of a motion.
-
-        Of many digits, which take long to compute, the exact motion, if no eye could tell it apart.
-        """
-        if isinstance(run, DrawnRun):
-            return run
-        if isinstance(run, Motion):
-            moving = touched(run) or run
-            end = nutations * moving.period if moving.period else 2 * STEADY_TURN_S
-            return cls(run.at, run, end, str(run.kind))
-        from heavytop.run.exact import SceneMotion
-
-        if isinstance(run, SceneMotion):
-            return cls(run.motion.at, run.motion, run.span, run.scene.title or run.scene.name)
-        motion, title = run.motion, run.scene.title or run.scene.name
-        same = not run.in_doubles and np.allclose(
-            run.samples.axis, motion.at(run.t).axis, UNSEEN, UNSEEN, equal_nan=True
-        )
-        return cls(motion.at if same else run, motion, float(run.orbit.end), title, run)
-
-    @property
-    def events(self) -> Any:
-        """The events of a trajectory; of the exact motion there are none."""
-        return WITHOUT_EVENTS if self.trajectory is None else self.trajectory.events
-
-    @property
-    def stands(self) -> bool:
-        """Whether theta cannot be drawn against phi, which is not followed, or not worth it."""
-        return touched(self.motion) is not None or not self.follows("phi")
-
-    def follows(self, name: str) -> bool:
-        """Whether the run has a quantity."""
-        return not np.isnan(getattr(self.path, name)).all()
-
-    @property
-    def shown(self) -> float:
-        """The last of the times drawn [s]."""
-        most = MOST_DRAWN_PERIODS * float(self.motion.period or np.inf)
-        return float(np.copysign(min(abs(self.end), most), self.end))
-
-    @cached_property
-    def path(self) -> Any:
-        """The motion at the times drawn."""
-        return self.at(np.linspace(0.0, self.shown, CURVE_POINTS))
-
-    def mark_events(self, ax: Axes, places: Array) -> None:
-        """Mark the events at the given places, shape (k, 2)."""
-        kinds = np.asarray(self.events.kind, dtype=object)
-        drawn = np.abs(np.asarray(self.events.t)) <= abs(self.shown)
-        for kind in style.EVENT_STYLES:
-            if len(here := places[drawn & (kinds == kind)]):
-                self.mark(ax, kind, here[:, 0], here[:, 1])
-
-    def mark(self, ax: Axes, kind: str, x: Any, y: Any) -> None:
-        """Mark events of a kind, where events are marked."""
-        label, colour, marker = style.EVENT_STYLES[kind]
-        looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3}
-        if self.marked:
-            ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
 
 
 def _in_unit(name: str, values: Any) -> Array:
