@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.cli import Exit, verbs
+from heavytop.cli import Exit
 from heavytop.equations.derivation import as_latex, as_text, derivation
+from heavytop.results.registry import RESULTS
 from heavytop.scene.shipped import shipped_scenes
 
 from ..commands import document, heavytop_, printed, refused
@@ -108,6 +109,7 @@ LESS = {  # what is put in place of the defaults, so that it takes seconds
     "studies.stress.stress": {"cases": ["cusp"], "methods": ["auto"]},
     "claims.validate": {"names": ["betsch-cone"]},
 }
+PLANE = "phidot=-30:40:6", "theta=0.1:1.5:6"
 
 
 @pytest.fixture
@@ -116,7 +118,8 @@ def less(monkeypatch):
         module, _, name = f"heavytop.{place}".rpartition(".")
         real = getattr(import_module(module), name)
         monkeypatch.setattr(f"{module}.{name}", partial(real, **asked))
-    monkeypatch.setattr(verbs, "PLANE", ("phidot=-30:40:6", "theta=0.1:1.5:6"))
+    atlas = RESULTS["atlas.json"]._replace(reported=("scene", *PLANE))
+    monkeypatch.setitem(RESULTS, "atlas.json", atlas)
 
 
 @pytest.mark.slow

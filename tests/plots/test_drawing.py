@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.errors import Impossible
-from heavytop.plots.figures import DrawnRun, drawers
+from heavytop.plots.figures import PICTURES
 from heavytop.results.table import Row
 
 from ..motions import shipped
@@ -44,6 +44,7 @@ def things(run):
         "WorkPrecision": diagram_of(*POINTS),
         "Stress": stress_of(*LOST, methods=NAMED),
         "Check": ht.check(data, SCENE),
+        "Sweep": ht.sweep(SCENE, "start.psidot=100:200:3", ["round", "theta_max"]),
     }
 
 
@@ -95,7 +96,7 @@ def drawn(thing, *what, **how):
 
 def test_a_title_stays_and_events_may_be_left_out(run, ax):
     ax.set_title("my own")
-    for name in set(drawers(DrawnRun.of(run))) - {"errors"}:
+    for name in set(PICTURES) - {"errors"}:
         run.plot(name, ax=ax, events=False)
     drawn(run, "errors", events=False)
     assert ax.get_title() == "my own"
@@ -155,9 +156,16 @@ def test_of_studies_what_is_asked_for_is_drawn(things, ax):
     assert (len(tilts.lines), tilts.get_xlabel()) == (2 * 3, "error of θ [rad]")
     assert drawn(check, "phase").lines[0].get_ydata().tolist() == [*check.curves["phase"]]
     assert drawn(check).get_yscale() == "log"
+    tilts, sweep = drawn(things["Sweep"], "theta_max", unit="deg"), things["Sweep"]
+    [(speed, tilt), *_] = tilts.lines[0].get_xydata().tolist()
+    first = sweep.rows[0]
+    assert (speed, tilt) == (first["start.psidot"], pytest.approx(np.degrees(first["theta_max"])))
+    assert [*sweep.charts()] == ["round", "theta_max"]
 
 
-@pytest.mark.parametrize("kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check"])
+@pytest.mark.parametrize(
+    "kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check", "Sweep"]
+)
 def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, shown):
     other = shown.figure()
     ax = things[kind].plot()
@@ -173,7 +181,8 @@ def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, show
 def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
     drift = things["Drift"]
     for thing, asked, said in (
-        (MOTION, {"what": "phases"}, r'one of loop, .*, phase \(did you mean "phase"\?\)'),
+        (MOTION, {"what": "phases"}, r'one of loop, .*, phase.* \(did you mean "phase"\?\)'),
+        (MOTION, {"what": "errors"}, "one of loop, (?!.*errors)"),  # there are none
         (drift, {"what": "loop"}, "one of energy, phase_s"),
         (replace(drift, methods=()), {}, "there is nothing to draw"),
         (run, {"ax": Figure()}, r"ax: an Axes \(of matplotlib\), not a Figure"),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from heavytop import errors
 from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, print_error, read_scene
@@ -18,8 +19,6 @@ from heavytop.text import harmless
 if TYPE_CHECKING:
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
-
-PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
 # --- studies ---------------------------------------------------------------------------------
@@ -130,7 +129,6 @@ def check(
     *,
     changes: Sequence[str] = (),
     digits: float | None = None,
-    folder: Path | None = None,
     **given: Any,
 ) -> CommandResult:
     """Compare your trajectory with the exact motion; name mistakes.
@@ -147,8 +145,6 @@ def check(
         Conventions under which the data are judged, such as y-up,degrees.
     digits : float, optional
         Exit with code 5 if the data have fewer digits than this, such as 6.
-    folder : path, optional
-        Write document and chart to this folder.
     """
     from heavytop.checking import judge
 
@@ -212,21 +208,25 @@ def report(
 
 def run_all(scene: Scene, place: Path) -> dict[str, str]:
     """Run a scene and its studies, each with its defaults; return what cannot be done, and why."""
-    import heavytop as ht
     from heavytop.report.files import write_results, write_study
+    from heavytop.results.registry import RESULTS
 
-    missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
-    every = ("run", "drift", "workprec", "stress", "atlas", "validate")
+    every: dict[str, tuple[str, list[Any], Callable[..., Any]]] = {
+        "run": ("run.propagation:propagate", [scene], write_results)
+    }
+    for file, entry in RESULTS.items():
+        if entry.study and entry.reported is not None:
+            given = [scene if each == "scene" else each for each in entry.reported]
+            every[file.removesuffix(".json")] = entry.function, given, write_study
+    missing = dict[str, str]()
     if not option("quiet"):
         said = f"{scene.name}: {', '.join(every)} with their defaults"
         print_error(f"no folder of results: {said}; stress and workprec may take four minutes each")
-    for name in every:
+    for name, (function, given, write) in every.items():
         note(f"running {name}")
-        study = getattr(ht, {"run": "propagate", "workprec": "work_precision"}.get(name, name))
         (folder := place / name).mkdir()
         try:
-            found = study(*given.get(name, (scene,)))
-            (write_results if name == "run" else write_study)(found, folder, figures=False)
+            write(resolve_name(f"heavytop.{function}")(*given), folder, figures=False)
         except errors.StoppedEarly:
             raise
         except errors.HeavyTopError as fault:

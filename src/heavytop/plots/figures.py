@@ -6,10 +6,8 @@ Each takes keywords of matplotlib for its line, which go before its own, and ret
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property, partial
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -22,118 +20,22 @@ from heavytop.analytic.potential import Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
-from heavytop.plots.sphere import NUTATIONS, PUSH, STEADY_TURN_S, View, axis_path, touched
+from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, DrawnRun
+from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, touched
 from heavytop.plots.style import Array, line, once, titled
-from heavytop.results.run import PICTURES
-from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived, values_of
+from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived
 
 if TYPE_CHECKING:
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
 Looks = Mapping[str, Any]  # keywords of matplotlib
-MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper
-CURVE_POINTS: Final = 4001
 CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
 POTENTIAL_HEIGHT: Final = 1.6**2  # how high it is drawn, over the energy that has to be seen
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
-MARK: Final = "event"  # what the marks of events are known by
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
 FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
-UNSEEN: Final = 1e-6  # rad, in a picture
-
-# --- what is drawn of a run ----------------------------------------------------------------------
-
-WITHOUT_EVENTS: Final = SimpleNamespace(kind=(), t=(), theta=(), phi=(), axis=np.empty((0, 3)))
-
-
-@dataclass(frozen=True, eq=False)
-class DrawnRun:
-    """A run as pictures and the player show it, in doubles.
-
-    Attributes
-    ----------
-    at : callable
-        The motion at times, shape (k,) [s].
-    motion : Motion
-    end : float
-        The end of the run [s].
-    title : str
-    trajectory : Trajectory or None
-        What was integrated; None where the exact motion is all there is.
-    """
-
-    at: Callable[[Any], Any]
-    motion: Motion
-    end: float
-    title: str
-    trajectory: Any = None
-
-    @classmethod
-    def of(cls, run: Any, nutations: int = NUTATIONS) -> DrawnRun:
-        """What is drawn of a trajectory, of a scene's exact motion, or of nutations of a motion.
-
-        Of many digits, which take long to compute, the exact motion, if no eye could tell it apart.
-        """
-        if isinstance(run, DrawnRun):
-            return run
-        if isinstance(run, Motion):
-            moving = touched(run) or run
-            end = nutations * moving.period if moving.period else 2 * STEADY_TURN_S
-            return cls(run.at, run, end, str(run.kind))
-        from heavytop.run.exact import SceneMotion
-
-        if isinstance(run, SceneMotion):
-            return cls(run.motion.at, run.motion, run.span, run.scene.title or run.scene.name)
-        motion, title = run.motion, run.scene.title or run.scene.name
-        same = not run.in_doubles and np.allclose(
-            run.samples.axis, motion.at(run.t).axis, UNSEEN, UNSEEN, equal_nan=True
-        )
-        return cls(motion.at if same else run, motion, float(run.orbit.end), title, run)
-
-    @property
-    def events(self) -> Any:
-        """The events of a trajectory; of the exact motion there are none."""
-        return WITHOUT_EVENTS if self.trajectory is None else self.trajectory.events
-
-    @property
-    def stands(self) -> bool:
-        """Whether theta cannot be drawn against phi, which is not followed, or not worth it."""
-        return touched(self.motion) is not None or not self.follows("phi")
-
-    def follows(self, name: str) -> bool:
-        """Whether the run has a quantity."""
-        return not np.isnan(self.values(name)).all()
-
-    def values(self, name: str) -> Any:
-        """A column at the times drawn."""
-        return values_of(self.path, name, self.motion)
-
-    @property
-    def shown(self) -> float:
-        """The last of the times drawn [s]."""
-        most = MOST_DRAWN_PERIODS * float(self.motion.period or np.inf)
-        return float(np.copysign(min(abs(self.end), most), self.end))
-
-    @cached_property
-    def path(self) -> Any:
-        """The motion at the times drawn."""
-        return self.at(np.linspace(0.0, self.shown, CURVE_POINTS))
-
-    def mark_events(self, ax: Axes, places: Array) -> None:
-        """Mark the events at the given places, shape (k, 2)."""
-        kinds = np.asarray(self.events.kind, dtype=object)
-        drawn = np.abs(np.asarray(self.events.t)) <= abs(self.shown)
-        for kind in style.EVENT_STYLES:
-            if len(here := places[drawn & (kinds == kind)]):
-                _mark(ax, kind, here[:, 0], here[:, 1])
-
-
-def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
-    label, colour, marker = style.EVENT_STYLES[kind]
-    looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3, "gid": MARK}
-    ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
 
 
 def _in_unit(name: str, values: Any) -> Array:
@@ -256,7 +158,7 @@ def effective_potential(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     ax.fill_between(_in_unit("theta", allowed), below, E_prime, color=style.PATH, alpha=0.15, lw=0)
     if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
-            _mark(ax, name, _in_unit("theta", tilt), E_prime)
+            run.mark(ax, name, _in_unit("theta", tilt), E_prime)
     else:
         _start(ax, motion.theta_min, E_prime, {})
     if height := A * POTENTIAL_HEIGHT * (level - floor):
@@ -378,40 +280,72 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     return ax
 
 
-# --- the figures of a run, each on a page of its own --------------------------------------------
+# --- the pictures of a run: a new one is a function above, and a row here -------------------------
 
 
-def drawers(run: DrawnRun) -> dict[str, Callable[..., Axes]]:
-    """What draws a run on axes, by the names that `plot` has for it."""
+class RunPicture(NamedTuple):
+    """A picture of a run.
+
+    Attributes
+    ----------
+    draw : callable
+        What draws a run on axes.
+    title : str
+        That of a figure of its own, in a file and on a page; empty where it has none.
+    integrated : bool
+        Whether it shows what was integrated, and nothing of an exact motion.
+    """
+
+    draw: Callable[..., Axes]
+    title: str = ""
+    integrated: bool = False
+
+
+PICTURES: Final = {
+    "loop": RunPicture(loop),
+    "sphere": RunPicture(axis_on_sphere),
+    **{name: RunPicture(partial(over_time, name)) for name in (*ANGLES, *RATES)},
+    "potential": RunPicture(effective_potential, "effective potential, energy, and allowed tilts"),
+    "phase": RunPicture(phase_plane, "the plane of tilt and tilt rate, with neighbouring energies"),
+    "errors": RunPicture(
+        errors, "distance of the run from the closed form over time", integrated=True
+    ),
+}
+"""By the names that `plot` has for them; the first is drawn where none is given."""
+
+FIGURES: Final = {
+    "overview": (
+        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
+    ),
+    "angles": ("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
+    **{name: (picture.title, (name,)) for name, picture in PICTURES.items() if picture.title},
+}  # fmt: skip
+"""The figures of a run by the names of their files: a title, and the pictures side by side."""
+
+
+def pictures_of(run: DrawnRun) -> dict[str, RunPicture]:
+    """The pictures that there are of a run; what follows from others is drawn over time too."""
+    integrated = run.trajectory is not None
     follow = [name for name in derived(run.motion.top) if not QUANTITIES[name].parts]
-    return {
-        "loop": loop,
-        "sphere": axis_on_sphere,
-        **{name: partial(over_time, name) for name in (*ANGLES, *RATES, *follow)},
-        "potential": effective_potential,
-        "phase": phase_plane,
-        **({"errors": errors} if run.trajectory else {}),
-    }
+    known = PICTURES | {name: RunPicture(partial(over_time, name)) for name in follow}
+    return {name: row for name, row in known.items() if integrated or not row.integrated}
 
 
-PANELS: Final = {"overview": ("loop", "sphere"), "angles": ("theta", "phi", "psidot")}
-"""What a figure of a run shows, where that is not one picture of its own name."""
-
-
-def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, Callable[[], Figure]]]:
-    """Yield the names of the figures of a run, as `PICTURES` has them, and what draws each."""
+def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
+    """Yield the names of the figures of a run, their titles, and what draws each."""
     drawn = DrawnRun.of(run)
-    for name in PICTURES:
-        if name != "errors" or drawn.trajectory is not None:
-            yield name, partial(run_figure, name, drawn)
+    for name, (title, panels) in FIGURES.items():
+        if pictures_of(drawn).keys() >= {*panels}:
+            yield name, title, partial(run_figure, name, drawn)
 
 
 def run_figure(name: str, run: Any) -> Figure:
-    """One of `PICTURES` of a run; of a top that stands still tilt against time, not phi."""
+    """One of `FIGURES` of a run; of a top that stands still tilt against time, not phi."""
     run = DrawnRun.of(run)
+    _, names = FIGURES[name]
     panels = [
         "theta" if panel == "loop" and run.stands else panel
-        for panel in PANELS.get(name, (name,))
+        for panel in names
         if panel != "phi" or run.follows("phi")
     ]
     count, beside = len(panels), "sphere" in panels
@@ -422,6 +356,6 @@ def run_figure(name: str, run: Any) -> Figure:
     title = style.literal(run.title, 80)
     with style.sheet(title, size, 4 if count > 1 else 2, **grid) as (figure, axes):
         for ax, panel in zip(axes.ravel(), panels, strict=True):
-            drawers(run)[panel](ax, run)
+            PICTURES[panel].draw(ax, run)
             ax.label_outer()
     return figure

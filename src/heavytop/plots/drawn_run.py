@@ -1,0 +1,115 @@
+"""A run as pictures and the player show it: the motion at any time, and its events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from heavytop.analytic.motion import Motion
+from heavytop.plots import style
+from heavytop.plots.sphere import NUTATIONS, STEADY_TURN_S, touched
+from heavytop.plots.style import Array, once
+from heavytop.scene.quantities import values_of
+
+MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper
+CURVE_POINTS: Final = 4001
+UNSEEN: Final = 1e-6  # rad, in a picture
+WITHOUT_EVENTS: Final = SimpleNamespace(kind=(), t=(), theta=(), phi=(), axis=np.empty((0, 3)))
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnRun:
+    """A run as pictures and the player show it, in doubles.
+
+    Attributes
+    ----------
+    at : callable
+        The motion at times, shape (k,) [s].
+    motion : Motion
+    end : float
+        The end of the run [s].
+    title : str
+    trajectory : Trajectory or None
+        What was integrated; None where the exact motion is all there is.
+    marked : bool
+        Whether its events are marked.
+    """
+
+    at: Callable[[Any], Any]
+    motion: Motion
+    end: float
+    title: str
+    trajectory: Any = None
+    marked: bool = True
+
+    @classmethod
+    def of(cls, run: Any, nutations: int = NUTATIONS) -> DrawnRun:
+        """What is drawn of a trajectory, of a scene's exact motion, or of nutations of a motion.
+
+        Of many digits, which take long to compute, the exact motion, if no eye could tell it apart.
+        """
+        if isinstance(run, DrawnRun):
+            return run
+        if isinstance(run, Motion):
+            moving = touched(run) or run
+            end = nutations * moving.period if moving.period else 2 * STEADY_TURN_S
+            return cls(run.at, run, end, str(run.kind))
+        from heavytop.run.exact import SceneMotion
+
+        if isinstance(run, SceneMotion):
+            return cls(run.motion.at, run.motion, run.span, run.scene.title or run.scene.name)
+        motion, title = run.motion, run.scene.title or run.scene.name
+        same = not run.in_doubles and np.allclose(
+            run.samples.axis, motion.at(run.t).axis, UNSEEN, UNSEEN, equal_nan=True
+        )
+        return cls(motion.at if same else run, motion, float(run.orbit.end), title, run)
+
+    @property
+    def events(self) -> Any:
+        """The events of a trajectory; of the exact motion there are none."""
+        return WITHOUT_EVENTS if self.trajectory is None else self.trajectory.events
+
+    @property
+    def stands(self) -> bool:
+        """Whether theta cannot be drawn against phi, which is not followed, or not worth it."""
+        return touched(self.motion) is not None or not self.follows("phi")
+
+    def follows(self, name: str) -> bool:
+        """Whether the run has a quantity."""
+        return not np.isnan(self.values(name)).all()
+
+    def values(self, name: str) -> Any:
+        """A column at the times drawn."""
+        return values_of(self.path, name, self.motion)
+
+    @property
+    def shown(self) -> float:
+        """The last of the times drawn [s]."""
+        most = MOST_DRAWN_PERIODS * float(self.motion.period or np.inf)
+        return float(np.copysign(min(abs(self.end), most), self.end))
+
+    @cached_property
+    def path(self) -> Any:
+        """The motion at the times drawn."""
+        return self.at(np.linspace(0.0, self.shown, CURVE_POINTS))
+
+    def mark_events(self, ax: Axes, places: Array) -> None:
+        """Mark the events at the given places, shape (k, 2)."""
+        kinds = np.asarray(self.events.kind, dtype=object)
+        drawn = np.abs(np.asarray(self.events.t)) <= abs(self.shown)
+        for kind in style.EVENT_STYLES:
+            if len(here := places[drawn & (kinds == kind)]):
+                self.mark(ax, kind, here[:, 0], here[:, 1])
+
+    def mark(self, ax: Axes, kind: str, x: Any, y: Any) -> None:
+        """Mark events of a kind, where events are marked."""
+        label, colour, marker = style.EVENT_STYLES[kind]
+        looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3}
+        if self.marked:
+            ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
