@@ -25,7 +25,7 @@ from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import path_of
-from heavytop.scene.quantities import QUANTITIES, RATES, UNIT_OF
+from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, showing
 from heavytop.scene.scene import Scene, expect_scene, load_scene
 from heavytop.scene.shipped import shipped_names
 
@@ -115,7 +115,9 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
     refuse(faults)
-    write_text(place, rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([])))
+    with showing(SI):  # a box takes every unit, and says the others
+        page = rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([]))
+    write_text(place, page)
     return place
 
 

@@ -37,7 +37,6 @@ SYMBOLS: Final = (
     *ANGLES, "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi", "period", "precession", "spin",
 )  # fmt: skip
 LEADING: Final = 4  # facts of a result that are read first
-TABLE_DIGITS: Final = 6  # of its first table
 
 # --- a result as a section -----------------------------------------------------------------------
 
@@ -76,11 +75,15 @@ class Section(NamedTuple):
     top: Mapping[str, Any] | None = None
 
     @property
-    def first_tables(self) -> list[tuple[Table, list[list[str]]]]:
-        """The tables that are read first, with their cells: one, or those that say FAIL."""
-        some = [table for table in self.tables if table.rows]
-        shown = [table for table in some if table.fails] or some[:1]
-        return [(table, table.texts(TABLE_DIGITS)) for table in shown]
+    def first_tables(self) -> list[Table]:
+        """The tables that are read first: one, or those that say FAIL; never a list of events."""
+        some = [table for table in self.tables if table.rows and table.first is None]
+        return [table for table in some if table.fails] or some[:1]
+
+    @property
+    def other_tables(self) -> list[Table]:
+        """The tables that stand with the details."""
+        return [each for each in self.tables if each.rows and each not in self.first_tables]
 
     @property
     def problems(self) -> list[str]:

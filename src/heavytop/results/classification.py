@@ -173,9 +173,9 @@ def _kick(scene: Scene) -> str:
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
     other = Motion(top, State(**rates, omega3=start.spin))
-    tilts = quantity_of("theta").with_unit(other.theta_min, other.theta_max, form=".6g")
-    spin = f"{float(start.spin):.6g}"
-    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves theta from {tilts}"
+    spin = f"{float(start.spin):.6g}"  # in SI all of it, as the scene: it is kept as a text
+    tilts = f"theta from {other.theta_min:.6g} to {other.theta_max:.6g} rad"
+    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves {tilts}"
 
 
 def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:
