@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
-from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, print_error, read_scene
+from heavytop.cli.command import TABLE_ENDINGS, CommandResult, option, print_error, read_scene
+from heavytop.cli.run import run_in
 from heavytop.errors import Exit, Impossible
 from heavytop.scene.arguments import Broken, gathering
 from heavytop.text import harmless
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
 
+DEFAULTS: Final = {"formulation": "auto", "tolerance": None}  # of a run
 PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
@@ -167,7 +169,11 @@ def check(
 
 
 def report(
-    places: Sequence[str] = (), *, path: Path | None = None, changes: Sequence[str] = ()
+    places: Sequence[str] = (),
+    *,
+    path: Path | None = None,
+    changes: Sequence[str] = (),
+    progress: Callable[[Any], None] | None = None,
 ) -> CommandResult:
     """Put results on one HTML page that needs no network.
 
@@ -178,7 +184,8 @@ def report(
     places : sequence of str
         Folders of results; or a scene, which is run and studied first; default: sicm-kicked.
     path : path, optional
-        Folder for report.html, or FILE.html; default: the current folder.
+        Folder for report.html, which keeps a scene's studies too, or FILE.html; default: the
+        current folder.
     """
     from heavytop.report.page import page_of, write_page
 
@@ -187,15 +194,17 @@ def report(
     broken += [("places", "several folders, or one scene")] * (len(folders) < len(places) != 1)
     if broken:
         raise Impossible(broken)
-    html = path or Path()
-    if html.suffix.lower() != ".html":
+    html, kept = path or Path(), path
+    if html.suffix.lower() == ".html":
+        kept = None
+    else:
         html.mkdir(parents=True, exist_ok=True)
         html /= "report.html"
     missing: Mapping[str, str] = {}
     with TemporaryDirectory(prefix="heavytop-") as place:
         if not folders:
-            folders = [Path(place)]
-            missing = run_all(read_scene(next(iter(places), None), changes), Path(place))
+            scene = read_scene(next(iter(places), None), changes)
+            folders, missing = run_all(scene, kept, Path(place), progress)
         page = page_of(folders)
         write_page(page, html)
     figures = sum(len(section.pictures) for section in page.sections)
@@ -210,28 +219,44 @@ def report(
     return CommandResult(said, notes, document)
 
 
-def run_all(scene: Scene, place: Path) -> dict[str, str]:
-    """Run a scene and its studies, each with its defaults; return what cannot be done, and why."""
-    import heavytop as ht
-    from heavytop.report.files import write_results, write_study
+def run_all(
+    scene: Scene, kept: Path | None, place: Path, progress: Any
+) -> tuple[list[Path], dict[str, str]]:
+    """Run a scene and its studies, each with its defaults, in folders that are kept or not.
 
-    missing, given = {}, {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
+    Return these folders; and what cannot be done, and why.
+    """
+    import heavytop as ht
+    from heavytop.report.files import write_study
+
+    done, missing = list[Path](), dict[str, str]()
+    given = {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
     every = ("run", "drift", "workprec", "stress", "atlas", "validate")
-    if not option("quiet"):
-        said = f"{scene.name}: {', '.join(every)} with their defaults"
-        print_error(f"no folder of results: {said}; stress and workprec may take four minutes each")
-    for name in every:
-        note(f"running {name}")
-        study = getattr(ht, {"run": "propagate", "workprec": "work_precision"}.get(name, name))
-        (folder := place / name).mkdir()
+    say = (lambda text: None) if option("quiet") else print_error
+    said = f"{scene.name}: {', '.join(every)} with their defaults"
+    say(f"no folder of results: {said}; stress and workprec may take four minutes each")
+    for number, name in enumerate(every, 1):
+        say(f"{name} ({number} of {len(every)})")
+        folder = (kept or place) / name
         try:
-            found = study(*given.get(name, (scene,)))
-            (write_results if name == "run" else write_study)(found, folder, figures=False)
-        except errors.StoppedEarly:
+            if name == "run":
+                run_in(folder, scene, DEFAULTS, figures=False, progress=progress)
+            else:
+                study = getattr(ht, {"workprec": "work_precision"}.get(name, name))
+                found = study(*given.get(name, (scene,)), folder=folder, progress=progress)
+                write_study(found, folder, figures=False)
+            done.append(folder)
+        except errors.StoppedEarly as stop:
+            if kept is None:
+                stop.folder = None
+            else:
+                say(f"{kept}: keeps {', '.join(each.name for each in done) or 'nothing else'}")
+            raise
+        except (errors.ForeignFile, errors.InUse):  # of another scene: not to be shown as of this
             raise
         except errors.HeavyTopError as fault:
             missing[name] = str(fault)
-    return missing
+    return done or [place], missing
 
 
 def scenes(name: str | None = None) -> CommandResult:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.analytic.facts import Facts, facts
@@ -16,6 +16,7 @@ from heavytop.results.table import Fact
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
+from heavytop.scene.top import Top
 from heavytop.text import duration
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
 ENCLOSED: Final = ("roots", *COURSE)
 BALL_DIGITS: Final = 18  # of the balls around them
 BALL_DECIMALS: Final = 22  # significant digits of the decimals around a ball
+OF_PARTS: Final = ("A", "C", "gMR", "mass", "distance")
 CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
 SHOWN_FACTS: Final = (
     "mean_precession_rate", "mean_spin_rate", "phidot_reversal_theta", "psidot_reversal_theta",
@@ -58,6 +60,11 @@ def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]
     }
 
 
+def top_summary(top: Top) -> dict[str, float]:
+    """What solids, or a mass and its distance, make of a top; nothing of one without a mass."""
+    return {} if top.mass is None else {name: float(getattr(top, name)) for name in OF_PARTS}
+
+
 def plan_summary(chosen: Plan) -> dict[str, Any]:
     """How a scene is integrated, and why; ``cost_s`` is expected, not measured."""
     kept = ("formulation", "precision", "tolerance", "states", "projected", "tried")
@@ -74,6 +81,8 @@ class Classification(Result):
     scene : mapping
     motion : mapping
         With the reasons for its kind, which tags are open, and to which bound.
+    top : mapping from str to float
+        A, C, gMR, mass and distance of a top that has a mass; they may be sums of solids.
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
     motion_facts : mapping
@@ -91,6 +100,7 @@ class Classification(Result):
 
     scene: Any
     motion: Any
+    top: Mapping[str, float] = field(default_factory=dict)
     constants: Any
     motion_facts: Any
     enclosure: Any
@@ -105,6 +115,7 @@ class Classification(Result):
         """Kind and why, range of tilt and means per period, constants, rates."""
         yield from verdict_facts(self.motion)
         yield from course_facts(self.motion)
+        yield from numbers(self.top, *self.top)
         yield from numbers(self.constants, *CONSTANTS)
         yield from rate_facts(self.motion_facts)
         yield from estimate_facts(self.motion["estimates"])
@@ -152,6 +163,7 @@ def classified(scene: Scene) -> Classification:
         scene=scene.document(),
         motion=motion_summary(motion, known)
         | {"open_tags": verdict.open_tags, "bound": verdict.bound},
+        top=top_summary(scene.top),
         constants=motion.constants._asdict(),
         motion_facts=asdict(known),
         enclosure={name: _bounds(motion, name) for name in ENCLOSED},

@@ -59,6 +59,8 @@ class RunResult(Result):
         As `heavytop.Scene.document` gives it.
     motion : mapping
         As `heavytop.results.classification.motion_summary` gives it.
+    top : mapping from str to float
+        As `heavytop.results.classification.top_summary` gives it.
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
     plan : mapping
@@ -89,6 +91,7 @@ class RunResult(Result):
 
     scene: Any
     motion: Any
+    top: Mapping[str, float] = field(default_factory=dict)
     constants: Any
     plan: Any
     final: Any = None
@@ -105,6 +108,7 @@ class RunResult(Result):
         """What is known without integrating, the plan, the end, the errors and the cost."""
         yield from classification.verdict_facts(self.motion)
         yield from classification.course_facts(self.motion)
+        yield from classification.numbers(self.top, *self.top)
         yield from classification.numbers(self.constants, *classification.CONSTANTS)
         yield from classification.plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
@@ -155,6 +159,7 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
     return RunResult(
         scene=scene.document(),
         motion=classification.motion_summary(motion),
+        top=classification.top_summary(scene.top),
         constants=motion.constants._asdict(),
         plan=classification.plan_summary(run.plan),
         warnings=classification.warnings_of(scene),
