@@ -1,7 +1,8 @@
 """The page of the commands: what each verb takes, from the command line itself.
 
 Between `<!-- verbs -->` and `<!-- end verbs -->` the built page has every verb with its arguments
-and options, in place of what stands there for those who read it unbuilt.
+and options, in place of what stands there for those who read it unbuilt. At `<!-- studies -->` it
+has the function of every study, and its result.
 """
 
 from __future__ import annotations
@@ -11,33 +12,29 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from heavytop.cli import app as heavytop
+from heavytop.results.registry import RESULTS
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 MARK = re.compile(r"<!-- verbs -->.*?<!-- end verbs -->", re.DOTALL)
+STUDIES = "<!-- studies -->"
 TYPED = re.compile(r"--[a-z][-a-z]*(?: [\w.]+=[-\w.]*\w)?|(?<=\s)-o\b")
 
-# Where what a verb puts out is told.
+# Where what a verb puts out is told, if not on the page of its name.
 PAGES = {
     "run": "results.md",
     "classify": "what-a-top-can-do.md",
     "plan": "formulations.md",
-    "drift": "drift.md",
     "resume": "keeping.md",
-    "atlas": "atlas.md",
     "stress": "where-methods-fail.md",
     "certify": "certificates.md",
     "workprec": "work-precision.md",
     "validate": "validation.md",
     "reference": "closed-form.md",
-    "find": "find.md",
-    "sweep": "sweep.md",
     "check": "check-a-trajectory.md",
-    "report": "report.md",
     "film": "figures.md",
     "explore": "explorer.md",
-    "scenes": "scenes.md",
     "derive": "theory/lagrangian.md",
     "doctor": "quickstart.md",
 }
@@ -51,7 +48,8 @@ def reference() -> str:
 
 def section(name: str, verb: Any) -> Iterator[str]:
     """One verb: what it does, how it is typed, what it takes."""
-    yield from (f"## {name}", "", f"{sentence(verb.help)} [More]({PAGES[name]}).", "")
+    page = PAGES.get(name, f"{name}.md")
+    yield from (f"## {name}", "", f"{sentence(verb.help)} [More]({page}).", "")
     yield from ("```text", f"heavytop {name} {' '.join(usage(verb))}", "```", "")
     yield from ("| | what it is | left out |", "|---|---|---|")
     yield from map(row, verb.params)
@@ -103,9 +101,20 @@ def fallback(each: Any) -> str:
     return f"`{each.default:g}`" if isinstance(each.default, float) else f"`{each.default}`"
 
 
+def studies() -> str:
+    """The function and the result of every study, for autodoc."""
+    entries = [x for x in RESULTS.values() if x.function.startswith("studies.")]
+    pairs = ((x.function.partition(":")[2], x.result.partition(":")[2]) for x in entries)
+    texts = (
+        f".. autofunction:: heavytop.{function}\n\n.. autoclass:: heavytop.{result}\n   :members:\n"
+        for function, result in pairs
+    )
+    return "\n".join(["```{eval-rst}", *texts, "```"])
+
+
 def fill(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Put the verbs where a page asks for them."""
-    source[0] = MARK.sub(lambda _: reference(), source[0])
+    """Put the verbs, or the studies, where a page asks for them."""
+    source[0] = MARK.sub(lambda _: reference(), source[0]).replace(STUDIES, studies())
 
 
 def setup(app: Sphinx) -> dict[str, object]:

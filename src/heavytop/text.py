@@ -148,16 +148,11 @@ class Plotted(Shown):
         Parameters
         ----------
         what : str, optional
-            Of a `Motion` (three nutations of the closed form; nothing is integrated) and of a
-            `Trajectory`: "loop" (theta against phi; the default, unless the top stands still or phi
-            was not followed), "sphere" (the path of the axis), "theta" (upright), "phi", "psi",
-            "thetadot", "phidot" or "psidot" (against time), "potential" or "phase"; of a
-            `Trajectory` "errors" too.
-            Of a `Drift` the error that grows: "energy", "phase_s", "axis" or an invariant, of those
-            that are not zero. Of a `WorkPrecision` the error, against time or, as
-            "axis-evaluations", against evaluations: axis, theta, phase, energy. Of a `Check`
-            "errors" or "phase". The first of them is the default. An `Atlas` has its "map" alone, a
-            `Stress` its "digits".
+            Its name; any other is refused with all there are. Of a `Motion` (three nutations of the
+            closed form; nothing is integrated) and of a `Trajectory` such as "sphere", "theta" or
+            "phase"; without one it is "loop" (theta against phi), or "theta" where the top stands
+            still or phi was not followed. Of a result it is one of its `charts`, such as "energy"
+            of a `Drift` or "axis-evaluations" of a `WorkPrecision`; without one the first.
         ax : matplotlib.axes.Axes, optional
             Where to draw; nothing but these axes is touched, and a title that they have stays.
             Without it a new figure is made by

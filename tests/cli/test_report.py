@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.cli import verbs
+from heavytop.results.registry import RESULTS
 
 from ..claims.own_claims import FAKE, script
 from ..commands import document, heavytop_, printed, refused
@@ -114,6 +114,7 @@ LESS = {  # what is put in place of the defaults, so that it takes seconds
     "studies.stress.stress": {"cases": ["cusp"], "methods": ["auto"]},
     "claims.validate": {"names": ["betsch-cone"]},
 }
+PLANE = "phidot=-30:40:6", "theta=0.1:1.5:6"
 
 
 @pytest.fixture
@@ -122,7 +123,8 @@ def less(monkeypatch):
         module, _, name = f"heavytop.{place}".rpartition(".")
         real = getattr(import_module(module), name)
         monkeypatch.setattr(f"{module}.{name}", partial(real, **asked))
-    monkeypatch.setattr(verbs, "PLANE", ("phidot=-30:40:6", "theta=0.1:1.5:6"))
+    atlas = RESULTS["atlas.json"]._replace(reported=("scene", *PLANE))
+    monkeypatch.setitem(RESULTS, "atlas.json", atlas)
 
 
 @pytest.mark.slow
@@ -142,7 +144,7 @@ def stopped(*_, **__):
 
 
 def test_what_a_page_without_folders_takes_is_said_before_anything_runs(monkeypatch, tmp_path):
-    monkeypatch.setattr(verbs, "run_in", stopped)
+    monkeypatch.setattr("heavytop.cli.verbs.run_in", stopped)
     loud, quiet = (refused(130, "report", "-o", tmp_path, *how) for how in ((), ("-q",)))
     assert ("four minutes" in loud, "four minutes" in quiet) == (True, False)
     assert ("run (1 of 6)" in loud, "run (1 of 6)" in quiet) == (True, False)

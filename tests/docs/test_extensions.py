@@ -54,6 +54,8 @@ def test_the_reference_has_every_verb_with_all_it_takes(extension):
     verbs = {name: app.get_command(None, name) for name in app.verbs}
     assert sections.keys() == verbs.keys()
     for name, verb in verbs.items():
+        [page] = re.findall(r"\[More\]\((.+?)\)", sections[name])
+        assert (EXTENSIONS.parent / page).exists(), page
         said = set(re.findall(r"`(-[-\w]+)", sections[name]))
         assert said == {option for each in verb.params for option in each.opts if option[0] == "-"}
 

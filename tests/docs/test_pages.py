@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 from heavytop import Motion
 from heavytop.cli import app
+from heavytop.plots.figures import FIGURES, PICTURES
 from heavytop.scene.scene import read_scene
 
 from .pages_agree import agree, last_digit
@@ -44,6 +45,11 @@ def test_the_pictures_are_those_that_the_script_draws(tmp_path):
     assert (tmp_path / "kicks.svg").stat().st_size > 10_000
     covers = {path.name for path in tmp_path.glob("notebook-*.svg")}
     assert covers == {path.name for path in (DOCS / "images").glob("notebook-*.svg")}
+
+
+def test_the_page_of_figures_has_every_picture_of_a_run():
+    page = (DOCS / "figures.md").read_text("utf-8")
+    assert [name for name in PICTURES | FIGURES if f"`{name}`" not in page] == []
 
 
 # --- the ladder of kicks -------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.errors import Impossible
-from heavytop.plots.figures import DRAW
+from heavytop.plots.figures import PICTURES
 from heavytop.results.table import Row
 
 from ..motions import shipped
@@ -94,7 +94,7 @@ def drawn(thing, *what, **how):
 
 def test_a_title_stays_and_events_may_be_left_out(run, ax):
     ax.set_title("my own")
-    for name in set(DRAW) - {"errors"}:
+    for name in set(PICTURES) - {"errors"}:
         run.plot(name, ax=ax, events=False)
     drawn(run, "errors", events=False)
     assert ax.get_title() == "my own"
@@ -176,8 +176,8 @@ def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, show
 def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
     drift = things["Drift"]
     for thing, asked, said in (
-        (MOTION, {"what": "phases"}, r'one of loop, .*, phase \(did you mean "phase"\?\)'),
-        (MOTION, {"what": "errors"}, "one of loop, .*, phase$"),  # there are none
+        (MOTION, {"what": "phases"}, r'one of loop, .*, phase.* \(did you mean "phase"\?\)'),
+        (MOTION, {"what": "errors"}, "one of loop, (?!.*errors)"),  # there are none
         (drift, {"what": "loop"}, "one of energy, phase_s"),
         (replace(drift, methods=()), {}, "there is nothing to draw"),
         (run, {"what": 3}, "what: a text, not 3"),

@@ -41,7 +41,7 @@ DRAWN = {name: (name,) for name in KINDS} | {
 def test_every_motion_can_be_drawn(name, tmp_path):
     scene, *changes = DRAWN[name]
     run = run_of(*changes, name=scene)
-    for figure, draw in run_figures(run):
+    for figure, _, draw in run_figures(run):
         save(draw(), tmp_path / f"{figure}.svg")
         assert "nan" not in (tmp_path / f"{figure}.svg").read_text("utf-8").lower()
 

@@ -9,8 +9,8 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import Stop, StoppedEarly
-from heavytop.report.files import FIGURE_FILES, write_study
-from heavytop.results.run import PICTURES
+from heavytop.plots.figures import FIGURES
+from heavytop.report.files import run_files, write_study
 
 from ..commands import heavytop_, names, printed
 
@@ -22,8 +22,9 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     folder = tmp_path / "out"
     printed("run", "sicm-kicked", *SHORT, "-o", folder)
     told = json.loads((folder / "run.json").read_text())["files"]
-    assert {f"{name}.{form}" for name in PICTURES for form in ("svg", "png")} == {*FIGURE_FILES}
-    assert names(folder) == {*told.values()} == {*FIGURE_FILES, "run.json", "trajectory.nc"}
+    figures = {f"{name}.{form}" for name in FIGURES for form in ("svg", "png")}
+    assert {*told.values()} == names(folder) == {*run_files()}
+    assert names(folder) == {*figures, "run.json", "trajectory.nc"}
     (folder / "mine.svg").write_text("mine")
     printed("run", "sicm-dropped", *SHORT, "-o", folder, "--no-figures", "--force")
     assert names(folder) == {"run.json", "trajectory.nc", "mine.svg"}

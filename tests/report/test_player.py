@@ -8,11 +8,10 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from heavytop.plots.figures import DrawnRun
+from heavytop.plots.figures import FIGURES, DrawnRun
 from heavytop.report.files import write_results
 from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import frames, tops
-from heavytop.results.run import PICTURES
 
 from ..processes import wait_for
 from ..trajectories import run_of
@@ -89,8 +88,8 @@ def page(tmp_path_factory):
     for k, (name, *options) in enumerate((("sicm-kicked", *HOSTILE), ("sicm-dropped",))):
         (place / str(k)).mkdir()
         write_results(run_of(*options, name=name), place / str(k), figures=False)
-    one = {"overview": PICTURES["overview"]}  # that one picture is drawn shows that all are
-    with patch.dict(PICTURES, one, clear=True):
+    one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
+    with patch.dict(FIGURES, one, clear=True):
         return page_of([place])
 
 

@@ -86,10 +86,10 @@ def test_the_tilt_of_a_state_beside_a_pole_is_a_number():
     """A cosine that rounding put above 1 is that of 0."""
     found = own("taylor-cubic")
     row = list(found.stepper.begin().state)
-    assert found.reference.tilt((0.0, 0.0), row) == pytest.approx(0.0, abs=1e-15)
-    assert found.reference.tilt((0.0, 0.0), [-1e-20, *row[1:]]) == pytest.approx(-0.1)
+    assert found.reference((0.0, 0.0), row).theta == pytest.approx(0.0, abs=1e-15)
+    assert found.reference((0.0, 0.0), [-1e-20, *row[1:]]).theta == pytest.approx(-0.1)
     longer = [row[0] * (1 + 1e-6), *row[1:]]  # 1 - u: theta grows with it
-    assert found.reference.tilt((0.0, 0.0), longer) == pytest.approx(0.05e-6, rel=1e-2)
+    assert found.reference((0.0, 0.0), longer).theta == pytest.approx(0.05e-6, rel=1e-2)
 
 
 # --- the runs --------------------------------------------------------------------------------

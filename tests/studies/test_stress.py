@@ -183,7 +183,7 @@ def test_the_step_limit_is_kept_by_everybody():
 def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
     from scipy.integrate import solve_ivp
 
-    parameters, start = binary_start(cases()["cusp"].scene, ht.Plan("lagrange"))
+    parameters, start = binary_start(cases()["cusp"], ht.Plan("lagrange"))
     state, seen = tuple(start.state.tolist()), []
     problem = InitialValueProblem(FORMULATIONS["lagrange"].build(), parameters, state, period=0.9)
     stepper = scipy_stepper(solver, problem, 1e-6, 0, atol=1e-9, guarded=False)
@@ -200,11 +200,11 @@ def test_a_solver_that_is_called_once_does_what_solve_ivp_does(solver):
 
 
 def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
-    scene = cases()["separatrix-3000"].scene
+    scene = cases()["separatrix-3000"]
     [digits, leaving] = ht.plan(scene).warnings
     assert "digits may be missed" in digits
     assert "at about t = 73.5 s" in leaving  # 53 ln 2 over the growth rate 1/2
-    assert not ht.plan(cases()["separatrix-40"].scene, "axis").warnings
+    assert not ht.plan(cases()["separatrix-40"], "axis").warnings
 
 
 # --- limits ----------------------------------------------------------------------------------
@@ -248,7 +248,7 @@ def test_a_test_that_is_resumed_has_the_budget_it_was_begun_with(tmp_path):
 
 
 def test_the_cases_are_those_that_were_asked_for():
-    motions = {name: closed_form_of(case.scene) for name, case in cases().items()}
+    motions = {name: closed_form_of(case) for name, case in cases().items()}
     for power in (2, 6, 12):
         assert motions[f"near-top-1e-{power}"].from_top == pytest.approx(10.0**-power, rel=0.02)
     assert motions["near-bottom-1e-6"].from_bottom == pytest.approx(1e-6, rel=0.02)
@@ -259,7 +259,7 @@ def test_the_cases_are_those_that_were_asked_for():
     }  # fmt: skip
     assert {name: str(motions[name].kind) for name in kinds} == kinds
     for power in range(2, 8):
-        fast = cases()[f"spin-1e{power}"].scene
+        fast = cases()[f"spin-1e{power}"]
         assert float(fast.start.omega3) == 10.0**power
         assert float(fast.top.C * fast.start.omega3) == pytest.approx(4.0, rel=1e-14)
     pushed = [motions[f"sleeping-1{sign}1e-{p}"] for sign in "+-" for p in (4, 8, 12)]

@@ -129,10 +129,7 @@ class Toy:
         return np.zeros((1, 1))
 
     def __call__(self, t, row):
-        return SimpleNamespace(axis=1e-3, energy=0.0, phase_s=0.0)
-
-    def tilt(self, t, row):
-        return 0.0
+        return SimpleNamespace(axis=1e-3, theta=0.0, energy=0.0, phase_s=0.0)
 
 
 @pytest.fixture

@@ -24,6 +24,7 @@ from click.shell_completion import shell_complete
 from heavytop import errors
 from heavytop.cli.signature import place_of, read_verb
 from heavytop.errors import Exit
+from heavytop.results.registry import RESULTS
 from heavytop.text import harmless, in_a_line
 
 EXIT_CODES: Final = (
@@ -125,7 +126,7 @@ class Verbs(click.Group):
         """Return the command of a verb."""
         if name not in self.verbs:
             raise click.exceptions.NoSuchCommand(name, possibilities=self.verbs, ctx=ctx)
-        takes, typed, text = read_verb(self.verbs[name])
+        takes, typed, text = read_verb(self.verbs[name], stored=f"{name}.json" in RESULTS)
         texts: Any = {"help": text, "short_help": text.partition("\n")[0], "epilog": EXIT_CODES}
         callback = partial(invoke, self.verbs[name].split()[0], takes)
         return Verb(name, callback=callback, params=[*typed, *COMMON], **texts)
@@ -155,7 +156,7 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
 
     module, _, name = place.partition(":")
     given = {x: typed[x] for x in takes if typed.get(x) not in (None, ())}
-    folder, path = given.get("folder"), given.get("path")
+    folder, path = typed.get("folder"), typed.get("path")
     if path is not None and not path.suffix:
         folder, path = path, None
     with gathering() as attempt:

@@ -38,10 +38,13 @@ ENTRY: Final = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n|\n)*)", re.MULTI
 MARKED_CODE: Final = re.compile(r"`+(?:heavytop\.)?([^`]*)`+")
 
 
-def read_verb(places: str) -> tuple[dict[str, Parameter], list[click.Parameter], str]:
+def read_verb(
+    places: str, *, stored: bool = False
+) -> tuple[dict[str, Parameter], list[click.Parameter], str]:
     """Read what a verb takes, in Python and as it is typed, and its help.
 
-    Its function may be followed by the one that it calls, whose parameters it has too.
+    Its function may be followed by the one that it calls, whose parameters it has too. A verb whose
+    result can be stored has -o.
     """
     takes: dict[str, Parameter] = {}
     about: dict[str, str] = {}
@@ -54,7 +57,11 @@ def read_verb(places: str) -> tuple[dict[str, Parameter], list[click.Parameter],
             about |= dict.fromkeys(names.split(", "), plain(said))
     takes = {name: each for name, each in takes.items() if each.kind is not each.VAR_KEYWORD}
     about |= {name: text for name, text in HELP.items() if name in (place_of(takes), "executor")}
-    return takes, [*typed(takes, about)], "\n\n".join(map(plain, text.split("\n\n")))
+    stored &= not takes.keys() & {"folder", "path"}
+    folder = Parameter("folder", Parameter.KEYWORD_ONLY, default=None)
+    about = {"folder": "Write document and chart to this folder."} | about
+    words = [*typed(takes | {"folder": folder} if stored else takes, about)]
+    return takes, words, "\n\n".join(map(plain, text.split("\n\n")))
 
 
 def read_function(place: str) -> Callable[..., Any]:

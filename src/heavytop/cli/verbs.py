@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
 
 DEFAULTS: Final = {"formulation": "auto", "tolerance": None}  # of a run
-PLANE: Final = ("phidot=-30:40:300", "theta=0.02:1.5:300")
 
 
 # --- studies ---------------------------------------------------------------------------------
@@ -132,7 +132,6 @@ def check(
     *,
     changes: Sequence[str] = (),
     digits: float | None = None,
-    folder: Path | None = None,
     **given: Any,
 ) -> CommandResult:
     """Compare your trajectory with the exact motion; name mistakes.
@@ -149,8 +148,6 @@ def check(
         Conventions under which the data are judged, such as y-up,degrees.
     digits : float, optional
         Exit with code 5 if the data have fewer digits than this, such as 6.
-    folder : path, optional
-        Write document and chart to this folder.
     """
     from heavytop.checking import judge
 
@@ -226,12 +223,12 @@ def run_all(
 
     Return these folders; and what cannot be done, and why.
     """
-    import heavytop as ht
     from heavytop.report.files import write_study
+    from heavytop.results.registry import RESULTS
 
     done, missing = list[Path](), dict[str, str]()
-    given = {"stress": (), "validate": (), "atlas": (scene, *PLANE)}
-    every = ("run", "drift", "workprec", "stress", "atlas", "validate")
+    studies = {f.removesuffix(".json"): x for f, x in RESULTS.items() if x.study}
+    every = ["run", *(name for name, each in studies.items() if each.reported is not None)]
     say = (lambda text: None) if option("quiet") else print_error
     said = f"{scene.name}: {', '.join(every)} with their defaults"
     say(f"no folder of results: {said}; stress and workprec may take four minutes each")
@@ -242,8 +239,9 @@ def run_all(
             if name == "run":
                 run_in(folder, scene, DEFAULTS, figures=False, progress=progress)
             else:
-                study = getattr(ht, {"workprec": "work_precision"}.get(name, name))
-                found = study(*given.get(name, (scene,)), folder=folder, progress=progress)
+                given = [scene if x == "scene" else x for x in studies[name].reported or ()]
+                study = resolve_name(f"heavytop.{studies[name].function}")
+                found = study(*given, folder=folder, progress=progress)
                 write_study(found, folder, figures=False)
             done.append(folder)
         except errors.StoppedEarly as stop:

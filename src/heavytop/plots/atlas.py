@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -20,59 +21,64 @@ FINEST_PICTURE: Final = 1000  # pixels of the picture along an axis: of more, ev
 BOUNDS: Final = {"cusp": "cusps", "steady": "uniform-precession"}  # the others are named as kinds
 
 
-def atlas_figure(atlas: Atlas) -> Figure:
+def atlas_charts(found: Atlas) -> Mapping[str, Callable[..., Axes]]:
+    """The map, where it is there."""
+    return {} if found.map is None else {"map": draw_map}
+
+
+def atlas_figure(found: Atlas) -> Figure:
     """The picture of an atlas.
 
     Parameters
     ----------
-    atlas : Atlas
+    found : Atlas
 
     Returns
     -------
     matplotlib.figure.Figure
         The map, with what is held, and the scene as a bold cross.
     """
-    plane = Plane(scene_of(atlas.scene), *(Axis.of_range(atlas.axes[side]) for side in "xy"))
+    plane = Plane(scene_of(found.scene), *(Axis.of_range(found.axes[side]) for side in "xy"))
     held = (f"{quantity_of(name).symbol} = {value:.6g}" for name, value in plane.held.items())
-    title = f"{title_of(atlas.scene)}\nheld: {', '.join(held)}"
+    title = f"{title_of(found.scene)}\nheld: {', '.join(held)}"
     with sheet(title, (7.2, 6.6), 3) as (figure, axes):
-        ax = draw_map(axes[0, 0], atlas)
-        limits, name = (ax.get_xlim(), ax.get_ylim()), literal(atlas.scene["name"], 30)
+        ax = draw_map(axes[0, 0], found)
+        limits, name = (ax.get_xlim(), ax.get_ylim()), literal(found.scene["name"], 30)
         if all(low <= at <= high for at, (low, high) in zip(plane.place, limits, strict=True)):
             ax.plot(*plane.place, "Pk", ms=9, mec="white", zorder=7, label=name)
     return figure
 
 
-def draw_map(ax: Axes, atlas: Atlas, **mesh: Any) -> Axes:
+def draw_map(ax: Axes, /, found: Atlas, **mesh: Any) -> Axes:
     """Draw the kinds as areas, with their shares, and their boundaries as lines.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    atlas : Atlas
+    found : Atlas
     **mesh
         Keywords of the mesh.
     """
-    names, codes = atlas.names, atlas.to_xarray()["kind"]
+    names, codes = found.names, found.to_xarray()["kind"]
     kind = codes[tuple(np.s_[:: -(-n // FINEST_PICTURE)] for n in codes.shape)].values
     colours = ListedColormap([KIND_STYLES[name].colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
-    edges = [_edges(atlas.axes[side], n) for side, n in zip("xy", kind.shape[::-1], strict=True)]
+    edges = [_edges(found.axes[side], n) for side, n in zip("xy", kind.shape[::-1], strict=True)]
     ours: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
     ax.pcolormesh(*edges, kind, **ours | mesh)
     for side, ends in zip("xy", edges, strict=True):
-        axis = atlas.axes[side]
+        axis = found.axes[side]
         along = quantity_of(axis.name)
         if axis.log:
             ax.set(**{f"{side}scale": "log" if axis.low > 0 else "symlog"})
         ax.set(**{f"{side}label": f"{along.symbol} [{along.unit}]", f"{side}lim": ends[[0, -1]]})
-    every, lines = sum(atlas.counts.values()), {BOUNDS.get(x.name, x.name) for x in atlas.curves}
-    for name, count in sorted(atlas.counts.items(), key=lambda each: -each[1]):
+    every, lines = sum(found.counts.values()), {BOUNDS.get(x.name, x.name) for x in found.curves}
+    for name, count in sorted(found.counts.items(), key=lambda each: -each[1]):
         look, area = KIND_STYLES[name], names.index(name) in _areas(kind)
         if area or name not in lines:
             label = f"{look.label} {count / every:.2%}" if area else look.label
             ax.fill([], [], fc=look.colour, ec="#555555", lw=0.5, label=label)
-    for curve in atlas.curves:
+    for curve in found.curves:
         x, y, look = curve.x, curve.y, KIND_STYLES[BOUNDS.get(curve.name, curve.name)]
         looks: dict[str, Any] = {"ls": look.marker, "lw": 1.5, "zorder": 3}
         if len(x) == 1:

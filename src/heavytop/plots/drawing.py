@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from matplotlib.axes import Axes
 
 from heavytop.errors import Impossible
-from heavytop.plots.figures import DRAW, MARK, DrawnRun
-from heavytop.plots.style import legend
+from heavytop.plots.figures import DrawnRun, pictures_of
+from heavytop.plots.style import fill
+from heavytop.results.base import Result, kind_of
 from heavytop.scene.arguments import expect, one_of, read_argument
 from heavytop.scene.quantities import UNITS_SHOWN, read_units, showing
 
@@ -30,7 +32,7 @@ def plotted(
     with showing(units):
         if ax is not None:
             return draw(expect("ax", ax, Axes, "of matplotlib"), **looks)
-        return _shown_by_pyplot(draw, getattr(thing, "figure_size", None), looks)
+        return _shown_by_pyplot(draw, _size(thing), looks)
 
 
 def _shown_by_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
@@ -39,32 +41,31 @@ def _shown_by_pyplot(draw: Draw, size: Any, looks: Mapping[str, Any]) -> Axes:
 
     figure = pyplot.figure(figsize=size, layout="constrained")
     try:
-        ax = draw(figure.subplots(), **looks)
+        return fill(figure, partial(draw, **looks))
     except Exception:
         pyplot.close(figure)
         raise
-    legend(figure, 3, fontsize=8)
-    if ax.images:
-        figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
-    return ax
 
 
 def _charts(thing: Any) -> Mapping[str, Draw]:
     """By name what draws a thing on axes; the first is drawn where no name is given."""
-    if hasattr(thing, "charts"):
-        return dict(thing.charts())
+    if isinstance(thing, Result):
+        return thing.charts()
     run = DrawnRun.of(thing)
-    names = dict.fromkeys([*["theta"] * run.stands, *DRAW])
-    if run.trajectory is None:
-        del names["errors"]
-    return {name: partial(_draw_run, run, name) for name in names}
+    pictures = pictures_of(run)
+    names = dict.fromkeys([*["theta"] * run.stands, *pictures])
+    return {name: partial(_draw_run, run, pictures[name].draw) for name in names}
 
 
-def _draw_run(run: DrawnRun, name: str, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
+def _size(thing: Any) -> tuple[float, float] | None:
+    """The size of a figure with one picture [inches]; None where that of matplotlib is right."""
+    if not isinstance(thing, Result):
+        return None
+    from heavytop.plots.studies import RESULT_PICTURES
+
+    return RESULT_PICTURES[kind_of(thing)].size(thing)
+
+
+def _draw_run(run: DrawnRun, draw: Draw, ax: Axes, /, events: bool = True, **looks: Any) -> Axes:
     """Draw a picture of a run; without the marks of its events where these are not wanted."""
-    before = {*ax.lines}
-    DRAW[name](ax, run, **looks)
-    for mark in () if events else {*ax.lines} - before:
-        if mark.get_gid() == MARK:
-            mark.remove()
-    return ax
+    return draw(ax, run if events else replace(run, marked=False), **looks)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -24,7 +24,6 @@ from heavytop.errors import NoClosedForm
 from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, PUSH, STEADY_TURN_S, View, axis_path, touched
 from heavytop.plots.style import Array, line, once, titled
-from heavytop.results.run import PICTURES
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES
 
 if TYPE_CHECKING:
@@ -38,7 +37,6 @@ CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a 
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
 POTENTIAL_HEIGHT: Final = 1.6**2  # how high it is drawn, over the energy that has to be seen
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
-MARK: Final = "event"  # what the marks of events are known by
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
 FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
 UNSEEN: Final = 1e-6  # rad, in a picture
@@ -62,6 +60,8 @@ class DrawnRun:
     title : str
     trajectory : Trajectory or None
         What was integrated; None where the exact motion is all there is.
+    marked : bool
+        Whether its events are marked.
     """
 
     at: Callable[[Any], Any]
@@ -69,6 +69,7 @@ class DrawnRun:
     end: float
     title: str
     trajectory: Any = None
+    marked: bool = True
 
     @classmethod
     def of(cls, run: Any, nutations: int = NUTATIONS) -> DrawnRun:
@@ -123,13 +124,14 @@ class DrawnRun:
         drawn = np.abs(np.asarray(self.events.t)) <= abs(self.shown)
         for kind in style.EVENT_STYLES:
             if len(here := places[drawn & (kinds == kind)]):
-                _mark(ax, kind, here[:, 0], here[:, 1])
+                self.mark(ax, kind, here[:, 0], here[:, 1])
 
-
-def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
-    label, colour, marker = style.EVENT_STYLES[kind]
-    looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3, "gid": MARK}
-    ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
+    def mark(self, ax: Axes, kind: str, x: Any, y: Any) -> None:
+        """Mark events of a kind, where events are marked."""
+        label, colour, marker = style.EVENT_STYLES[kind]
+        looks: dict[str, Any] = {"ms": 5, "mfc": "white", "ls": "none", "zorder": 3}
+        if self.marked:
+            ax.plot(x, y, marker, label=once(ax, label), color=colour, **looks)
 
 
 def _in_unit(name: str, values: Any) -> Array:
@@ -254,7 +256,7 @@ def effective_potential(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     ax.fill_between(_in_unit("theta", allowed), below, E_prime, color=style.PATH, alpha=0.15, lw=0)
     if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
-            _mark(ax, name, _in_unit("theta", tilt), E_prime)
+            run.mark(ax, name, _in_unit("theta", tilt), E_prime)
     else:
         _start(ax, motion.theta_min, E_prime, {})
     if height := A * POTENTIAL_HEIGHT * (level - floor):
@@ -377,36 +379,70 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     return ax
 
 
-# --- the figures of a run, each on a page of its own --------------------------------------------
+# --- the pictures of a run: a new one is a function above, and a row here -------------------------
 
-DRAW: Final[Mapping[str, Callable[..., Axes]]] = {
-    "loop": loop,
-    "sphere": axis_on_sphere,
-    **{name: partial(over_time, name) for name in (*ANGLES, *RATES)},
-    "potential": effective_potential,
-    "phase": phase_plane,
-    "errors": errors,
+
+class RunPicture(NamedTuple):
+    """A picture of a run.
+
+    Attributes
+    ----------
+    draw : callable
+        What draws a run on axes.
+    title : str
+        That of a figure of its own, in a file and on a page; empty where it has none.
+    integrated : bool
+        Whether it shows what was integrated, and nothing of an exact motion.
+    """
+
+    draw: Callable[..., Axes]
+    title: str = ""
+    integrated: bool = False
+
+
+PICTURES: Final[Mapping[str, RunPicture]] = {
+    "loop": RunPicture(loop),
+    "sphere": RunPicture(axis_on_sphere),
+    **{name: RunPicture(partial(over_time, name)) for name in (*ANGLES, *RATES)},
+    "potential": RunPicture(effective_potential, "effective potential, energy, and allowed tilts"),
+    "phase": RunPicture(phase_plane, "the plane of tilt and tilt rate, with neighbouring energies"),
+    "errors": RunPicture(
+        errors, "distance of the run from the closed form over time", integrated=True
+    ),
 }
-"""What draws a run on axes, by the names that `plot` has for it."""
+"""By the names that `plot` has for them; the first is drawn where none is given."""
 
-PANELS: Final = {"overview": ("loop", "sphere"), "angles": ("theta", "phi", "psidot")}
-"""What a figure of a run shows, where that is not one picture of its own name."""
+FIGURES: Final = {
+    "overview": (
+        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
+    ),
+    "angles": ("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
+    **{name: (picture.title, (name,)) for name, picture in PICTURES.items() if picture.title},
+}  # fmt: skip
+"""The figures of a run by the names of their files: a title, and the pictures side by side."""
 
 
-def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, Callable[[], Figure]]]:
-    """Yield the names of the figures of a run, as `PICTURES` has them, and what draws each."""
+def pictures_of(run: DrawnRun) -> dict[str, RunPicture]:
+    """The pictures that there are of a run."""
+    integrated = run.trajectory is not None
+    return {name: row for name, row in PICTURES.items() if integrated or not row.integrated}
+
+
+def run_figures(run: Trajectory | SceneMotion) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
+    """Yield the names of the figures of a run, their titles, and what draws each."""
     drawn = DrawnRun.of(run)
-    for name in PICTURES:
-        if name != "errors" or drawn.trajectory is not None:
-            yield name, partial(run_figure, name, drawn)
+    for name, (title, panels) in FIGURES.items():
+        if pictures_of(drawn).keys() >= {*panels}:
+            yield name, title, partial(run_figure, name, drawn)
 
 
 def run_figure(name: str, run: Any) -> Figure:
-    """One of `PICTURES` of a run; of a top that stands still tilt against time, not phi."""
+    """One of `FIGURES` of a run; of a top that stands still tilt against time, not phi."""
     run = DrawnRun.of(run)
+    _, names = FIGURES[name]
     panels = [
         "theta" if panel == "loop" and run.stands else panel
-        for panel in PANELS.get(name, (name,))
+        for panel in names
         if panel != "phi" or run.follows("phi")
     ]
     count, beside = len(panels), "sphere" in panels
@@ -417,6 +453,6 @@ def run_figure(name: str, run: Any) -> Figure:
     title = style.literal(run.title, 80)
     with style.sheet(title, size, 4 if count > 1 else 2, **grid) as (figure, axes):
         for ax, panel in zip(axes.ravel(), panels, strict=True):
-            DRAW[panel](ax, run)
+            PICTURES[panel].draw(ax, run)
             ax.label_outer()
     return figure

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import cycle, zip_longest
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -13,17 +14,27 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots import style
+from heavytop.plots.atlas import atlas_charts, atlas_figure
 from heavytop.plots.style import Known, gridded, line, literal, title_of
-from heavytop.results.base import error_of
+from heavytop.results.base import error_of, kind_of
+from heavytop.results.check import CHECKED_QUANTITIES
 from heavytop.results.drift import columns_of, error_names
 from heavytop.results.stress import UNTOLD, StressOutcome
-from heavytop.results.work_precision import ERROR_KEYS, error_of_point, front
+from heavytop.results.work_precision import DOUBLE, ERROR_KEYS, error_of_point, front
 from heavytop.scene.quantities import SI, quantity_of, showing
 from heavytop.studies.find import fact_quantity
 
 Found = Any  # a result, whose fields are read by their names
+Charts = Mapping[str, Callable[..., Axes]]  # what draws a result on axes, by the names of pictures
 
 # --- sweep: what is of one unit in one panel -----------------------------------------------------
+
+
+def sweep_charts(found: Found) -> Charts:
+    """Every fact over the number that is varied."""
+    facts = [name for name in found.rows[0] if name not in (found.over, "kind")]
+    pairs = zip(facts, cycle(style.COLOURS), strict=False)
+    return {name: partial(fact_over_range, name, colour) for name, colour in pairs}
 
 
 def sweep_figure(found: Found) -> Figure:
@@ -37,26 +48,40 @@ def sweep_figure(found: Found) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    columns = {name: fact_quantity(name) for name in found.rows[0] if name != "kind"}
-    panels = [*dict.fromkeys(x.unit for name, x in columns.items() if name != found.over)]
+    charts = sweep_charts(found)
+    units = [fact_quantity(name).unit for name in charts]
+    panels = [*dict.fromkeys(units)]
     size, grid = (7.0, 1.4 + 2.2 * len(panels)), {"nrows": len(panels), "sharex": True}
-    size_of = {name: x.shown[1] for name, x in columns.items()}
-    values = {x: size_of[x] * np.array([row[x] for row in found.rows], float) for x in columns}
-    along = columns.pop(found.over)
     with style.sheet(title_of(found.scene), size, 3, **grid) as (figure, axes):
-        for (name, about), colour in zip(columns.items(), cycle(style.COLOURS), strict=False):
-            ax, dashed = axes[panels.index(about.unit), 0], "--" * name.endswith("_estimate")
-            line(ax, values[found.over], values[name], {}, color=colour, ls=dashed or "-", lw=1.0,
-                 label=about.symbol)  # fmt: skip
-            gridded(ax, "", f"[{about.shown[0] or '1'}]")
-        axes[-1, 0].set_xlabel(literal(along._replace(symbol=found.over).heading))
+        for unit, draw in zip(units, charts.values(), strict=True):
+            draw(axes[panels.index(unit), 0], found).label_outer()
     return figure
+
+
+def fact_over_range(name: str, colour: str, ax: Axes, /, found: Found, **looks: Any) -> Axes:
+    """Draw a fact against the number that is varied."""
+    along, about = map(fact_quantity, (found.over, name))
+    x, y = (
+        of.shown[1] * np.array([row[key] for row in found.rows], float)
+        for key, of in ((found.over, along), (name, about))
+    )
+    dashed = "--" if name.endswith("_estimate") else "-"
+    line(ax, x, y, looks, color=colour, ls=dashed, lw=1.0, label=about.symbol)
+    heading = literal(along._replace(symbol=found.over).heading)
+    return gridded(ax, heading, f"[{about.shown[0] or '1'}]")
 
 
 # --- drift: one panel for each quantity, both logarithmic ----------------------------------------
 
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
 DIVERGED: Final = 1e9  # error: beyond it a method has diverged, and the others could not be read
+
+
+def drift_charts(found: Found) -> Charts:
+    """The errors that grow, of those that are not zero."""
+    grown = {name for each in found.methods for name, x in columns_of(each).items() if any(x)}
+    names = [name for name in error_names(found.methods) if name in grown]
+    return {name: partial(error_growth, name) for name in names}
 
 
 def drift_figure(found: Found) -> Figure:
@@ -81,19 +106,19 @@ def drift_figure(found: Found) -> Figure:
     title = f"{title_of(found.scene)} — {found.periods:g} nutation periods{starts}"
     with style.sheet(title, size, nrows=rows, ncols=columns) as (figure, axes):
         for ax, name in zip_longest(axes.ravel(), panels):
-            error_growth(ax, found, name) if name else ax.set_visible(False)
+            error_growth(name, ax, found) if name else ax.set_visible(False)
     return figure
 
 
-def error_growth(ax: Axes, found: Found, name: str = "energy", /, **looks: Any) -> Axes:
+def error_growth(name: str, ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw the error of a quantity against nutation periods, both logarithmic, of every method.
 
     Parameters
     ----------
-    ax : matplotlib.axes.Axes
-    found : Drift
     name : str
         ``energy``, ``phase_s``, ``axis``, a momentum or an invariant.
+    ax : matplotlib.axes.Axes
+    found : Drift
     """
     about = error_of(name)
     ax.set(xscale="log", yscale="log")
@@ -126,12 +151,22 @@ def _draw_guides(ax: Axes) -> None:
 
 # --- work and precision: what a period costs against the error, with the front -------------------
 
-DOUBLE: Final = 53  # bits
 AWAY: Final = 10.0  # error: a method has left the top, and the others could not be read
 PER: Final = {
     "us_per_period": "µs per nutation period",
     "rhs_evaluations": "evaluations per period",
 }
+
+
+def workprec_charts(found: Found) -> Charts:
+    """Times, and evaluations, against every error that is measured."""
+    names = [name for name, error in ERROR_KEYS.items() if front(found.points, error)]
+    ends = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
+    return {
+        f"{name}{end}": partial(work_precision, name, work)
+        for end, work in ends.items()
+        for name in names
+    }
 
 
 def workprec_figure(found: Found) -> Figure:
@@ -161,7 +196,7 @@ def workprec_figure(found: Found) -> Figure:
     with style.sheet(title, size, nrows=len(rows), **grid) as (figure, axes):
         for row, (work, some) in zip(axes, rows, strict=True):
             for ax, name in zip(row, columns, strict=True):
-                work_precision(ax, found, name, work, some)
+                work_precision(name, work, ax, found, some)
                 ax.set_visible(bool(np.isfinite(ax.dataLim.x0)))  # of some errors there are none
             for ax in row[1:]:
                 ax.set_ylabel("")
@@ -181,24 +216,24 @@ def _look_of(number: int, name: str, rival: bool) -> dict[str, Any]:
 
 
 def work_precision(
+    name: str,
+    work: str,
     ax: Axes,
-    found: Found,
-    name: str = "axis",
-    work: str = "us_per_period",
-    some: Sequence[Known] | None = None,
     /,
+    found: Found,
+    some: Sequence[Known] | None = None,
     **looks: Any,
 ) -> Axes:
     """Draw the work of a nutation period against an error, both logarithmic, of every method.
 
     Parameters
     ----------
-    ax : matplotlib.axes.Axes
-    found : WorkPrecision
     name : str
         One of `heavytop.results.work_precision.ERROR_KEYS`.
     work : str
         ``us_per_period`` or ``rhs_evaluations``.
+    ax : matplotlib.axes.Axes
+    found : WorkPrecision
     some : sequence, optional
         Those of its points that are drawn.
     """
@@ -238,6 +273,11 @@ READING: Final = (
 )
 
 
+def stress_charts(found: Found) -> Charts:
+    """The digits that every method lost at every case."""
+    return {"digits": digits_lost} if found.cases else {}
+
+
 @mpl.rc_context(style.STYLE)
 def stress_figure(found: Found) -> Figure:
     """The chart of a stress test.
@@ -253,8 +293,7 @@ def stress_figure(found: Found) -> Figure:
         what columns, colours and marks mean. The marks are the table's.
     """
     figure = Figure(figsize=stress_size(found), layout="constrained")
-    ax = digits_lost(figure.subplots(), found)
-    figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
+    style.fill(figure, partial(digits_lost, found=found))
     return figure
 
 
@@ -272,7 +311,7 @@ def _heads_and_cases(found: Found) -> tuple[dict[str, str], list[str]]:
     return heads, [*dict.fromkeys(run["case"] for run in found.cases)]
 
 
-def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
+def digits_lost(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw the digits that every method lost at every case; keywords are those of the image.
 
     Parameters
@@ -303,7 +342,10 @@ def digits_lost(ax: Axes, found: Found, **looks: Any) -> Axes:
 
 # --- the errors of a trajectory that somebody else computed, over time ---------------------------
 
-CHECKED_ERRORS: Final = ("axis", "theta", "phi", "psi", "energy", "p_phi", "p_psi")
+
+def check_charts(_: Found) -> Charts:
+    """The errors over time, and how far the data run ahead."""
+    return {"errors": checked_errors, "phase": checked_phase}
 
 
 def check_figure(found: Found) -> Figure:
@@ -315,7 +357,7 @@ def check_figure(found: Found) -> Figure:
     return figure
 
 
-def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
+def checked_errors(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw the magnitude of every error against time, logarithmic, above conditioning.
 
     Parameters
@@ -326,8 +368,8 @@ def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     curves = {name: np.array(x, float) for name, x in found.curves.items()}
     ax.set_yscale("log")
     with showing(SI):  # which are of several units, as conditioning is
-        labels = {name: error_of(name).heading for name in CHECKED_ERRORS}
-    for name, colour in zip(CHECKED_ERRORS, style.COLOURS, strict=True):
+        labels = {name: error_of(name).heading for name in CHECKED_QUANTITIES}
+    for name, colour in zip(CHECKED_QUANTITIES, style.COLOURS, strict=True):
         if name in curves:
             off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
             line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=labels[name])
@@ -336,7 +378,7 @@ def checked_errors(ax: Axes, found: Found, **looks: Any) -> Axes:
     return gridded(ax, "t [s]", "error")
 
 
-def checked_phase(ax: Axes, found: Found, **looks: Any) -> Axes:
+def checked_phase(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     """Draw by how much the data run ahead of the exact motion [s] against time.
 
     Parameters
@@ -347,3 +389,52 @@ def checked_phase(ax: Axes, found: Found, **looks: Any) -> Axes:
     curves = found.curves
     line(ax, curves["phase_t"], curves["phase"], looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
     return gridded(ax, "t [s]", "runs ahead by [s]")
+
+
+# --- which result has which: a new study is a row here --------------------------------------------
+
+
+class Pictures(NamedTuple):
+    """What is drawn of a kind of result.
+
+    Attributes
+    ----------
+    title : str
+        That of its figure.
+    figure : callable
+        What makes its figure.
+    charts : callable
+        What returns its pictures for axes of one's own; where there are none there is no figure.
+    size : callable
+        What returns the size of a figure with one picture [inches]; None is that of matplotlib.
+    """
+
+    title: str
+    figure: Callable[[Found], Figure]
+    charts: Callable[[Found], Charts]
+    size: Callable[[Found], tuple[float, float] | None] = lambda _: None
+
+
+RESULT_PICTURES: Final = {
+    "drift": Pictures("errors over nutation periods", drift_figure, drift_charts),
+    "workprec": Pictures("time of a period over error", workprec_figure, workprec_charts),
+    "stress": Pictures("digits lost by every method", stress_figure, stress_charts, stress_size),
+    "atlas": Pictures("kinds of motion, and their boundaries", atlas_figure, atlas_charts),
+    "check": Pictures("errors and phase over time", check_figure, check_charts),
+    "sweep": Pictures("facts over the range", sweep_figure, sweep_charts),
+}
+"""By the kind of a result."""
+
+
+def charts_of(found: Found) -> Charts:
+    """What draws a result on axes, by the names of its pictures."""
+    if (row := RESULT_PICTURES.get(kind_of(found))) is None:
+        return {}
+    return {name: partial(draw, found=found) for name, draw in row.charts(found).items()}
+
+
+def result_figures(found: Found) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
+    """Yield the name of the figure of a result, its title, and what draws it, if it has one."""
+    if charts_of(found):
+        row = RESULT_PICTURES[kind_of(found)]
+        yield kind_of(found), row.title, partial(row.figure, found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from typing import Any, Final, NamedTuple
@@ -121,6 +121,15 @@ def legend(figure: Any, columns: int = 4, **looks: Any) -> None:
     if known:
         place: Any = {"loc": "outside lower center", "ncols": columns}
         figure.legend(known.values(), known.keys(), **place | looks)
+
+
+def fill(figure: Figure, draw: Callable[[Axes], Axes]) -> Axes:
+    """Draw one picture in a figure, with its legend and the scale of its colours."""
+    ax = draw(figure.subplots())
+    legend(figure, 3, fontsize=8)
+    if ax.images:
+        figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
+    return ax
 
 
 @contextmanager

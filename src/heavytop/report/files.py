@@ -18,20 +18,26 @@ from heavytop import errors
 from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, HeavyTopError, StoppedEarly
 from heavytop.files import locked, remove_parts
-from heavytop.results.base import Result
-from heavytop.results.run import PICTURES, RunResult, run_result
+from heavytop.results.base import Result, kind_of
+from heavytop.results.run import RunResult, run_result
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.scene.scene_file import written
 from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, begun_with
 
 DOCUMENT, TRAJECTORY = "run.json", "trajectory.nc"
 PICTURE_FORMATS: Final = ("svg", "png")
-FIGURE_FILES: Final = tuple(f"{name}.{form}" for name in PICTURES for form in PICTURE_FORMATS)
 UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 """What drawing raises of numbers that no picture can show."""
-RUN_FILES: Final = (DOCUMENT, TRAJECTORY, *FIGURE_FILES)
 
 # --- a run -----------------------------------------------------------------------------------
+
+
+def run_files() -> list[str]:
+    """The names of all that a run may leave in its folder."""
+    from heavytop.plots.figures import FIGURES
+
+    figures = (f"{name}.{form}" for name in FIGURES for form in PICTURE_FORMATS)
+    return [DOCUMENT, TRAJECTORY, *figures]
 
 
 def scene_text(document: Mapping[str, Any]) -> str:
@@ -77,6 +83,7 @@ def open_run(
     tables = {name: scene.document()[name] for name in ("top", "start", "span", "want")}
     parameters = {"kind": RUN, "scene": tables, **asked, "versions": versions()}
     about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
+    files = run_files()
     try:
         kind = begun_with(folder).get("parameters", parameters)["kind"]
     except ForeignFile:
@@ -90,11 +97,11 @@ def open_run(
         try:
             with locked(folder / LOCK):
                 if force or _is_whole(folder, parameters):
-                    _remove(folder, (*RUN_FILES, STUDY))
-            stack.enter_context(Journal.open(folder, parameters, RUN_FILES, run=about))
+                    _remove(folder, (*files, STUDY))
+            stack.enter_context(Journal.open(folder, parameters, files, run=about))
         except ForeignFile as fault:
             raise ForeignFile(f"{fault} (--force replaces it)") from None
-        remove_parts(folder, RUN_FILES)
+        remove_parts(folder, files)
         try:
             yield
         except OSError as fault:
@@ -175,14 +182,12 @@ def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:
     from heavytop.plots.figures import run_figures
     from heavytop.run.exact import SceneMotion
 
-    files = {"document": DOCUMENT}
-    _remove(folder, (DOCUMENT, *FIGURE_FILES))
-    if isinstance(run, SceneMotion) and not run.moves:
-        _remove(folder, [TRAJECTORY])
-    else:
+    files, moves = {"document": DOCUMENT}, not isinstance(run, SceneMotion) or run.moves
+    _remove(folder, [name for name in run_files() if name != TRAJECTORY or not moves])
+    if moves:
         files["trajectory"] = TRAJECTORY
         run.save(folder / TRAJECTORY)
-        for name, draw in run_figures(run) if figures else ():
+        for name, _, draw in run_figures(run) if figures else ():
             files |= _save_figure(folder, name, draw, name)
     result = run_result(run, files=files)
     result.save(folder / DOCUMENT)
@@ -240,11 +245,6 @@ def write_study(
     except KeyboardInterrupt:
         raise StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", kept) from None
     return files
-
-
-def kind_of(found: Result) -> str:
-    """The kind of a result: the name of its document."""
-    return found.schema.split("/")[1]
 
 
 def _save_figure(place: Path, name: str, draw: Callable[[], Any], key: str) -> dict[str, str]:

@@ -18,12 +18,12 @@ from markupsafe import Markup
 
 from heavytop.errors import Exit, ForeignFile, NoClosedForm, NotDrawnWarning, resuming
 from heavytop.files import not_as_written, write_text
-from heavytop.report.files import kind_of, load_run, scene_text, warn_not_drawn
+from heavytop.report.files import load_run, scene_text, warn_not_drawn
 from heavytop.report.player import frames, tops
-from heavytop.results.base import Result, load_result, typed
+from heavytop.results.base import Result, kind_of, load_result, typed
 from heavytop.results.drift import Drift
 from heavytop.results.registry import RESULTS
-from heavytop.results.run import PICTURES, RunResult
+from heavytop.results.run import RunResult
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import ANGLES, QUANTITIES
 from heavytop.studies.journal import Journal, begun_with
@@ -86,6 +86,13 @@ class Section(NamedTuple):
         return [each for each in self.tables if each.rows and each not in self.first_tables]
 
     @property
+    def not_drawn(self) -> bool:
+        """Whether others of its kind have a figure, and this has none."""
+        from heavytop.plots.studies import RESULT_PICTURES
+
+        return kind_of(self.result) in RESULT_PICTURES and not self.pictures
+
+    @property
     def problems(self) -> list[str]:
         """What is wrong with it."""
         return [why for code, why in self.result.problems() if code != Exit.OK and why]
@@ -117,12 +124,10 @@ def _section(path: Path, name: str, number: int) -> Section:
 def _pictures(result: Result, run: Any) -> Iterator[Picture]:
     """The pictures of a run, or the chart of another result, as far as they can be drawn."""
     from heavytop.plots.figures import run_figures
+    from heavytop.plots.studies import result_figures
     from heavytop.plots.style import svg_address
 
-    figures = {kind_of(result): (result.chart.title, result.figure)} if result.chart else {}
-    if run is not None:
-        figures = {name: (PICTURES[name], draw) for name, draw in run_figures(run)}
-    for name, (title, draw) in figures.items():
+    for name, title, draw in result_figures(result) if run is None else run_figures(run):
         with warn_not_drawn(name):
             if (figure := draw()) is not None:
                 yield Picture(name, title, svg_address(figure))

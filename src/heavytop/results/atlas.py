@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 from numpy.typing import NDArray
 
 from heavytop.files import expect_sealed, not_as_written, write_sealed
-from heavytop.results.base import Chart, Result, draw, given
+from heavytop.results.base import Result, given
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import quantity_of
 
@@ -64,7 +64,6 @@ class Atlas(Result):
     """
 
     schema: ClassVar = "heavytop/atlas/1"
-    chart: ClassVar = Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "map")
     goes_on: ClassVar = True
     left_out: ClassVar = ("map",)
 
@@ -152,10 +151,6 @@ class Atlas(Result):
         how: dict[str, Any] = {"engine": "h5netcdf", "encoding": dict.fromkeys(known, packed)}
         write_sealed(folder / MAP, lambda part: known.to_netcdf(part, **how))
         return {"map": MAP}
-
-    def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """The map."""
-        return {"map": draw("atlas", "draw_map", self)} if self.map is not None else {}
 
     def facts(self) -> Iterator[Fact]:
         """The axes, what is held, and the boundaries."""

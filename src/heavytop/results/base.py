@@ -17,7 +17,8 @@ from dataclasses import dataclass, field, fields
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, dataclass_transform
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
 from heavytop.errors import Exit, ForeignFile
 from heavytop.files import not_as_written, write_document, write_text
@@ -63,16 +64,6 @@ def typing(command: str | None) -> Iterator[None]:
 # --- results ---------------------------------------------------------------------------------
 
 
-class Chart(NamedTuple):
-    """The chart of a result: its function in `heavytop.plots`, its title, and the field that it
-    shows, without which there is nothing to draw.
-    """
-
-    function: str
-    title: str
-    shows: str
-
-
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Result(Plotted):
@@ -91,7 +82,6 @@ class Result(Plotted):
     schema: ClassVar[str]
     heading: ClassVar[str]
     """What a page calls it: its name, if nothing else."""
-    chart: ClassVar[Chart | None] = None
     table: ClassVar[str] = ""
     """The field that has its rows,"""
     index: ClassVar[tuple[str, ...]] = ()
@@ -130,7 +120,7 @@ class Result(Plotted):
 
     def charts(self) -> Mapping[str, Callable[..., Any]]:
         """By name what draws a picture of it on axes; the first is drawn where none is named."""
-        return {}
+        return dict(_drawing().charts_of(self))
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """What is wrong with it: exit codes, and a sentence for each."""
@@ -178,10 +168,7 @@ class Result(Plotted):
 
     def figure(self) -> Any:
         """Return the chart as a figure; None where there is nothing to draw."""
-        if self.chart is None or not getattr(self, self.chart.shows):
-            return None
-        module, _, function = self.chart.function.partition(".")
-        return getattr(plots(module), function)(self)
+        return next((draw() for _, _, draw in _drawing().result_figures(self)), None)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write its numbers to a file whose name ends in ``.csv``, or all of it to one of JSON.
@@ -246,14 +233,14 @@ class Result(Plotted):
         return "".join(part.html for part in (Table.of_facts(self.facts()), *self.tables()))
 
 
-def plots(module: str) -> Any:
-    """A module of `heavytop.plots`, which stands above and takes its time to import."""
-    return import_module(f"heavytop.plots.{module}")
+def kind_of(found: Result) -> str:
+    """The kind of a result: the name of its document."""
+    return found.schema.split("/")[1]
 
 
-def draw(module: str, function: str, *given: Any) -> Callable[..., Any]:
-    """What draws on axes, by its name in `heavytop.plots`."""
-    return lambda ax, **looks: getattr(plots(module), function)(ax, *given, **looks)
+def _drawing() -> Any:
+    """What draws results, which stands above and takes its time to import."""
+    return import_module("heavytop.plots.studies")
 
 
 # --- files -----------------------------------------------------------------------------------
@@ -267,8 +254,7 @@ def load_result(path: Path) -> Result:
     ForeignFile
         It is no regular file, or not what its name says.
     """
-    module, _, name = RESULTS[path.name].result.partition(".")
-    found: Result = getattr(import_module(f"heavytop.results.{module}"), name).load(path)
+    found: Result = resolve_name(f"heavytop.{RESULTS[path.name].result}").load(path)
     return found
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final, NamedTuple
 
 from heavytop.errors import Exit
-from heavytop.results.base import Chart, Result, draw, error_text
+from heavytop.results.base import Result, error_text
 from heavytop.results.table import Fact
 from heavytop.scene.quantities import ANGLES
 from heavytop.text import harmless
@@ -82,7 +82,6 @@ class Check(Result):
     """
 
     schema: ClassVar = "heavytop/check/1"
-    chart: ClassVar = Chart("studies.check_figure", "errors and phase over time", "curves")
     left_out: ClassVar = ("digits_required",)
 
     scene: Mapping[str, Any]
@@ -174,10 +173,6 @@ class Check(Result):
             yield "phase", f"{lost}{abs(phase.last):.2e} s {way} at t = {phase.t:g} s{grows}"
         elif self.method.no_phase:
             yield "phase", self.method.no_phase
-
-    def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """The errors over time, and how far the data run ahead."""
-        return {name: draw("studies", f"checked_{name}", self) for name in ("errors", "phase")}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Fewer digits than are required."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from heavytop.errors import Exit
 from heavytop.files import write_sealed
-from heavytop.results.base import Chart, Result, draw, error_of
+from heavytop.results.base import Result, error_of
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, quantity_of
 
@@ -88,7 +88,6 @@ class Drift(Result):
 
     schema: ClassVar = "heavytop/drift/1"
     heading: ClassVar = "Drift"
-    chart: ClassVar = Chart("studies.drift_figure", "errors over nutation periods", "methods")
     index: ClassVar = ("scheme", "periods")
     goes_on: ClassVar = True
 
@@ -134,12 +133,6 @@ class Drift(Result):
         rows = [_last(each) for each in self.methods if each.skipped is None]
         timed = ["us_per_period"] * any(row["us_per_period"] for row in rows)
         yield Table(rows, ("name", *timed, *METHOD_COLUMNS), meanings=about)
-
-    def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """The errors that grow, of those that are not zero."""
-        grown = {n for each in self.methods for n, x in columns_of(each).items() if any(x)}
-        names = [name for name in error_names(self.methods) if name in grown]
-        return {name: draw("studies", "error_growth", self, name) for name in names}
 
     def problems(self) -> Iterator[tuple[Exit, str]]:
         """Own methods that were skipped, and runs that ended early."""

@@ -5,7 +5,7 @@ Names alone, nothing is imported for them: the command line reads this before an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 
@@ -15,33 +15,49 @@ class ResultEntry(NamedTuple):
     Attributes
     ----------
     result : str
-        Its class, as ``module.name`` of `heavytop.results`.
+        Its class, as ``module:name``.
     command : str
         The functions of its verb, which is called as the file is, as in `heavytop.cli`; the last is
         that of a study.
+    reported : sequence of str, optional
+        What ``report SCENE`` gives that function: the scene, and texts; None where it calls none.
     """
 
     result: str
     command: str = ""
+    reported: Sequence[str] | None = ("scene",)
 
     @property
     def study(self) -> str:
         """The module whose tasks give it; its kind in a journal is the last part of that."""
-        return self.command.rpartition(" ")[2].partition(":")[0]
+        return self.function.partition(":")[0]
+
+    @property
+    def function(self) -> str:
+        """The function of a study, as ``module:name``; empty where there is none."""
+        return self.command.rpartition(" ")[2]
 
 
 RESULTS: Final[Mapping[str, ResultEntry]] = {
-    "run.json": ResultEntry("run.RunResult"),
-    "drift.json": ResultEntry("drift.Drift", "studies.drift:drift"),
+    "run.json": ResultEntry("results.run:RunResult"),
+    "drift.json": ResultEntry("results.drift:Drift", "studies.drift:drift"),
     "workprec.json": ResultEntry(
-        "work_precision.WorkPrecision", "studies.work_precision:work_precision"
+        "results.work_precision:WorkPrecision", "studies.work_precision:work_precision"
     ),
-    "stress.json": ResultEntry("stress.Stress", "cli.verbs:stress studies.stress:stress"),
-    "atlas.json": ResultEntry("atlas.Atlas", "studies.atlas:atlas"),
-    "check.json": ResultEntry("check.Check"),
+    "stress.json": ResultEntry(
+        "results.stress:Stress", "cli.verbs:stress studies.stress:stress", reported=()
+    ),
+    "atlas.json": ResultEntry(
+        "results.atlas:Atlas",
+        "studies.atlas:atlas",
+        reported=("scene", "phidot=-30:40:300", "theta=0.02:1.5:300"),
+    ),
+    "check.json": ResultEntry("results.check:Check"),
     "certify.json": ResultEntry(
-        "certificate.Certificate", "cli.verbs:certify studies.certificate:certify"
+        "results.certificate:Certificate",
+        "cli.verbs:certify studies.certificate:certify",
+        reported=None,
     ),
-    "validate.json": ResultEntry("validation.Validation", "claims:validate"),
+    "validate.json": ResultEntry("results.validation:Validation", "claims:validate", reported=()),
 }
 """In the order of a report."""

@@ -34,17 +34,6 @@ ERROR_NAMES: Final = (
 NOT_RUN: Final = {"invariants": {}, "why_not": "nothing was integrated"}
 NO_ERRORS: Final = dict.fromkeys(ERROR_NAMES) | NOT_RUN
 TIMES: Final = ("derive_s", "compile_s", "integrate_s")
-
-
-PICTURES: Final = {
-    "overview": "tilt over precession, and the path of the axis on the unit sphere",
-    "angles": "tilt, precession and rate of spin over time",
-    "potential": "effective potential, energy, and allowed tilts",
-    "phase": "the plane of tilt and tilt rate, with neighbouring energies",
-    "errors": "distance of the run from the closed form over time",
-}
-"""The figures of a run, by the name of the file, and their titles."""
-
 AT_POLE: Final = "φ jumps by π: the value before or after it is given; φ̇ is the limit"
 NO_EVENTS: Final = {**dict.fromkeys(EVENTS), "table": (), "omitted": 0}
 NO_COST: Final = {"steps": 0, **dict.fromkeys(TIMES, 0.0), "us_per_period": None}

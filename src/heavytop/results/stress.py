@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
-from heavytop.results.base import Chart, Result, draw, given, grouped, plots
+from heavytop.results.base import Result, given, grouped
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
@@ -79,7 +79,6 @@ class Stress(Result):
 
     schema: ClassVar = "heavytop/stress/1"
     heading: ClassVar = "Where methods fail"
-    chart: ClassVar = Chart("studies.stress_figure", "digits lost by every method", "cases")
     table: ClassVar = "cases"
     index: ClassVar = ("case", "method")
 
@@ -148,16 +147,6 @@ class Stress(Result):
         rows = [{"case": x} | {run.method: cell(run) for run in runs[(x,)]} for x in there]
         if about := {n: Quantity(head, "") for n, head in self.methods.items() if n in used}:
             yield Table(rows, ("case", *about), meanings=about)
-
-    def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """The digits that every method lost at every case."""
-        return {"digits": draw("studies", "digits_lost", self)}
-
-    @property
-    def figure_size(self) -> tuple[float, float]:
-        """Width and height of a figure that has room for every case and method [inches]."""
-        size: tuple[float, float] = plots("studies").stress_size(self)
-        return size
 
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that failed or were killed in every case, and how in the first."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Impossible
-from heavytop.results.base import Chart, Result, draw, grouped
+from heavytop.results.base import Result, grouped
 from heavytop.results.drift import order_of
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, quantity_of
@@ -62,7 +62,6 @@ class WorkPrecision(Result):
 
     schema: ClassVar = "heavytop/workprec/1"
     heading: ClassVar = "Work and precision"
-    chart: ClassVar = Chart("studies.workprec_figure", "time of a period over error", "points")
     table: ClassVar = "points"
     index: ClassVar = ("method", "tolerance", "steps_a_period")
 
@@ -133,13 +132,6 @@ class WorkPrecision(Result):
                 if each
             ]
             yield _chosen(leaders, LEADERS, f"cheapest, {side}")
-
-    def charts(self) -> Mapping[str, Callable[..., Any]]:
-        """Times, and evaluations, against every error that is measured."""
-        names = [name for name, error in ERROR_KEYS.items() if front(self.points, error)]
-        work = {"": "us_per_period", "-evaluations": "rhs_evaluations"}
-        pairs = [(name, end) for end in work for name in names]
-        return {n + end: draw("studies", "work_precision", self, n, work[end]) for n, end in pairs}
 
     def failures(self) -> Mapping[str, str]:
         """Methods of one's own that have no point, and why their first setting has none."""

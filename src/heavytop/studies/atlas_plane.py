@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import pi
+from math import lcm, pi
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -117,17 +117,11 @@ class Axis:
     @cached_property
     def values(self) -> Array:
         """The values, increasing: of a linear axis each the double nearest the exact one."""
-        last = self.count - 1
         if self.log:
-            values = self.at(np.arange(self.count) / last)
+            values = self.at(np.arange(self.count) / (self.count - 1))
             values[0], values[-1] = float(self.low), float(self.high)
             return values
-        low, high = ((end.fraction or Fraction(float(end))) for end in (self.low, self.high))
-        scale = low.denominator * high.denominator
-        first, final, under = int(low * scale), int(high * scale), scale * last
-        # A quotient of integers is rounded once.
-        exact = ((first * (last - k) + final * k) / under for k in range(self.count))
-        return np.fromiter(exact, np.float64, self.count)
+        return np.fromiter(evenly(self.low, self.high, self.count), np.float64, self.count)
 
     def at(self, share: Array) -> Array:
         """The values at a share of the way from the low end to the high one."""
@@ -135,6 +129,19 @@ class Axis:
         if self.log:
             return np.asarray(low * (high / low) ** share)
         return np.asarray(low * (1 - share) + high * share)
+
+
+def evenly(low: Exact, high: Exact, count: int) -> Iterator[float]:
+    """Numbers from one to another, as many as are asked for, each the double nearest the exact one.
+
+    >>> [*evenly(Exact.of("0"), Exact.of("0.3"), 4)]
+    [0.0, 0.1, 0.2, 0.3]
+    """
+    first, last = (Fraction(float(x)) if x.fraction is None else x.fraction for x in (low, high))
+    step = (last - first) / max(count - 1, 1)
+    below = lcm(first.denominator, step.denominator)
+    begun, rise = int(first * below), int(step * below)  # whole numbers: fractions take ten times
+    return ((begun + rise * k) / below for k in range(count))
 
 
 # --- the plane ------------------------------------------------------------------------------------

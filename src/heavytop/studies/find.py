@@ -11,7 +11,6 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from fractions import Fraction
 from functools import cache, partial
 from itertools import pairwise
 from operator import attrgetter
@@ -32,6 +31,7 @@ from heavytop.scene.arguments import Reader, one_of, parse_options
 from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF, Quantity, quantity_of
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import TABLES
+from heavytop.studies.atlas_plane import evenly
 from heavytop.text import nearest
 
 MOST_POINTS: Final = 1_000_000  # of a range
@@ -347,15 +347,11 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     table, name, *ends, number = parts.groups()
     if name not in (homes := [key for key in TABLES[table] if key in QUANTITY_READERS]):
         raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))
-    exact = (QUANTITY_READERS[name](end.strip()) for end in ends)
-    first, last = sorted(Fraction(float(x)) if x.fraction is None else x.fraction for x in exact)
+    first, last = sorted((QUANTITY_READERS[name](end.strip()) for end in ends), key=float)
     if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
         raise Refused(f"1 to {MOST_POINTS} points")
     low, high, steps = float(first), float(last), int(number or count or SAMPLES + 1)
-    step = (last - first) / max(steps - 1, 1)
-    below = math.lcm(first.denominator, step.denominator)
-    begun, rise = int(first * below), int(step * below)  # whole numbers: fractions take ten times
-    points = {(begun + rise * k) / below for k in range(steps)} | {high}
+    points = {*evenly(first, last, steps), high}
     if low * high > 0 and not (number or count):
         points |= {low * (high / low) ** (k / SAMPLES) for k in range(SAMPLES)}
     return f"{table}.{name}", sorted(x for x in points if low <= x <= high)

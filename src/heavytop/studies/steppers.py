@@ -116,8 +116,8 @@ def measured_order(scene: Scene, method: MethodEntry) -> float | None:
     errors = {}
     for steps in ORDER_STEPS:
         with suppress(IntegrationFailed, HeavyTopError):
-            off, tilt, _, _ = go(set_up(scene, replace(method, setting=steps)), ORDER_PERIODS)
-            errors[steps] = off.axis or abs(tilt)
+            off, _, _ = go(set_up(scene, replace(method, setting=steps)), ORDER_PERIODS)
+            errors[steps] = off.axis or abs(off.theta)
     return order_of(errors)
 
 
@@ -127,11 +127,10 @@ class TooSlow(IntegrationFailed):
 
 def go(
     run: MethodRun, periods: float, limit: float = math.inf
-) -> tuple[StateError, float, StepperState, float]:
-    """Take a run so far: its error there, that of theta, what the last block led to, seconds."""
+) -> tuple[StateError, StepperState, float]:
+    """Take a run so far: its error there, what the last block led to, seconds."""
     end, before, last, seconds = walk(run, periods, limit)
-    row = run.stepper.states_at(before, [end])[0].tolist()
-    return run.reference(end, row), run.reference.tilt(end, row), last, seconds
+    return run.reference(end, run.stepper.states_at(before, [end])[0].tolist()), last, seconds
 
 
 def walk(
@@ -237,6 +236,8 @@ class StateError(NamedTuple):
         Of the formulation's other invariants, relative to their start: p_phi, p_psi, length.
     phase_s : float
         How far the nutation runs ahead [s].
+    theta : float
+        Of the tilt [rad].
     axis : float or None
         Distance of the axis, a unit vector, from the exact one.
     """
@@ -244,6 +245,7 @@ class StateError(NamedTuple):
     energy: float
     invariants: dict[str, float]
     phase_s: float
+    theta: float
     axis: float | None
 
 
@@ -276,7 +278,7 @@ class ReferenceSolution:
     def __call__(self, t: DoubleDouble, row: Sequence[Any]) -> StateError:
         """Return the error of a state at a time [s]; the row is laid out as the start."""
         u, udot, values, axis = self._observed(row)
-        exact, first = self._exact(t), self._first
+        exact, first = self.exact.at(sum(map(self.ctx.mpf, t)), self.ctx.dps), self._first
         size = {name: abs(x) if abs(x) > CLOSE_ROTATION else 1 for name, x in first.items()}
         size["energy"] = max(abs(first["energy"]), abs(self.exact.reduced.g)) or 1
         off = {name: float((x - first[name]) / size[name]) for name, x in values.items()}
@@ -284,15 +286,8 @@ class ReferenceSolution:
         phase = float(ahead(u - exact.u, udot - exact.udot, exact, frequency))
         apart = [x - y for x, y in zip(axis, exact.axis if axis else (), strict=True)]
         far = float(self.ctx.norm(apart)) if axis else None
-        return StateError(off.pop("energy"), off, phase, far)
-
-    def tilt(self, t: DoubleDouble, row: Sequence[Any]) -> float:
-        """Return the error of theta at a time [rad]; the row is laid out as the start."""
-        u = min(max(self._observed(row)[0], -self.ctx.one), self.ctx.one)
-        return float(self.ctx.acos(u) - self._exact(t).theta)
-
-    def _exact(self, t: DoubleDouble) -> Any:
-        return self.exact.at(sum(map(self.ctx.mpf, t)), self.ctx.dps)
+        tilt = self.ctx.acos(min(max(u, -self.ctx.one), self.ctx.one)) - exact.theta
+        return StateError(off.pop("energy"), off, phase, float(tilt), far)
 
     @cached_property
     def _first(self) -> dict[str, Any]:

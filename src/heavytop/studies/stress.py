@@ -18,6 +18,7 @@ from heavytop.doctor import versions
 from heavytop.results.stress import NO_RUN, Stress, StressCases, StressOutcome
 from heavytop.results.table import Row
 from heavytop.scene.arguments import Range, check_callable, one_of, parse_names, parse_options
+from heavytop.scene.scene import Scene
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import parameters_of, read_methods, stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, reference
@@ -147,7 +148,7 @@ def collect(journal: Journal, budget: float = BUDGET_S) -> Stress:
         about = {"case": case, "method": method.name, "reason": reason}
         skipped.append(about | {"lost": last.failed is not None})
     limits = {"budget_s": budget, "time_s": parameters["time_limit"], "steps": MOST_STRESS_STEPS}
-    hard = {name: all_cases()[name].hard for name in parameters["cases"]}
+    hard = {name: all_cases()[name].title for name in parameters["cases"]}
     heads = {each.name: f"{each.short} {each.set_to}".rstrip() for each in methods}
     found: Any = {"cases": runs, "skipped": skipped, "versions": versions()}
     return Stress(limits=limits, hard=hard, methods=heads, **found)
@@ -190,9 +191,18 @@ def listing() -> StressCases:
     ('140', '2.618 periods')
     """
     return StressCases(
-        cases=tuple(case.document() for case in all_cases().values()),
+        cases=tuple(map(_described, all_cases().values())),
         methods=tuple(
             {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.set_to}
             for m in stress_methods().values()
         ),
     )
+
+
+def _described(case: Scene) -> dict[str, Any]:
+    """A case as a row of the document heavytop/stress-cases/1."""
+    span = f"{case.time} s" if case.periods is None else f"{case.periods} periods"
+    top = {name: str(getattr(case.top, name)) for name in ("A", "C", "gMR")}
+    start = {name: str(value) for name, value in case.start.given}
+    about = {"span": span, "why": case.title, "events": bool(case.events)}
+    return {"name": case.name, "top": top, "start": start, **about}

@@ -45,59 +45,31 @@ CONDITION_STEP: Final = 1e-30  # in which a change is so large
 AXIS: Final = 2.0  # how far apart two axes can be
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
-    """One case.
-
-    Attributes
-    ----------
-    name : str
-    hard : str
-        Why it is hard.
-    scene : Scene
-        It wants the axis.
-    counted : bool
-        Whether events are counted and held against the exact numbers.
-    """
-
-    name: str
-    hard: str
-    scene: Scene
-    counted: bool = False
-
-    def document(self) -> dict[str, Any]:
-        """Return the case as a row of the document heavytop/stress-cases/1."""
-        scene = self.scene
-        span = f"{scene.time} s" if scene.periods is None else f"{scene.periods} periods"
-        top = {name: str(getattr(scene.top, name)) for name in ("A", "C", "gMR")}
-        start = {name: str(value) for name, value in scene.start.given}
-        about = {"span": span, "why": self.hard, "events": self.counted}
-        return {"name": self.name, "top": top, "start": start, **about}
-
-
 @cache
-def cases() -> Mapping[str, Case]:
-    """Return all cases by name, in their order."""
+def cases() -> Mapping[str, Scene]:
+    """Return all cases by name, in their order: scenes, whose title says why each is hard.
+
+    Those that want events are judged by them too.
+    """
     return MappingProxyType({case.name: case for case in (*_near_poles(), *_elsewhere())})
 
 
 def _case(
     name: str, hard: str, top: Any, *, counted: bool = False, time: Any = None,
     periods: Any = SPAN, **start: Any,
-) -> Case:  # fmt: skip
+) -> Scene:  # fmt: skip
     about: Any = {"periods": periods} if time is None else {"time": time}
-    about |= {"name": name, "events": EVENTS if counted else (), "samples": 2, "digits": 10}
-    scene = Scene(Top(*top), State(**start), quantities=("axis",), **about)
-    return Case(name, hard, scene, counted)
+    about |= {"name": name, "title": hard, "events": EVENTS if counted else ()}
+    return Scene(Top(*top), State(**start), quantities=("axis",), samples=2, digits=10, **about)
 
 
-def _shipped(name: str, hard: str, scene: str, **more: Any) -> Case:
+def _shipped(name: str, hard: str, scene: str, **more: Any) -> Scene:
     read = load_scene(scene)
     top = (read.top.A, read.top.C, read.top.gMR)
     return _case(name, hard, top, **dict(read.start.given), **more)
 
 
-def _near_poles() -> Iterator[Case]:
+def _near_poles() -> Iterator[Scene]:
     """At the vertical: passes, sleeping tops, separatrices."""
     hard = "φ and ψ turn as fast as 1/θ near a pole, and jump at the pole"
     yield _case("through-top", hard, SIMPLE, **_falling("0"))
@@ -143,7 +115,7 @@ def _falling(near: str, side: str = "") -> Start:
     return {"theta": theta, "thetadot": thetadot, "phidot": phidot, "omega3": 2}
 
 
-def _elsewhere() -> Iterator[Case]:
+def _elsewhere() -> Iterator[Scene]:
     """Reversals of φ, fast spins, steady precession, long runs."""
     hard = "a cusp is a double root of φ̇: a sign test may find two changes, one or none"
     yield _case("cusp", hard, BOOK, counted=True, theta="0.1", psidot=140)
@@ -245,12 +217,12 @@ class CaseReference:
 def reference(name: str) -> CaseReference:
     """Return the truth of a case, by its name."""
     case = cases()[name]
-    motion = closed_form_of(case.scene)
-    end = span(case.scene, motion)
+    motion = closed_form_of(case)
+    end = span(case, motion)
     exact = motion.at(end, TRUTH_DIGITS)
     x, y, z = map(float, exact.axis)
-    condition = max(1.0, _condition(case.scene, motion, end))
-    counts = tally(motion, end) if case.counted else None
+    condition = max(1.0, _condition(case, motion, end))
+    counts = tally(motion, end) if case.events else None
     theta, *angles = map(float, (exact.theta, exact.phi, exact.psi))
     return CaseReference(end, theta, (x, y, z), condition, counts, motion.period, tuple(angles))
 

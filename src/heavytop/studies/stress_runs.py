@@ -29,9 +29,10 @@ from heavytop.run.plan import Plan
 from heavytop.run.propagation import propagate
 from heavytop.run.verify import conserved, energy_error
 from heavytop.scene.quantities import Need
+from heavytop.scene.scene import Scene
 from heavytop.studies.methods import AUTO_ANGLES
 from heavytop.studies.steppers import measured_order, problem_of
-from heavytop.studies.stress_cases import Case, CaseReference, cases
+from heavytop.studies.stress_cases import CaseReference, cases
 
 EASY: Final = "ten-periods"  # the case at which the order of a method of one's own is measured
 KEPT_SHARE: Final = 0.5  # of the digits that conditioning leaves
@@ -81,13 +82,13 @@ class CaseRun(NamedTuple):
 
 
 def prepare(
-    case: Case, method: MethodEntry, truth: CaseReference, step_limit: int
+    case: Scene, method: MethodEntry, truth: CaseReference, step_limit: int
 ) -> Callable[[], CaseRun]:
     """Return what does a run; what a method of others compiles is compiled here.
 
     Parameters
     ----------
-    case : Case
+    case : Scene
     method : MethodEntry
         One of `heavytop.studies.methods.stress_methods`.
     truth : CaseReference
@@ -97,7 +98,7 @@ def prepare(
     """
     if not method.is_rival:
         return partial(_taylor, case, method, step_limit)
-    problem = problem_of(case.scene, Plan(method.formulation), truth.end)
+    problem = problem_of(case, Plan(method.formulation), truth.end)
     trail, about = list[Any](), dict[str, Any]()
     stepper: Any
     if method.fixed:
@@ -106,7 +107,7 @@ def prepare(
         if steps > step_limit:
             message = f"it would take {steps} steps"
             return partial(CaseRun, StressOutcome.STEP_LIMIT, message, steps)
-        order = method.published_order or measured_order(cases()[EASY].scene, method)
+        order = method.published_order or measured_order(cases()[EASY], method)
         allowed = (math.tau / method.setting) ** order if order else 0.0
         about, block = {"steps": steps, "step_error": allowed}, min(steps, method.block)
         stepper = make_stepper(replace(method, setting=float(steps)), problem, block)
@@ -119,7 +120,7 @@ def prepare(
 
 
 def _stepped(
-    case: Case, problem: InitialValueProblem, stepper: Any, last: DoubleDouble, step_limit: int,
+    case: Scene, problem: InitialValueProblem, stepper: Any, last: DoubleDouble, step_limit: int,
     trail: list[Any], about: Mapping[str, Any],
 ) -> CaseRun:  # fmt: skip
     """Let a method of others go to the end."""
@@ -138,7 +139,7 @@ def _stepped(
     with np.errstate(all="ignore"):
         seen = sample(form, rows, known, ends)
         off = conserved(invariants(form, rows, known, ends), known)["energy"]
-    for taken in trail if case.counted else ():
+    for taken in trail if case.events else ():
         for name in WATCHED_EVENTS:
             signs = np.sign(event_function(form, name, taken.states, known, taken.times)[0])
             counted[name] = int(np.sum(signs[:-1] * signs[1:] <= 0))
@@ -148,12 +149,12 @@ def _stepped(
     return _arrived(seen, step_limit, **found)
 
 
-def _taylor(case: Case, method: MethodEntry, step_limit: int) -> CaseRun:
+def _taylor(case: Scene, method: MethodEntry, step_limit: int) -> CaseRun:
     auto = method.formulation == AUTO
     wanted: tuple[str, ...] = ("axis", "phi", "psi") if method.name == AUTO_ANGLES else ("axis",)
     if not auto and FORMULATIONS[method.formulation].gives is Need.TILT:
         wanted = ("theta",)
-    scene = replace(case.scene, quantities=wanted)
+    scene = replace(case, quantities=wanted)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:

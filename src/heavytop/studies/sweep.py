@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import refuse
-from heavytop.results.base import Chart, Result
+from heavytop.results.base import Result
 from heavytop.results.table import Table
 from heavytop.scene.arguments import expect, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene, expect_scene
@@ -34,7 +34,6 @@ class Sweep(Result):
     """
 
     schema: ClassVar = "heavytop/sweep/1"
-    chart: ClassVar = Chart("studies.sweep_figure", "facts over the range", "rows")
 
     scene: Mapping[str, Any]
     over: str

@@ -119,18 +119,13 @@ def work_precision(
     closed form says of the same state.
     """
     check_callable("progress", progress)
-    parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
-    with Journal.open(folder, parameters) as journal:
-        return complete(journal, budget=float(budget), on_progress=progress)
-
-
-def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
-    """Return what is asked of a diagram, as JSON; a BadScene as of `work_precision`."""
+    options = {"periods": periods, "budget": budget}
     names, values = read_asked(scene, methods, options, WORK_LIMITS, expected)
     about = {"scene": scene.problem(), "periods": values["periods"]}
     parameters = parameters_of("work_precision", names, **about)
     tasks(parameters)  # a plan may be refused: before anything is written
-    return parameters
+    with Journal.open(folder, parameters) as journal:
+        return complete(journal, budget=float(budget), on_progress=progress)
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -275,13 +270,13 @@ def first_run(run: MethodRun, periods: float, limit: float) -> dict[str, Any]:
     It fails where it is not there after `limit` seconds, or its numbers are no longer finite.
     """
     stepper: Any = run.stepper
-    off, tilt, last, seconds = go(run, periods - BEFORE_END, limit)
-    if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
+    off, last, seconds = go(run, periods - BEFORE_END, limit)
+    if not math.isfinite(off.energy + off.theta + (off.axis or 0.0)):
         raise NotFinite
     phase = abs(off.phase_s) if abs(off.phase_s) < LOST_PHASE * run.period else None
     return {
         "axis_error": off.axis,
-        "theta_error": abs(tilt),
+        "theta_error": abs(off.theta),
         "phase_error": phase,
         "energy_error": abs(off.energy),
         "periods": last.time[0] / run.period,
