@@ -7,8 +7,9 @@ import pytest
 
 import heavytop as ht
 from heavytop.files import write_document
-from heavytop.report.files import write_results, write_study
+from heavytop.report.files import write_result
 from heavytop.results.registry import RESULTS
+from heavytop.results.run import run_result
 
 from .browser import CHROMIUM, Browser
 from .explorer_page import opened
@@ -60,7 +61,7 @@ def place(tmp_path_factory):
     for folder in folders.values():
         folder.mkdir()
     scene, t = ht.load_scene("sicm-kicked", overrides=HOSTILE), np.linspace(0, 1, 50)
-    write_results(ht.propagate(scene), folders["run.json"], figures=False)
+    write_result(run_result(ht.propagate(scene)), folders["run.json"], figures=False)
     (folders["run.json"] / "overview.svg").write_text("<svg onload='alert(4)'/>")
     theta = 1.0001 * ht.Motion(scene.top, scene.start).at(t).theta
     for name, found in {
@@ -69,7 +70,7 @@ def place(tmp_path_factory):
         "check": ht.check({"t": t, "theta": theta, CLOSING: t}, scene),
         "certify": ht.certify(ht.load_scene("sicm-kicked")),
     }.items():
-        write_study(found, root / name, figures=False)
+        write_result(found, root / name, figures=False)
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)

@@ -223,7 +223,7 @@ def run_all(
 
     Return these folders; and what cannot be done, and why.
     """
-    from heavytop.report.files import write_study
+    from heavytop.report.files import write_result
     from heavytop.results.registry import RESULTS
 
     done, missing = list[Path](), dict[str, str]()
@@ -242,7 +242,7 @@ def run_all(
                 given = [scene if x == "scene" else x for x in studies[name].reported or ()]
                 study = resolve_name(f"heavytop.{studies[name].function}")
                 found = study(*given, folder=folder, progress=progress)
-                write_study(found, folder, figures=False)
+                write_result(found, folder, figures=False)
             done.append(folder)
         except errors.StoppedEarly as stop:
             if kept is None:

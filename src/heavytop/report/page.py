@@ -7,7 +7,7 @@ import warnings
 from base64 import b64encode
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
@@ -116,18 +116,17 @@ def _section(path: Path, name: str, number: int) -> Section:
         warnings.simplefilter("always", NotDrawnWarning)
         heading = f"{result.heading}: {scene.title or scene.name}" if scene else result.heading
         parts = tuple(result.facts()), tuple(result.tables())
-        run = load_run(result, path) if isinstance(result, RunResult) else None
-        pictures = tuple(_pictures(result, run))
-        return Section(name, result, f"{kind}-{number}", heading, *parts, pictures, _top(run))
+        if isinstance(result, RunResult):
+            result = replace(result, run=load_run(result, path))
+        pictures, top = tuple(_pictures(result)), _top(getattr(result, "run", None))
+        return Section(name, result, f"{kind}-{number}", heading, *parts, pictures, top)
 
 
-def _pictures(result: Result, run: Any) -> Iterator[Picture]:
-    """The pictures of a run, or the chart of another result, as far as they can be drawn."""
-    from heavytop.plots.figures import run_figures
-    from heavytop.plots.studies import result_figures
+def _pictures(result: Result) -> Iterator[Picture]:
+    """The pictures of a result, as far as they can be drawn."""
     from heavytop.plots.style import svg_address
 
-    for name, title, draw in result_figures(result) if run is None else run_figures(run):
+    for name, title, draw in result.figures():
         with warn_not_drawn(name):
             if (figure := draw()) is not None:
                 yield Picture(name, title, svg_address(figure))

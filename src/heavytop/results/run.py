@@ -7,6 +7,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, field
 from functools import partial
+from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.doctor import versions
@@ -22,6 +24,7 @@ if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
+DOCUMENT, TRAJECTORY = "run.json", "trajectory.nc"
 ROUNDING: Final = 32 * sys.float_info.epsilon  # of the largest in a column
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 EVENT_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
@@ -73,10 +76,15 @@ class RunResult(Result):
         What no rigid body can be, a θ that was folded, what another kick would do.
     source : {"integrated", "closed form"}
         What the end and the events are from.
+    run : Trajectory or SceneMotion or None
+        What moves, if anything does; None where its file is not there.
     """
 
     schema: ClassVar = "heavytop/run/1"
     heading: ClassVar = "Run"
+    goes_on: ClassVar = True
+    data_file: ClassVar = TRAJECTORY
+    left_out: ClassVar = ("run",)
 
     scene: Any
     motion: Any
@@ -92,6 +100,25 @@ class RunResult(Result):
     outcome: str = Outcome.FINISHED
     warnings: tuple[str, ...] = ()
     source: str = "integrated"
+    run: Any = field(default=None, compare=False)
+
+    def save_data(self, folder: Path) -> dict[str, str]:
+        """Write ``trajectory.nc``, or take away that of an earlier run, where nothing moves.
+
+        Parameters
+        ----------
+        folder : Path
+        """
+        if self.run is None:
+            (folder / TRAJECTORY).unlink(missing_ok=True)
+            return {}
+        self.run.save(folder / TRAJECTORY)
+        return {"trajectory": TRAJECTORY}
+
+    def figures(self) -> Iterator[tuple[str, str, Callable[[], Any]]]:
+        """Those of the motion, if there is one."""
+        if self.run is not None:
+            yield from import_module("heavytop.plots.figures").run_figures(self.run)
 
     def facts(self) -> Iterator[Fact]:
         """What is known without integrating, the plan, the end, the errors and the cost."""
@@ -125,15 +152,8 @@ class RunResult(Result):
             yield event_table(self.events)
 
 
-def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
-    """Return the result of a run; of a scene that nothing is integrated of what is known.
-
-    Parameters
-    ----------
-    run : Trajectory or SceneMotion
-    files : mapping from str to str, optional
-        Names and paths of the files written.
-    """
+def run_result(run: Trajectory | SceneMotion) -> RunResult:
+    """Return the result of a run; of a scene that nothing is integrated of what is known."""
     from heavytop.run.trajectory import Trajectory
 
     scene, motion = run.scene, run.motion
@@ -154,7 +174,7 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
         warnings=classification.warnings_of(scene),
         source=run.source,
         versions=versions(),
-        files=files or {},
+        run=run if found else None,
         **found,
     )
 
