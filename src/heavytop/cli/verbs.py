@@ -18,6 +18,7 @@ from heavytop.scene.arguments import Broken, gathering
 from heavytop.text import harmless
 
 if TYPE_CHECKING:
+    from heavytop.analytic.reference import Reference
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
 
@@ -79,7 +80,7 @@ def certify(
 
 def reference(
     scene: Scene, times: str, *, events: Sequence[str] = (), path: Path | None = None, **given: Any
-) -> CommandResult:
+) -> Reference:
     """Print exact values of a motion, every digit proved.
 
     Parameters
@@ -101,7 +102,7 @@ def reference(
     given |= {"times": reference.read_times(times), "events": events}
     with gathering(broken) as attempt:
         attempt(reference.read_request, scene, **given)
-    return CommandResult(reference.reference(scene, **given))
+    return reference.reference(scene, **given)
 
 
 def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Result:
@@ -133,7 +134,7 @@ def check(
     changes: Sequence[str] = (),
     digits: float | None = None,
     **given: Any,
-) -> CommandResult:
+) -> Result:
     """Compare your trajectory with the exact motion; name mistakes.
 
     Parameters
@@ -159,7 +160,7 @@ def check(
     with gathering(broken) as attempt:
         subject = None if scene is None else attempt(judge.subject, scene, changes)
         attempt(judge.expect_conventions, given.get("undone", ()))
-    return CommandResult(replace(judge.check(data, subject, **given), digits_required=digits))
+    return replace(judge.check(data, subject, **given), digits_required=digits)
 
 
 # --- pages and texts -------------------------------------------------------------------------
