@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
@@ -73,38 +73,69 @@ def plan_summary(chosen: Plan) -> dict[str, Any]:
     return {key: getattr(chosen, name) for key, name in names.items()}
 
 
-class Classification(Result):
-    """What can be said of a scene without integrating it.
+class MotionResult(Result):
+    """What a scene's top and start alone say of its motion.
 
     Attributes
     ----------
     scene : mapping
+        As `heavytop.Scene.document` gives it.
     motion : mapping
-        With the reasons for its kind, which tags are open, and to which bound.
+        As `motion_summary` gives it.
     top : mapping from str to float
-        A, C, gMR, mass and distance of a top that has a mass; they may be sums of solids.
+        As `top_summary` gives it: A, C, gMR, mass and distance of a top that has a mass.
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
+    warnings : tuple of str
+        What no rigid body can be, a θ that was folded, what another kick would do.
+    """
+
+    scene: Any
+    motion: Any
+    top: Mapping[str, float] = field(default_factory=dict)
+    constants: Any
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, scene: Scene, motion: Motion, summary: Mapping[str, Any], **more: Any) -> Self:
+        """The result of a scene with this motion, and what else is found of it."""
+        return cls(
+            scene=scene.document(),
+            motion=summary,
+            top=top_summary(scene.top),
+            constants=motion.constants._asdict(),
+            warnings=warnings_of(scene),
+            **more,
+        )
+
+    def facts(self) -> Iterator[Fact]:
+        """Kind and why, range of tilt and means per period, the top, constants."""
+        yield from verdict_facts(self.motion)
+        yield from course_facts(self.motion)
+        yield from numbers(self.top, *self.top)
+        yield from numbers(self.constants, *CONSTANTS)
+
+
+class Classification(MotionResult):
+    """What can be said of a scene without integrating it.
+
+    Attributes
+    ----------
+    scene, motion, top, constants, warnings
+        As of `MotionResult`; the motion also with tags that are open, and to which bound.
     motion_facts : mapping
         Those of `heavytop.Facts`.
     enclosure : mapping
         ``roots`` (cos θ), ``theta_min``, ``theta_max``, ``period``, ``precession`` and ``spin``,
         each as two decimals with the true value between them; None where there is no such value,
         or none could be enclosed.
-    warnings : tuple of str
-        What no rigid body can be, a θ that was folded, what another kick would do.
     """
 
     schema: ClassVar = "heavytop/classify/1"
     left_out: ClassVar = ("files", "versions")
 
-    scene: Any
-    motion: Any
-    top: Mapping[str, float] = field(default_factory=dict)
-    constants: Any
     motion_facts: Any
     enclosure: Any
-    warnings: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return the document heavytop/classify/1: the facts of the motion are ``facts``."""
@@ -113,10 +144,7 @@ class Classification(Result):
 
     def facts(self) -> Iterator[Fact]:
         """Kind and why, range of tilt and means per period, constants, rates."""
-        yield from verdict_facts(self.motion)
-        yield from course_facts(self.motion)
-        yield from numbers(self.top, *self.top)
-        yield from numbers(self.constants, *CONSTANTS)
+        yield from super().facts()
         yield from rate_facts(self.motion_facts)
         yield from estimate_facts(self.motion["estimates"])
         yield from (("note", text) for text in self.warnings)
@@ -159,16 +187,11 @@ def classified(scene: Scene) -> Classification:
     """
     motion = Motion(scene.top, scene.start)
     verdict, known = motion.verdict, facts(motion)
-    return Classification(
-        scene=scene.document(),
-        motion=motion_summary(motion, known)
-        | {"open_tags": verdict.open_tags, "bound": verdict.bound},
-        top=top_summary(scene.top),
-        constants=motion.constants._asdict(),
-        motion_facts=asdict(known),
-        enclosure={name: _bounds(motion, name) for name in ENCLOSED},
-        warnings=warnings_of(scene),
-    )
+    summary = motion_summary(motion, known)
+    summary |= {"open_tags": verdict.open_tags, "bound": verdict.bound}
+    enclosure = {name: _bounds(motion, name) for name in ENCLOSED}
+    more = {"motion_facts": asdict(known), "enclosure": enclosure}
+    return Classification.of(scene, motion, summary, **more)
 
 
 def warnings_of(scene: Scene) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
 from heavytop.results import classification
-from heavytop.results.base import Result, error_text
+from heavytop.results.base import error_text
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import ANGLES, RATES, Need, need_of
 from heavytop.scene.scene_file import EVENTS
@@ -42,19 +42,13 @@ NO_EVENTS: Final = {**dict.fromkeys(EVENTS), "table": (), "omitted": 0}
 NO_COST: Final = {"steps": 0, **dict.fromkeys(TIMES, 0.0), "us_per_period": None}
 
 
-class RunResult(Result):
+class RunResult(classification.MotionResult):
     """Everything a run has to say; where nothing is integrated, what is known without it.
 
     Attributes
     ----------
-    scene : mapping
-        As `heavytop.Scene.document` gives it.
-    motion : mapping
-        As `heavytop.results.classification.motion_summary` gives it.
-    top : mapping from str to float
-        As `heavytop.results.classification.top_summary` gives it.
-    constants : mapping from str to float
-        E, E_prime, p_phi and p_psi.
+    scene, motion, top, constants, warnings
+        As of `heavytop.results.classification.MotionResult`.
     plan : mapping
         As `heavytop.results.classification.plan_summary` gives it.
     final : mapping or None
@@ -72,8 +66,6 @@ class RunResult(Result):
         Steps, and the time that each part of the work took.
     outcome : str
         One of `heavytop.errors.Outcome`.
-    warnings : tuple of str
-        What no rigid body can be, a θ that was folded, what another kick would do.
     source : {"integrated", "closed form"}
         What the end and the events are from.
     run : Trajectory or SceneMotion or None
@@ -86,10 +78,6 @@ class RunResult(Result):
     data_file: ClassVar = TRAJECTORY
     left_out: ClassVar = ("run",)
 
-    scene: Any
-    motion: Any
-    top: Mapping[str, float] = field(default_factory=dict)
-    constants: Any
     plan: Any
     final: Any = None
     events: Any = field(default_factory=lambda: NO_EVENTS)
@@ -98,7 +86,6 @@ class RunResult(Result):
     missed_events: Mapping[str, Any] = field(default_factory=dict)
     cost: Any = field(default_factory=lambda: NO_COST)
     outcome: str = Outcome.FINISHED
-    warnings: tuple[str, ...] = ()
     source: str = "integrated"
     run: Any = field(default=None, compare=False)
 
@@ -122,10 +109,7 @@ class RunResult(Result):
 
     def facts(self) -> Iterator[Fact]:
         """What is known without integrating, the plan, the end, the errors and the cost."""
-        yield from classification.verdict_facts(self.motion)
-        yield from classification.course_facts(self.motion)
-        yield from classification.numbers(self.top, *self.top)
-        yield from classification.numbers(self.constants, *classification.CONSTANTS)
+        yield from super().facts()
         yield from classification.plan_facts(self.plan)
         yield from (("note", text) for text in self.warnings)
         if self.final:
@@ -165,13 +149,11 @@ def run_result(run: Trajectory | SceneMotion) -> RunResult:
         as_number: AsNumber = float if digits <= NUMBER_DIGITS else partial(ctx.nstr, n=digits)
         final = _final(run, ctx, as_number, attitude=True)
         found = {"final": final, "events": NO_EVENTS | run.counts}
-    return RunResult(
-        scene=scene.document(),
-        motion=classification.motion_summary(motion),
-        top=classification.top_summary(scene.top),
-        constants=motion.constants._asdict(),
+    return RunResult.of(
+        scene,
+        motion,
+        classification.motion_summary(motion),
         plan=classification.plan_summary(run.plan),
-        warnings=classification.warnings_of(scene),
         source=run.source,
         versions=versions(),
         run=run if found else None,
