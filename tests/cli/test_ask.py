@@ -30,6 +30,6 @@ def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
 
 def test_what_a_held_spin_makes_of_a_kick_is_said():
     [note] = document("classify", "sicm-kicked")["warnings"]
-    assert "from 0.1 to 0.363598 rad" in note
+    assert "from 0.1 to 0.363598452 rad" in note
     assert document("classify", "sicm-forward")["warnings"] == []
     assert "20.8327 deg" in " ".join(printed("classify", "sicm-kicked", "--unit", "deg").split())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
 """Kinds whose axis does not go round the vertical but through it."""
+TILTS: Final = re.compile(r"(?<=theta from )(\S+) to (\S+) rad")
+"""What a warning says of a kick."""
 ENCLOSED: Final = ("roots", *COURSE)
 BALL_DIGITS: Final = 18  # of the balls around them
 BALL_DECIMALS: Final = 22  # significant digits of the decimals around a ball
@@ -108,6 +111,14 @@ class MotionResult(Result):
             **more,
         )
 
+    def notes(self) -> Iterator[Fact]:
+        """The warnings; their tilts, which a document has in SI, in the units that are shown."""
+
+        def shown(tilts: re.Match[str]) -> str:
+            return quantity_of("theta").with_unit(*map(float, tilts.groups()), form=".6g")
+
+        yield from (("note", TILTS.sub(shown, text)) for text in self.warnings)
+
     def facts(self) -> Iterator[Fact]:
         """Kind and why, range of tilt and means per period, the top, constants."""
         yield from verdict_facts(self.motion)
@@ -147,7 +158,7 @@ class Classification(MotionResult):
         yield from super().facts()
         yield from rate_facts(self.motion_facts)
         yield from estimate_facts(self.motion["estimates"])
-        yield from (("note", text) for text in self.warnings)
+        yield from self.notes()
 
 
 class Planned(Result):
@@ -208,8 +219,8 @@ def _kick(scene: Scene) -> str:
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
     other = Motion(top, State(**rates, omega3=start.spin))
-    spin = f"{float(start.spin):.6g}"  # in SI all of it, as the scene: it is kept as a text
-    tilts = f"theta from {other.theta_min:.6g} to {other.theta_max:.6g} rad"
+    spin = f"{float(start.spin):.6g}"
+    tilts = f"theta from {other.theta_min:.9g} to {other.theta_max:.9g} rad"
     return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves {tilts}"
 
 

@@ -111,7 +111,7 @@ class RunResult(classification.MotionResult):
         """What is known without integrating, the plan, the end, the errors and the cost."""
         yield from super().facts()
         yield from classification.plan_facts(self.plan)
-        yield from (("note", text) for text in self.warnings)
+        yield from self.notes()
         if self.final:
             end = {"reaction": None, **self.final}
             yield from classification.numbers(end, "t", *ANGLES, "reaction")
