@@ -8,7 +8,7 @@ import xarray
 
 import heavytop as ht
 from heavytop.files import write_whole
-from heavytop.report.files import write_study
+from heavytop.report.files import write_result
 
 SEAL_BYTES = 82
 SHORT = ht.load_scene("sicm-kicked", ["span.time=0.1"])
@@ -54,7 +54,7 @@ def test_what_a_killed_writer_left_is_taken_away_and_nothing_else(tmp_path):
     for name in (".12.drift.json", ".7.drift.nc", ".12.drift.png", *mine):
         (tmp_path / name).write_text("half")
     study = ht.drift(SHORT, methods=["taylor-axis"], periods=2, samples=2)
-    write_study(study, tmp_path, figures=False)
+    write_result(study, tmp_path, figures=False)
     assert {path.name for path in tmp_path.iterdir()} == {*mine, "drift.json", "drift.nc"}
 
 

@@ -12,7 +12,8 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import INSTALL_HEYOKA
-from heavytop.report.files import write_results
+from heavytop.report.files import write_result
+from heavytop.results.run import run_result
 
 from .commands import printed
 from .processes import begin, surroundings
@@ -95,7 +96,7 @@ def untimed(said):
 
 def test_a_page_of_a_finished_run_needs_no_integrator(tmp_path):
     scene = ht.load_scene("sicm-kicked", ["span.time=0.3"])
-    write_results(ht.propagate(scene), tmp_path, figures=False)
+    write_result(run_result(ht.propagate(scene)), tmp_path, figures=False)
     elsewhere("-m", "heavytop", "report", tmp_path, "-o", tmp_path / "x.html")
 
 

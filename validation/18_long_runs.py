@@ -21,13 +21,13 @@ KICKED = ht.load_scene("sicm-kicked")
 
 def study(name, methods, **asked):
     """A drift study of the kicked top, stored, and the folder where it is."""
-    from heavytop.report.files import write_study
+    from heavytop.report.files import write_result
 
     folder = Path("out") / f"{name}-{asked['periods']:g}"
     if (folder / "drift.json").exists():  # it is whole, perhaps of another day's code
         shutil.rmtree(folder)
     found = ht.drift(KICKED, methods=methods, folder=folder, **asked)
-    write_study(found, folder)
+    write_result(found, folder)
     return found, folder
 
 

@@ -99,12 +99,12 @@ def shown(point):
 def work_precision(budget=240.0, write=False):
     cache = tempfile.TemporaryDirectory()
     os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once
-    from heavytop.report.files import write_study
+    from heavytop.report.files import write_result
 
     began = perf_counter()
     found = ht.work_precision(ht.load_scene("sicm-kicked"), budget=budget)
     took = perf_counter() - began
-    write_study(found, FOLDER)
+    write_result(found, FOLDER)
     document = found.document()
     print(table(document))
     reasons = Counter((each["method"], each["reason"]) for each in document["skipped"])

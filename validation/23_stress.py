@@ -54,12 +54,12 @@ def measured(found):
 
 @proof
 def stress(budget=240.0, write=False):
-    from heavytop.report.files import write_study
+    from heavytop.report.files import write_result
 
     began = perf_counter()
     found = ht.stress(budget=budget)
     took = perf_counter() - began
-    write_study(found, FOLDER)
+    write_result(found, FOLDER)
     print(table(found))
     for run in found.cases:
         if run.outcome != "ok":

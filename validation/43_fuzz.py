@@ -503,7 +503,7 @@ def accepted(read, path):
 
 def written(place):
     """Write a file of every kind; return how each is read."""
-    from heavytop.report.files import write_study
+    from heavytop.report.files import write_result
 
     short = ht.load_scene("sicm-kicked", ["span.time=0.3"])
     digits = ht.load_scene("sicm-kicked", ["span.time=0.1", "want.digits=20", "want.samples=5"])
@@ -512,7 +512,7 @@ def written(place):
     plane = {"x": f"phidot=-20:20:{SHAPE[1]}", "y": f"theta=0.1:3:{SHAPE[0]}"}
     drift = ht.drift(short, methods=["taylor-axis"], periods=3, samples=2)
     for study in (drift, ht.atlas(short, **plane, only="kind")):
-        write_study(study, place, figures=False)
+        write_result(study, place, figures=False)
     return {
         place / "run.nc": ht.load_trajectory,
         place / "digits.nc": ht.load_trajectory,

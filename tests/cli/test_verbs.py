@@ -129,7 +129,33 @@ def test_a_scene_is_run_and_studied_and_put_on_a_page(tmp_path):
     names = [f"{study}.json" for study in ("run", "stress", "atlas", "validate")]
     assert [Path(name).name for name in written["results"]] == names
     assert [each["study"] for each in written["missing"]] == ["drift", "workprec"]
-    assert {path.name for path in tmp_path.iterdir()} == {"report.html"}
+    kept = {name.removesuffix(".json") for name in names}
+    assert {path.name for path in tmp_path.iterdir()} == {"report.html", *kept}
+    refused(3, "report", "sicm-kicked", "-o", tmp_path)  # whose studies are not these
+
+
+def stopped(*_, **__):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.usefixtures("less")
+def test_what_a_report_has_finished_when_it_is_stopped_is_kept_and_taken_up(monkeypatch, tmp_path):
+    words = ("report", "sicm-kicked", "--set", "span.time=0.1", "-o")
+    with monkeypatch.context() as patched:
+        patched.setattr("heavytop.studies.work_precision.complete", stopped)
+        said = refused(130, *words, tmp_path / "kept")
+        alone = refused(130, *words, tmp_path / "x.html")
+    assert "keeps run, drift\n" in said
+    assert f"heavytop resume {tmp_path / 'kept' / 'workprec'}\n" in said
+    assert alone.endswith("nothing was kept\n")
+    assert not list(tmp_path.glob("x*"))
+    refused(0, "resume", tmp_path / "kept" / "workprec")
+    begun = (tmp_path / "kept" / "drift" / "study.jsonl").read_bytes()
+    with monkeypatch.context() as patched:
+        patched.setattr("heavytop.studies.drift.advance", None)  # nothing of it is left to do
+        patched.setattr("heavytop.studies.stress.complete", stopped)
+        assert "keeps run, drift, workprec\n" in refused(130, *words, tmp_path / "kept")
+    assert (tmp_path / "kept" / "drift" / "study.jsonl").read_bytes() == begun
 
 
 def test_a_folder_that_is_not_finished_says_how_to_go_on(tmp_path):
@@ -166,7 +192,7 @@ def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
 
 def test_what_a_held_spin_makes_of_a_kick_is_said():
     [note] = document("classify", "sicm-kicked")["warnings"]
-    assert "from 0.1 to 0.363598 rad" in note
+    assert "from 0.1 to 0.363598452 rad" in note
     assert document("classify", "sicm-forward")["warnings"] == []
     assert "20.8327 deg" in " ".join(printed("classify", "sicm-kicked", "--unit", "deg").split())
 

@@ -114,7 +114,11 @@ def test_what_is_drawn_may_be_in_degrees_and_milliseconds(things, run):
     for name in ("phase", "potential"):
         wide, narrow = (drawn(run, name, **how).get_xlim() for how in ({"unit": "deg"}, {}))
         np.testing.assert_allclose(wide, np.degrees(narrow), rtol=1e-12)
-    assert drawn(run, "errors", unit="ms").lines[0].get_xdata()[-1] == 2000.0
+    off, turned = drawn(run, "errors"), drawn(run, "errors", unit="ms,deg")
+    assert turned.lines[0].get_xdata()[-1] == 2000.0
+    largest = [max(ax.lines[0].get_ydata()) for ax in (off, turned)]
+    assert largest[1] == pytest.approx(np.rad2deg(largest[0]))
+    assert turned.get_ylabel().endswith("[deg]")
     ends = [drawn(things["Drift"], "phase_s", unit=unit).lines[0].get_ydata()[-1]
             for unit in ("s", "ms")]  # fmt: skip
     assert ends[1] == 1000 * ends[0] > 0

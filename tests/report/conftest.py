@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.report.files import write_results, write_study
+from heavytop.report.files import write_result
 from heavytop.results.registry import RESULTS
+from heavytop.results.run import run_result
 from heavytop.results.table import Row
 
 from ..results.made import AUTO, CLAIM, FAILING, POINT, RUN, diagram_of, stress_of, validation_of
@@ -28,7 +29,7 @@ def every_result(scene):
     skipped = ({"method": "gauss8", "reason": BREAKING, "setting": {"tolerance": 1e-9}},)
     named = {"hard": {"cusp": BREAKING}, "methods": {"auto": CLOSING}}
     return {
-        "run.json": ht.propagate(scene),
+        "run.json": run_result(ht.propagate(scene)),
         "drift.json": ht.drift(scene, methods=["taylor-axis"], periods=10, samples=4),
         "workprec.json": diagram_of(*points, scene=scene.document(), skipped=skipped),
         "stress.json": stress_of(Row(RUN, note=BREAKING), **named),
@@ -48,8 +49,7 @@ def place(tmp_path_factory):
     for name, result in found.items():
         folder = root / name.removesuffix(".json")
         folder.mkdir()
-        write = write_results if name == "run.json" else write_study
-        write(result, folder, figures=False)
+        write_result(result, folder, figures=False)
     (root / "run" / "overview.svg").write_text("<svg onload='alert(4)'/>")
     return root
 

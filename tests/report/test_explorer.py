@@ -226,6 +226,17 @@ def test_a_top_is_given_by_its_moment_mass_and_distance(page):
     assert page.value("document.querySelector('input[data-of=distance]').value") == "0.05"
 
 
+def test_mass_and_distance_are_those_of_a_scene_and_out_of_sight_where_it_has_none(page):
+    boxes = {
+        name: f"document.querySelector('input[data-of={name}]')" for name in ("mass", "distance")
+    }
+    for scene, values in (("spherical-pendulum", ["1", "1"]), ("sicm-kicked", ["", ""])):
+        chosen(page, scene)
+        assert [page.value(f"{box}.value") for box in boxes.values()] == values
+        seen = [page.value(f"{box}.checkVisibility()") for box in boxes.values()]
+        assert seen == [values != ["", ""]] * 2
+
+
 # --- how it is used --------------------------------------------------------------------------
 
 

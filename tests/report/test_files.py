@@ -11,7 +11,8 @@ import pytest
 import heavytop as ht
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.plots.figures import FIGURES
-from heavytop.report.files import run_files, write_study
+from heavytop.report.files import files_of, write_result
+from heavytop.results.run import RunResult
 
 from ..commands import heavytop_, names, printed
 
@@ -24,7 +25,7 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     printed("run", "sicm-kicked", *SHORT, "-o", folder)
     told = json.loads((folder / "run.json").read_text())["files"]
     figures = {f"{name}.{form}" for name in FIGURES for form in ("svg", "png")}
-    assert {*told.values()} == names(folder) == {*run_files()}
+    assert {*told.values()} == names(folder) == {*files_of(RunResult)}
     assert names(folder) == {*figures, "run.json", "trajectory.nc"}
     (folder / "mine.svg").write_text("mine")
     printed("run", "sicm-dropped", *SHORT, "-o", folder, "--no-figures", "--force")
@@ -41,11 +42,11 @@ def checked(scene):
 
 def test_a_study_without_charts_leaves_none_of_an_earlier_one(tmp_path):
     found = checked(ht.load_scene("sicm-kicked"))
-    files = write_study(found, tmp_path)
+    files = write_result(found, tmp_path)
     assert names(tmp_path) == {*files.values()} == {"check.json", "check.svg", "check.png"}
     told = json.loads((tmp_path / "check.json").read_text())
     assert told["files"] == files
-    assert write_study(found, tmp_path, figures=False) == {"document": "check.json"}
+    assert write_result(found, tmp_path, figures=False) == {"document": "check.json"}
     assert names(tmp_path) == {"check.json"}
 
 
@@ -57,7 +58,7 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     name = "drift.nc" if kept else "check.json"
     (tmp_path / name).mkdir()
     with pytest.raises(StoppedEarly, match=rf"cannot write .*{name}") as stopped:
-        write_study(found, tmp_path, figures=False)
+        write_result(found, tmp_path, figures=False)
     assert stopped.value.outcome is Stop.UNWRITABLE
     assert stopped.value.folder == (tmp_path if kept else None)
     assert ("heavytop resume" in str(stopped.value)) == kept
@@ -71,7 +72,7 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
 def test_what_stops_a_chart_leaves_the_document(error, outcome, tmp_path, monkeypatch):
     monkeypatch.setattr("heavytop.plots.style.save", Mock(side_effect=error))
     with pytest.raises(StoppedEarly) as stopped:
-        write_study(checked(ht.load_scene("sicm-kicked")), tmp_path)
+        write_result(checked(ht.load_scene("sicm-kicked")), tmp_path)
     assert stopped.value.outcome is outcome
     assert names(tmp_path) == {"check.json"}
 

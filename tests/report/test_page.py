@@ -11,6 +11,7 @@ import pytest
 from heavytop.plots import style
 from heavytop.report import page as pages
 from heavytop.report.page import Page, page_of
+from heavytop.scene.quantities import read_units, showing
 from heavytop.scene.scene import load_scene, read_scene
 
 from ..commands import document, printed, refused
@@ -73,10 +74,31 @@ def test_every_result_is_read_as_it_was_written_and_has_its_figures(place, page,
 
 def test_claims_that_fail_are_named_in_the_head_and_their_table_is_read_first(page):
     section = next(each for each in page.sections if each.ident == "validate-1")
-    [(table, _)] = section.first_tables
+    [table] = section.first_tables
     assert table.fails
     head = Page((section,)).html().partition("</header>")[0]
     assert "that-fails does not hold" in head
+
+
+def test_every_number_of_a_run_is_in_the_units_that_were_asked_for(place):
+    with showing(read_units("deg,rpm,ms")):
+        seen = Seen(page_of([place / "run"]).html())
+    shown = " ".join(seen.texts)
+    assert not re.search(r"\brad\b|\d s\b|\[s\]", shown)
+    assert {"[deg]", "[ms]", "[rpm]"} <= set(re.findall(r"\[\w+\]", shown))
+    assert "moves theta from" in shown
+    top = json.loads(seen.scripts["code-0"])
+    assert [unit for unit, _ in top["units"].values()] == ["ms", "deg"]
+
+
+def test_every_table_stands_once_and_that_of_the_events_with_the_details(page):
+    for section in page.sections:
+        tables = [*section.first_tables, *section.other_tables]
+        assert sorted(map(id, tables)) == sorted(id(x) for x in section.tables if x.rows)
+        html = Page((section,)).html()
+        assert html.count("<table>") == len(tables)
+        if section.ident == "run-1":
+            assert html.index("<table>") > html.index("<details>")
 
 
 @pytest.fixture

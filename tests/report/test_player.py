@@ -10,9 +10,10 @@ import pytest
 
 from heavytop.plots.drawn_run import DrawnRun
 from heavytop.plots.figures import FIGURES
-from heavytop.report.files import write_results
+from heavytop.report.files import write_result
 from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import frames, tops
+from heavytop.results.run import run_result
 
 from ..processes import wait_for
 from ..trajectories import run_of
@@ -77,7 +78,7 @@ def page(tmp_path_factory):
     place = tmp_path_factory.mktemp("results")
     for k, (name, *options) in enumerate((("sicm-kicked", *HOSTILE), ("sicm-dropped",))):
         (place / str(k)).mkdir()
-        write_results(run_of(*options, name=name), place / str(k), figures=False)
+        write_result(run_result(run_of(*options, name=name)), place / str(k), figures=False)
     one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
     with patch.dict(FIGURES, one, clear=True):
         return page_of([place])

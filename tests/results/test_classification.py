@@ -30,6 +30,31 @@ def test_a_run_says_the_same(scene):
     assert (ran["scene"], ran["constants"]) == (known["scene"], known["constants"])
 
 
+SOLIDS = """
+format = 1
+[top]
+gravity = 10
+solids = [{shape = "sphere", radius = "1 cm", mass = "100 g", centre = "5 cm"}]
+[start]
+theta = 0.3
+psidot = 200
+[span]
+time = 0.1
+"""
+
+
+@pytest.mark.parametrize("verb", ["run", "classify"])
+def test_what_parts_make_of_a_top_is_printed_and_in_the_document(verb, tmp_path):
+    (tmp_path / "ball.toml").write_text(SOLIDS, "utf-8")
+    numbers = {"A": 2.54e-4, "C": 4e-6, "gMR": 0.05, "mass": 0.1, "distance": 0.05}
+    assert commands.document(verb, tmp_path / "ball.toml")["top"] == pytest.approx(numbers)
+    said = commands.printed(verb, tmp_path / "ball.toml").split("\n")
+    rows = {line.split("  ")[0]: line.split("  ")[-1].strip() for line in said}
+    printed = {"A": "0.000254 kg m²", "C": "4e-06 kg m²", "gMR": "0.05 J", "M": "0.1 kg"}
+    assert {**printed, "R": "0.05 m"}.items() <= rows.items()
+    assert commands.document(verb, "sicm-kicked")["top"] == {}
+
+
 @pytest.mark.parametrize("scene", shipped_scenes())
 def test_every_number_lies_in_its_enclosure(scene):
     found = document(scene)

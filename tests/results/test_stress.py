@@ -17,6 +17,9 @@ def test_it_explains_the_marks_that_occur_and_what_failed():
     facts = dict(found.facts())
     assert {"sing singular", "?", "auto"} <= facts.keys()
     assert (facts["cusp"], facts["skipped"]) == ("singular: m, n: stopped", "no time: x/y")
+    without = dict(stress_of(chance).facts())  # its table has no "sing", and auto was not asked for
+    assert "?" in without
+    assert not {"sing singular", "auto"} & without.keys()
 
 
 def test_its_exit_code_is_that_of_what_auto_did():

@@ -8,7 +8,7 @@ import xarray
 
 import heavytop as ht
 from heavytop.classification.arrays import VERDICT_NAMES
-from heavytop.report.files import write_study
+from heavytop.report.files import write_result
 from heavytop.studies import atlas as atlas_module
 from heavytop.studies.atlas_plane import Axis, Plane
 
@@ -70,7 +70,7 @@ def test_however_it_is_shared_out_it_is_the_same_and_whole(rows, tmp_path, monke
 
 
 def test_the_map_is_netcdf_with_flags(rows, tmp_path):
-    write_study(rows, tmp_path, figures=False)
+    write_result(rows, tmp_path, figures=False)
     with xarray.open_dataset(tmp_path / "atlas.nc", mask_and_scale=False) as stored:
         flags = stored["kind"].attrs
         assert flags["flag_meanings"].split() == list(VERDICT_NAMES)

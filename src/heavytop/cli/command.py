@@ -260,13 +260,13 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
 
 def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figures: bool) -> None:
     """Write what was found, print it, and exit with what is wrong with it."""
-    from heavytop.report.files import write_study
+    from heavytop.report.files import write_result
     from heavytop.results.base import Result
 
     found, problems = answer.found, [*answer.problems]
     try:
         if isinstance(found, Result) and folder is not None and not found.files:
-            found = replace(found, files=write_study(found, folder, figures=figures))
+            found = replace(found, files=write_result(found, folder, figures=figures))
         if path is not None and not isinstance(found, str):
             found.save(path)
     except (errors.StoppedEarly, OSError) as fault:

@@ -97,7 +97,7 @@ def run_in(
     folder: Path | None, scene: Scene, asked: Any, figures: bool, progress: Any, force: bool = False
 ) -> CommandResult:
     """Run a scene, or what is left of it; what cannot be run touches no folder."""
-    from heavytop.report.files import open_run, write_results
+    from heavytop.report.files import open_run, write_result
     from heavytop.results.run import run_result
     from heavytop.run.planning import planned
     from heavytop.run.span import closed_form_of
@@ -106,7 +106,9 @@ def run_in(
     plan = planned(scene, motion, **asked)
     with open_run(folder, scene, asked, figures=figures, force=force) if folder else nullcontext():
         run, early = integrate(scene, motion, plan, folder, progress)
-        result = write_results(run, folder, figures=figures) if folder else run_result(run)
+        result = run_result(run)
+        if folder:
+            result = replace(result, files=write_result(result, folder, figures=figures))
     return CommandResult(result, problems_of(result, early, folder))
 
 
@@ -120,7 +122,7 @@ def integrate(
     StoppedEarly
         Ctrl-C: the part is kept, and nothing is made of it.
     """
-    from heavytop.report.files import TRAJECTORY
+    from heavytop.results.run import TRAJECTORY
     from heavytop.run.exact import SceneMotion
     from heavytop.run.propagation import Course, completed, integrate_plan
     from heavytop.run.trajectory_file import load_trajectory

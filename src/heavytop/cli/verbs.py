@@ -8,17 +8,21 @@ from dataclasses import replace
 from pathlib import Path
 from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import errors
-from heavytop.cli.command import TABLE_ENDINGS, CommandResult, note, option, print_error, read_scene
+from heavytop.cli.command import TABLE_ENDINGS, CommandResult, option, print_error, read_scene
+from heavytop.cli.run import run_in
 from heavytop.errors import Exit, Impossible
 from heavytop.scene.arguments import Broken, gathering
 from heavytop.text import harmless
 
 if TYPE_CHECKING:
+    from heavytop.analytic.reference import Reference
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
+
+DEFAULTS: Final = {"formulation": "auto", "tolerance": None}  # of a run
 
 
 # --- studies ---------------------------------------------------------------------------------
@@ -76,7 +80,7 @@ def certify(
 
 def reference(
     scene: Scene, times: str, *, events: Sequence[str] = (), path: Path | None = None, **given: Any
-) -> CommandResult:
+) -> Reference:
     """Print exact values of a motion, every digit proved.
 
     Parameters
@@ -98,7 +102,7 @@ def reference(
     given |= {"times": reference.read_times(times), "events": events}
     with gathering(broken) as attempt:
         attempt(reference.read_request, scene, **given)
-    return CommandResult(reference.reference(scene, **given))
+    return reference.reference(scene, **given)
 
 
 def sweep(scene: Scene, over: str, facts: Sequence[str], *, path: Path | None = None) -> Result:
@@ -130,7 +134,7 @@ def check(
     changes: Sequence[str] = (),
     digits: float | None = None,
     **given: Any,
-) -> CommandResult:
+) -> Result:
     """Compare your trajectory with the exact motion; name mistakes.
 
     Parameters
@@ -156,14 +160,18 @@ def check(
     with gathering(broken) as attempt:
         subject = None if scene is None else attempt(judge.subject, scene, changes)
         attempt(judge.expect_conventions, given.get("undone", ()))
-    return CommandResult(replace(judge.check(data, subject, **given), digits_required=digits))
+    return replace(judge.check(data, subject, **given), digits_required=digits)
 
 
 # --- pages and texts -------------------------------------------------------------------------
 
 
 def report(
-    places: Sequence[str] = (), *, path: Path | None = None, changes: Sequence[str] = ()
+    places: Sequence[str] = (),
+    *,
+    path: Path | None = None,
+    changes: Sequence[str] = (),
+    progress: Callable[[Any], None] | None = None,
 ) -> CommandResult:
     """Put results on one HTML page that needs no network.
 
@@ -174,7 +182,8 @@ def report(
     places : sequence of str
         Folders of results; or a scene, which is run and studied first; default: sicm-kicked.
     path : path, optional
-        Folder for report.html, or FILE.html; default: the current folder.
+        Folder for report.html, which keeps a scene's studies too, or FILE.html; default: the
+        current folder.
     """
     from heavytop.report.page import page_of, write_page
 
@@ -183,15 +192,17 @@ def report(
     broken += [("places", "several folders, or one scene")] * (len(folders) < len(places) != 1)
     if broken:
         raise Impossible(broken)
-    html = path or Path()
-    if html.suffix.lower() != ".html":
+    html, kept = path or Path(), path
+    if html.suffix.lower() == ".html":
+        kept = None
+    else:
         html.mkdir(parents=True, exist_ok=True)
         html /= "report.html"
     missing: Mapping[str, str] = {}
     with TemporaryDirectory(prefix="heavytop-") as place:
         if not folders:
-            folders = [Path(place)]
-            missing = run_all(read_scene(next(iter(places), None), changes), Path(place))
+            scene = read_scene(next(iter(places), None), changes)
+            folders, missing = run_all(scene, kept, Path(place), progress)
         page = page_of(folders)
         write_page(page, html)
     figures = sum(len(section.pictures) for section in page.sections)
@@ -206,32 +217,45 @@ def report(
     return CommandResult(said, notes, document)
 
 
-def run_all(scene: Scene, place: Path) -> dict[str, str]:
-    """Run a scene and its studies, each with its defaults; return what cannot be done, and why."""
-    from heavytop.report.files import write_results, write_study
+def run_all(
+    scene: Scene, kept: Path | None, place: Path, progress: Any
+) -> tuple[list[Path], dict[str, str]]:
+    """Run a scene and its studies, each with its defaults, in folders that are kept or not.
+
+    Return these folders; and what cannot be done, and why.
+    """
+    from heavytop.report.files import write_result
     from heavytop.results.registry import RESULTS
 
-    every: dict[str, tuple[str, list[Any], Callable[..., Any]]] = {
-        "run": ("run.propagation:propagate", [scene], write_results)
-    }
-    for file, entry in RESULTS.items():
-        if entry.study and entry.reported is not None:
-            given = [scene if each == "scene" else each for each in entry.reported]
-            every[file.removesuffix(".json")] = entry.function, given, write_study
-    missing = dict[str, str]()
-    if not option("quiet"):
-        said = f"{scene.name}: {', '.join(every)} with their defaults"
-        print_error(f"no folder of results: {said}; stress and workprec may take four minutes each")
-    for name, (function, given, write) in every.items():
-        note(f"running {name}")
-        (folder := place / name).mkdir()
+    done, missing = list[Path](), dict[str, str]()
+    studies = {f.removesuffix(".json"): x for f, x in RESULTS.items() if x.study}
+    every = ["run", *(name for name, each in studies.items() if each.reported is not None)]
+    say = (lambda text: None) if option("quiet") else print_error
+    said = f"{scene.name}: {', '.join(every)} with their defaults"
+    say(f"no folder of results: {said}; stress and workprec may take four minutes each")
+    for number, name in enumerate(every, 1):
+        say(f"{name} ({number} of {len(every)})")
+        folder = (kept or place) / name
         try:
-            write(resolve_name(f"heavytop.{function}")(*given), folder, figures=False)
-        except errors.StoppedEarly:
+            if name == "run":
+                run_in(folder, scene, DEFAULTS, figures=False, progress=progress)
+            else:
+                given = [scene if x == "scene" else x for x in studies[name].reported or ()]
+                study = resolve_name(f"heavytop.{studies[name].function}")
+                found = study(*given, folder=folder, progress=progress)
+                write_result(found, folder, figures=False)
+            done.append(folder)
+        except errors.StoppedEarly as stop:
+            if kept is None:
+                stop.folder = None
+            else:
+                say(f"{kept}: keeps {', '.join(each.name for each in done) or 'nothing else'}")
+            raise
+        except (errors.ForeignFile, errors.InUse):  # of another scene: not to be shown as of this
             raise
         except errors.HeavyTopError as fault:
             missing[name] = str(fault)
-    return missing
+    return done or [place], missing
 
 
 def scenes(name: str | None = None) -> CommandResult:

@@ -102,7 +102,9 @@ def _upright(ax: Axes, run: DrawnRun) -> Axes:
     if high - low < CONSTANT * unit:
         ax.set_ylim(high + 0.01 * unit, low - 0.01 * unit, auto=None)
     if run.shown != run.end:
-        titled(ax, f"the first {run.shown:.4g} s of {run.end:.6g} s")
+        t = QUANTITIES["t"]
+        ends = t.with_unit(run.shown, form=".4g"), t.with_unit(run.end, form=".6g")
+        titled(ax, f"the first {' of '.join(ends)}")
     return ax
 
 
@@ -255,13 +257,14 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     """
     from heavytop.run.verify import deviations
 
-    ax.set(xlabel=QUANTITIES["t"].heading, ylabel="|run − closed form| [rad]")
+    unit = QUANTITIES["theta"].shown[0]
+    ax.set(xlabel=QUANTITIES["t"].heading, ylabel=f"|run − closed form| [{unit}]")
     try:
-        found = deviations(run.trajectory)
+        found = {name: _in_unit(name, x) for name, x in deviations(run.trajectory).items()}
     except NoClosedForm as reason:
         ax.text(0.5, 0.5, str(reason), transform=ax.transAxes, ha="center", wrap=True)
         return ax
-    time = _in_unit("t", found.pop("t"))
+    time = found.pop("t")
     every = np.concatenate([*found.values()])
     positive = every[every > 0] if (every > 0).any() else np.array([np.finfo(float).eps])
     least = positive[positive >= FAINTEST * positive.max()].min()

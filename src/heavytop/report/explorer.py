@@ -25,7 +25,7 @@ from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
 from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import path_of
-from heavytop.scene.quantities import QUANTITIES, RATES, UNIT_OF
+from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, showing
 from heavytop.scene.scene import Scene, expect_scene, load_scene
 from heavytop.scene.shipped import shipped_names
 
@@ -37,6 +37,7 @@ NUMBER_NAMES: Final = {id(x): name for name, x in vars(kinds).items() if isinsta
 INPUT_LIMITS: Final = dict.fromkeys((*RATES, "omega3"), (-1e6, 1e6)) | {
     "theta": (0.0, math.pi), "phi": (-1e6, 1e6), "psi": (-1e6, 1e6),
     "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9), "mass": (0.0, 1e15),
+    "gravity": (1e-9, 1e9),
 }  # fmt: skip
 """Between what the page takes each number, in SI."""
 
@@ -115,7 +116,9 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
     refuse(faults)
-    write_text(place, rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([])))
+    with showing(SI):  # a box takes every unit, and says the others
+        page = rendered("explorer.html", EXPLORER_SCRIPTS, data=_data(begin), tops=tops([]))
+    write_text(place, page)
     return place
 
 
@@ -159,6 +162,8 @@ def _start(scene: Scene) -> dict[str, Any]:
     top, start = scene.top, scene.start
     exact = {name: getattr(top, name) for name in ("A", "C", "gMR")}
     exact |= {name: getattr(start, name) for name in START_INPUTS} | {start.held: start.spin}
+    if top.mass is not None and top.distance is not None and top.distance.sign():
+        exact |= {"mass": top.mass, "gravity": top.gMR / (top.mass * top.distance)}
     return {
         "name": scene.name, "title": scene.title or scene.name, "held": start.held,
         "numbers": {name: float(x) for name, x in exact.items()},

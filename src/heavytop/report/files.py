@@ -19,25 +19,16 @@ from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, HeavyTopError, StoppedEarly
 from heavytop.files import locked, remove_parts
 from heavytop.results.base import Result, kind_of
-from heavytop.results.run import RunResult, run_result
+from heavytop.results.run import DOCUMENT, TRAJECTORY, RunResult
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.scene.scene_file import written
 from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, begun_with
 
-DOCUMENT, TRAJECTORY = "run.json", "trajectory.nc"
 PICTURE_FORMATS: Final = ("svg", "png")
 UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 """What drawing raises of numbers that no picture can show."""
 
 # --- a run -----------------------------------------------------------------------------------
-
-
-def run_files() -> list[str]:
-    """The names of all that a run may leave in its folder."""
-    from heavytop.plots.figures import FIGURES
-
-    figures = (f"{name}.{form}" for name in FIGURES for form in PICTURE_FORMATS)
-    return [DOCUMENT, TRAJECTORY, *figures]
 
 
 def scene_text(document: Mapping[str, Any]) -> str:
@@ -83,7 +74,7 @@ def open_run(
     tables = {name: scene.document()[name] for name in ("top", "start", "span", "want")}
     parameters = {"kind": RUN, "scene": tables, **asked, "versions": versions()}
     about = {"name": scene.name, "text": scene.to_toml(), "figures": figures}
-    files = run_files()
+    files = files_of(RunResult)
     try:
         kind = begun_with(folder).get("parameters", parameters)["kind"]
     except ForeignFile:
@@ -157,52 +148,25 @@ def load_run(result: RunResult, path: Path) -> Any:
     return SceneMotion(scene, closed_form_of(scene), plan(scene))
 
 
-def write_results(run: Any, folder: Path, *, figures: bool = True) -> RunResult:
-    """Write a run; the document comes last, so that where it stands the rest is whole.
-
-    Parameters
-    ----------
-    run : Trajectory or SceneMotion
-        A trajectory, or what the closed form says of a scene.
-    folder : Path
-        It exists; files of an earlier run in it are replaced.
-    figures : bool
-        Whether figures are drawn.
-
-    Returns
-    -------
-    RunResult
-        Its ``files`` are the names of what was written.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
-    """
-    from heavytop.plots.figures import run_figures
-    from heavytop.run.exact import SceneMotion
-
-    files, moves = {"document": DOCUMENT}, not isinstance(run, SceneMotion) or run.moves
-    _remove(folder, [name for name in run_files() if name != TRAJECTORY or not moves])
-    if moves:
-        files["trajectory"] = TRAJECTORY
-        run.save(folder / TRAJECTORY)
-        for name, _, draw in run_figures(run) if figures else ():
-            files |= _save_figure(folder, name, draw, name)
-    result = run_result(run, files=files)
-    result.save(folder / DOCUMENT)
-    return result
+# --- a result --------------------------------------------------------------------------------
 
 
-# --- a study ---------------------------------------------------------------------------------
+def files_of(kind: type[Result]) -> list[str]:
+    """The names of all that a kind of result may leave in its folder, first its document."""
+    from heavytop.plots.figures import FIGURES
+
+    figures = FIGURES if kind is RunResult else [kind_of(kind)]
+    drawn = (f"{name}.{form}" for name in figures for form in PICTURE_FORMATS)
+    return [f"{kind_of(kind)}.json", *filter(None, [kind.data_file]), *drawn]
 
 
-def write_study(
+def write_result(
     found: Result, folder: str | os.PathLike[str], *, figures: bool = True
 ) -> dict[str, str]:
-    """Write what a study found: its document, its data and its chart.
+    """Write a result: its numbers, its figures, and at last its document.
 
-    The document is written before anything is drawn, and again when the chart is there.
+    Where a document stands the rest is whole. That of a result whose folder does not go on is there
+    before anything is drawn too.
 
     Parameters
     ----------
@@ -210,7 +174,7 @@ def write_study(
     folder : path
         It is made where there is none.
     figures : bool
-        Whether the chart is drawn, where there are numbers for it.
+        Whether figures are drawn, where there are numbers for them.
 
     Returns
     -------
@@ -225,21 +189,23 @@ def write_study(
     Warns
     -----
     NotDrawnWarning
-        The chart cannot be drawn; all else is written.
+        A figure cannot be drawn; all else is written.
     """
-    place, kind = Path(folder), kind_of(found)
+    place, names = Path(folder), files_of(type(found))
     kept = place if found.goes_on else None  # to go on with
+    files = {"document": names[0]}
     try:
         place.mkdir(parents=True, exist_ok=True)
-        remove_parts(place, [f"{kind}.{form}" for form in ("json", "nc", *PICTURE_FORMATS)])
-        files = {"document": f"{kind}.json", **found.save_data(place)}
+        remove_parts(place, names)
+        _remove(place, [name for name in names if name != found.data_file])
+        files |= found.save_data(place)
         found = replace(found, files=files, **found.timeless())
-        found.save(place / files["document"])
-        for form in PICTURE_FORMATS:
-            (place / f"{kind}.{form}").unlink(missing_ok=True)
-        if figures:
-            files |= _save_figure(place, kind, found.figure, "chart")
-            replace(found, files=files).save(place / files["document"])
+        if kept is None:
+            found.save(place / names[0])
+        for name, _, draw in found.figures() if figures else ():
+            key = "chart" if name == kind_of(found) else name
+            files |= _save_figure(place, name, draw, key)
+        replace(found, files=files).save(place / names[0])
     except OSError as fault:
         raise StoppedEarly.unwritable(fault, place, kept) from fault
     except KeyboardInterrupt:

@@ -10,7 +10,6 @@ from typing import Any, Final
 from matplotlib.figure import Figure
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.figures import run_figure
 from heavytop.plots.sphere import motion_figure
 from heavytop.results import classification as results
 from heavytop.results.base import Result, given
@@ -33,7 +32,7 @@ def html_of(thing: Any) -> str:
     from heavytop.plots.style import svg_address
 
     cell = _CELLS.get(type(thing).__name__)
-    said, figure = cell(thing) if cell else (thing, thing.figure())
+    said, figure = (cell or _result)(thing)
     html = said.html() if isinstance(said, Result) else Table.of_facts(said).html
     beside = "display:flex;flex-wrap:wrap;gap:1.5em"
     image = f'<img style="max-width:100%" src="{svg_address(figure)}" alt="">' if figure else ""
@@ -41,6 +40,10 @@ def html_of(thing: Any) -> str:
 
 
 # --- what each thing shows ------------------------------------------------------------------------
+
+
+def _result(found: Result) -> Cell:
+    return found, found.figure()
 
 
 def _top(top: Top) -> Iterator[Fact]:
@@ -94,7 +97,7 @@ _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "State": lambda state: (_state(state), None),
     "Scene": lambda scene: (_scene(scene), motion_figure(Motion(scene.top, scene.start))),
     "Motion": lambda motion: (_motion(motion), motion_figure(motion)),
-    "Trajectory": lambda run: (run_result(run), run_figure("overview", run)),
+    "Trajectory": lambda run: _result(run_result(run)),
     "Errors": lambda errors: (_errors(errors), None),
     "Verdict": lambda verdict: (results.verdict_facts(asdict(verdict)), None),
     "Plan": lambda plan: (results.Planned(scene={}, plan=results.plan_summary(plan)).facts(), None),

@@ -7,7 +7,7 @@ import warnings
 from base64 import b64encode
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
@@ -37,7 +37,6 @@ SYMBOLS: Final = (
     *ANGLES, "A", "C", "gMR", "E", "E_prime", "p_phi", "p_psi", "period", "precession", "spin",
 )  # fmt: skip
 LEADING: Final = 4  # facts of a result that are read first
-TABLE_DIGITS: Final = 6  # of its first table
 
 # --- a result as a section -----------------------------------------------------------------------
 
@@ -76,11 +75,15 @@ class Section(NamedTuple):
     top: Mapping[str, Any] | None = None
 
     @property
-    def first_tables(self) -> list[tuple[Table, list[list[str]]]]:
-        """The tables that are read first, with their cells: one, or those that say FAIL."""
-        some = [table for table in self.tables if table.rows]
-        shown = [table for table in some if table.fails] or some[:1]
-        return [(table, table.texts(TABLE_DIGITS)) for table in shown]
+    def first_tables(self) -> list[Table]:
+        """The tables that are read first: one, or those that say FAIL; never a list of events."""
+        some = [table for table in self.tables if table.rows and table.first is None]
+        return [table for table in some if table.fails] or some[:1]
+
+    @property
+    def other_tables(self) -> list[Table]:
+        """The tables that stand with the details."""
+        return [each for each in self.tables if each.rows and each not in self.first_tables]
 
     @property
     def not_drawn(self) -> bool:
@@ -113,18 +116,17 @@ def _section(path: Path, name: str, number: int) -> Section:
         warnings.simplefilter("always", NotDrawnWarning)
         heading = f"{result.heading}: {scene.title or scene.name}" if scene else result.heading
         parts = tuple(result.facts()), tuple(result.tables())
-        run = load_run(result, path) if isinstance(result, RunResult) else None
-        pictures = tuple(_pictures(result, run))
-        return Section(name, result, f"{kind}-{number}", heading, *parts, pictures, _top(run))
+        if isinstance(result, RunResult):
+            result = replace(result, run=load_run(result, path))
+        pictures, top = tuple(_pictures(result)), _top(getattr(result, "run", None))
+        return Section(name, result, f"{kind}-{number}", heading, *parts, pictures, top)
 
 
-def _pictures(result: Result, run: Any) -> Iterator[Picture]:
-    """The pictures of a run, or the chart of another result, as far as they can be drawn."""
-    from heavytop.plots.figures import run_figures
-    from heavytop.plots.studies import result_figures
+def _pictures(result: Result) -> Iterator[Picture]:
+    """The pictures of a result, as far as they can be drawn."""
     from heavytop.plots.style import svg_address
 
-    for name, title, draw in result_figures(result) if run is None else run_figures(run):
+    for name, title, draw in result.figures():
         with warn_not_drawn(name):
             if (figure := draw()) is not None:
                 yield Picture(name, title, svg_address(figure))

@@ -11,6 +11,7 @@ from heavytop.plots.clip import PERIODS, Clip
 from heavytop.plots.drawn_run import DrawnRun
 from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH
+from heavytop.scene.quantities import QUANTITIES
 
 FRAMES: Final = 1001
 LONGEST_S: Final = 40.0  # that are played, as much spin as can be followed in these
@@ -19,9 +20,10 @@ BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not visible as 
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
-    """What a player takes: runs, and how their events and paths are drawn in every figure."""
+    """What a player takes: runs, how events and paths are drawn in every figure, and units."""
     marks = {kind: mark._asdict() for kind, mark in EVENT_STYLES.items()}
-    return {"runs": runs, "marks": marks, "path": PATH}
+    units = {name: QUANTITIES[name].shown for name in ("t", "theta")}
+    return {"runs": runs, "marks": marks, "path": PATH, "units": units}
 
 
 def frames(
@@ -47,7 +49,8 @@ def frames(
         record = motion.at(times)
         notes.append("The attitude is from the closed form: the run does not follow all angles.")
     if abs(last) < 0.999 * abs(end):
-        notes.append(f"The first {abs(last):.3g} s of {abs(end):.3g} s are shown.")
+        part = QUANTITIES["t"].with_unit(abs(last), abs(end), between=" of ", form=".3g")
+        notes.append(f"The first {part} are shown.")
     spin = float(record.psi[-1] - record.psi[0])
     if abs(spin) > BLURRED * FRAMES:
         notes.append("The spin is too fast to be shown as it is.")

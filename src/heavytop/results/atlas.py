@@ -65,6 +65,7 @@ class Atlas(Result):
 
     schema: ClassVar = "heavytop/atlas/1"
     goes_on: ClassVar = True
+    data_file: ClassVar = MAP
     left_out: ClassVar = ("map",)
 
     __eq__, __hash__ = object.__eq__, object.__hash__

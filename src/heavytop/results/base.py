@@ -89,7 +89,9 @@ class Result(Plotted):
     left_out: ClassVar[tuple[str, ...]] = ()
     """Fields that are not in its JSON."""
     goes_on: ClassVar[bool] = False
-    """Whether its folder goes on where it was stopped, and holds no wall-clock values."""
+    """Whether its folder goes on where it was stopped."""
+    data_file: ClassVar[str] = ""
+    """The file that has its numbers beside its JSON, if there is one."""
 
     command: str | None = field(default_factory=typed)
     files: Mapping[str, str] = field(default_factory=dict)
@@ -167,8 +169,12 @@ class Result(Plotted):
         return {}
 
     def figure(self) -> Any:
-        """Return the chart as a figure; None where there is nothing to draw."""
-        return next((draw() for _, _, draw in _drawing().result_figures(self)), None)
+        """Return the first of its figures; None where there is nothing to draw."""
+        return next((draw() for _, _, draw in self.figures()), None)
+
+    def figures(self) -> Iterator[tuple[str, str, Callable[[], Any]]]:
+        """Names of its figures, their titles, and what draws each."""
+        yield from _drawing().result_figures(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write its numbers to a file whose name ends in ``.csv``, or all of it to one of JSON.
@@ -233,7 +239,7 @@ class Result(Plotted):
         return "".join(part.html for part in (Table.of_facts(self.facts()), *self.tables()))
 
 
-def kind_of(found: Result) -> str:
+def kind_of(found: Result | type[Result]) -> str:
     """The kind of a result: the name of its document."""
     return found.schema.split("/")[1]
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from dataclasses import asdict, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from heavytop.analytic.facts import Facts, facts
 from heavytop.analytic.motion import Motion
@@ -16,6 +17,7 @@ from heavytop.results.table import Fact
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
+from heavytop.scene.top import Top
 from heavytop.text import duration
 
 if TYPE_CHECKING:
@@ -24,9 +26,12 @@ if TYPE_CHECKING:
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 POLAR: Final = (Kind.PLANAR_PENDULUM, Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)
 """Kinds whose axis does not go round the vertical but through it."""
+TILTS: Final = re.compile(r"(?<=theta from )(\S+) to (\S+) rad")
+"""What a warning says of a kick."""
 ENCLOSED: Final = ("roots", *COURSE)
 BALL_DIGITS: Final = 18  # of the balls around them
 BALL_DECIMALS: Final = 22  # significant digits of the decimals around a ball
+OF_PARTS: Final = ("A", "C", "gMR", "mass", "distance")
 CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
 SHOWN_FACTS: Final = (
     "mean_precession_rate", "mean_spin_rate", "phidot_reversal_theta", "psidot_reversal_theta",
@@ -58,6 +63,11 @@ def motion_summary(motion: Motion, known: Facts | None = None) -> dict[str, Any]
     }
 
 
+def top_summary(top: Top) -> dict[str, float]:
+    """What solids, or a mass and its distance, make of a top; nothing of one without a mass."""
+    return {} if top.mass is None else {name: float(getattr(top, name)) for name in OF_PARTS}
+
+
 def plan_summary(chosen: Plan) -> dict[str, Any]:
     """How a scene is integrated, and why; ``cost_s`` is expected, not measured."""
     kept = ("formulation", "precision", "tolerance", "states", "projected", "tried")
@@ -66,35 +76,77 @@ def plan_summary(chosen: Plan) -> dict[str, Any]:
     return {key: getattr(chosen, name) for key, name in names.items()}
 
 
-class Classification(Result):
-    """What can be said of a scene without integrating it.
+class MotionResult(Result):
+    """What a scene's top and start alone say of its motion.
 
     Attributes
     ----------
     scene : mapping
+        As `heavytop.Scene.document` gives it.
     motion : mapping
-        With the reasons for its kind, which tags are open, and to which bound.
+        As `motion_summary` gives it.
+    top : mapping from str to float
+        As `top_summary` gives it: A, C, gMR, mass and distance of a top that has a mass.
     constants : mapping from str to float
         E, E_prime, p_phi and p_psi.
+    warnings : tuple of str
+        What no rigid body can be, a θ that was folded, what another kick would do.
+    """
+
+    scene: Any
+    motion: Any
+    top: Mapping[str, float] = field(default_factory=dict)
+    constants: Any
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, scene: Scene, motion: Motion, summary: Mapping[str, Any], **more: Any) -> Self:
+        """The result of a scene with this motion, and what else is found of it."""
+        return cls(
+            scene=scene.document(),
+            motion=summary,
+            top=top_summary(scene.top),
+            constants=motion.constants._asdict(),
+            warnings=warnings_of(scene),
+            **more,
+        )
+
+    def notes(self) -> Iterator[Fact]:
+        """The warnings; their tilts, which a document has in SI, in the units that are shown."""
+
+        def shown(tilts: re.Match[str]) -> str:
+            return quantity_of("theta").with_unit(*map(float, tilts.groups()), form=".6g")
+
+        yield from (("note", TILTS.sub(shown, text)) for text in self.warnings)
+
+    def facts(self) -> Iterator[Fact]:
+        """Kind and why, range of tilt and means per period, the top, constants."""
+        yield from verdict_facts(self.motion)
+        yield from course_facts(self.motion)
+        yield from numbers(self.top, *self.top)
+        yield from numbers(self.constants, *CONSTANTS)
+
+
+class Classification(MotionResult):
+    """What can be said of a scene without integrating it.
+
+    Attributes
+    ----------
+    scene, motion, top, constants, warnings
+        As of `MotionResult`; the motion also with tags that are open, and to which bound.
     motion_facts : mapping
         Those of `heavytop.Facts`.
     enclosure : mapping
         ``roots`` (cos θ), ``theta_min``, ``theta_max``, ``period``, ``precession`` and ``spin``,
         each as two decimals with the true value between them; None where there is no such value,
         or none could be enclosed.
-    warnings : tuple of str
-        What no rigid body can be, a θ that was folded, what another kick would do.
     """
 
     schema: ClassVar = "heavytop/classify/1"
     left_out: ClassVar = ("files", "versions")
 
-    scene: Any
-    motion: Any
-    constants: Any
     motion_facts: Any
     enclosure: Any
-    warnings: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return the document heavytop/classify/1: the facts of the motion are ``facts``."""
@@ -103,12 +155,10 @@ class Classification(Result):
 
     def facts(self) -> Iterator[Fact]:
         """Kind and why, range of tilt and means per period, constants, rates."""
-        yield from verdict_facts(self.motion)
-        yield from course_facts(self.motion)
-        yield from numbers(self.constants, *CONSTANTS)
+        yield from super().facts()
         yield from rate_facts(self.motion_facts)
         yield from estimate_facts(self.motion["estimates"])
-        yield from (("note", text) for text in self.warnings)
+        yield from self.notes()
 
 
 class Planned(Result):
@@ -148,15 +198,11 @@ def classified(scene: Scene) -> Classification:
     """
     motion = Motion(scene.top, scene.start)
     verdict, known = motion.verdict, facts(motion)
-    return Classification(
-        scene=scene.document(),
-        motion=motion_summary(motion, known)
-        | {"open_tags": verdict.open_tags, "bound": verdict.bound},
-        constants=motion.constants._asdict(),
-        motion_facts=asdict(known),
-        enclosure={name: _bounds(motion, name) for name in ENCLOSED},
-        warnings=warnings_of(scene),
-    )
+    summary = motion_summary(motion, known)
+    summary |= {"open_tags": verdict.open_tags, "bound": verdict.bound}
+    enclosure = {name: _bounds(motion, name) for name in ENCLOSED}
+    more = {"motion_facts": asdict(known), "enclosure": enclosure}
+    return Classification.of(scene, motion, summary, **more)
 
 
 def warnings_of(scene: Scene) -> tuple[str, ...]:
@@ -173,9 +219,9 @@ def _kick(scene: Scene) -> str:
         return ""
     rates = {name: getattr(start, name) for name in ("theta", "thetadot", "phidot")}
     other = Motion(top, State(**rates, omega3=start.spin))
-    tilts = quantity_of("theta").with_unit(other.theta_min, other.theta_max, form=".6g")
     spin = f"{float(start.spin):.6g}"
-    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves theta from {tilts}"
+    tilts = f"theta from {other.theta_min:.9g} to {other.theta_max:.9g} rad"
+    return f"psidot = {spin} is held: a kick that holds omega3 = {spin} moves {tilts}"
 
 
 def planned(scene: Scene, *, formulation: str = "auto", digits: int | None = None) -> Planned:

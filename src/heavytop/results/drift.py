@@ -90,6 +90,7 @@ class Drift(Result):
     heading: ClassVar = "Drift"
     index: ClassVar = ("scheme", "periods")
     goes_on: ClassVar = True
+    data_file: ClassVar = "drift.nc"
 
     scene: Mapping[str, Any]
     periods: float
@@ -176,8 +177,8 @@ class Drift(Result):
         folder : Path
         """
         data = bytes(self.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
-        write_sealed(folder / "drift.nc", lambda part: part.write_bytes(data))
-        return {"errors": "drift.nc"}
+        write_sealed(folder / self.data_file, lambda part: part.write_bytes(data))
+        return {"errors": self.data_file}
 
     def numbers(self, *, members: bool = False) -> Table:
         """The errors over time, a row for each method and each time.

@@ -7,13 +7,15 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, field
 from functools import partial
+from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from heavytop.doctor import versions
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import context
 from heavytop.results import classification
-from heavytop.results.base import Result, error_text
+from heavytop.results.base import error_text
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import ANGLES, RATES, Need, derived, need_of, quantity_of, values_of
 from heavytop.scene.scene_file import EVENTS
@@ -22,6 +24,7 @@ if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.exact import SceneMotion
     from heavytop.run.trajectory import Trajectory
 
+DOCUMENT, TRAJECTORY = "run.json", "trajectory.nc"
 ROUNDING: Final = 32 * sys.float_info.epsilon  # of the largest in a column
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 EVENT_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
@@ -39,17 +42,13 @@ NO_EVENTS: Final = {**dict.fromkeys(EVENTS), "table": (), "omitted": 0}
 NO_COST: Final = {"steps": 0, **dict.fromkeys(TIMES, 0.0), "us_per_period": None}
 
 
-class RunResult(Result):
+class RunResult(classification.MotionResult):
     """Everything a run has to say; where nothing is integrated, what is known without it.
 
     Attributes
     ----------
-    scene : mapping
-        As `heavytop.Scene.document` gives it.
-    motion : mapping
-        As `heavytop.results.classification.motion_summary` gives it.
-    constants : mapping from str to float
-        E, E_prime, p_phi and p_psi.
+    scene, motion, top, constants, warnings
+        As of `heavytop.results.classification.MotionResult`.
     plan : mapping
         As `heavytop.results.classification.plan_summary` gives it.
     final : mapping or None
@@ -67,18 +66,18 @@ class RunResult(Result):
         Steps, and the time that each part of the work took.
     outcome : str
         One of `heavytop.errors.Outcome`.
-    warnings : tuple of str
-        What no rigid body can be, a θ that was folded, what another kick would do.
     source : {"integrated", "closed form"}
         What the end and the events are from.
+    run : Trajectory or SceneMotion or None
+        What moves, if anything does; None where its file is not there.
     """
 
     schema: ClassVar = "heavytop/run/1"
     heading: ClassVar = "Run"
+    goes_on: ClassVar = True
+    data_file: ClassVar = TRAJECTORY
+    left_out: ClassVar = ("run",)
 
-    scene: Any
-    motion: Any
-    constants: Any
     plan: Any
     final: Any = None
     events: Any = field(default_factory=lambda: NO_EVENTS)
@@ -87,16 +86,32 @@ class RunResult(Result):
     missed_events: Mapping[str, Any] = field(default_factory=dict)
     cost: Any = field(default_factory=lambda: NO_COST)
     outcome: str = Outcome.FINISHED
-    warnings: tuple[str, ...] = ()
     source: str = "integrated"
+    run: Any = field(default=None, compare=False)
+
+    def save_data(self, folder: Path) -> dict[str, str]:
+        """Write ``trajectory.nc``, or take away that of an earlier run, where nothing moves.
+
+        Parameters
+        ----------
+        folder : Path
+        """
+        if self.run is None:
+            (folder / TRAJECTORY).unlink(missing_ok=True)
+            return {}
+        self.run.save(folder / TRAJECTORY)
+        return {"trajectory": TRAJECTORY}
+
+    def figures(self) -> Iterator[tuple[str, str, Callable[[], Any]]]:
+        """Those of the motion, if there is one."""
+        if self.run is not None:
+            yield from import_module("heavytop.plots.figures").run_figures(self.run)
 
     def facts(self) -> Iterator[Fact]:
         """What is known without integrating, the plan, the end, the errors and the cost."""
-        yield from classification.verdict_facts(self.motion)
-        yield from classification.course_facts(self.motion)
-        yield from classification.numbers(self.constants, *classification.CONSTANTS)
+        yield from super().facts()
         yield from classification.plan_facts(self.plan)
-        yield from (("note", text) for text in self.warnings)
+        yield from self.notes()
         if self.final:
             follow = (name for name in self.final if quantity_of(name).of)
             yield from classification.numbers(self.final, "t", *ANGLES, *follow)
@@ -121,15 +136,8 @@ class RunResult(Result):
             yield event_table(self.events)
 
 
-def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = None) -> RunResult:
-    """Return the result of a run; of a scene that nothing is integrated of what is known.
-
-    Parameters
-    ----------
-    run : Trajectory or SceneMotion
-    files : mapping from str to str, optional
-        Names and paths of the files written.
-    """
+def run_result(run: Trajectory | SceneMotion) -> RunResult:
+    """Return the result of a run; of a scene that nothing is integrated of what is known."""
     from heavytop.run.trajectory import Trajectory
 
     scene, motion = run.scene, run.motion
@@ -141,15 +149,14 @@ def run_result(run: Trajectory | SceneMotion, files: Mapping[str, str] | None = 
         as_number: AsNumber = float if digits <= NUMBER_DIGITS else partial(ctx.nstr, n=digits)
         final = _final(run, ctx, as_number, attitude=True)
         found = {"final": final, "events": NO_EVENTS | run.counts}
-    return RunResult(
-        scene=scene.document(),
-        motion=classification.motion_summary(motion),
-        constants=motion.constants._asdict(),
+    return RunResult.of(
+        scene,
+        motion,
+        classification.motion_summary(motion),
         plan=classification.plan_summary(run.plan),
-        warnings=classification.warnings_of(scene),
         source=run.source,
         versions=versions(),
-        files=files or {},
+        run=run if found else None,
         **found,
     )
 

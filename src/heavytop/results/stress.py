@@ -121,11 +121,12 @@ class Stress(Result):
 
     def facts(self) -> Iterator[Fact]:
         """What the marks mean, what failed, what was skipped, and whether auto said all."""
-        wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
-        yield AUTO, f"was silently wrong: {wrong}" if self._runs_of_auto() else "was not run"
+        if self._runs_of_auto():
+            wrong = ", ".join(run.case for run in self.silently_wrong) or "nowhere"
+            yield AUTO, f"was silently wrong: {wrong}"
         yield "stress", "digits lost beyond what conditioning allows"
         yield "columns", HEADS
-        outcomes = {run.outcome for run in self.cases}
+        outcomes = {run.outcome for run in self.cases if not run.untold}
         for outcome in StressOutcome:
             if outcome in outcomes and outcome.mark:
                 yield f"{outcome.mark} {outcome}", outcome.rule

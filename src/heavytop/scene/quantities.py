@@ -229,6 +229,8 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     "A": Quantity("A", "kg m²", "moment of inertia about the tip, across the axis"),
     "C": Quantity("C", "kg m²", "moment of inertia along the axis"),
     "gMR": Quantity("gMR", "J", "weight times the distance from the tip to the centre of mass"),
+    "mass": Quantity("M", "kg", "mass"),
+    "distance": Quantity("R", "m", "from the tip to the centre of mass"),
     "E": Quantity("E", "J", "energy: kinetic, and the potential gMR cos θ"),
     "E_prime": Quantity("E′", "J", "E − p_ψ²/2C: what is left without the constant spin"),
     "p_phi": Quantity("p_φ", "kg m²/s", "angular momentum about the vertical"),

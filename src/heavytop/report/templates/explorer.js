@@ -3,13 +3,13 @@
 // link or a box holds is read as a number, and is put on the page as a text.
 (() => {
   const DATA = JSON.parse(document.getElementById("data").textContent);
-  const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot", "mass"]; // and spin
+  const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot", "mass", "gravity"]; // and spin
   const START = ["theta", "thetadot", "phi", "phidot", "psi"]; // in a scene file
   const DEGREE = Math.PI / 180, RPM = Math.PI / 30, LONG = 14, CURVE = 401;
   const KNOWN = 1e-9; // rad, of φ after a nutation
   const [COARSE, FINE] = [[48, 36], [160, 120]]; // the plane of kicks, in motion and at rest
   const IDLE = 150; // ms
-  const EARTH = 9.81; // m/s², where a mass and a distance make gMR
+  const MISSING = { gravity: 9.81 }; // m/s², where a scene has no mass; any other number is 0
   const SLOP = 8; // px, that a finger goes before it is known to go sideways
   const INK = "#222222", SOFT = "#57606A", GRID = "#E3E6EA", BLUE = "#0072B2", ORANGE = "#D55E00";
   const BARE = /^-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?$/; // a number in TOML
@@ -30,7 +30,7 @@
   const spinning = (top) => ({ ...top, omega3: top.held === "omega3" ? top.spin
     : top.spin + top.phidot * Math.cos(top.theta) });
   const stateOf = ({ numbers, held }) => ({
-    ...Object.fromEntries(NAMES.map((name) => [name, numbers[name] ?? 0])), held, spin: numbers[held] });
+    ...Object.fromEntries(NAMES.map((name) => [name, numbers[name] ?? MISSING[name] ?? 0])), held, spin: numbers[held] });
   const rates = (top) => Math.sqrt(Math.abs(top.gMR) / top.A);
   const limit = (top) => 2 * Math.sqrt(top.A * Math.abs(top.gMR)); // of |p_ψ|, to sleep
 
@@ -45,8 +45,8 @@
     A: { of: (s) => s.A, with: (s, A) => ({ ...s, A, C: clean((s.C / s.A) * A) }) },
     mass: { of: (s) => s.mass || NaN, with: (s, mass) => // a distance that was given stays
       ({ ...s, mass, gMR: placed ? clean((s.gMR * mass) / s.mass) : s.gMR }) },
-    distance: { of: (s) => s.gMR / (EARTH * s.mass || NaN), with: (s, R) => (s.mass
-      ? { ...s, gMR: clean(s.mass * EARTH * R) } : { ...s, mass: clean(s.gMR / (EARTH * R)) }) },
+    distance: { of: (s) => s.gMR / (s.gravity * s.mass || NaN), with: (s, R) => (s.mass
+      ? { ...s, gMR: clean(s.mass * s.gravity * R) } : { ...s, mass: clean(s.gMR / (s.gravity * R)) }) },
   };
   const nice = (x) => { // 1, 2 or 5 times a power of ten, not below x
     const power = 10 ** Math.floor(Math.log10(x));
@@ -586,7 +586,10 @@
     if (wrong(next)) return;
     state = next;
     $("refused").textContent = "";
-    if (whole || !ranges) [ranges, placed] = [reaches(state), false];
+    if (whole || !ranges) {
+      [ranges, placed] = [reaches(state), false];
+      $("parts").open = state.mass > 0; // where gMR is given there is nothing to see in it
+    }
     if (!due) requestAnimationFrame(update);
     due = true;
   };

@@ -54,7 +54,7 @@
   };
 
   const start = (root) => {
-    const { runs, marks, path: PATH } = JSON.parse(root.querySelector("script").textContent);
+    const { runs, marks, path: PATH, units } = JSON.parse(root.querySelector("script").textContent);
     const [canvas, slider, choice, told, legend] =
       ["canvas", "input", "select", "output", "ul"].map((name) => root.querySelector(name));
     const pen = canvas.getContext("2d");
@@ -73,7 +73,7 @@
       const span = Math.abs(given.end) || 1;
       return { ...given, turned, count, momentum, seconds, slow: seconds / span,
         axes: turned.map((rows) => rows.map((row) => row[2])),
-        profile: profile(given.shape), digits: clamp(4 - Math.floor(Math.log10(span)), 0, 12) };
+        profile: profile(given.shape), digits: clamp(4 - Math.floor(Math.log10(span * units.t[1])), 0, 12) };
     };
     const view = () => { // right, up and towards the eye
       const turn = camera.turn + (following ? (run.precession * at) / (run.count - 1) : 0);
@@ -229,8 +229,10 @@
       const theta = Math.acos(clamp(run.axes[frame()][2], -1, 1));
       const near = run.events.find((event) =>
         Math.abs(event.t - time()) < 1.5 * Math.abs(run.end) / (run.count - 1) && marks[event.kind]);
-      const words = `t = ${time().toFixed(run.digits)} s, θ = ${degrees(theta).toFixed(2)}° = `
-        + `${theta.toFixed(4)} rad${near ? `: ${marks[near.kind].label}` : ""}`;
+      const inUnit = (value, digits, [unit, size]) => `${(value * size).toFixed(digits)} ${unit}`;
+      const words = `t = ${inUnit(time(), run.digits, units.t)}, θ = ${degrees(theta).toFixed(2)}°`
+        + (units.theta[0] === "deg" ? "" : ` = ${inUnit(theta, 4, units.theta)}`)
+        + (near ? `: ${marks[near.kind].label}` : "");
       told.textContent = words;
       slider.value = String(at);
       slider.setAttribute("aria-valuetext", words);
