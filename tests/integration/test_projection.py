@@ -7,12 +7,12 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from heavytop.integration.blocks import Integrator
 
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration import bits, projection
+from heavytop.integration.orbit import Integrator
 from heavytop.integration.projection import Projection
 from heavytop.run.verify import run_errors
 
