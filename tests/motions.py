@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import heavytop as ht
 from heavytop.exact import Exact, cos
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene_file import shipped_scenes
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")  # SICM, section 2.10
 INVERTED = ht.Top("3.28e-4", "6.60e-5", "-0.0456")

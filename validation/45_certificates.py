@@ -21,7 +21,7 @@ from tools import Digits, main, most
 import heavytop as ht
 from heavytop.claims import proof
 from heavytop.scene.quantities import QUANTITIES
-from heavytop.scene.shipped import shipped_names
+from heavytop.scene.scene_file import shipped_names
 
 PART = 20_000
 WORST = 8  # times of each quantity at which its error is taken in 128 bits

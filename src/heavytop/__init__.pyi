@@ -9,7 +9,7 @@ from .analytic.many import (
     motions_many as motions_many,
 )
 from .analytic.motion import Motion as Motion
-from .analytic.record import Record as Record
+from .analytic.form import Record as Record
 from .analytic.reference import (
     Reference as Reference,
     reference as reference,

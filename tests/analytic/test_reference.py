@@ -8,7 +8,7 @@ import pytest
 
 from heavytop import ForeignFile, Motion, load_scene
 from heavytop.analytic.reference import EVENT_QUANTITIES, read_times, reference
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene_file import shipped_scenes
 
 from ..commands import document, printed
 

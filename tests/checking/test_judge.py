@@ -11,7 +11,7 @@ from heavytop.errors import Impossible
 from heavytop.files import as_json
 from heavytop.results.check import CHECKED_QUANTITIES
 from heavytop.scene.quantities import ANGLES, RATES
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene_file import shipped_scenes
 
 from .made import SCENE, START, TIMES, TOP, angles, exact, random_scene, vectors
 

@@ -2,8 +2,8 @@
 
 from fractions import Fraction
 
+from heavytop.analytic.form import midpoint
 from heavytop.analytic.motion import ClosedForm
-from heavytop.analytic.record import midpoint
 from heavytop.classification.reduced import AxisMotion, PassingMotion, SceneMotion
 from heavytop.exact.balls import working
 from heavytop.exact.decimals import context

@@ -7,7 +7,7 @@ import pytest
 
 from heavytop import State, Top, classify, load_scene
 from heavytop.classification.kinds import KIND_DETAILS, RULES
-from heavytop.scene.shipped import shipped_names
+from heavytop.scene.scene_file import shipped_names
 
 from ..motions import FURTHER, MOTIONS, named
 from ..starts import CTX, nasty, regular, top_and_state

@@ -14,7 +14,7 @@ import heavytop as ht
 from heavytop.cli import Exit
 from heavytop.equations.derivation import as_latex, as_text, derivation
 from heavytop.results.registry import RESULTS
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene_file import shipped_scenes
 
 from ..commands import document, heavytop_, printed, refused
 

@@ -17,7 +17,7 @@ from heavytop.exact import PI, Exact
 from heavytop.integration.system import translated
 from heavytop.run.own_motion import start_values
 from heavytop.scene.scene import load_scene
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene_file import shipped_scenes
 
 x, y = sp.symbols("x y", real=True)
 X, Y = hy.make_vars("x", "y")

@@ -10,7 +10,7 @@ from PIL import Image, ImageSequence
 from scipy.spatial.transform import Rotation
 
 import heavytop as ht
-from heavytop.plots.clip import Clip
+from heavytop.plots.drawn_run import Clip
 from heavytop.plots.film import BODY_COLOUR, MOMENTUM, PATCH, Shot
 
 SIZE = (800, 600)

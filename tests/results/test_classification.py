@@ -9,7 +9,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.results.classification import classified
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene_file import shipped_scenes
 
 from .. import commands
 

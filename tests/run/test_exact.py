@@ -11,8 +11,7 @@ import heavytop as ht
 from heavytop.exact.decimals import context
 from heavytop.run.counts import count_exactly
 from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps
-from heavytop.scene.scene_file import EVENTS
-from heavytop.scene.shipped import shipped_names
+from heavytop.scene.scene_file import EVENTS, shipped_names
 from heavytop.studies import certificate
 from heavytop.studies.methods import plan_auto
 

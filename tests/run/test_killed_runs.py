@@ -20,7 +20,7 @@ import os, pkgutil, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGTERM, signal.SIG_DFL)
 place, name, count, number = [sys.argv.pop(1) for _ in range(4)]
-import heavytop.run.autosave as running
+import heavytop.run.trajectory_file as running
 running.SAVE_S = running.SAVE_SHARE = running.UNSAVED_S = 0.0
 home, calls = pkgutil.resolve_name(place), []
 whole = getattr(home, name)

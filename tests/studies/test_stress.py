@@ -13,7 +13,7 @@ from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.results.stress import StressOutcome, silently_wrong
 from heavytop.run.own_motion import binary_start
-from heavytop.run.span import closed_form_of
+from heavytop.run.plan import closed_form_of
 from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, cases, reference
 from heavytop.studies.stress_runs import CaseRun, judge, missed_events, prepare

@@ -21,8 +21,8 @@ from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.exact import pairs
 
 if TYPE_CHECKING:
+    from heavytop.analytic.form import Read
     from heavytop.analytic.motion import ClosedForm
-    from heavytop.analytic.record import Read
 
 KNOWN: Final = 10.0**-40  # what is not known of a constant, beside it
 SMALL_SQUARE: Final = 1e-280  # squares beside which one that is no double any more does not count

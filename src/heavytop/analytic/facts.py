@@ -27,8 +27,8 @@ from typing import Any, Final, TypeAlias
 from flint import arb, ctx
 
 from heavytop.analytic.constants import Constants
+from heavytop.analytic.form import mapped
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.record import mapped
 from heavytop.analytic.roots import TooFewBits
 from heavytop.classification.reduced import Reduced
 from heavytop.exact import sqrt

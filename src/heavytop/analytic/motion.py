@@ -10,7 +10,7 @@ from operator import attrgetter
 from typing import Any, Final, NamedTuple
 
 from heavytop.analytic.events import EventTimes
-from heavytop.analytic.record import (
+from heavytop.analytic.form import (
     BALL_SPARE_DIGITS,
     Record,
     mapped,

@@ -13,8 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.checking.headers import Unit, complete_set, meanings, parse_unit
-from heavytop.checking.rounding import grain_of, is_rounded
+from heavytop.checking.headers import Unit, complete_set, grain_of, is_rounded, meanings, parse_unit
 from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.scene.quantities import ANGLES, RATES

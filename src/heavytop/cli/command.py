@@ -190,7 +190,7 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
 def read_scene(scene: str | None, changes: Sequence[str]) -> Any:
     """The scene of a name, or of the folder of a run, changed as the options ask."""
     from heavytop.scene import scene as scenes
-    from heavytop.scene.shipped import shipped_names
+    from heavytop.scene.scene_file import shipped_names
 
     scene = scene or DEFAULT_SCENE
     if scene in shipped_names() or not Path(scene).is_dir():

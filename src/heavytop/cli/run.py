@@ -99,8 +99,8 @@ def run_in(
     """Run a scene, or what is left of it; what cannot be run touches no folder."""
     from heavytop.report.files import open_run, write_result
     from heavytop.results.run import run_result
+    from heavytop.run.plan import closed_form_of
     from heavytop.run.planning import planned
-    from heavytop.run.span import closed_form_of
 
     motion = closed_form_of(scene)
     plan = planned(scene, motion, **asked)

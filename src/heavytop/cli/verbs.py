@@ -267,7 +267,7 @@ def scenes(name: str | None = None) -> CommandResult:
         Print the text of this scene.
     """
     from heavytop.results.table import Table
-    from heavytop.scene.shipped import shipped_scenes, shipped_text
+    from heavytop.scene.scene_file import shipped_scenes, shipped_text
 
     document: dict[str, Any] = {"schema": "heavytop/scenes/1"}
     if name is None:

@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage, Refused, refuse
 from heavytop.files import write_whole
-from heavytop.plots.clip import Clip
+from heavytop.plots.drawn_run import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
 from heavytop.scene import arguments

@@ -19,7 +19,7 @@ from heavytop.errors import Fault, NotANumber, refuse
 from heavytop.exact import Exact
 from heavytop.exact.parse import UNITS_OF
 from heavytop.files import write_text
-from heavytop.plots.clip import PERIODS, SHOWN_SPIN
+from heavytop.plots.drawn_run import PERIODS, SHOWN_SPIN
 from heavytop.plots.sphere import PUSH, STILL_KINDS
 from heavytop.plots.style import KIND_STYLES
 from heavytop.report.page import rendered
@@ -27,7 +27,7 @@ from heavytop.report.player import BLURRED, FRAMES, LONGEST_S, tops
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import QUANTITIES, RATES, SI, UNIT_OF, showing
 from heavytop.scene.scene import Scene, expect_scene, load_scene
-from heavytop.scene.shipped import shipped_names
+from heavytop.scene.scene_file import shipped_names
 
 FIRST_SCENE: Final = "sicm-kicked"
 EXPLORER_SCRIPTS: Final = ("top.js", "player.js", "explorer.js")

@@ -141,8 +141,8 @@ def load_run(result: RunResult, path: Path) -> Any:
             if result.outcome != errors.Outcome.FINISHED:
                 raise
     from heavytop.run.exact import SceneMotion
+    from heavytop.run.plan import closed_form_of
     from heavytop.run.planning import plan
-    from heavytop.run.span import closed_form_of
 
     scene = read_scene(scene_text(result.scene), where=f"{result.scene.name}.toml")
     return SceneMotion(scene, closed_form_of(scene), plan(scene))

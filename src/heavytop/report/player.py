@@ -7,8 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from heavytop.plots.clip import PERIODS, Clip
-from heavytop.plots.drawn_run import DrawnRun
+from heavytop.plots.drawn_run import PERIODS, Clip, DrawnRun
 from heavytop.plots.sphere import PUSH, momentum_path
 from heavytop.plots.style import EVENT_STYLES, PATH
 from heavytop.scene.quantities import QUANTITIES

@@ -14,8 +14,8 @@ from fractions import Fraction
 from typing import Any, Final
 
 from heavytop.analytic.events import COUNT_EDGE
+from heavytop.analytic.form import to_mpf
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.record import to_mpf
 from heavytop.exact.decimals import Number
 from heavytop.exact.number import rational_value
 from heavytop.scene.scene_file import EVENTS

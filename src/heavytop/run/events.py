@@ -24,7 +24,7 @@ from heavytop.exact.pairs import EPSILON
 from heavytop.integration.engine import Seen
 from heavytop.integration.outputs import Sample, form_values, newton_step
 from heavytop.run.counts import KINDS_OF, TURNING, schedule
-from heavytop.run.span import exact_span
+from heavytop.run.plan import exact_span
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import EVENTS
 

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from heavytop.analytic.form import Record
 from heavytop.analytic.motion import MOST_DIGITS, Motion
-from heavytop.analytic.record import Record
 from heavytop.exact.decimals import context
-from heavytop.run.plan import Plan
-from heavytop.run.span import exact_span, span
+from heavytop.run.plan import Plan, exact_span, span
 from heavytop.scene.quantities import Need, need_of, quantity_of, values_of
 from heavytop.scene.scene import Scene
 

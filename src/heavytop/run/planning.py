@@ -21,8 +21,7 @@ from heavytop.exact import PI
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
-from heavytop.run.plan import Plan, Words
-from heavytop.run.span import closed_form_of, refusal, span, span_fault
+from heavytop.run.plan import Plan, Words, closed_form_of, refusal, span, span_fault
 from heavytop.scene.arguments import Range, Reader, expect, one_of, parse_options, there
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, replace
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,8 +29,7 @@ from heavytop.integration.orbit import Checkpoint, Orbit
 from heavytop.run.events import STORED
 from heavytop.run.exact import Run, SceneMotion
 from heavytop.run.own_motion import integrator_of
-from heavytop.run.plan import Plan, Statistics
-from heavytop.run.span import closed_form_of
+from heavytop.run.plan import Plan, Statistics, closed_form_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, RATES, derived, quantity_of, values_of
@@ -38,6 +38,7 @@ from heavytop.scene.scene import read_scene
 if TYPE_CHECKING:
     import pandas
     import xarray
+
 
 TRAJECTORY_SCHEMA: Final = "heavytop/trajectory/2"
 # of a variable that is no quantity: what it is, its unit, and a second dimension
@@ -297,3 +298,39 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
         outcome=outcome,
         between=samples.where(slice(0)),
     )
+
+
+# --- saved on the way, so that a kill loses little ----------------------------------------------
+
+
+SAVE_S = 10.0  # between two saves of a trajectory on its way
+SAVE_SHARE = 20.0  # times as long as a save takes, until the next one
+UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
+WHOLE = (Outcome.FINISHED, Outcome.SINGULAR)
+
+
+@dataclass
+class Checkpoints:
+    """Saves what has become of a trajectory; `saved` and `due` are monotonic times [s]."""
+
+    path: str | os.PathLike[str]
+    begun: Trajectory
+    saved: float = field(default_factory=time.monotonic)
+    due: float = field(default_factory=lambda: time.monotonic() + SAVE_S)
+
+    def __call__(self, so_far: Callable[[], Orbit]) -> None:
+        """Save the orbit so far, if it is time."""
+        if time.monotonic() >= self.due:
+            self._save(so_far())
+
+    def at_last(self, orbit: Orbit) -> None:
+        """Save the orbit at the end of its steps, before what is made of it takes its time."""
+        long = time.monotonic() - self.saved >= UNSAVED_S
+        if orbit.outcome is Outcome.INTERRUPTED or (long and orbit.outcome in WHOLE):
+            self._save(orbit)
+
+    def _save(self, orbit: Orbit) -> None:
+        began, so_far = time.monotonic(), replace(orbit, outcome=Outcome.INTERRUPTED)
+        replace(self.begun, orbit=so_far, with_events=False).save(self.path)
+        self.saved = time.monotonic()
+        self.due = self.saved + max(SAVE_S, SAVE_SHARE * (self.saved - began))

@@ -20,8 +20,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.analytic.form import to_mpf
 from heavytop.analytic.motion import ClosedForm
-from heavytop.analytic.record import to_mpf
 from heavytop.errors import DoubtfulWarning, MissedDigitsWarning, NoClosedForm
 from heavytop.exact.decimals import Number, context
 from heavytop.run.counts import Counts, differences, tally

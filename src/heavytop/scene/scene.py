@@ -13,8 +13,14 @@ from heavytop.errors import BadScene, Fault, Impossible, refuse
 from heavytop.exact import Exact, Number
 from heavytop.scene import arguments, scene_file
 from heavytop.scene.quantities import QUANTITIES
-from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE_READERS, TABLES
-from heavytop.scene.shipped import FOLDER, shipped_names
+from heavytop.scene.scene_file import (
+    FOLDER,
+    FORMAT,
+    MAX_TITLE,
+    SCENE_READERS,
+    TABLES,
+    shipped_names,
+)
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Shown, closest, cut, harmless, nearest
@@ -244,7 +250,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
 
     Examples
     --------
-    >>> from heavytop.scene.shipped import shipped_text
+    >>> from heavytop.scene.scene_file import shipped_text
     >>> text = shipped_text("sicm-dropped")
     >>> read_scene(text, "mine", ["span.time=3"]).name
     'mine'

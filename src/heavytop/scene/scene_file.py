@@ -1,4 +1,4 @@
-"""Scene files: TOML in and out, and tables of the keys, the rules and the ways to say a thing.
+"""Scene files: TOML in and out, the shipped ones, tables of keys, rules and ways to say a thing.
 
 What reads a table returns its values together with everything that is wrong with it, so that one
 reading of a scene finds every fault.
@@ -12,11 +12,12 @@ import unicodedata
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import Any, Final
 
-from heavytop.errors import Fault, Impossible, Refused
+from heavytop.errors import BadScene, Fault, Impossible, Refused
 from heavytop.exact import Exact
-from heavytop.scene import arguments, starts
+from heavytop.scene import arguments, scene_file, starts
 from heavytop.scene.arguments import NumberText, Range, Reader
 from heavytop.scene.quantities import QUANTITY_READERS, wanted
 from heavytop.scene.state import State
@@ -213,3 +214,59 @@ def json_ready(value: object) -> Any:
     if q is None or abs(q) >= 10**15 or Fraction(f"{float(q):.15g}") != q:
         return str(value)
     return int(q) if q.denominator == 1 else float(q)
+
+
+# --- the scenes that come with the package ------------------------------------------------------
+
+
+FOLDER: Final = Path(__file__).parents[1] / "scenes"
+
+
+def shipped_scenes() -> dict[str, str]:
+    """The scenes that come with the package.
+
+    Returns
+    -------
+    dict from str to str
+        Their titles, by their names.
+
+    Examples
+    --------
+    >>> shipped_scenes()["sicm-dropped"]
+    'SICM 2.10, let go from rest: cusps'
+    """
+    texts = {name: shipped_text(name) for name in shipped_names()}
+    return {name: scene_file.parse(text)["title"] for name, text in texts.items()}
+
+
+def shipped_text(name: str) -> str:
+    """The text of a scene that comes with the package, comments and all.
+
+    Parameters
+    ----------
+    name : str
+        A key of `shipped_scenes`.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    BadScene
+        No shipped scene has this name.
+
+    Examples
+    --------
+    >>> print(shipped_text("sicm-dropped").splitlines()[0])
+    format = 1
+    """
+    if name not in shipped_names():
+        hint = nearest(name, shipped_names())
+        raise BadScene((Fault(name, None, "scene", "", "no shipped scene has this name", hint),))
+    return (FOLDER / f"{name}.toml").read_text("utf-8")
+
+
+def shipped_names() -> list[str]:
+    """Their names, in the order of the alphabet."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))

@@ -24,7 +24,7 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import MissingPackage
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
-from heavytop.run.span import closed_form_of
+from heavytop.run.plan import closed_form_of
 from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of

@@ -17,8 +17,8 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Fault, Impossible, MissingPackage, Refused, refuse
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import bits_of, why_not
+from heavytop.run.plan import closed_form_of
 from heavytop.run.planning import plan_steps
-from heavytop.run.span import closed_form_of
 from heavytop.scene.arguments import Reader, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.studies.journal import Parameters

@@ -18,13 +18,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from heavytop.analytic.form import Record
 from heavytop.analytic.motion import ClosedForm, Motion
-from heavytop.analytic.record import Record
 from heavytop.classification.reduced import AxisMotion
 from heavytop.exact.number import rational_value
 from heavytop.exact.pairs import UNIT
 from heavytop.run.counts import Counts, tally
-from heavytop.run.span import closed_form_of, span
+from heavytop.run.plan import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.scene_file import EVENTS
 from heavytop.scene.state import State
