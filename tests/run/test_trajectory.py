@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, NotANumber
 
 from ..trajectories import run_of, same
@@ -52,6 +53,15 @@ def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():
     assert abs(end.axis[2] - run.ctx.cos(end.theta)) < 1e-45
     assert run.phi is run.psi is None
     assert run.to_xarray()["phi_text"].to_numpy().tolist() == [""] * 7
+
+
+@pytest.mark.parametrize("form", FORMULATIONS)
+def test_an_angle_without_its_turns_is_not_there(form):
+    run = run_of('want.quantities=["theta"]', formulation=form)
+    exact = run.motion.at(run.t)
+    for name in ("phi", "psi"):
+        found = getattr(run, name)
+        assert found is None or abs(found - getattr(exact, name)).max() < 1e-9, name
 
 
 def test_times_that_are_refused_and_none(whole, precise):

@@ -191,7 +191,8 @@ class Trajectory(Run, Played):
         near = self._exact_at(seen) if follows else None
         found = sample(form, seen.states, known, seen.t, near)
         if form.phi_wraps and not follows:
-            found = replace(found, phi=np.full(seen.t.shape, np.nan))
+            unknown = np.full(seen.t.shape, np.nan)
+            found = replace(found, phi=unknown, psi=unknown)
         begun = seen.t == 0
         return self._begun(found, begun) if self.in_doubles and begun.any() else found
 
