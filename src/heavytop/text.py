@@ -168,7 +168,7 @@ class Plotted(Shown):
         Returns
         -------
         matplotlib.axes.Axes
-            The axes that were drawn on: angles are in rad, rates in rad/s, times in s.
+            The axes that were drawn on: in rad, rad/s and s where `unit` says nothing else.
 
         Raises
         ------

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import AxisMotion, SceneMotion
+from heavytop.classification.reduced import AxisMotion, StartMotion
 from heavytop.errors import NoClosedForm, Unseparated
 from heavytop.exact import cos, sqrt
 from heavytop.exact.balls import Interval
@@ -198,13 +198,13 @@ def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
 
 def test_too_few_bits_name_what_is_known():
     start = ht.State(theta="pi/3", thetadot="1e-40", phidot=10, omega3="140.6")
-    near = Bounds(ClosedForm(SceneMotion(CONE, start)))
+    near = Bounds(ClosedForm(StartMotion(CONE, start)))
     near.motion.limit = 128
     for ask in (lambda: near.roots, lambda: near.period):
         with pytest.raises(Unseparated, match=r"u1 and u2 differ by less than .* 128") as told:
             ask()
         assert 1e-40 < told.value.bound < 1e-15
-    late = Bounds(ClosedForm(SceneMotion(BOOK, KICKED)))
+    late = Bounds(ClosedForm(StartMotion(BOOK, KICKED)))
     late.motion.limit = 96
     with pytest.raises(Unseparated, match=r"theta is known to .* with 96 bits"):
         late("theta", "1e15")

@@ -6,7 +6,7 @@ import pytest
 from heavytop import check
 from heavytop.checking.comparison import Comparison
 from heavytop.checking.conventions import OMEGAS, TABLE
-from heavytop.checking.headers import UNITS
+from heavytop.checking.headers import HEADER_UNITS
 from heavytop.checking.reading import read
 from heavytop.checking.search import Explanation, Undoing, judge, undo_names
 from heavytop.scene.quantities import RATES
@@ -23,7 +23,7 @@ def plants(validation_script):
     return validation_script("47_conventions")
 
 
-TIMES = [(unit.convention, unit.factor) for unit in UNITS if unit.kind == "time" and unit[3]]
+TIMES = [(unit.convention, unit.factor) for unit in HEADER_UNITS if unit.kind == "time" and unit[3]]
 ALONE = sorted({x for x in NAMES if "+" not in x} - {"time-origin", "another-number"})
 ALONE += ["friction", "motor"]
 

@@ -60,9 +60,9 @@ ANGLES = {  # cosines of angles that a scene can say exactly
 }  # fmt: skip
 
 
-def built(theta, other, third, signs=(1, 1), g="1.25", A="2", C="0.5"):
+def built(theta, other, third, signs=(1, 1)):
     """The top and the start at θ that has the roots cosθ, `other` and `third`."""
-    g, A, C, u = X(g), X(A), X(C), ANGLES[theta]
+    g, A, C, u = X("1.25"), X("2"), X("0.5"), ANGLES[theta]
     plus = signs[0] * sqrt(2 * g * (1 + u) * (1 + other) * (1 + third))
     minus = signs[1] * sqrt(2 * g * (1 - u) * (1 - other) * (third - 1))
     a, b = (plus + minus) / 2, (plus - minus) / 2

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from heavytop.analytic.form import midpoint
 from heavytop.analytic.motion import ClosedForm
-from heavytop.classification.reduced import AxisMotion, PassingMotion, SceneMotion
+from heavytop.classification.reduced import AxisMotion, PassingMotion, StartMotion
 from heavytop.exact.balls import working
 from heavytop.exact.decimals import context
 from heavytop.scene.state import State
@@ -23,7 +23,7 @@ def reduced(source):
 def test_through_a_pole_moves_no_more_than_it_must():
     """A start rounded off one that passes exactly: p_φ and E' move by the rounding, b stays."""
     start = State("pi/3", thetadot="0.5", phidot=1 + Fraction(1, 10**17), psidot="2.5")
-    rounded = SceneMotion(TWO, start)  # P₋ is about 1e-17
+    rounded = StartMotion(TWO, start)  # P₋ is about 1e-17
     passing = PassingMotion(rounded, top=True, bottom=False)
     assert ClosedForm(rounded).regime.misses_top
     assert not ClosedForm(passing).regime.misses_top
@@ -49,6 +49,6 @@ def test_rounding_is_no_motion():
     axes = ((0.375, -0.5, 0.75), (0.375, -0.625, 0.75), (-0.9375, 0.21875, -0.25))
     along = [AxisMotion(e, [3 * x for x in e], 0) for e in axes]
     assert all(ClosedForm(source).regime.steady for source in along)
-    assert ClosedForm(SceneMotion(WEIGHTLESS, State("pi/2", phidot=1))).regime.steady
+    assert ClosedForm(StartMotion(WEIGHTLESS, State("pi/2", phidot=1))).regime.steady
     aside = (1.125, -1.5, 2.25 * (1 + 2**-52))
     assert ClosedForm(AxisMotion(axes[0], aside, 0)).regime.name == "nutating"

@@ -24,7 +24,7 @@ def test_a_stored_run_is_the_run(tmp_path, changes):
     assert same(loaded([0.5, 1.7]).states, whole([0.5, 1.7]).states)
 
 
-def test_a_stored_run_in_more_digits_has_its_decimals(tmp_path):
+def test_a_stored_run_in_more_digits_has_its_decimals():
     whole = run_of(*MORE)
     data = whole.to_xarray()
     assert data["theta_text"].to_numpy()[-1] == whole.text(whole.end.theta)

@@ -114,9 +114,9 @@ def test_curves_divide_the_kinds(name):
     assert found or name in ("tilts and spins", "sideways")
 
 
-def both_sides(where, curve, step=1e-6):
+def both_sides(where, curve):
     """The words for either side of each point of a curve, a little step across it."""
-    x, y = curve.x, curve.y
+    x, y, step = curve.x, curve.y, 1e-6
     scale = np.array([np.ptp(where.x.values), np.ptp(where.y.values)])
     wide = np.clip(np.arange(x.size) + np.array([[-5], [5]]), 0, x.size - 1)  # neighbours may touch
     dx, dy = np.diff(x[wide], axis=0)[0] / scale[0], np.diff(y[wide], axis=0)[0] / scale[1]

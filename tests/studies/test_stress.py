@@ -16,7 +16,7 @@ from heavytop.run.own_motion import binary_start
 from heavytop.run.plan import closed_form_of
 from heavytop.studies.methods import stress_method, stress_methods
 from heavytop.studies.stress_cases import CaseReference, cases, reference
-from heavytop.studies.stress_runs import CaseRun, judge, missed_events, prepare
+from heavytop.studies.stress_runs import CaseRun, judge, miscounted_events, prepare
 
 from ..integrators import raises
 
@@ -121,9 +121,10 @@ def test_whole_turns_of_phi_and_psi_are_seen_though_the_axis_does_not_see_them()
 
 def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
     counts = {"turning": (6, 6), "reversal": (0, 0), "cusp": (3, 3)}
-    said = [missed_events({"turning": 6, "reversal": n}, counts) for n in (0, 1, 3, 2, 4)]
+    said = [miscounted_events({"turning": 6, "reversal": n}, counts) for n in (0, 1, 3, 2, 4)]
     assert said == ["", "", "", "2 reversal, not 0", "4 reversal, not 0"]
-    assert missed_events({"turning": 6, "reversal": 1, "cusp": 3}, counts) == "1 reversal, not 0"
+    three = miscounted_events({"turning": 6, "reversal": 1, "cusp": 3}, counts)
+    assert three == "1 reversal, not 0"
 
 
 # --- the runs themselves ---------------------------------------------------------------------

@@ -255,6 +255,8 @@ class Record:
         The angular velocity in space [rad/s].
     omega3, energy : number
         What is constant: the angular velocity about the symmetry axis [rad/s], and E [J].
+
+    It has what follows from these too, such as `reaction` of a top with mass and distance [N].
     """
 
     def __init__(self, read: Read, made: tuple[Any, ...]) -> None:
@@ -272,7 +274,8 @@ class Record:
 
     def __getattr__(self, name: str) -> Any:
         if quantity_of(name).of is not None:
-            value = values_of(self, name, self._made[0].__self__)
+            motion = self._made[0].__self__  # whose method made the record
+            value = values_of(self, name, motion)
         elif name in RECORD_NAMES:
             value = self._read(name)
         else:

@@ -22,7 +22,7 @@ from heavytop.analytic.refine import Refined
 from heavytop.analytic.roots import sign_of
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
-from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, SceneMotion
+from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, StartMotion
 from heavytop.exact.balls import Interval, ball_of, working
 from heavytop.exact.decimals import Number, context
 from heavytop.scene.arguments import expect, whole, wrong_type
@@ -299,7 +299,7 @@ class Motion(Played, ClosedForm):
     @cached_property
     def source(self) -> ReducedMotion:  # type: ignore[override]
         """The exact numbers of the motion."""
-        return SceneMotion(self.top, self.start)
+        return StartMotion(self.top, self.start)
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -32,7 +32,7 @@ MOST_EVENTS: Final = 100_000
 MOST_PRINTED_DIGITS: Final = 4000  # Python prints integers of 4300
 PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
-# the columns of every quantity, and what of the motion at a time stands in them
+# of each quantity the headings of its columns, and the names of a record that stand in them
 EVENT_QUANTITIES: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     name: (component_names(columns_of(name)), columns_of(name))
     for name in (*wanted(), "omega")

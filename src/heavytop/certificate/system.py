@@ -1,4 +1,4 @@
-"""Equations of motion with quadratic right-hand sides, in balls and in floats.
+"""Equations of motion with quadratic right-hand sides, in balls and in floats, and bounds of balls.
 
     y_i' = sum over terms of  coefficient * y_j * y_k,
 

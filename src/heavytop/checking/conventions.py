@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 
 from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrapped
-from heavytop.checking.headers import UNITS, Unit
+from heavytop.checking.headers import HEADER_UNITS, Unit
 from heavytop.checking.reading import Array, matrices, norm
 from heavytop.errors import HeavyTopError
 from heavytop.scene.quantities import ANGLES, RATES
@@ -92,7 +92,7 @@ def _all(function: Callable[[Array], Any], *names: str) -> Change:
 
 def _of_units(kind: str, undo: Callable[[Unit], Undo]) -> Iterator[Convention]:
     """The conventions of the units that have one."""
-    units = [unit for unit in UNITS if unit.kind == kind and unit.convention]
+    units = [unit for unit in HEADER_UNITS if unit.kind == kind and unit.convention]
     return (Convention(unit.convention, unit.sentence, undo(unit)) for unit in units)
 
 

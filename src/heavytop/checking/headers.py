@@ -53,8 +53,8 @@ _BEHIND: Final = re.compile(r"(.+?)(?:\s*,\s*|\s+in\s+|\s+|\s*/\s*(?!dt))(\S+)")
 class Unit(NamedTuple):
     """A unit: what it measures (angle, rate, time, length), its size in SI units, its text.
 
-    Of a row of `UNITS` the text is how people spell it; data in it follow a convention, if there is
-    a name of one, which is said in a sentence.
+    Of a row of `HEADER_UNITS` the text is how people spell it. Data in it follow a convention, if
+    there is a name of one, which is said in a sentence.
     """
 
     kind: str
@@ -64,7 +64,7 @@ class Unit(NamedTuple):
     sentence: str = "{}"
 
 
-UNITS: Final = (
+HEADER_UNITS: Final = (
     Unit("angle", 1.0, "rad radian radians 1"),
     Unit("angle", np.pi / 180, "deg degree degrees grad grados gradi degre", "degrees",
          "{} are in degrees"),
@@ -82,9 +82,9 @@ UNITS: Final = (
     Unit("time", 1e-9, "ns nanosecond nanoseconds"),
     Unit("length", 1.0, "m mm cm km um in ft 1 -"),  # which is scaled away
 )  # fmt: skip
-_SIZES: Final = {(unit.kind, word): unit.factor for unit in UNITS for word in unit.text.split()}
+_SIZES: Final = {(x.kind, word): x.factor for x in HEADER_UNITS for word in x.text.split()}
 # An angle's unit, such as degrees, is that of its rate a second too.
-_DECLARED: Final = {(unit.kind == "time", unit.factor): unit.convention for unit in reversed(UNITS)}
+_DECLARED: Final = {(x.kind == "time", x.factor): x.convention for x in reversed(HEADER_UNITS)}
 
 
 class Meaning(NamedTuple):

@@ -81,7 +81,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     found = choose_columns(table, numbers, chosen, faults)
     values = _values(numbers, found, faults)
     declared, remarks = _declared(found)
-    rows = _rows(table, values, faults, remarks)
+    rows = _usable_rows(table, values, faults, remarks)
     if faults:
         raise ForeignFile("\n".join(f"{name}: {harmless(fault)}" for fault in faults))
     grain = _values({each: grain_of(x) for each, x in numbers.items()}, found, [])
@@ -189,7 +189,7 @@ def _declared(found: Columns) -> tuple[list[str], list[str]]:
 # --- rows ----------------------------------------------------------------------------------------
 
 
-def _rows(
+def _usable_rows(
     table: DataTable, values: Mapping[str, Array], faults: list[str], remarks: list[str]
 ) -> Any:
     """The rows that have a value of everything, as time goes on, no time twice."""

@@ -138,7 +138,8 @@ class InputArrays:
     def starts(self, span: Any) -> Starts:
         """Some of the tops and starts; what is the same for all is one element."""
         part = self.part(span)
-        return Starts._make((*part.values(), next(reversed(part))))
+        *_, held = part  # the spin stands last
+        return Starts._make((*part.values(), held))
 
     def full(self) -> dict[str, Array]:
         """All columns by name, each of as many elements as there are tops."""

@@ -199,7 +199,7 @@ class SceneSigns(kinds.Signs):
     """
 
     def __init__(self, top: Top, start: State) -> None:
-        self.top, self.source = top, reduced.SceneMotion(top, start)
+        self.top, self.source = top, reduced.StartMotion(top, start)
         self._found: dict[Criterion, kinds.Sign] = {}
 
     @cached_property

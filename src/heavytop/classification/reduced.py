@@ -213,10 +213,10 @@ def ball_sign(ball: arb) -> Sign | None:
     return 0 if ball.is_zero() else None
 
 
-# --- of a scene ----------------------------------------------------------------------------------
+# --- of a top and a start ------------------------------------------------------------------------
 
 
-class SceneMotion(ReducedMotion):
+class StartMotion(ReducedMotion):
     """The motion of a top and a start; balls are exact where what is given is proved to be 0."""
 
     def __init__(self, top: Top, start: State) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from heavytop.results.base import Result
     from heavytop.scene.scene import Scene
 
-DEFAULTS: Final = {"formulation": "auto", "tolerance": None}  # of a run
+RUN_DEFAULTS: Final = {"formulation": "auto", "tolerance": None}
 
 
 # --- studies ---------------------------------------------------------------------------------
@@ -238,7 +238,7 @@ def run_all(
         folder = (kept or place) / name
         try:
             if name == "run":
-                run_in(folder, scene, DEFAULTS, figures=False, progress=progress)
+                run_in(folder, scene, RUN_DEFAULTS, figures=False, progress=progress)
             else:
                 given = [scene if x == "scene" else x for x in studies[name].reported or ()]
                 study = resolve_name(f"heavytop.{studies[name].function}")

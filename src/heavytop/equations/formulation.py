@@ -1,4 +1,4 @@
-"""Formulations: ways of writing the motion as first-order equations.
+"""Formulations: ways of writing the motion as first-order equations, and what is made of them.
 
 Everything in a formulation is symbolic. Numbers enter through `parameters`, so that one compiled
 integrator serves every top, and through `start`, which maps a start in Euler angles to states.

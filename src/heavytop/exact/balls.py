@@ -1,4 +1,4 @@
-"""Balls and decimals: working precision, exact numbers as balls, `Interval`, mpmath's contexts.
+"""Balls: working precision, exact numbers as balls, and `Interval`, which has one in decimals.
 
 Balls are those of python-flint (Arb): a middle and a radius that takes up every rounding error.
 """

@@ -336,7 +336,7 @@ def integrate(
     outcome: Outcome | None = None
 
     def so_far(outcome: Outcome) -> Orbit:
-        return _joined(orbit, places, blocks, is_sample, end, outcome)
+        return _continued(orbit, places, blocks, is_sample, end, outcome)
 
     try:
         while outcome is None:
@@ -377,7 +377,7 @@ def _reach(places: Sequence[Checkpoint]) -> float:
     return 2 * length * start.block_steps
 
 
-def _joined(
+def _continued(
     known: Orbit,
     places: Sequence[Checkpoint],
     blocks: Sequence[Block],

@@ -272,9 +272,9 @@ def newton_step(
 ) -> tuple[Seen, NDArray[np.bool_]]:
     """Return the zeros of an event function beside states in reals, and which of these have one.
 
-    One step of Newton's method takes a state to it, along the tangent. That it was enough is told
-    by what is left of the function: by as much of the step the state is off, and that must be
-    below `small`, relative to 1 or to the state. Else there is none. A time of zero is the start.
+    One step of Newton's method takes a state to it, along the tangent. Which part of the function
+    is left tells by which part of the step the state is still off: that must be below `small`,
+    relative to 1 or to the state, else there is none. A time of zero is the start.
     """
     zero, slope = form_values(form, event, seen.states, parameters, seen.t)
     rates = np.stack(form_values(form, "derivatives", seen.states, parameters, seen.t), axis=-1)

@@ -1,8 +1,8 @@
 """heyoka, at its one door: its settings and numbers, and formulations as it takes them.
 
 Whoever needs it takes it from here. It has wheels for Linux only, so pip installs it there alone.
-The unit of time of a motion, in which steps are taken, is a power of two, so nothing is rounded.
-`heavytop.integration.engine` says what for.
+Here too is the unit of time in which the steps of a motion are taken: a power of two, so nothing
+is rounded. `heavytop.integration.engine` says what it is for.
 """
 
 from __future__ import annotations

@@ -64,9 +64,9 @@ class DrawnRun:
             return cls(run.at, run, end, str(run.kind))
         from heavytop.run.exact import SceneMotion
 
-        if isinstance(run, SceneMotion):
-            return cls(run.motion.at, run.motion, run.span, run.scene.title or run.scene.name)
         motion, title = run.motion, run.scene.title or run.scene.name
+        if isinstance(run, SceneMotion):
+            return cls(motion.at, motion, run.span, title)
         same = not run.in_doubles and np.allclose(
             run.samples.axis, motion.at(run.t).axis, UNSEEN, UNSEEN, equal_nan=True
         )

@@ -18,7 +18,7 @@ from heavytop.plots.atlas import atlas_charts, atlas_figure
 from heavytop.plots.check import check_charts, check_figure
 from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.base import error_of, kind_of
-from heavytop.results.drift import columns_of, error_names
+from heavytop.results.drift import error_names, errors_of
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import DOUBLE, ERROR_KEYS, error_of_point, front
 from heavytop.scene.quantities import quantity_of
@@ -79,7 +79,7 @@ DIVERGED: Final = 1e9  # error: beyond it a method has diverged, and the others 
 
 def drift_charts(found: Found) -> Charts:
     """The errors that grow, of those that are not zero."""
-    grown = {name for each in found.methods for name, x in columns_of(each).items() if any(x)}
+    grown = {name for each in found.methods for name, x in errors_of(each).items() if any(x)}
     names = [name for name in error_names(found.methods) if name in grown]
     return {name: partial(error_growth, name) for name in names}
 
@@ -133,7 +133,7 @@ def error_growth(name: str, ax: Axes, /, found: Found, **looks: Any) -> Axes:
 
 def _growing(method: Known, name: str) -> list[tuple[float, float]]:
     """Nutation periods and errors of a method, as far as a logarithm shows them."""
-    errors = zip(method["periods"], columns_of(method).get(name, ()), strict=False)
+    errors = zip(method["periods"], errors_of(method).get(name, ()), strict=False)
     return [(n, error) for n, error in errors if error and abs(error) <= DIVERGED]
 
 

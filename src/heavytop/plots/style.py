@@ -1,4 +1,4 @@
-"""What all figures share: how kinds and events look, titles, legends, degrees, and saving."""
+"""What all figures share: how kinds and events look, lines, titles, legends, and saving."""
 
 from __future__ import annotations
 

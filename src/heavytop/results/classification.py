@@ -112,7 +112,7 @@ class MotionResult(Result):
         )
 
     def notes(self) -> Iterator[Fact]:
-        """The warnings; their tilts, which a document has in SI, in the units that are shown."""
+        """The warnings; the tilts in them, in SI in a document, are in the units that are shown."""
 
         def shown(tilts: re.Match[str]) -> str:
             return quantity_of("theta").with_unit(*map(float, tilts.groups()), form=".6g")

@@ -194,7 +194,7 @@ class Drift(Result):
             for start, run in enumerate(method.members if members else [method])
         ]
         rows = [
-            {**which, "periods": n} | {name: x[k] for name, x in columns_of(run).items() if x}
+            {**which, "periods": n} | {name: x[k] for name, x in errors_of(run).items() if x}
             for which, run in runs
             for k, n in enumerate(run.periods)
         ]
@@ -247,20 +247,20 @@ def task_name(text: str, number: int) -> str:
     return f"{text}/{number:04d}"
 
 
-def columns_of(run: Any) -> dict[str, Sequence[float | None]]:
+def errors_of(run: Any) -> dict[str, Sequence[float | None]]:
     """The errors of a method, or of one of its runs, by their names."""
     return {**{name: run[name] for name in SERIES}, **run["invariants"]}
 
 
 def error_names(runs: Iterable[Any]) -> list[str]:
     """The names of the errors of methods or of runs."""
-    return [*dict.fromkeys(SERIES) | {name: None for run in runs for name in columns_of(run)}]
+    return [*dict.fromkeys(SERIES) | {name: None for run in runs for name in errors_of(run)}]
 
 
 def _last(method: Any) -> dict[str, Any]:
     """The errors of a method at its last time, and how they grow."""
     row = {"name": method.name, "us_per_period": method.get("us_per_period")}
-    row |= {name: x[-1] for name, x in columns_of(method).items() if x}
+    row |= {name: x[-1] for name, x in errors_of(method).items() if x}
     if method.periods and row["phase_s"] is None:
         row["phase_s"] = f"lost at {method.periods[method.phase_s.index(None)]:.3g}"
     for name in ("energy", "phase"):

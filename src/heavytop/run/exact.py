@@ -1,4 +1,4 @@
-"""What a run has of a scene, and the run of one that nothing is integrated of: its exact motion."""
+"""What every run of a scene has, and the run that integrates nothing: the exact motion."""
 
 from __future__ import annotations
 

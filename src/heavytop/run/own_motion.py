@@ -24,7 +24,7 @@ from heavytop.classification.reduced import (
     PassingMotion,
     Reduced,
     ReducedMotion,
-    SceneMotion,
+    StartMotion,
 )
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded, exact_values, lambdified
@@ -149,7 +149,7 @@ def motion_of(
         return AxisMotion(axis, momentum, read.g, read.kappa, read.phi_0, read.psi_0)
     angles_and_rates = vars(read)
     top = Top.of_numbers(*(angles_and_rates.pop(name) for name in ("A", "C", "gMR")))
-    return SceneMotion(top, State(**angles_and_rates))
+    return StartMotion(top, State(**angles_and_rates))
 
 
 @cache

@@ -38,7 +38,7 @@ class Plan(Shown):
     tolerance : float
         Relative error tolerance of a step; 0 where it is smaller than any double.
     projected : bool
-        Whether the state is put back onto its invariants between blocks of steps.
+        Whether the state is put back onto its invariants every few steps.
     reasons, warnings : tuple of str
         Why it is so, and what may disappoint, each in words.
     seconds : float

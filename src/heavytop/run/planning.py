@@ -66,7 +66,7 @@ def plan(
     formulation : str
         ``auto`` or the name of a formulation, as docs/formulations.md lists them.
     projected : bool
-        Whether the state is put back onto the invariants of the start, between blocks of steps.
+        Whether the state is put back onto the invariants of the start every few steps.
     tolerance : float, optional
         Relative error of a step in doubles, 1e-20 to 0.01; by default their rounding [1].
 

@@ -63,8 +63,8 @@ def propagate(
     formulation : str
         ``auto`` (the least that gives what the scene wants) or the name of a formulation.
     projected : bool
-        Whether to put the state back onto the invariants of the start, between blocks of steps:
-        for long runs: the phase error then grows only as the root of the time.
+        Whether to put the state back onto the invariants of the start every few steps: the phase
+        error of a long run then grows only as the root of the time.
     tolerance : float, optional
         Relative error of a step in doubles, 1e-20 to 0.01; by default their rounding [1].
     progress : callable, optional

@@ -257,7 +257,7 @@ class Trajectory(Run, Played):
 
     @cached_property
     def compared(self) -> tuple[Sample, Any, NDArray[np.intp]]:
-        """The run wherever it is held against the exact motion of its own numbers, and that.
+        """The run at the times at which it is compared, and there the exact motion of its numbers.
 
         And which of these times do not depend on how many samples there are, the end last. Of a
         run in more digits few samples are compared.

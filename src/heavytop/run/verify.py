@@ -158,9 +158,8 @@ def misses(trajectory: Trajectory) -> Misses:
 
     A quantity x may be off by 10^-digits max(1, |x|), with x at the end; rates are held to the
     largest of them. An event may be late by so much of a period, and by what such an error of the
-    rate that vanishes there makes of it. So near a special motion that rounding turns a start into
-    it, the motion of its own numbers is another one: what agrees with that of the exact numbers
-    misses nothing either.
+    rate that vanishes there makes of it. Beside a special motion rounding may turn the start into
+    another one: a run that agrees with the motion of the exact numbers misses nothing either.
     """
     missed = missed_events(trajectory)
     counted = {name: trajectory.events.count(name) for name in missed}

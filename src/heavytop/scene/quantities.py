@@ -87,7 +87,7 @@ class Quantity(NamedTuple):
     need : Need
         How much of the motion must be followed where a scene wants it.
     columns : tuple of str
-        The columns that hold it, if it is not one.
+        The columns that hold it, if it is no column itself.
     judged_by : tuple of str
         The quantities whose errors must meet the digits where it is wanted, if not its own.
     of : callable or None

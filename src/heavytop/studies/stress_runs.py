@@ -237,12 +237,12 @@ def _outcome(found: CaseRun, truth: CaseReference, error: float) -> tuple[Stress
     if poor or error >= WRONG_AXIS:
         message = "" if off is None else f"energy error {off:.0e}"
         return StressOutcome.DIVERGED if error >= WRONG_AXIS else StressOutcome.INACCURATE, message
-    if missed := missed_events(found.counted, truth.counts):
+    if missed := miscounted_events(found.counted, truth.counts):
         return StressOutcome.MISSED_EVENTS, "" if "events: " in found.message else missed
     return StressOutcome.OK, ""
 
 
-def missed_events(counted: Mapping[str, int], counts: Counts | None) -> str:
+def miscounted_events(counted: Mapping[str, int], counts: Counts | None) -> str:
     """Say which events were counted otherwise than there are.
 
     Where a method knows no cusps, phidot may touch zero in each of them, in none, or only at the
@@ -250,7 +250,7 @@ def missed_events(counted: Mapping[str, int], counts: Counts | None) -> str:
 
     Examples
     --------
-    >>> missed_events({"turning": 5}, {"turning": (6, 6)})
+    >>> miscounted_events({"turning": 5}, {"turning": (6, 6)})
     '5 turning, not 6'
     """
     if counts is None or not counted:
