@@ -9,6 +9,7 @@ import scipy.io
 import xarray
 
 from heavytop.checking.comparison import Comparison
+from heavytop.checking.headers import meanings
 from heavytop.checking.reading import read
 from heavytop.errors import ForeignFile
 
@@ -149,6 +150,13 @@ def test_a_unit_of_a_header_declares_the_convention_of_what_it_measures():
     for t, declared in (("t [ms]", "milliseconds"), ("t [min]", "minutes"), ("t [s]", None)):
         data = read({t: range(5), "theta [mrad]": [1] * 5, "phidot [rad/min]": [1] * 5})
         assert [*data.declared] == [declared] * bool(declared)
+
+
+@pytest.mark.parametrize("unit", ["1/s", "s-1", "s^-1", "s⁻¹", "s^{-1}"])
+def test_a_rate_may_leave_out_the_radians(unit):
+    for header in (f"spin [{unit}]", f"spin, {unit}", f"psidot {unit}"):
+        (found,) = meanings(header)
+        assert (found.quantity, found.unit.kind, found.unit.factor) == ("psidot", "rate", 1.0)
 
 
 def test_what_is_not_understood_is_listed_and_stops_nothing():

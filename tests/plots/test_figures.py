@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.analytic.potential import Potential
+from heavytop.errors import Impossible
 from heavytop.plots.figures import run_figures
 from heavytop.plots.style import save
 
@@ -79,7 +80,7 @@ def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
 
 
 def test_what_needs_phi_says_so():
-    with pytest.raises(ValueError, match="phi"):
+    with pytest.raises(Impossible, match="phi"):
         drawn("phi", run_of('want.quantities=["theta"]', "want.events=[]"))
 
 

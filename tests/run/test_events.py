@@ -7,6 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
+from heavytop.errors import Impossible
 from heavytop.integration.engine import Seen, reals
 from heavytop.integration.outputs import newton_step
 from heavytop.run.counts import schedule, tally
@@ -50,7 +51,7 @@ def test_a_table_and_a_choice_of_them():
     assert counts(events) == (len(events.of("turning")), len(events.of("reversal")), 0) == (5, 4, 0)
     assert set(events.of("theta_min").kind) == {"theta_min"}
     for ask in (events.of, events.count):
-        with pytest.raises(ValueError, match="one of"):
+        with pytest.raises(Impossible, match="one of"):
             ask("cups")
     few = run_of("want.events=['cusp']").events
     assert (few.count("turning"), few.count("cusp")) == (None, 0)

@@ -196,7 +196,7 @@ STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').
 
 
 FOREIGN = [
-    ("run.json", "{}", (), "not the folder of a study (run.json) (--force replaces it)"),
+    ("run.json", "{}", (), "not the folder of a study (run.json) (run --force replaces it)"),
     ("study.jsonl", STUDY, (), "holds a study; a run needs a folder of its own"),
     ("study.jsonl", STUDY, ("--force",), "holds a study; a run needs a folder of its own"),
     ("study.jsonl", STUDY.replace("drift", "run"), ("--force",), "line 1: damaged"),

@@ -16,7 +16,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import EndedEarly, MissedDigitsWarning
+from heavytop.errors import EndedEarly, Impossible, MissedDigitsWarning
 from heavytop.exact import Exact
 from heavytop.run import estimates
 from heavytop.run.counts import tally
@@ -293,10 +293,10 @@ def test_a_step_limit_ends_early_and_it_can_be_completed():
 
 def test_where_a_trajectory_may_end():
     run = ht.propagate(ht.Scene(BOOK, KICKED, time=2, quantities=("theta",), events=()))
-    with pytest.raises(ValueError, match=r"2e\+11 more samples .* of 10000000 at most; samples="):
+    with pytest.raises(Impossible, match=r"2e\+11 more samples .* of 10000000 at most; samples="):
         ht.extend(run, 1e9)
     for end in (1, 2, -3):
-        with pytest.raises(ValueError, match="beyond 2"):
+        with pytest.raises(Impossible, match="beyond 2"):
             ht.extend(run, end)
 
 

@@ -53,6 +53,13 @@ def test_a_scene_from_constants_of_the_motion_from_parts_or_of_a_steady_precessi
         assert read_scene(each.to_toml()) == each
 
 
+def test_a_balanced_top_keeps_its_weight():
+    top = Top.from_parts(mass=2, distance=0, A_cm=1, C_cm=1, gravity=10)
+    again = read_scene(Scene(top, State(1), time=1, quantities=("reaction",)).to_toml()).top
+    assert again == top
+    assert [*again.reaction([0, 0, 1], [0, 0, 3])] == [0, 0, 20]
+
+
 def test_changes_displace_their_rivals_and_are_told_by_title_and_source():
     kicked = load_scene("sicm-kicked")
     changes = ["start.omega3=5", "start.theta=30 deg", "span.periods = 3", 'want.events=["cusp"]']

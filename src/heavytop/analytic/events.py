@@ -46,7 +46,7 @@ class EventTimes:
 
     def __init__(self, motion: ClosedForm, kind: str) -> None:
         if expect("event", kind, str) not in KINDS_OF_EVENTS:
-            raise ValueError(f"turning, reversal or cusp, not {kind!r}")
+            raise Impossible([("event", f"turning, reversal or cusp, not {kind!r}")])
         self.motion, self.kind = motion, kind
         self.below, self.above = ("theta_max", "theta_min")[:: -1 if motion.regime.mirrored else 1]
 

@@ -143,7 +143,7 @@ class ClosedForm(Refined):
 
         Raises
         ------
-        ValueError
+        Impossible
             Another kind.
         """
         return EventTimes(self, kind)

@@ -71,6 +71,7 @@ HEADER_UNITS: Final = (
     Unit("angle", 1e-3, "mrad"),
     Unit("angle", np.pi / 200, "gon"),
     Unit("angle", 2 * np.pi, "rev revs turn turns tr u cycles"),
+    Unit("rate", 1.0, "s-1 sec-1"),
     Unit("rate", np.pi / 30, "rpm upm", "rpm", "{} in turns a minute"),
     Unit("rate", 2 * np.pi, "hz rps"),
     Unit("rate", np.pi / 180, "dps"),
@@ -98,8 +99,8 @@ class Meaning(NamedTuple):
 def parse_unit(text: str, quantity: str = "") -> Unit | None:
     """A unit as people spell it; None where it is none, or none that the quantity may have."""
     plain = unicodedata.normalize("NFKD", re.sub("[°º]", "deg", text.lower()).replace("⁻¹", "-1"))
-    plain = re.sub(r"\s|\^|[()]|[\u0300-\u036f]", "", plain).replace("μ", "u").replace("per", "/")
-    plain = re.sub(r"[*·._]?(s|sec|min|ms)(-1|1)$", r"/\1", plain)
+    plain = re.sub(r"\s|\^|[(){}]|[\u0300-\u036f]", "", plain).replace("μ", "u").replace("per", "/")
+    plain = re.sub(r"(?<=.)[*·._]?(s|sec|min|ms)(-1|1)$", r"/\1", plain)
     over, _, below = plain.replace("_", "/").partition("/")
     for kind in _kinds(quantity):
         factor = _SIZES.get((kind, plain))

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.classification import Kind
-from heavytop.errors import NoClosedForm
+from heavytop.errors import Impossible, NoClosedForm
 from heavytop.plots import style
 from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, DrawnRun
 from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, touched
@@ -47,7 +47,7 @@ def _against(ax: Axes, run: DrawnRun, x: str, y: str, looks: Looks) -> Line2D:
     """Draw one quantity of a run against another, with its events."""
     for name in (x, y):
         if not run.follows(name):
-            raise ValueError(f"{name}: not followed by this trajectory")
+            raise Impossible([(name, "not followed by this trajectory")])
     across, up = (_in_unit(name, run.values(name)) for name in (x, y))
     path = line(ax, across, up, looks, color=style.PATH, lw=1.0)
     if hasattr(run.events, y):
@@ -67,7 +67,7 @@ def loop(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
 
     Raises
     ------
-    ValueError
+    Impossible
         The trajectory did not follow phi; `over_time` draws theta.
     """
     path = _against(ax, run, "phi", "theta", looks)
@@ -80,7 +80,7 @@ def over_time(name: str, ax: Axes, run: DrawnRun, /, **looks: Any) -> Axes:
 
     Raises
     ------
-    ValueError
+    Impossible
         The trajectory did not follow it.
     """
     path = _against(ax, run, "t", name, looks)

@@ -91,7 +91,7 @@ def open_run(
                     _remove(folder, (*files, STUDY))
             stack.enter_context(Journal.open(folder, parameters, files, run=about))
         except ForeignFile as fault:
-            raise ForeignFile(f"{fault} (--force replaces it)") from None
+            raise ForeignFile(f"{fault} (run --force replaces it)") from None
         remove_parts(folder, files)
         try:
             yield

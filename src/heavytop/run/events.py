@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import Outcome
+from heavytop.errors import Impossible, Outcome
 from heavytop.exact import Exact
 from heavytop.exact.decimals import context
 from heavytop.exact.pairs import EPSILON
@@ -162,7 +162,7 @@ class Events:
 
         Raises
         ------
-        ValueError
+        Impossible
             Another name.
 
         Examples
@@ -173,7 +173,7 @@ class Events:
         (4, ('theta_max', 'theta_max'))
         """
         if kind not in EVENT_KINDS:
-            raise ValueError(f"kind: one of {', '.join(EVENT_KINDS)}, not {kind!r}")
+            raise Impossible([("kind", f"one of {', '.join(EVENT_KINDS)}, not {kind!r}")])
         here = [k in KINDS_OF.get(kind, (kind,)) for k in self.kind]
         some = np.array(here, dtype=bool)
         kept = {name: getattr(self, name)[some] for name in (*STORED, "place")}
@@ -194,11 +194,11 @@ class Events:
 
         Raises
         ------
-        ValueError
+        Impossible
             Another name.
         """
         if event not in EVENTS:
-            raise ValueError(f"event: one of {', '.join(EVENTS)}, not {event!r}")
+            raise Impossible([("event", f"one of {', '.join(EVENTS)}, not {event!r}")])
         return sum(map(self.kind.count, KINDS_OF[event])) if event in self.asked else None
 
 

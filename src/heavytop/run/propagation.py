@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import EndedEarly, Outcome
+from heavytop.errors import EndedEarly, Impossible, Outcome
 from heavytop.exact import Number
 from heavytop.integration.orbit import Orbit, integrate, not_begun
 from heavytop.run.estimates import Forecast, most_steps
@@ -195,7 +195,7 @@ def extend(
 
     Raises
     ------
-    ValueError
+    Impossible
         The new end is not beyond the old one; samples are no whole number, or too many.
     BadScene
         The new end is so far off that turns are not told apart.
@@ -227,7 +227,7 @@ def extend(
     span_wanted = read_argument("time_span", time_span, QUANTITY_READERS["time"])
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
-        raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")
+        raise Impossible([("time_span", f"beyond {old.end}, where the trajectory ends")])
     more = _as_before(trajectory, end) if samples is None else samples
     count = whole("samples", more, 1, MAX_SAMPLES)
     in_all = trajectory.t.size + count
@@ -351,5 +351,5 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     count = (abs(end) - reached) / spacing
     if not count <= MAX_SAMPLES - trajectory.t.size:
         rule = f"{count:.3g} more samples at the present spacing, of {MAX_SAMPLES} at most"
-        raise ValueError(f"time_span: {rule}; samples= sets their number")
+        raise Impossible([("time_span", f"{rule}; samples= sets their number")])
     return max(1, round(count))

@@ -134,6 +134,9 @@ class Scene(Shown):
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
         top = {name: getattr(self.top, name) for name in ("A", "C", "gMR", "mass", "distance")}
+        gravity = dict(self.top.given).get("gravity")
+        if gravity is not None and self.top.distance == 0:  # of which gMR = 0 says nothing
+            top |= {"gMR": None, "gravity": gravity}
         return {
             "format": FORMAT,
             "title": self.title,
