@@ -158,3 +158,6 @@ def test_the_force_of_the_pivot_moves_the_centre_of_mass(name):
 def test_a_force_of_the_pivot_needs_the_mass():
     with pytest.raises(ImpossibleTop, match="needs mass and distance"):
         ht.Motion(BOOK, State("0.1")).reaction(0.0)
+    balanced = Top(1, 1, 0, mass=1, distance=0)
+    with pytest.raises(ImpossibleTop, match="gravity: missing"):
+        ht.Motion(balanced, State("0.1")).reaction(0.0)

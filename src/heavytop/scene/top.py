@@ -169,8 +169,10 @@ class Top(Shown):
 
         if self.mass is None or self.distance is None:
             raise ImpossibleTop([("mass", "missing: the force needs mass and distance")])
-        A, C, gMR, M, R = map(number, (self.A, self.C, self.gMR, self.mass, self.distance))
         gravity = dict(self.given).get("gravity")
+        if gravity is None and self.distance == 0:
+            raise ImpossibleTop([("gravity", "missing: gMR = 0 of a balanced top has no weight")])
+        A, C, gMR, M, R = map(number, (self.A, self.C, self.gMR, self.mass, self.distance))
         weight = number(self.gMR / self.distance if gravity is None else self.mass * gravity)
         e, turning, up = np.asarray(axis), np.asarray(omega), np.array([0, 0, 1])
         rate, spin = np.cross(turning, e), np.sum(turning * e, axis=-1, keepdims=True)
