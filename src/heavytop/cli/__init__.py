@@ -4,6 +4,7 @@ Results go to stdout; progress, notes, warnings and errors to stderr. What is sl
 imported by the verb that needs it, so that ``heavytop --help`` answers at once.
 """
 
+import gc
 import os
 import signal
 import sys
@@ -52,6 +53,7 @@ click.version_option(__version__, message="%(prog)s %(version)s")(app)
 
 def main() -> None:
     """Run the command line."""
+    gc.set_threshold(100_000)  # imports make many objects, and no garbage
     for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
         if signal.getsignal(number) is signal.SIG_DFL:  # as Ctrl-C does: no process is left behind
             signal.signal(number, signal.default_int_handler)
@@ -70,3 +72,5 @@ def main() -> None:
         if end.code == Exit.INTERRUPTED and threading.active_count() > 1:
             os._exit(Exit.INTERRUPTED)  # a thread that is still in heyoka crashes what ends
         raise
+    finally:
+        gc.freeze()  # else all modules are looked through once more before the process ends
