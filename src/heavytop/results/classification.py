@@ -286,7 +286,8 @@ def course_facts(motion: Mapping[str, Any]) -> Iterator[Fact]:
         degrees = " to ".join(f"{math.degrees(end):.2f}°" for end in ends[steady:])
         tilts = theta.with_unit(*ends[steady:], between=" and ")
         label, constant = ("θ", ", constant") if steady else ("θ between", "")
-        yield label, f"{tilts} ({degrees}){constant}"
+        beside = "" if theta.shown[0] == "deg" else f" ({degrees})"
+        yield label, f"{tilts}{beside}{constant}"
     yield from numbers(motion, "period", "precession", "spin", "round", "amplitude")
 
 
