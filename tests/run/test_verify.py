@@ -46,6 +46,14 @@ def test_errors_of_rates_are_those_against_the_exact_ones(name, formulation):
     assert late == pytest.approx(np.max(np.abs(moved)), rel=0.3)
 
 
+def test_rates_are_held_to_the_largest_of_them():
+    """Beside a pole the axis turns with 1600 rad/s: 12 digits of that, not of 2 at the end."""
+    start = ht.State("1/2", thetadot=-2, phidot=0, psidot="1/100")
+    run = ht.propagate(ht.Scene(ht.Top(1, "1/2", 1), start, time=3, quantities=("rates",)))
+    assert abs(run.samples.phidot).max() > 1000 > 10 > abs(run.samples.phidot[-1])
+    assert (run.plan.precision, run.plan.tried, missed_digits(run)) == ("double", (), {})
+
+
 def test_digits_asked_of_rates_are_checked():
     """They are wanted, and nothing else is; held to the largest of them, about 140 rad/s."""
     scene = replace(ht.load_scene("sicm-kicked"), quantities=("rates",), events=(), digits=9)
