@@ -95,6 +95,9 @@ def test_a_setting_is_used_and_keeps_all_its_digits():
 def test_auto_is_the_least_form_for_so_long_a_run():
     names = [asked(methods=["auto"], periods=n)["methods"][0] for n in (10, 1e5)]
     assert names == ["taylor-axis", "taylor-axis-projected"]
+    assert asked(methods=["auto=6", "auto=20"], periods=1e5)["methods"] == [
+        "taylor-axis", "taylor-axis-mpfr"
+    ]  # fmt: skip
 
 
 def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):

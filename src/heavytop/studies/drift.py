@@ -23,6 +23,7 @@ from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import MissingPackage
 from heavytop.exact.pairs import DoubleDouble
+from heavytop.integration.bits import DOUBLE
 from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
 from heavytop.run.plan import closed_form_of
 from heavytop.scene.arguments import Range, check_callable
@@ -30,7 +31,7 @@ from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
 from heavytop.studies.journal import Chunk, Journal, Parameters
-from heavytop.studies.methods import AUTO, method, parameters_of, plan_auto, read_asked
+from heavytop.studies.methods import auto_digits, method, parameters_of, plan_auto, read_asked
 from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
@@ -156,12 +157,18 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     """
 
     def checked(text: str) -> str:
-        return text if text == AUTO else method(text).text
+        return text if auto_digits(text) else method(text).text
 
     names, values = read_asked(scene, methods, options, DRIFT_OPTIONS, checked)
     jobs, n = values.pop("jobs"), values["periods"]
-    names = [plan_auto(AUTO, scene, n).text if name == AUTO else name for name in names]
+    names = [_planned(name, scene, n) if auto_digits(name) else name for name in names]
     return parameters_of("drift", names, scene=scene.problem(), **values), jobs
+
+
+def _planned(text: str, scene: Scene, periods: float) -> str:
+    """Return the method that auto stands for in a run of so many periods."""
+    found = plan_auto(text, scene, periods)
+    return found.text if found.bits == DOUBLE else f"taylor-{found.formulation}-mpfr"
 
 
 def tasks(parameters: Parameters) -> list[str]:
