@@ -216,6 +216,10 @@ def octaves(size: int, most: int = 8) -> tuple[Any, Any]:
     """At most so many rows of every octave, and where each octave begins among them.
 
     Octaves are the first row, the second, two more, four more, …: early rows weigh most.
+
+    >>> rows, begins = octaves(100, 4)
+    >>> rows[begins].tolist(), len(rows)
+    ([0, 1, 2, 4, 8, 16, 32, 64], 24)
     """
     edges = sorted({0, *(2**k for k in range(int(np.log2(size)) + 1)), size})
     spread = (np.linspace(a, b - 1, min(b - a, most)) for a, b in pairwise(edges))
