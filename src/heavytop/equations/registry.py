@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -56,6 +56,7 @@ class FormulationEntry:
     point_mass: bool = False
     starts_at_pole: bool = True
 
+    @cache  # noqa: B019 (entries stay as long as the module)
     def build(self, variant: str | None = None) -> Formulation:
         """Return the formulation, derived once."""
         module, name = self.builder.split(".")

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Callable, Collection
-from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -246,9 +245,10 @@ class Exact:
         NotANumber
             The number is larger than any double.
         """
-        value = math.inf
-        with suppress(OverflowError):
+        try:
             value = self._nearest(64, float) if (q := self.fraction) is None else float(q)
+        except OverflowError:
+            value = math.inf
         if math.isinf(value):
             raise NotANumber("a number is larger than any double")
         return value
