@@ -203,7 +203,7 @@ class Integrator:
                 if local.size:  # nearly all legs of a long run have none
                     local = (local - begun[0]) - begun[1]
                 to_the_end = done < last == times.size
-                if to_the_end:
+                if to_the_end and abs(local[-1]) < 0.6 * within:  # a call takes longer than a step
                     on_step = _until(BEYOND * abs(float(local[-1])))
                 leg = _sampled(engine, state, count, rest, local, bound, on_step)
                 length = abs(leg.elapsed[0])
