@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from fractions import Fraction
-from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -61,12 +60,16 @@ def read_doubles(motion: ClosedForm, t: Any, t_lo: Any) -> Read:
     else:
         parts = [slice(at, at + TIMES_AT_ONCE) for at in range(0, time.size, TIMES_AT_ONCE)]
 
-    @cache
+    made = dict[Constants, list[Any]]()
+
     def points(c: Constants) -> list[Any]:
-        times = [(time[part], low[part]) for part in parts]
-        if late:
-            return [motion.at(Fraction(x) + Fraction(rest), LATE_DIGITS) for x, rest in times]
-        return list(map(motion.form(c, sys.modules[__name__]), times))
+        if c not in made:
+            at = late_at if late else motion.form(c, sys.modules[__name__])
+            made[c] = [at((time[part], low[part])) for part in parts]
+        return made[c]
+
+    def late_at(t: tuple[float, float]) -> Any:
+        return motion.at(Fraction(t[0]) + Fraction(t[1]), LATE_DIGITS)
 
     @quietly
     def read(name: str) -> Any:

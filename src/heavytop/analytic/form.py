@@ -11,7 +11,7 @@ the sweep a jump: φ jumps by +π as time goes forward, ψ by −π at θ = 0 an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache, cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from flint import arb
@@ -45,8 +45,7 @@ class Form:
 
     def __init__(self, constants: Constants, N: Any) -> None:
         self.c, self.N, c = constants, N, constants
-        # series beside u₁ or u₂: a point is beside one of them only
-        self.function, self.sweep = cache(partial(c.theta.function, N)), cache(partial(c.sweep, N))
+        self._series: dict[Any, Any] = {}
         self.w, self.m, self.delta = map(N.number, (c.w, c.m, c.delta))
         kappa, b = c.start.kappa, c.start.b
         self.kappa, self.omega3 = (N.number(x, abs(b)) for x in (kappa, kappa + b))
@@ -59,6 +58,14 @@ class Form:
     def __call__(self, t: Any) -> Point:
         """Where the top is; doubles are pairs of arrays, high and low words of the times."""
         return Point(self, t)
+
+    def series(self, name: str, upper: bool, which: int) -> Any:
+        """A series beside u₁ or u₂, made once: a point is beside one of them only."""
+        key = name, upper, which
+        if key not in self._series:
+            build = self.c.sweep if name == "sweep" else self.c.theta.function
+            self._series[key] = build(self.N, upper, which)
+        return self._series[key]
 
     @cached_property
     def angles(self) -> list[Callable[..., Any]]:
@@ -121,9 +128,9 @@ class Point:
         return value
 
 
-def _series(r: Point, build: Callable[[bool, int], Any], which: int) -> Any:
+def _series(r: Point, name: str, which: int) -> Any:
     """The series beside the turning points nearest; 0 where there is none."""
-    found = [(where, build(bool(upper), which), at) for where, upper, at in r.sides]
+    found = [(where, r.form.series(name, bool(upper), which), at) for where, upper, at in r.sides]
     parts = [(where, series(*at) if series else 0 * at[0]) for where, series, at in found]
     return r.N.join(r.upper, parts)
 
@@ -183,10 +190,10 @@ def _omega(r: Point) -> Any:
 FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "sides": lambda r: r.N.sides(r.upper, r.z, r.form.c.theta.hyperbolic),
     # of the elliptic functions the denominator and the three numerators
-    "under": lambda r: _series(r, r.form.function, 0),
-    "sn": lambda r: _series(r, r.form.function, 1) / r.under,
-    "cn": lambda r: _series(r, r.form.function, 2) / r.under,
-    "dn": lambda r: _series(r, r.form.function, 3) / r.under,
+    "under": lambda r: _series(r, "function", 0),
+    "sn": lambda r: _series(r, "function", 1) / r.under,
+    "cn": lambda r: _series(r, "function", 2) / r.under,
+    "dn": lambda r: _series(r, "function", 3) / r.under,
     "top": lambda r: _leg(r, 0, r.cn, -1),
     "bottom": lambda r: _leg(r, 1, r.sn, 1),
     "legs": lambda r: (r.top[0], r.bottom[0])[:: r.side],
@@ -201,7 +208,7 @@ FORMULAS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "rates": _pole_rates,
     "phidot": _phidot,
     "psidot": lambda r: r.form.kappa + r.side * (r.rates[0] - r.rates[1]),
-    "swept": lambda r: (_series(r, r.form.sweep, 0), _series(r, r.form.sweep, 1)),
+    "swept": lambda r: (_series(r, "sweep", 0), _series(r, "sweep", 1)),
     "phi_sum": lambda r: r.form.angles[0](r.turning, r.t, r.swept[0] + r.swept[1]),
     "psi_sum": lambda r: r.form.angles[1](r.turning, r.t, r.side * (r.swept[0] - r.swept[1])),
     "sums": lambda r: (r.phi_sum, r.psi_sum),
@@ -273,11 +280,11 @@ class Record:
         return RECORD_NAMES
 
     def __getattr__(self, name: str) -> Any:
-        if quantity_of(name).of is not None:
+        if name in RECORD_NAMES:
+            value = self._read(name)
+        elif quantity_of(name).of is not None:
             motion = self._made[0].__self__  # whose method made the record
             value = values_of(self, name, motion)
-        elif name in RECORD_NAMES:
-            value = self._read(name)
         else:
             raise AttributeError(name)
         self.__dict__[name] = value

@@ -104,8 +104,8 @@ class Refined:
         Unseparated
             No balls of up to `limit` bits have the digits.
         """
-        why, ball = f"{what} is known to", arb.nan()
-        for bits in self._precisions(digits, late):
+        why, ball, bits, last = f"{what} is known to", arb.nan(), self._bits(digits, late), 0
+        while bits > last:
             with working(bits):
                 try:
                     found = value(self._constants(bits))
@@ -116,21 +116,20 @@ class Refined:
                         why, ball = f"{what} is known to", wide[0].rad()
                 except TooFewBits as close:
                     why, ball = f"{close.names} differ by less than", close.difference
+            last, bits = bits, min(2 * bits, self.limit)
         size, bound = bound_of(ball)
         more = f"with {self.limit} bits: more bits or fewer digits are needed"
         raise Unseparated(f"{why} {size} {more}", bound)
 
-    def _precisions(self, digits: int | None, late: float) -> Iterator[int]:
+    def _bits(self, digits: int | None, late: float) -> int:
+        """The precision to begin with."""
         bits = FEW_BITS
         if digits:
             bits = max(bits, math.ceil(digits / LOG10_2) + SPARE_BITS)
         if late:
             turned = min(max(1.0, abs(late) * self.rate), sys.float_info.max)
             bits += LATE_BITS * math.ceil(max(math.log2(turned) - EARLY_BITS, 0.0) / LATE_BITS)
-        while bits < self.limit:
-            yield bits
-            bits *= 2
-        yield self.limit
+        return min(bits, self.limit)
 
     def _has(self, what: str, x: arb, digits: int) -> bool:
         """Whether a ball has the digits of a quantity."""

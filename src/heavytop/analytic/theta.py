@@ -52,6 +52,7 @@ class Theta:
             raise TooFewBits("K'/K and 1", q)
         self.half = arb.pi() / 2 * (ratio if self.hyperbolic else 1)
         self.decay = -math.log2(max(float(q), 1e-300))
+        self._terms: dict[int, int] = {}
         count = self.terms(bits)
         # half way to the next turning point the first term left out is q^(n(2n − 1)) at most
         self.rest = arb(0, (64 * q ** (count * (2 * count - 1))).upper())
@@ -60,9 +61,10 @@ class Theta:
 
     def terms(self, bits: int) -> int:
         """How many terms change numbers of so many bits."""
-        count = 1
+        count = self._terms.get(bits, 1)
         while count * (2 * count - 1) * self.decay < bits + 10:
             count += 1
+        self._terms[bits] = count
         return count
 
     @cached_property
@@ -75,14 +77,18 @@ class Theta:
         sn, cn, dn = third / second, fourth / second, fourth / third
         return [[arb(1), sn, cn, dn], [arb(1), sn, -far * cn, far * dn]]
 
-    def function(self, N: Any, upper: bool, which: int) -> Series:
-        """θ below the line (0), or sn (1), cn (2) or dn (3) times it, of x or of K + x."""
+    @cached_property
+    def _rows(self) -> tuple[tuple[tuple[str, list[arb]], ...], ...]:
+        """Factors and amplitudes of the four, of x and of K + x."""
         one, two = ("S", alternating(self.odd)), ("C", self.odd)
         three, four = ("", self.even), ("", alternating(self.even))
         if self.hyperbolic:
             two, four = four, two
-        rows = (three, two, one, four) if upper else (four, one, two, three)
-        return self._series(N, *rows[which], self._sizes[upper][which])
+        return (four, one, two, three), (three, two, one, four)
+
+    def function(self, N: Any, upper: bool, which: int) -> Series:
+        """θ below the line (0), or sn (1), cn (2) or dn (3) times it, of x or of K + x."""
+        return self._series(N, *self._rows[upper][which], self._sizes[upper][which])
 
     def sweep(self, N: Any, v: arb, sign: int, beside: bool) -> Series:
         """The angle of the sweep of a pole at v, near the turning point beside it or the other."""

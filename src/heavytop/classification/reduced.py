@@ -9,16 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from operator import attrgetter
 from typing import Any, Final, NamedTuple, TypeAlias
 
-from flint import arb, fmpq
+from flint import arb
 
 from heavytop.exact import ONE, PI, Exact, Number, cos, sqrt
-from heavytop.exact.balls import ball_of, bound_of, rational_ball, working
-from heavytop.exact.number import Sign, rational, rational_value
+from heavytop.exact.balls import ball_of, bound_of, exact_of, fmpq_of, rational_ball, working
+from heavytop.exact.number import Sign
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -318,19 +317,19 @@ class AxisMotion(ReducedMotion):
         self, e: Iterable[Number], l: Iterable[Number], g: Number, kappa: Number = 0,  # noqa: E741
         phi0: Number = 0, psi0: Number = 0,
     ) -> None:  # fmt: skip
-        (x, y, z), (lx, ly, lz) = self.vectors = [[*map(_fmpq, vector)] for vector in (e, l)]
-        self.start = _fmpq(phi0), _fmpq(psi0)
+        (x, y, z), (lx, ly, lz) = self.vectors = [[*map(fmpq_of, vector)] for vector in (e, l)]
+        self.start = fmpq_of(phi0), fmpq_of(psi0)
         self.rho2 = rho2 = x * x + y * y + z * z
         dot, sin2 = lx * x + ly * y + lz * z, (x * x + y * y) / rho2
         kinetic = (lx * lx + ly * ly + lz * lz - dot * dot / rho2) / 2
         self.numbers = Reduced(  # as if |e| were 1; of its heights it has sin²θ
-            _fmpq(g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic,
-            _fmpq(kappa),
+            fmpq_of(g), dot, z, sin2, sin2, lx * y - ly * x, lz - dot * z / rho2, kinetic,
+            fmpq_of(kappa),
         )  # fmt: skip
 
     def reduced(self, bits: int | None) -> Reduced:
         """The motion of e/ρ."""
-        number = _exact if bits is None else arb
+        number = exact_of if bits is None else arb
         q, rho = self.numbers.mapped(number), root_of(number(self.rho2))
         u = q.u0 / rho
         size = -u if self.numbers.u0 < 0 else u
@@ -361,7 +360,7 @@ class ConstantMotion(ReducedMotion):
 
     def reduced(self, bits: int | None) -> Reduced:
         """It in balls or exact numbers."""
-        return self.constants.mapped(_exact if bits is None else rational_ball)
+        return self.constants.mapped(exact_of if bits is None else rational_ball)
 
 
 @dataclass(frozen=True)
@@ -393,13 +392,3 @@ class PassingMotion(ReducedMotion):
 def _other_side(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     """The angles of the same place on a pole, seen from the other side."""
     return phi + arb.pi(), psi - pole * arb.pi()
-
-
-def _exact(q: fmpq | Fraction) -> Exact:
-    return rational(q if isinstance(q, Fraction) else Fraction(int(q.p), int(q.q)))  # of any size
-
-
-def _fmpq(value: Any) -> fmpq:
-    """A rational number of any kind and size: unlike a scene's, a run's may be nearly 0."""
-    q = rational_value(value)
-    return fmpq(q.numerator, q.denominator)

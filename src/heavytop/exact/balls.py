@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from flint import arb, ctx, fmpq
 
-from heavytop.exact.number import Exact, rational_value
+from heavytop.exact.number import Exact, rational, rational_value
 
 _LOCK: Final = RLock()  # flint keeps one working precision for the whole process
 _TINY: Final = arb(2) ** -(1 << 16)  # what is smaller is not worth its bits
@@ -61,9 +61,24 @@ class working:
 # --- exact numbers as balls, at the working precision -----------------------------------------
 
 
-def rational_ball(q: Fraction) -> arb:
+def rational_ball(q: Fraction | fmpq) -> arb:
     """Return a ball of a rational number, at the working precision."""
     return arb(fmpq(q.numerator, q.denominator))
+
+
+def fmpq_of(value: Any) -> fmpq:
+    """Return a rational number of any kind and size: unlike a scene's, a run's may be nearly 0."""
+    if type(value) is fmpq:
+        return value
+    if type(value) is float and math.isfinite(value):
+        return fmpq(*value.as_integer_ratio())  # at once: a run has many
+    q = rational_value(value)
+    return fmpq(q.numerator, q.denominator)
+
+
+def exact_of(q: fmpq | Fraction) -> Exact:
+    """Return a rational number of any size as an exact one."""
+    return rational(q if isinstance(q, Fraction) else Fraction(int(q.p), int(q.q)))
 
 
 def ball_of(x: Exact, known: dict[Exact, arb] | None = None) -> arb:

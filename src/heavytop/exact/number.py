@@ -246,7 +246,8 @@ class Exact:
             The number is larger than any double.
         """
         try:
-            value = self._nearest(64, float) if (q := self.fraction) is None else float(q)
+            q = self.fraction
+            value = self._nearest(64, float) if q is None else q.numerator / q.denominator
         except OverflowError:
             value = math.inf
         if math.isinf(value):

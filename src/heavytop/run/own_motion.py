@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from flint import fmpq
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import ClosedForm, Motion
@@ -30,8 +30,8 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded, exact_values, lambdified
 from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact
-from heavytop.exact.decimals import Context, context, number
-from heavytop.exact.number import rational_value
+from heavytop.exact.balls import exact_of, fmpq_of
+from heavytop.exact.decimals import Context, context
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration.bits import DOUBLE, bits_of, digits_of, precision
 from heavytop.integration.engine import Seen, engine, text
@@ -138,17 +138,16 @@ def motion_of(
     form = plan.equations
     names = (symbol.name for symbol in form.states)
     given = (*parameters.items(), *zip(names, state, strict=True))
-    known = {name: Fraction(x) if type(x) is float else rational_value(x) for name, x in given}
-    arguments = (known[symbol.name] for symbol in (*form.states, *form.parameters))
-    values = _reading(form, digits)(*arguments)
+    known = {name: fmpq_of(x) for name, x in given}
+    values = _reading(form, digits)(*[known[x.name] for x in (*form.states, *form.parameters)])
     read = SimpleNamespace(**dict(zip(form.reading, values, strict=True)))
     if "w" in form.reading:
         return _from_height(read, context(digits))
     if "e_x" in form.reading:
         axis, momentum = (read.e_x, read.e_y, read.e_z), (read.l_x, read.l_y, read.l_z)
         return AxisMotion(axis, momentum, read.g, read.kappa, read.phi_0, read.psi_0)
-    angles_and_rates = vars(read)
-    top = Top.of_numbers(*(angles_and_rates.pop(name) for name in ("A", "C", "gMR")))
+    angles_and_rates = {name: exact_of(x) for name, x in vars(read).items()}
+    top = Top.of_numbers(*map(angles_and_rates.pop, ("A", "C", "gMR")))
     return StartMotion(top, State(**angles_and_rates))
 
 
@@ -159,10 +158,10 @@ def _reading(form: Formulation, digits: int) -> Any:
 
     def rounded(name: str) -> Any:
         function = getattr(ctx, name)
-        return lambda *given: rational_value(function(*(number(ctx, x) for x in given)))
+        return lambda *given: fmpq_of(function(*(exact_of(x).mpf(ctx) for x in given)))
 
     functions = {name: rounded(name) for name in ("sin", "cos", "sqrt", "atan2")}
-    return lambdified((*form.reading.values(),), arguments, Fraction, functions)
+    return lambdified((*form.reading.values(),), arguments, fmpq, functions)
 
 
 def _from_height(read: Any, ctx: Context) -> ReducedMotion:
@@ -172,12 +171,12 @@ def _from_height(read: Any, ctx: Context) -> ReducedMotion:
     """
     w, wdot, side, k = read.w, read.wdot, read.side, (read.k_0, read.k_1, read.k_2)
 
-    def momentum(pole: int, given: Fraction) -> Fraction:
-        rise = sum(each * (w**i - Fraction(pole) ** i) / i for i, each in enumerate(k, 1))
+    def momentum(pole: int, given: fmpq) -> fmpq:
+        rise = sum(each * (w**i - pole**i) / i for i, each in enumerate(k, 1))
         square = 2 * rise - wdot**2
         if square < 0:  # through the pole, within rounding
             return given
-        root = rational_value(ctx.sqrt(number(ctx, square)))
+        root = fmpq_of(ctx.sqrt(exact_of(square).mpf(ctx)))
         return root if given >= 0 else -root
 
     P = momentum(0, read.P)
@@ -185,7 +184,7 @@ def _from_height(read: Any, ctx: Context) -> ReducedMotion:
     drift, sin2 = P + side * n * w, w * (2 - w)
     pull = k[0] + w * (k[1] + w * k[2])  # on a pole, where ẇ vanishes, this is the square of θ̇
     kinetic = (wdot**2 + drift**2) / (2 * sin2) if sin2 else abs(pull) / 2
-    above, below = (w, 2 - w)[:: int(side)]
+    above, below = (w, 2 - w) if side > 0 else (2 - w, w)
     spin = read.omega3 - n  # κ = ω3 − p_ψ/A
     return ConstantMotion(
         Reduced(-side * k[2] / 3, n, 1 - above, above, below, -side * wdot, drift, kinetic, spin)

@@ -37,6 +37,7 @@ ONTO: Final = "projected onto"
 # times too far off by the rule: tried all the same, for runs mostly are better than it,
 PLAIN_HOPE: Final = 6.0  # and projection takes longer,
 HOPE: Final = 30.0  # bits far longer
+FEW_TURNS: Final = MOST_TURNS / 1000  # by the rates at the start, whatever the mean ones are
 FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
@@ -129,7 +130,7 @@ def planned(
         reasons = (*found.reasons, f"tolerance {known['tolerance']:g}: asked for")
         found = replace(found, tolerance=known["tolerance"], reasons=reasons)
     climbs = auto and not projected and tolerance is None
-    return completed_plan(expected, replace(found, auto=climbs))
+    return completed_plan(expected, found, auto=climbs)
 
 
 def read_options(scene: Scene, **given: Any) -> dict[str, Any]:
@@ -139,10 +140,11 @@ def read_options(scene: Scene, **given: Any) -> dict[str, Any]:
     return known
 
 
-def completed_plan(expected: Forecast, found: Plan) -> Plan:
-    """A plan with the reasons of its precision, and with what may disappoint."""
+def completed_plan(expected: Forecast, found: Plan, **changes: Any) -> Plan:
+    """A plan with changes, the reasons of its precision, and what may disappoint."""
     reasons = (*found.reasons, *_how_exactly(expected.scene, found))
-    return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
+    warnings = (*found.warnings, *_warnings(expected, found))
+    return replace(found, reasons=reasons, warnings=warnings, **changes)
 
 
 def plan_steps(scene: Scene, formulation: str = "auto") -> Plan:
@@ -187,14 +189,14 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
     r = expected.reduced
     rate = max(abs(r.a), abs(r.b), sqrt(2 * (r.kinetic0 + abs(r.g))))
-    nodding = tau / motion.period if motion.period else 0.0
-    fastest = max(nodding, *map(abs, motion.mean_angle_rates))
     if rate > MOST_RATE:
         rule = f"rates of more than {MOST_RATE:g} rad/s, whose squares are not finite in doubles"
         yield Fault(scene.name, None, "start", "", rule)
-    elif abs(expected.span) * fastest > MOST_TURNS * tau:
-        most = MOST_TURNS * tau / fastest
-        yield span_fault(scene, f"at most {most:.3g} s: farther off, turns are not counted")
+    elif abs(expected.span) * (rate + abs(r.kappa)) > FEW_TURNS * tau:
+        nodding = tau / motion.period if motion.period else 0.0
+        most = MOST_TURNS * tau / max(nodding, *map(abs, motion.mean_angle_rates))
+        if abs(expected.span) > most:
+            yield span_fault(scene, f"at most {most:.3g} s: farther off, turns are not counted")
 
 
 def _starts_at_pole(scene: Scene) -> bool:
@@ -337,8 +339,8 @@ def next_plan(expected: Forecast, tried: Plan, factor: float, said: str) -> Plan
     found = replace(tried, tried=(*tried.tried, said), warnings=(), reasons=(*kept,))
     if tried.formulation == "cubic" and bits == DOUBLE:  # its heights set the period
         regular = _formulated(expected, "axis", "axis: the cubic form missed what is wanted")
-        regular = replace(regular, tried=found.tried, auto=True)
-        return completed_plan(expected, choose_precision(expected, regular))
+        regular = choose_precision(expected, regular)
+        return completed_plan(expected, regular, tried=found.tried, auto=True)
     projects = bits == DOUBLE and not (tried.projected or why_not(tried.equations))
     if projects and expected.periods > FEW_PERIODS:
         return completed_plan(expected, _at(expected, found, DOUBLE, True))

@@ -279,17 +279,18 @@ def _continue(part: Trajectory, times: NDArray[np.float64], course: Course) -> T
         A singularity, the step limit or an interrupt; it carries the trajectory.
     """
     saves = None if course.checkpoint is None else Checkpoints(course.checkpoint, part)
-    began, orbit = time.perf_counter(), replace(part.orbit, outcome=Outcome.FINISHED)
+    began, orbit = time.perf_counter(), part.orbit
     if times.size:
-        whole = replace(part, orbit=orbit)  # as it is to be
         orbit = integrate(
-            part.orbit,
+            orbit,
             times,
-            between=None if orbit.steps else _times_on_the_way(whole, times[-1]),
+            between=None if orbit.steps else _times_on_the_way(part, times[-1]),
             on_block=course.progress,
             step_limit=course.step_limit,
             keep=saves,
         )
+    else:
+        orbit = replace(orbit, outcome=Outcome.FINISHED)
     engine, cost = orbit.integrator.engine, part.statistics
     spent = cost.integrate_s + time.perf_counter() - began
     cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
@@ -308,7 +309,8 @@ def _times_on_the_way(part: Trajectory, end: Any) -> NDArray[Any]:
     numbers = part.orbit.integrator.numbers(times_between(float(end), part.motion.period))
     if part.in_doubles:
         return numbers
-    expected = [t for _, t in events_expected(part)]
+    whole = replace(part, orbit=replace(part.orbit, outcome=Outcome.FINISHED))  # as it is to be
+    expected = [t for _, t in events_expected(whole)]
     return np.concatenate((numbers, np.array(expected, numbers.dtype)))
 
 

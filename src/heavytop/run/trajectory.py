@@ -198,14 +198,13 @@ class Trajectory(Run, Played):
 
     def _begun(self, found: Sample, begun: NDArray[np.bool_]) -> Sample:
         """Return what the scene says of its start, not what its states round to."""
-        start = {name: float(getattr(self.scene.start, name)) for name in (*ANGLES, *RATES)}
-        told = {}
+        at, told = begun.nonzero(), {}
         for names in (ANGLES, RATES):
-            rounding = START_ROUNDING * max(1.0, *(abs(start[name]) for name in names))
-            for name in names:
-                column, known = getattr(found, name), start[name]
-                near = begun & (abs(column - known) <= rounding)
-                told[name] = np.where(near, known, column)
+            start = [float(getattr(self.scene.start, name)) for name in names]
+            rounding = START_ROUNDING * max(1.0, *map(abs, start))
+            for name, known in zip(names, start, strict=True):
+                column = told[name] = getattr(found, name).copy()
+                column[at] = [known if abs(x - known) <= rounding else x for x in column[at]]
         return replace(found, **told)
 
     def _exact_at(self, seen: Seen) -> Any:
