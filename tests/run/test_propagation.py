@@ -305,7 +305,7 @@ def test_a_warm_run_makes_few_calls():
     ht.propagate(ht.load_scene("sicm-kicked"))
     scene, profile = ht.load_scene("sicm-kicked"), cProfile.Profile()
     profile.runcall(ht.propagate, scene)
-    assert pstats.Stats(profile).total_calls <= 3700
+    assert pstats.Stats(profile).total_calls <= 3300
 
 
 def test_a_run_is_given_up_that_takes_more_steps_than_any_sound_one(monkeypatch):
