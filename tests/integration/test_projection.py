@@ -9,9 +9,10 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
+from heavytop.equations import formulation
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.integration import bits, projection
+from heavytop.integration import projection
 from heavytop.integration.orbit import Integrator
 from heavytop.integration.projection import Projection
 from heavytop.run.verify import run_errors
@@ -153,7 +154,7 @@ def test_a_form_without_invariants_is_refused_by_name():
 
 
 def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
-    monkeypatch.setattr(bits, "extended", lambda: projection.EPSILON)
+    monkeypatch.setattr(formulation, "extended", lambda: projection.EPSILON)
     with pytest.raises(ht.BadScene, match="long double has no more digits than double"):
         ht.propagate(scene(1), projected=True)
 

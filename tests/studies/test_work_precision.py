@@ -14,7 +14,7 @@ import heavytop as ht
 from heavytop.comparison import METHODS, own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.integration.bits import bits_of
+from heavytop.exact.decimals import bits_of
 from heavytop.results.table import Row
 from heavytop.results.work_precision import front
 from heavytop.studies import steppers

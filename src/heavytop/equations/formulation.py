@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.lambdify import Functions, OfInteger, lambdified
 from heavytop.equations.registry import FORMULATIONS as FORMULATIONS
+from heavytop.exact.pairs import extended
 
 time = sp.Symbol("t", real=True)
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
@@ -213,3 +214,12 @@ def observed(
     seen = [u, formulation.flow_derivative(u), *formulation.invariants.values()]
     seen += axis if all(x.free_symbols <= known for x in axis) else []
     return lambdified(seen, (*formulation.states, *constants), number, functions)
+
+
+def why_not(formulation: Formulation) -> str:
+    """Return why runs of a formulation cannot be projected, or nothing."""
+    if not formulation.invariants:
+        return f"the {formulation.name} form has no invariant to project onto"
+    if extended() > np.finfo(float).eps / 256:
+        return "long double has no more digits than double on this machine"
+    return ""

@@ -1,10 +1,11 @@
-"""Numbers at a stated number of digits: mpmath contexts, and what is evaluated there."""
+"""Numbers at a stated number of digits or bits: mpmath contexts, and what is evaluated there."""
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from mpmath.ctx_mp import MPContext
 from mpmath.libmp import from_man_exp
@@ -92,3 +93,60 @@ def number(ctx: Context, value: Any) -> Number:
 def binary(ctx: Context, man: Any, exp: Any) -> Number:
     """The number man 2ᵉˣᵖ, rounded to the context."""
     return ctx.make_mpf(from_man_exp(int(man), int(exp), ctx.prec, "n"))
+
+
+# --- how many bits and digits the numbers of a run have ------------------------------------------
+
+
+DOUBLE: Final = 53
+TEXT_SPARE_DIGITS: Final = 12
+WORD: Final = 64  # MPFR computes in whole words
+
+
+def digits_of(bits: int) -> int:
+    """Return the decimal digits of texts that are to be rounded to numbers of so many bits.
+
+    Examples
+    --------
+    >>> digits_of(53)
+    27
+    """
+    return int(bits * math.log10(2)) + TEXT_SPARE_DIGITS
+
+
+def enough(needed: float) -> int:
+    """Return the bits of the least kind of number that has at least so many.
+
+    Examples
+    --------
+    >>> enough(50), enough(60), enough(200), enough(3300.1)
+    (53, 64, 256, 3328)
+    """
+    return DOUBLE if needed <= DOUBLE else WORD * math.ceil(needed / WORD)
+
+
+def precision(x: Any) -> int:
+    """Return the bits of a number: a double, or one of heyoka's reals."""
+    return int(getattr(x, "prec", DOUBLE))
+
+
+def named(bits: int) -> str:
+    """Return what numbers of so many bits are called.
+
+    Examples
+    --------
+    >>> named(53), named(256)
+    ('double', '256 bits')
+    """
+    return "double" if bits == DOUBLE else f"{bits} bits"
+
+
+def bits_of(name: str) -> int:
+    """Return the bits of the numbers that `named` calls so.
+
+    Examples
+    --------
+    >>> bits_of("double"), bits_of("256 bits")
+    (53, 256)
+    """
+    return DOUBLE if name == "double" else int(name.split()[0])

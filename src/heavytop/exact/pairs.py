@@ -103,3 +103,8 @@ def plus_turns(angle: Array, turns: Array) -> Array:
     """Return an angle and many turns more, rounded as if they were known exactly."""
     whole, rest = two_product(turns, _CIRCLE)
     return whole + (rest + turns * (2 * PI_REST) + angle)
+
+
+def extended() -> float:
+    """Return the relative spacing of long doubles on this machine."""
+    return float(np.finfo(np.longdouble).eps)

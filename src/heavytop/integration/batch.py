@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
+from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import EPSILON
-from heavytop.integration.bits import DOUBLE
 from heavytop.integration.engine import Array, per_thread
 from heavytop.integration.system import equations_of, hy, in_units, paces_of
 

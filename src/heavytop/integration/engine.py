@@ -28,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
+from heavytop.exact.decimals import DOUBLE, precision
 from heavytop.exact.pairs import EPSILON, DoubleDouble, add
-from heavytop.integration.bits import DOUBLE, precision
 from heavytop.integration.system import equations_of, hy, number_of
 
 T = TypeVar("T")

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.equations.formulation import Formulation, spin
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import NotANumber
+from heavytop.exact.decimals import DOUBLE, precision
 from heavytop.exact.pairs import plus_turns, two_product
-from heavytop.integration.bits import DOUBLE, precision
 from heavytop.scene.quantities import ANGLES, RATES
 
 if TYPE_CHECKING:

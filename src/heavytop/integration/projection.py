@@ -28,12 +28,12 @@ from typing import Any
 
 import numpy as np
 
-from heavytop.equations.formulation import Formulation, invariants_of
-from heavytop.exact.pairs import EPSILON
-from heavytop.integration.bits import ROOM, extended, why_not
+from heavytop.equations.formulation import Formulation, invariants_of, why_not
+from heavytop.exact.pairs import EPSILON, extended
 from heavytop.integration.engine import Array, per_thread
 from heavytop.integration.system import hy, translated
 
+ROOM = 260  # states in a leg: steps take longer the more they have
 LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
 # how much shorter than the mean of the first leg the longest steps of a leg may be
 EVEN_STEPS = 0.12

@@ -17,8 +17,8 @@ import numpy as np
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
 from heavytop.errors import MissingPackage, is_interrupt
+from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import Array
-from heavytop.integration.bits import DOUBLE
 
 try:
     import heyoka

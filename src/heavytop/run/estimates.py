@@ -15,8 +15,8 @@ from typing import Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
+from heavytop.exact.decimals import DOUBLE, enough
 from heavytop.exact.pairs import UNIT
-from heavytop.integration.bits import DOUBLE, enough
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
 

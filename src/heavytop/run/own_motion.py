@@ -31,9 +31,8 @@ from heavytop.equations.lambdify import Rounded, exact_values, lambdified
 from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact
 from heavytop.exact.balls import exact_of, fmpq_of
-from heavytop.exact.decimals import Context, context
+from heavytop.exact.decimals import DOUBLE, Context, bits_of, context, digits_of, precision
 from heavytop.exact.pairs import EPSILON
-from heavytop.integration.bits import DOUBLE, bits_of, digits_of, precision
 from heavytop.integration.engine import Seen, engine, text
 from heavytop.integration.orbit import Checkpoint, Integrator
 from heavytop.integration.projection import GOLDEN

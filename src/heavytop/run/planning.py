@@ -15,11 +15,11 @@ from math import inf, log, log2, sqrt, tau
 from typing import Any, Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.registry import FORMULATIONS
+from heavytop.equations.formulation import FORMULATIONS, why_not
 from heavytop.errors import Fault, refuse
 from heavytop.exact import PI
+from heavytop.exact.decimals import DOUBLE, WORD, bits_of, enough, named
 from heavytop.exact.pairs import EPSILON
-from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
 from heavytop.run.plan import Plan, Words, closed_form_of, refusal, span, span_fault
 from heavytop.scene.arguments import Range, Reader, expect, one_of, parse_options, there

@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import ClosedForm
 from heavytop.errors import Impossible, Outcome
-from heavytop.exact.decimals import Context, Number, context, number
+from heavytop.exact.decimals import DOUBLE, Context, Number, context, digits_of, number
 from heavytop.exact.pairs import EPSILON
 from heavytop.integration import outputs
-from heavytop.integration.bits import DOUBLE, digits_of
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, sample, times_of

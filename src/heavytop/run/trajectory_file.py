@@ -22,8 +22,8 @@ import numpy as np
 from heavytop import __version__
 from heavytop.doctor import versions
 from heavytop.errors import Outcome
+from heavytop.exact.decimals import DOUBLE, bits_of
 from heavytop.files import array, attribute, open_sealed, write_sealed
-from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Checkpoint, Orbit
 from heavytop.run.events import STORED

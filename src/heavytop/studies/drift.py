@@ -22,8 +22,8 @@ from heavytop.checking.method import LOST_PHASE
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import MissingPackage
+from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import DoubleDouble
-from heavytop.integration.bits import DOUBLE
 from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
 from heavytop.run.plan import closed_form_of
 from heavytop.scene.arguments import Range, check_callable

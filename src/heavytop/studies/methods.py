@@ -13,10 +13,11 @@ from heavytop.comparison import own
 from heavytop.comparison.adaptive import scipy_stepper
 from heavytop.comparison.methods import BY_TOLERANCE, DECADES, METHODS, MethodEntry, entry
 from heavytop.doctor import versions
+from heavytop.equations.formulation import why_not
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Fault, Impossible, MissingPackage, Refused, refuse
+from heavytop.exact.decimals import bits_of
 from heavytop.exact.pairs import EPSILON
-from heavytop.integration.bits import bits_of, why_not
 from heavytop.run.plan import closed_form_of
 from heavytop.run.planning import plan_steps
 from heavytop.scene.arguments import Reader, one_of, parse_names, parse_options

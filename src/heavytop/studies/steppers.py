@@ -30,9 +30,8 @@ from heavytop.comparison.steppers import (
 )
 from heavytop.equations.formulation import Formulation, observed
 from heavytop.errors import BadScene, Fault, HeavyTopError
-from heavytop.exact.decimals import Context, context
+from heavytop.exact.decimals import DOUBLE, Context, context, digits_of, named, precision
 from heavytop.exact.pairs import EPSILON, Array, DoubleDouble
-from heavytop.integration.bits import DOUBLE, digits_of, named, precision
 from heavytop.integration.engine import NEVER, text
 from heavytop.integration.orbit import Block, Checkpoint, Integrator
 from heavytop.results.drift import order_of
