@@ -161,7 +161,7 @@ class Refined:
 
     @cached_property
     def _computed(self) -> dict[Any, Any]:
-        """Constants by their bits, and a doubt."""
+        """Constants by their bits, forms by constants and kind of numbers, and a doubt."""
         return {}
 
     def _constants(self, bits: int) -> Constants:
@@ -173,10 +173,12 @@ class Refined:
         found: Constants = self._computed[bits]
         return found
 
-    @cached_property
-    def form(self) -> Callable[[Constants, Any], Form]:
+    def form(self, c: Constants, N: Any) -> Form:
         """The closed form of some constants in some kind of numbers, made once."""
-        return cache(Form)
+        if (c, N) not in self._computed:
+            self._computed[c, N] = Form(c, N)
+        found: Form = self._computed[c, N]
+        return found
 
     def time(self, t: Any) -> Exact:
         """A time [s] of any kind and size, exactly; floats mean their binary value."""

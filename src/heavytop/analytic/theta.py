@@ -101,7 +101,8 @@ class Theta:
             waves = [turn.sin_cos() for turn in turns]
         else:  # π/2 − arg θ₁(z + ib), or −arg θ₂(z + ib); both parts over cosh b
             deep = b.cosh()
-            waves = [(turn.sinh() / deep, turn.cosh() / deep) for turn in turns]
+            both = (turn.sinh_cosh() for turn in turns)
+            waves = [(sinh / deep, cosh / deep) for sinh, cosh in both]
         sines, cosines = ([x * wave[i] for x, wave in zip(row, waves, strict=True)] for i in (0, 1))
         parts = ("S", alternating(cosines)), ("C", alternating(sines))
         if not beside:

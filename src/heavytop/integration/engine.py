@@ -87,7 +87,10 @@ class Seen(NamedTuple):
     @classmethod
     def join(cls, parts: Iterable[Seen]) -> Seen:
         """Return the parts one after the other."""
-        return cls(*map(np.concatenate, zip(*parts, strict=True)))
+        parts = [*parts]
+        if len(full := [part for part in parts if part.t.size]) < 2:
+            return (full or parts)[0]
+        return cls(*map(np.concatenate, zip(*full, strict=True)))
 
     def where(self, index: Any) -> Seen:
         """Return those for which a mask holds, or those of given places."""

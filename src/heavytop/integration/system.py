@@ -106,10 +106,12 @@ def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) ->
     """
     g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
-    turning = np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0)
+    turning = abs(states[..., form.is_rate]).max(axis=-1, initial=0.0)
     pace = np.maximum(turning, falling)
-    exponent = np.clip(np.frexp(pace)[1], -MOST_EXPONENT, MOST_EXPONENT)
     far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOWEST_PACE) & (pace <= FASTEST_PACE))
+    if not far.any():
+        return np.ones(far.shape)
+    exponent = np.clip(np.frexp(pace)[1], -MOST_EXPONENT, MOST_EXPONENT)
     return np.where(far, np.ldexp(1.0, exponent), 1.0)
 
 
