@@ -55,6 +55,11 @@ def test_every_way_to_say_it_is_understood(spelled):
         assert abs(mine - true).max() < bound
 
 
+@pytest.mark.parametrize("unit", ["rpm", "1/min", "min^-1", "tr/min", "U/min"])
+def test_a_rate_in_so_many_a_minute_is_in_turns(unit):
+    assert meanings(f"psidot [{unit}]")[0].unit.factor == pytest.approx(np.pi / 30)
+
+
 def test_without_an_azimuth_energy_and_momenta_are_known_all_the_same():
     told = {name: x for name, x in angles(RECORD).items() if name != "phi"}
     assert "axis" not in compared(told).known

@@ -72,7 +72,7 @@ HEADER_UNITS: Final = (
     Unit("angle", np.pi / 200, "gon"),
     Unit("angle", 2 * np.pi, "rev revs turn turns tr u cycles"),
     Unit("rate", 1.0, "s-1 sec-1"),
-    Unit("rate", np.pi / 30, "rpm upm", "rpm", "{} in turns a minute"),
+    Unit("rate", np.pi / 30, "rpm upm 1/min min-1", "rpm", "{} in turns a minute"),
     Unit("rate", 2 * np.pi, "hz rps"),
     Unit("rate", np.pi / 180, "dps"),
     Unit("time", 1.0, "s sec secs second seconds sek sekunden"),
@@ -104,7 +104,7 @@ def parse_unit(text: str, quantity: str = "") -> Unit | None:
     over, _, below = plain.replace("_", "/").partition("/")
     for kind in _kinds(quantity):
         factor = _SIZES.get((kind, plain))
-        if kind == "rate" and {("angle", over), ("time", below)} <= _SIZES.keys():
+        if not factor and kind == "rate" and {("angle", over), ("time", below)} <= _SIZES.keys():
             factor = _SIZES["angle", over] / _SIZES["time", below]
         if factor:
             return Unit(kind, factor, text, _DECLARED.get((kind == "time", factor), ""))
