@@ -30,6 +30,8 @@ def test_dense_output_is_the_samples(whole):
     again, order = whole(shuffled), np.argsort(shuffled)
     for name in again.COLUMNS:
         assert same(getattr(again, name)[order], getattr(whole.samples, name)), name
+    for name in ("phidot", "omega", "quaternion"):
+        assert np.array_equal(getattr(whole, name), getattr(whole.samples, name))
 
 
 def test_dense_output_in_more_digits_is_the_same_run_rounded(precise):

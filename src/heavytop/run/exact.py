@@ -14,7 +14,7 @@ from heavytop.analytic.form import Record
 from heavytop.analytic.motion import MOST_DIGITS, Motion
 from heavytop.exact.decimals import context
 from heavytop.run.plan import Plan, exact_span, span
-from heavytop.scene.quantities import Need, need_of, quantity_of, values_of
+from heavytop.scene.quantities import QUANTITIES, Need, need_of, values_of
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -47,8 +47,8 @@ class Run:
     if not TYPE_CHECKING:  # else no wrong name would be seen
 
         def __getattr__(self, name: str) -> Any:
-            """What follows from other columns, at the sample times; such as `reaction` [N]."""
-            if quantity_of(name).of is None:
+            """Another column at the sample times: rates, `omega`, or `reaction` [N], say."""
+            if name not in QUANTITIES:
                 return self.__getattribute__(name)  # which says that there is no such thing
             return values_of(self.samples, name, self.motion)
 
