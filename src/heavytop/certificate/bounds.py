@@ -35,9 +35,9 @@ from heavytop.certificate.system import CERTIFIED, UP
 from heavytop.certificate.table import MARGIN
 from heavytop.exact.pairs import UNIT, Array, Words, add
 
-Places = NDArray[np.intp]
+Indices = NDArray[np.intp]
 ByName = Mapping[str, float]
-Known = tuple[Array, Array]  # the solution, and how far it is off
+Solution = tuple[Array, Array]  # the solution, and how far it is off
 
 NEAR: Final = 1.3  # a bound so near the largest error found is not made better
 MOST_HALVINGS: Final = 24  # halvings of a step: less than 28, or `INTERVAL_EDGE` is too little
@@ -73,7 +73,7 @@ class Points(NamedTuple):
     states : ndarray, shape (n, m)
     """
 
-    step: Places
+    step: Indices
     since: Array
     apart: Array
     off: Array
@@ -82,7 +82,7 @@ class Points(NamedTuple):
     states: Array
 
     @classmethod
-    def at(cls, flow: Flow, steps: Steps, step: Places, since: Array, known: Known) -> Points:
+    def at(cls, flow: Flow, steps: Steps, step: Indices, since: Array, known: Solution) -> Points:
         """Return those at times since the beginning of steps; `known` is the solution there."""
         p, arithmetic, plain = steps.at(step, since)
         x, lost = known
@@ -226,7 +226,7 @@ def _joined(a: Points, b: Points) -> Points:
     return Points._make(np.concatenate(pair, axis=-1) for pair in zip(a, b, strict=True))
 
 
-def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Known, Known]:
+def _at_both_ends(flow: Flow, steps: Steps) -> tuple[Solution, Solution]:
     """Return the solution where steps begin, and where they end: there the next one begins."""
     k, length = np.arange(steps.length.size), steps.length
     begun, ended = steps.times(k, np.zeros_like(length)), steps.times(k, length)

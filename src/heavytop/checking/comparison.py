@@ -12,8 +12,9 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.checking.reading import POSITIONS, Array, matrices, norm
+from heavytop.checking.reading import POSITIONS, matrices, norm
 from heavytop.errors import FoldedTiltWarning, HeavyTopError, Impossible
+from heavytop.exact.pairs import Array
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

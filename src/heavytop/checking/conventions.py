@@ -14,8 +14,9 @@ import numpy as np
 
 from heavytop.checking.comparison import MOMENT_NAMES, Comparison, axes, decades, octaves, wrapped
 from heavytop.checking.headers import HEADER_UNITS, Unit
-from heavytop.checking.reading import Array, matrices, norm
+from heavytop.checking.reading import matrices, norm
 from heavytop.errors import HeavyTopError
+from heavytop.exact.pairs import Array
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.top import Top
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from heavytop.exact.pairs import UNIT, Array
 
-_ANGLES: Final = {
+_ANGLE_NAMES: Final = {
     "theta": "theta tilt nutation nut beta inclination inclinaison inklination neigung polar "
     "colatitude tiltangle kippwinkel",
     "phi": "phi precession prec praezession prazession azimuth azimut azimutal acimut alpha "
@@ -22,7 +22,7 @@ _ANGLES: Final = {
     "elevation": "elevation elev altitude elevacion elevazione hohenwinkel hoehenwinkel",
 }
 _TIMES: Final = "t time zeit temps tiempo tempo tid timestamp times clock"
-_RATES: Final = "{0}dot d{0} d{0}dt {0}d {0}rate {0}velocity {0}speed {0}punkt {0}geschwindigkeit"
+_SPEEDS: Final = "{0}dot d{0} d{0}dt {0}d {0}rate {0}velocity {0}speed {0}punkt {0}geschwindigkeit"
 # Of vectors: the names, and those of the components, of which one set has to be complete.
 _VECTORS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "quaternion": ("quaternion quat q attitude orientation rot e ep",
@@ -115,7 +115,7 @@ def _kinds(quantity: str) -> tuple[str, ...]:
     """What the units of a quantity may measure; an angle with a unit of a rate is its rate."""
     if quantity == "t":
         return ("time",)
-    if quantity in _ANGLES or quantity.startswith("omega") or quantity.endswith("dot"):
+    if quantity in _ANGLE_NAMES or quantity.startswith("omega") or quantity.endswith("dot"):
         return ("rate", "angle")
     return ("length",) if quantity in _VECTORS else ("rate", "angle", "time", "length")
 
@@ -154,7 +154,7 @@ def _named(words: list[str], unit: str) -> Iterator[Meaning]:
             parsed = parse_unit(unit, quantity) if unit else None
             if unit and not parsed:
                 continue
-            if parsed and parsed.kind == "rate" and quantity in _ANGLES:
+            if parsed and parsed.kind == "rate" and quantity in _ANGLE_NAMES:
                 quantity += "dot"  # as of ``spin [rpm]``
             body = frame in _BODY or (not frame and component.isdigit())
             if quantity in ("omega", "momentum") and body:
@@ -176,10 +176,10 @@ def _usual() -> Iterator[tuple[str, str, str]]:
     """Every usual name, with a quantity and a component that it may stand for."""
     for name in _TIMES.split():
         yield name, "t", ""
-    for quantity, names in _ANGLES.items():
+    for quantity, names in _ANGLE_NAMES.items():
         for name in names.split():
             yield name, quantity, ""
-            yield from ((rate, f"{quantity}dot", "") for rate in _RATES.format(name).split())
+            yield from ((rate, f"{quantity}dot", "") for rate in _SPEEDS.format(name).split())
     for quantity, (names, sets) in _VECTORS.items():
         components = dict.fromkeys(" ".join(sets).split())
         for name in names.split():

@@ -11,11 +11,11 @@ import numpy as np
 from heavytop.checking import method
 from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison, wrapped
 from heavytop.checking.conventions import TABLE
-from heavytop.checking.reading import Array, Data, norm, read
+from heavytop.checking.reading import Data, norm, read
 from heavytop.checking.search import Explanation, Judgement, Undoing, explain, undo, undo_names
 from heavytop.doctor import versions
 from heavytop.errors import BadScene, Fault, HeavyTopError
-from heavytop.exact.pairs import UNIT
+from heavytop.exact.pairs import UNIT, Array
 from heavytop.results.check import CHECKED_QUANTITIES, Check, Finding
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, expect_scene, load_scene, read_scene

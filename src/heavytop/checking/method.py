@@ -9,8 +9,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from heavytop.checking.comparison import FIRST, MOMENT_NAMES, Comparison, wrapped
-from heavytop.checking.reading import Array
 from heavytop.errors import HeavyTopError
+from heavytop.exact.pairs import Array
 from heavytop.scene.quantities import ANGLES
 from heavytop.scene.scene_file import EVENTS
 

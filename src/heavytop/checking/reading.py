@@ -11,20 +11,19 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.checking.headers import Unit, complete_set, grain_of, is_rounded, meanings, parse_unit
 from heavytop.errors import ForeignFile
+from heavytop.exact.pairs import Array
 from heavytop.scene.arguments import expect, path_of, wrong_type
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.text import harmless, nearest
 
-Array = NDArray[np.float64]
 DataTable = Mapping[str, Any]
-Columns = dict[str, list[tuple[str, Unit | None]]]
+Headers = dict[str, list[tuple[str, Unit | None]]]
 
 LEAST_ROWS: Final = 5
-RUN: Final = "trajectory.nc"  # in the folder of a run
+RUN_FILE: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
 LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
@@ -70,7 +69,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     name, given = "data", data
     if isinstance(data, str | os.PathLike):
         path = path_of("data", data)
-        path = path / RUN if path.is_dir() else path
+        path = path / RUN_FILE if path.is_dir() else path
         name, given = harmless(path), _load(path, chosen)
     elif not hasattr(data, "keys"):
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
@@ -102,7 +101,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
 
 def choose_columns(
     table: DataTable, numbers: DataTable, chosen: Mapping[str, str], faults: list[str]
-) -> Columns:
+) -> Headers:
     """The columns of each quantity, and their units, in the order of its components."""
     split = {name: _split(name, x) for name, x in table.items()}
     possible = {name: meanings(*split[name]) or meanings(name) for name in numbers}
@@ -120,7 +119,7 @@ def choose_columns(
             if spelled := unit or split[alike[0]][1]:
                 own = parse_unit(spelled, key)
             possible[alike[0]] = [meant[0]._replace(unit=own)]
-    found: Columns = {}
+    found: Headers = {}
     for quantity, shape in READ_SHAPES.items():
         here = {
             component: (name, unit)
@@ -158,7 +157,7 @@ def _numbers(column: Any) -> Array | None:
     return np.atleast_1d(np.squeeze(values.astype(np.float64)))
 
 
-def _values(numbers: DataTable, found: Columns, faults: list[str]) -> dict[str, Array]:
+def _values(numbers: DataTable, found: Headers, faults: list[str]) -> dict[str, Array]:
     """The arrays by quantity in SI units, in the shapes that they need to have."""
     if "t" not in found:
         return {}
@@ -174,7 +173,7 @@ def _values(numbers: DataTable, found: Columns, faults: list[str]) -> dict[str, 
     return values
 
 
-def _declared(found: Columns) -> tuple[list[str], list[str]]:
+def _declared(found: Headers) -> tuple[list[str], list[str]]:
     """The conventions that headers declare, and a remark on their units."""
     units = defaultdict[Unit, list[str]](list)
     for name, unit in chain.from_iterable(found.values()):

@@ -201,13 +201,13 @@ class Detail(NamedTuple):
 
 
 _NODS: Final = ("asymptotic", "rotating", "swinging")
-_RATES: Final = ("single", "fast", "slow")
+_STEADY_RATES: Final = ("single", "fast", "slow")
 _SLEEP: Final = ("marginal", "stable", "unstable")
 
 KIND_DETAILS: Final = {  # a pendulum always has energy to spare at the lower pole
     Kind.SLEEPING: Detail(_SLEEP, (SLEEPING,), SLEEPING),
     Kind.PLANAR_PENDULUM: Detail(_NODS, (OVER_TOP, OVER_BOTTOM), SPARE_ENERGY),
-    Kind.UNIFORM_PRECESSION: Detail(_RATES, (FASTER, SLOWER), RATIO),
+    Kind.UNIFORM_PRECESSION: Detail(_STEADY_RATES, (FASTER, SLOWER), RATIO),
 }
 
 

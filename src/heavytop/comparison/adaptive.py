@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 RTOL_LEAST: Final = 100 * 2.0**-52  # scipy raises any smaller relative tolerance to this
 _FAR: Final = 2.0**40  # a bound in time [s] that no block reaches
 
-Rates = Callable[[float, Any], Sequence[Any]]
+RightSide = Callable[[float, Any], Sequence[Any]]
 
 
 class Singular(IntegrationFailed):
@@ -42,7 +42,7 @@ class Singular(IntegrationFailed):
         return "the equations became singular or overflowed"
 
 
-def right_hand_side(problem: InitialValueProblem, *, guarded: bool = True) -> Rates:
+def right_hand_side(problem: InitialValueProblem, *, guarded: bool = True) -> RightSide:
     """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers.
 
     Where it is not guarded it returns whatever numpy makes of a pole, as one does who writes it by

@@ -26,9 +26,9 @@ from heavytop.exact.pairs import Array, two_product
 
 Turn = Literal["exact", "cayley"]
 
-_BITS = 256  # of the coefficients of collocation
+_COEFFICIENT_BITS = 256  # of the coefficients of collocation
 _SWEEPS = 200
-_NEAR = 1e-11  # two sweeps no nearer than this, and not coming nearer, do not converge
+_CONVERGED = 1e-11  # two sweeps no nearer than this, and not coming nearer, do not converge
 
 
 def splitting(
@@ -229,7 +229,7 @@ def coefficients(s: int) -> tuple[Array, Array, Array]:
     derivatives at the nodes to the increments up to the nodes of the next step, along the
     polynomial through them.
     """
-    with working(_BITS):
+    with working(_COEFFICIENT_BITS):
         nodes = [(1 + arb.legendre_p_root(s, k)) / 2 for k in reversed(range(s))]
         lagrange = arb_mat([[x**k for k in range(s)] for x in nodes]).inv()
 
@@ -261,7 +261,7 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
         rest_of_A, rest_of_b = table[2 * s + 1 : 3 * s + 1], table[3 * s + 1]
         z, rest, none = np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s))
         f = work[6:].reshape((5, s))
-        near = _NEAR * (1 + abs(b.sum() * g))
+        near = _CONVERGED * (1 + abs(b.sum() * g))
         sweeps = 0
         for _ in range(steps):
             if work[5] == 0:

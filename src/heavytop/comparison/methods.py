@@ -21,9 +21,9 @@ from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import InitialValueProblem, Stepper
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
+from heavytop.exact.decimals import DOUBLE
 
 BY_STEPS, BY_TOLERANCE = "steps a period", "tolerance"
-DOUBLE_BITS: Final = 53  # of doubles
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
 
 
@@ -86,7 +86,7 @@ class MethodEntry:
     grid: tuple[float, ...] = ()
     stress: Mapping[str, float] = field(default_factory=dict, hash=False)
     short: str = ""
-    bits: int = DOUBLE_BITS
+    bits: int = DOUBLE
     projected: bool = False
 
     @property
@@ -117,7 +117,7 @@ class MethodEntry:
     @property
     def reach(self) -> float:
         """The longest run [nutation periods]: a slow method goes no farther."""
-        return SLOW if self.bits > DOUBLE_BITS or self.language == "python" else float("inf")
+        return SLOW if self.bits > DOUBLE or self.language == "python" else float("inf")
 
     @property
     def text(self) -> str:

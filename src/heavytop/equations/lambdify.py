@@ -218,19 +218,19 @@ class Rounded:
     def __init__(self, expressions: Sequence[Any]) -> None:
         self.expressions = tuple(map(sp.sympify, expressions))
         self.names = sorted({x.name for e in self.expressions for x in e.free_symbols})
-        with working(_BITS):
+        with working(_ROUNDED_BITS):
             self._function = lambdified(self.expressions, self.names, arb, _BALLS)
 
     def __call__(self, named: Mapping[str, Exact]) -> list[float]:
         """Return the values at exact numbers, given by the names of the symbols."""
-        with working(_BITS):
+        with working(_ROUNDED_BITS):
             balls = self._function(*[ball_of(named[name]) for name in self.names])
             values = [_double(x) for x in balls]
         pairs = zip(self.expressions, values, strict=True)
         return [float(exact_values([e], named)[0]) if x is None else x for e, x in pairs]
 
 
-_BITS: Final = 128
+_ROUNDED_BITS: Final = 128
 # methods of python-flint
 _BALLS: Functions = {name: methodcaller(name) for name in ("sin", "cos", "sqrt")}
 

@@ -23,23 +23,23 @@ MAX_DEPTH: Final = 50
 _MAX_HEIGHT: Final = 2**16384  # of any rational,
 _MAX_POWER: Final = 64  # of an exponent and its denominator as they are written, and
 _MAX_BUILT_POWER: Final = 4096  # of what results
-_BITS: Final = 128  # to which an irrational number is known when its size is checked
+_SIZE_BITS: Final = 128  # to which an irrational number is known when its size is checked
 
-_FEW: Final = Exact.of(Decimal("1e-3"))
+_THOUSANDTH: Final = Exact.of(Decimal("1e-3"))
 UNITS_OF: Final[Mapping[str, Mapping[str, Exact]]] = {
     "rad": {"deg": PI / 180, "rad": ONE, "rev": 2 * PI},
     "rad/s": {
         "rpm": PI / 30, "rev/min": PI / 30, "rev/s": 2 * PI, "Hz": 2 * PI,
         "deg/s": PI / 180, "rad/s": ONE,
     },
-    "kg": {"kg": ONE, "g": _FEW},
-    "m": {"m": ONE, "cm": 10 * _FEW, "mm": _FEW},
-    "s": {"s": ONE, "ms": _FEW, "min": 60 * ONE},
-    "kg m²": {"kg m^2": ONE, "g cm^2": _FEW**2 / 10},
+    "kg": {"kg": ONE, "g": _THOUSANDTH},
+    "m": {"m": ONE, "cm": 10 * _THOUSANDTH, "mm": _THOUSANDTH},
+    "s": {"s": ONE, "ms": _THOUSANDTH, "min": 60 * ONE},
+    "kg m²": {"kg m^2": ONE, "g cm^2": _THOUSANDTH**2 / 10},
     "J": {"J": ONE, "N m": ONE, "kg m^2/s^2": ONE},
     "kg m²/s": {"kg m^2/s": ONE, "J s": ONE},
     "m/s²": {"m/s^2": ONE},
-    "kg/m³": {"kg/m^3": ONE, "g/cm^3": ONE / _FEW},
+    "kg/m³": {"kg/m^3": ONE, "g/cm^3": ONE / _THOUSANDTH},
     "": {},
 }  # fmt: skip
 """By a unit of SI those that may be written in its place, each as the number of it that it is."""
@@ -58,7 +58,7 @@ _TOKEN: Final = re.compile(
 _COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
 _THOUSANDS: Final = re.compile(r"(?<![0-9.])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9])")
 _DIGITS: Final = frozenset(".0123456789")
-_PLAIN: Final = str.maketrans(
+_ASCII: Final = str.maketrans(
     {"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi ", "°": " deg", "²": "^2", "³": "^3"}
 )
 
@@ -77,7 +77,7 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
         raise NotANumber(f"a number is at most {MAX_TEXT} characters long, not {len(text)}")
     if _THOUSANDS.search(text):
         raise NotANumber("a comma before three digits may be a point or nothing: write which")
-    body = _COMMA.sub(".", text.translate(_PLAIN)).rstrip()
+    body = _COMMA.sub(".", text.translate(_ASCII)).rstrip()
     unit = found[0] if (found := _UNIT.search(body)) else ""
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
@@ -161,7 +161,7 @@ def _within_limits(x: Exact) -> Exact:
         raise NotANumber("a number is too large to be held exactly")
     if (q := x.fraction) is not None:
         return in_range(q)
-    size = x.ball(_BITS).abs_upper()
+    size = x.ball(_SIZE_BITS).abs_upper()
     if size < 1e-300 or size > 1e300:
         raise out_of_range()
     return x

@@ -23,7 +23,7 @@ from heavytop.exact.number import ZERO, Exact, Sign, rational, split
 Sizes: TypeAlias = tuple[float, float]
 Quotient: TypeAlias = tuple[fmpq_mpoly, fmpq_mpoly]
 
-_BITS: Final = (64, 256)  # which nearly always decide
+_SIGN_BITS: Final = (64, 256)  # which nearly always decide
 _MORE_BITS: Final = (1024, 4096)  # for what is not proved to be zero
 _MAX_BITS: Final = 1 << 17  # of a separation bound
 _MAX_COEFFICIENT_BITS: Final = 1 << 15  # of that of a coefficient, of which there may be many
@@ -34,7 +34,7 @@ _MAX_PRODUCTS: Final = 100_000  # of terms, in a product of polynomials
 
 def sign_of(x: Exact) -> Sign | None:
     """Return the sign of a number, or None where it is undecided."""
-    if sign := _side(x, _BITS):
+    if sign := _side(x, _SIGN_BITS):
         return sign
     bits = separation(x)
     if bits > _MAX_BITS:
@@ -187,7 +187,7 @@ class _Quotients(dict[Exact, Quotient]):
         if angle not in self._circles:
             c, s = self._circles[angle] = self._unused.pop(), self._unused.pop()
             self._relations.append(s**2 + c**2 - 1)
-            ball = sin(x.args[0] / int(n.p)).ball(_BITS[0])
+            ball = sin(x.args[0] / int(n.p)).ball(_SIGN_BITS[0])
             if ball > 0 or ball < 0:
                 positive = s if ball > 0 else -s
                 self._roots.append((((1 - c**2, self._one), 2), positive))

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.decimals import DOUBLE
-from heavytop.exact.pairs import EPSILON
-from heavytop.integration.engine import Array, per_thread
+from heavytop.exact.pairs import EPSILON, Array
+from heavytop.integration.engine import per_thread
 from heavytop.integration.system import equations_of, hy, in_units, paces_of
 
 Indices = NDArray[np.int64]

@@ -25,15 +25,13 @@ from threading import Lock, Thread, get_ident
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.exact.decimals import DOUBLE, precision
-from heavytop.exact.pairs import EPSILON, DoubleDouble, add
+from heavytop.exact.pairs import EPSILON, Array, DoubleDouble, add
 from heavytop.integration.system import equations_of, hy, number_of
 
 T = TypeVar("T")
-Array = NDArray[np.float64]  # or of numbers of other bits
 
 HEAVY_BITS = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 PARALLEL_BITS = 512  # bits from which on the products of a step are worth a thread each

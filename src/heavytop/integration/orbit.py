@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
 from heavytop.exact.decimals import DOUBLE, precision
-from heavytop.exact.pairs import EPSILON, DoubleDouble, add
-from heavytop.integration.engine import HEAVY_BITS, NEVER, Array, Engine, Leg, Seen, engine, reals
+from heavytop.exact.pairs import EPSILON, Array, DoubleDouble, add
+from heavytop.integration.engine import HEAVY_BITS, NEVER, Engine, Leg, Seen, engine, reals
 from heavytop.integration.projection import Projection
 from heavytop.integration.system import in_units, paces_of
 

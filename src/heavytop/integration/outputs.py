@@ -18,14 +18,13 @@ from heavytop.equations.formulation import Formulation, spin
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import NotANumber
 from heavytop.exact.decimals import DOUBLE, precision
-from heavytop.exact.pairs import plus_turns, two_product
+from heavytop.exact.pairs import Array, plus_turns, two_product
 from heavytop.scene.quantities import ANGLES, RATES
 
 if TYPE_CHECKING:
     from heavytop.integration.engine import Seen
 
-Array = NDArray[np.float64]
-Parameters = Mapping[str, Any]
+RunConstants = Mapping[str, Any]
 POLE_DISTANCE = 1e-9  # of an axis to a pole: beyond any drift of the state,
 POLE_BITS = 0.5  # and of those of more digits, as a part of their bits: its square is rounding
 
@@ -78,7 +77,7 @@ class Sample:
     def at(self, index: Any) -> Sample:
         """Return some of them.
 
-        Parameters
+        RunConstants
         ----------
         index : int, slice or ndarray of bool
             One by its number, or several.
@@ -90,7 +89,7 @@ class Sample:
     def mapped(self, function: Callable[[Array], Array]) -> Sample:
         """Return them in other numbers.
 
-        Parameters
+        RunConstants
         ----------
         function : callable
             From a column to another.
@@ -123,7 +122,7 @@ def _turns_with_spin(form: Formulation) -> bool:
 
 
 def form_values(
-    form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *spun: Array
+    form: Formulation, what: str, rows: Array, parameters: RunConstants, t: Array, *spun: Array
 ) -> list[Array]:
     """Return outputs, invariants and so on at states of a formulation, as its fields name them.
 
@@ -139,7 +138,7 @@ def form_values(
 
 @np.errstate(divide="ignore", invalid="ignore")  # nan, and 0/0 at a pole
 def sample(
-    form: Formulation, rows: Array, parameters: Parameters, t: Array, near: Any = None
+    form: Formulation, rows: Array, parameters: RunConstants, t: Array, near: Any = None
 ) -> Sample:
     """Return the physical quantities at states of a formulation.
 
@@ -165,7 +164,7 @@ def sample(
 
 
 def _turned(
-    form: Formulation, full: Mapping[str, Array], parameters: Parameters, near: Any
+    form: Formulation, full: Mapping[str, Array], parameters: RunConstants, near: Any
 ) -> dict[str, Array]:
     """Return phi and psi with their turns; beside a pole, in the direction of the pass."""
     read, z = full["phi"], full["axis_z"]
@@ -180,7 +179,7 @@ def _turned(
 
 
 def _azimuth_beside_poles(
-    full: Mapping[str, Array], parameters: Parameters
+    full: Mapping[str, Array], parameters: RunConstants
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return phi modulo 2 pi, and where the axis is so near a pole that half turns are in doubt.
 
@@ -226,7 +225,7 @@ def hypot(x: Any, y: Any) -> Any:
     return np.hypot(x, y) if x.dtype == np.float64 else np.sqrt(x * x + y * y)
 
 
-def _spun(parameters: Parameters, t: Array) -> tuple[Array, Array]:
+def _spun(parameters: RunConstants, t: Array) -> tuple[Array, Array]:
     """Return cosine and sine of kappa t / 2: its last digits count, however many turns it is."""
     kappa = parameters.get("kappa", 0)
     if t.dtype != np.float64:
@@ -237,7 +236,7 @@ def _spun(parameters: Parameters, t: Array) -> tuple[Array, Array]:
 
 
 def _limits_at_poles(
-    form: Formulation, rows: Array, full: Mapping[str, Array], parameters: Parameters, t: Array
+    form: Formulation, rows: Array, full: Mapping[str, Array], parameters: RunConstants, t: Array
 ) -> dict[str, Array]:
     """Return the rates where the axis is exactly vertical, and phi undefined.
 
@@ -257,7 +256,7 @@ def _limits_at_poles(
 
 
 def invariants(
-    form: Formulation, rows: Array, parameters: Parameters, t: Array
+    form: Formulation, rows: Array, parameters: RunConstants, t: Array
 ) -> dict[str, Array]:
     """Return the invariants of a formulation at its states, by name, in units A = 1.
 
@@ -268,7 +267,7 @@ def invariants(
 
 
 def newton_step(
-    form: Formulation, event: str, seen: Seen, parameters: Parameters, small: Any
+    form: Formulation, event: str, seen: Seen, parameters: RunConstants, small: Any
 ) -> tuple[Seen, NDArray[np.bool_]]:
     """Return the zeros of an event function beside states in reals, and which of these have one.
 

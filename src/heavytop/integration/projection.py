@@ -29,8 +29,8 @@ from typing import Any
 import numpy as np
 
 from heavytop.equations.formulation import Formulation, invariants_of, why_not
-from heavytop.exact.pairs import EPSILON, extended
-from heavytop.integration.engine import Array, per_thread
+from heavytop.exact.pairs import EPSILON, Array, extended
+from heavytop.integration.engine import per_thread
 from heavytop.integration.system import hy, translated
 
 ROOM = 260  # states in a leg: steps take longer the more they have

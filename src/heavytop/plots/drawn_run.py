@@ -14,9 +14,10 @@ from matplotlib.axes import Axes
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault
+from heavytop.exact.pairs import Array
 from heavytop.plots import style
 from heavytop.plots.sphere import NUTATIONS, STEADY_TURN_S, touched
-from heavytop.plots.style import Array, once
+from heavytop.plots.style import once
 from heavytop.scene.quantities import values_of
 
 MOST_DRAWN_PERIODS: Final = 12  # more would only blacken the paper

@@ -19,10 +19,11 @@ from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.classification import Kind
 from heavytop.errors import Impossible, NoClosedForm
+from heavytop.exact.pairs import Array
 from heavytop.plots import style
 from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, DrawnRun
 from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, touched
-from heavytop.plots.style import Array, line, once, titled
+from heavytop.plots.style import line, once, titled
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived
 
 if TYPE_CHECKING:

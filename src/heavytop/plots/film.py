@@ -25,10 +25,11 @@ from scipy.spatial.transform import Rotation
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage, Refused, refuse
+from heavytop.exact.pairs import Array
 from heavytop.files import write_whole
 from heavytop.plots.drawn_run import Clip
 from heavytop.plots.sphere import PUSH, View, circle, momentum_path
-from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, Array, literal
+from heavytop.plots.style import EVENT_STYLES, PATH, STYLE, literal
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Reader, only, path_of
 from heavytop.scene.quantities import QUANTITIES

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.style import BLACK, FAINT, KIND_STYLES, STYLE, Array, over
+from heavytop.exact.pairs import Array
+from heavytop.plots.style import BLACK, FAINT, KIND_STYLES, STYLE, over
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from heavytop.exact.decimals import DOUBLE
 from heavytop.plots import style
 from heavytop.plots.atlas import atlas_charts, atlas_figure
 from heavytop.plots.check import check_charts, check_figure
@@ -20,7 +21,7 @@ from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.base import error_of, kind_of
 from heavytop.results.drift import error_names, errors_of
 from heavytop.results.stress import UNTOLD, StressOutcome
-from heavytop.results.work_precision import DOUBLE, ERROR_KEYS, error_of_point, front
+from heavytop.results.work_precision import ERROR_KEYS, error_of_point, front
 from heavytop.scene.quantities import quantity_of
 from heavytop.studies.find import fact_quantity
 

@@ -11,18 +11,15 @@ from io import BytesIO
 from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from heavytop.files import write_whole
 from heavytop.scene.arguments import path_of
 from heavytop.text import cut, harmless
 
-Array = NDArray[np.float64]
 Known = Mapping[str, Any]  # a document, or a part of one
 
 # Okabe and Ito's colours, which the colour-blind tell apart.

@@ -9,6 +9,7 @@ from operator import itemgetter
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Impossible
+from heavytop.exact.decimals import DOUBLE
 from heavytop.results.base import Result, grouped
 from heavytop.results.drift import order_of
 from heavytop.results.table import Fact, Table
@@ -19,7 +20,6 @@ ERROR_KEYS: Final = {
     "axis": "axis_error", "theta": "theta_error", "phase": "phase_error", "energy": "energy_error"
 }  # fmt: skip
 """What is measured, and the key of its error."""
-DOUBLE: Final = 53  # bits
 LEADER_KEYS: Final = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
 POINT_COLUMNS: Final = ("method", "order", *TARGETS, "error", "of", "us_per_period", "setup_s")
 FRONT: Final = ("method", "setting", "us_per_period", "error")

@@ -27,7 +27,7 @@ from heavytop.run.ensemble_events import Expected, counted, pole_momenta, tallie
 from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
 
-Columns = Mapping[str, Array]
+Arrays = Mapping[str, Array]
 
 ENSEMBLE_NAME = "propagate_many"
 OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
@@ -67,14 +67,14 @@ class Ensemble:
 
     shape: tuple[int, ...]
     formulation: Formulation
-    parameters: Columns
+    parameters: Arrays
     events: tuple[str, ...]
     end: Array
     states: Array
     ending: NDArray[np.int64]
     zeros: Zeros
     digits: int
-    start: Columns
+    start: Arrays
 
     def __repr__(self) -> str:
         ended = f"{np.count_nonzero(self.ending != Lane.REACHED)} ended early"
@@ -307,7 +307,7 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
     return entry.build("angles" if "angles" in entry.variants else None), tuple(events)
 
 
-def _binary(form: Formulation, start: Columns) -> tuple[Array, dict[str, Array]]:
+def _binary(form: Formulation, start: Arrays) -> tuple[Array, dict[str, Array]]:
     """States at the start (k, n) and constants (k,) by name."""
     with np.errstate(all="ignore"):  # what is no number is found out lane by lane
         values = _start_function(form)(*(start[symbol.name] for symbol in _SYMBOLS))
@@ -324,7 +324,7 @@ def _start_function(form: Formulation) -> Any:
     return lambdified((*form.start, *form.parameters.values()), _SYMBOLS)
 
 
-def _frame(form: Formulation, start: Columns) -> dict[str, Array]:
+def _frame(form: Formulation, start: Arrays) -> dict[str, Array]:
     """Mean rates, which quadratures of φ and ψ are freed from; those of the start if there is none.
 
     Any are right, as in `propagate`.

@@ -20,7 +20,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, Outcome
 from heavytop.exact import Exact
 from heavytop.exact.decimals import context
-from heavytop.exact.pairs import EPSILON
+from heavytop.exact.pairs import EPSILON, Array
 from heavytop.integration.engine import Seen
 from heavytop.integration.outputs import Sample, form_values, newton_step
 from heavytop.run.counts import KINDS_OF, TURNING, schedule
@@ -31,7 +31,6 @@ from heavytop.scene.scene_file import EVENTS
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
-Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 EVENT_FUNCTIONS = ("turning", "reversal")  # thetadot and phidot, but for a factor

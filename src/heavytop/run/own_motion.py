@@ -32,7 +32,7 @@ from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact
 from heavytop.exact.balls import exact_of, fmpq_of
 from heavytop.exact.decimals import DOUBLE, Context, bits_of, context, digits_of, precision
-from heavytop.exact.pairs import EPSILON
+from heavytop.exact.pairs import EPSILON, Array
 from heavytop.integration.engine import Seen, engine, text
 from heavytop.integration.orbit import Checkpoint, Integrator
 from heavytop.integration.projection import GOLDEN
@@ -41,8 +41,6 @@ from heavytop.run.plan import Plan
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-
-Array = NDArray[np.float64]
 
 ROOT_DIGITS = 40  # of roots that a motion in doubles is known by
 OWN_SPARE_DIGITS = 10  # beyond those of a run in more digits

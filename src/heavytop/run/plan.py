@@ -12,7 +12,7 @@ from heavytop.exact.pairs import EPSILON
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.text import Shown
 
-Words = tuple[str, ...]
+Texts = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,15 +52,15 @@ class Plan(Shown):
     formulation: str
     variant: str | None = None
     frame: tuple[tuple[str, float], ...] = ()
-    watched: Words = ()
+    watched: Texts = ()
     states: int = 0
     precision: str = "double"
     tolerance: float = EPSILON
     projected: bool = False
-    reasons: Words = ()
-    warnings: Words = ()
+    reasons: Texts = ()
+    warnings: Texts = ()
     seconds: float = 0.0
-    tried: Words = ()
+    tried: Texts = ()
     auto: bool = False
 
     @property

@@ -21,7 +21,7 @@ from heavytop.exact import PI
 from heavytop.exact.decimals import DOUBLE, WORD, bits_of, enough, named
 from heavytop.exact.pairs import EPSILON
 from heavytop.run.estimates import DOUBLE_DIGITS, MOST_TURNS, PLAN_SPARE_BITS, Forecast
-from heavytop.run.plan import Plan, Words, closed_form_of, refusal, span, span_fault
+from heavytop.run.plan import Plan, Texts, closed_form_of, refusal, span, span_fault
 from heavytop.scene.arguments import Range, Reader, expect, one_of, parse_options, there
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene
@@ -37,7 +37,7 @@ ONTO: Final = "projected onto"
 # times too far off by the rule: tried all the same, for runs mostly are better than it,
 PLAIN_HOPE: Final = 6.0  # and projection takes longer,
 HOPE: Final = 30.0  # bits far longer
-FEW_TURNS: Final = MOST_TURNS / 1000  # by the rates at the start, whatever the mean ones are
+SURE_TURNS: Final = MOST_TURNS / 1000  # by the rates at the start, whatever the mean ones are
 FEW_PERIODS: Final = 10  # periods, in which little phase is lost: projection does not help
 LONG_S: Final = 60.0  # before which somebody should be told
 MOST_S: Final = 3600.0  # of steps, beyond which the closed form answers for a span,
@@ -192,7 +192,7 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     if rate > MOST_RATE:
         rule = f"rates of more than {MOST_RATE:g} rad/s, whose squares are not finite in doubles"
         yield Fault(scene.name, None, "start", "", rule)
-    elif abs(expected.span) * (rate + abs(r.kappa)) > FEW_TURNS * tau:
+    elif abs(expected.span) * (rate + abs(r.kappa)) > SURE_TURNS * tau:
         nodding = tau / motion.period if motion.period else 0.0
         most = MOST_TURNS * tau / max(nodding, *map(abs, motion.mean_angle_rates))
         if abs(expected.span) > most:
@@ -275,7 +275,7 @@ def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
     return "delta", "psi: integral of (phi - psi)', regular at the bottom, less its mean"
 
 
-def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
+def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Texts, Texts]:
     """The events that are watched for in the integrator's loop, and why these."""
     if not scene.events:
         return (), ("no events are requested, so none slow the loop",)

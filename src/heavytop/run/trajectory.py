@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.analytic.motion import ClosedForm
 from heavytop.errors import Impossible, Outcome
 from heavytop.exact.decimals import DOUBLE, Context, Number, context, digits_of, number
-from heavytop.exact.pairs import EPSILON
+from heavytop.exact.pairs import EPSILON, Array
 from heavytop.integration import outputs
 from heavytop.integration.engine import Seen, reals, text
 from heavytop.integration.orbit import Orbit
@@ -34,7 +34,6 @@ from heavytop.run.plan import Statistics
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.text import Played
 
-Array = NDArray[np.float64]
 START_ROUNDING = 4 * EPSILON
 
 

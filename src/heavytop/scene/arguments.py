@@ -27,7 +27,7 @@ T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused`
 
 _MOST_SHOWN: Final = 60  # characters of a value, in a message
-_PLAIN: Final = str, bytes, numbers.Number, Exact, type(None)  # shown by their value
+_SHOWN_KINDS: Final = str, bytes, numbers.Number, Exact, type(None)  # shown by their value
 
 
 # --- values in messages ----------------------------------------------------------------------
@@ -55,7 +55,7 @@ def _spelled(value: object) -> str:
         return f'"{harmless(value[:100])}"'
     if isinstance(value, list | tuple):
         return f"[{', '.join(_spelled(item) for item in value[:20])}]"
-    if isinstance(value, _PLAIN):
+    if isinstance(value, _SHOWN_KINDS):
         return harmless(str(value))
     return _spelled(os.fspath(value)) if isinstance(value, os.PathLike) else _a(type(value))
 

@@ -28,7 +28,7 @@ _ENERGIES: Final = ("E", "E_prime")
 _MOMENTA: Final = ("p_phi", "p_psi")
 _SPINS: Final = ("psidot", "omega3")
 _PLACED: Final = ("quaternion", "rotation")
-_ANGLES: Final = ((*_PLACED, "phi"), (*_PLACED, "psi"))
+_PHI_PSI: Final = ((*_PLACED, "phi"), (*_PLACED, "psi"))
 _DEGREES: Final = range(4, 361)  # a θ that is one of these was hardly meant in radians
 _NEARLY: Final = 1e-6  # so far a rotation may be from a rotation
 
@@ -340,10 +340,13 @@ def _spin_of_steady(values: Values, top: Top) -> dict[str, Any]:
 # --- the ways, and what reads their values ---------------------------------------------------
 
 ANGLE_RATES: Final = Way(
-    "angles and rates", (), _from_rates, (ATTITUDE, ("thetadot",), ("phidot",), _SPINS, *_ANGLES)
+    "angles and rates",
+    (),
+    _from_rates,
+    (ATTITUDE, ("thetadot",), ("phidot",), _SPINS, *_PHI_PSI),
 )
 OMEGA: Final = Way(
-    "an angular velocity", (ATTITUDE, ("omega_body", "omega_space")), _from_omega, _ANGLES
+    "an angular velocity", (ATTITUDE, ("omega_body", "omega_space")), _from_omega, _PHI_PSI
 )
 CONSTANTS_START: Final = Way(
     "constants of the motion",

@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 
 from heavytop import __version__
 from heavytop.analytic.many import PROMISED, Motions, motions_many
-from heavytop.classification.arrays import IMPOSSIBLE, TAG_NAMES, VERDICT_DETAILS, VERDICT_NAMES
+from heavytop.classification.arrays import (
+    IMPOSSIBLE,
+    TAG_NAMES,
+    VERDICT_DETAILS,
+    VERDICT_NAMES,
+    Mask,
+)
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.doctor import usable_cpus, versions
@@ -30,14 +36,14 @@ from heavytop.scene import arguments
 from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import Scene, expect_scene, scene_of
-from heavytop.studies.atlas_plane import ROLES, Axis, Mask, Plane, curves
+from heavytop.studies.atlas_plane import ROLES, Axis, Plane, curves
 from heavytop.studies.journal import Chunk, Journal, Parameters, canonical_json
 from heavytop.studies.study import Progress, run
 
 if TYPE_CHECKING:
     import xarray
 
-Columns = dict[str, NDArray[Any]]
+Pixels = dict[str, NDArray[Any]]
 
 ACCURACY: Final = f"{PROMISED:g}: of period relative, of angles relative to max(1, |x|)"
 """What the numbers of a map promise."""
@@ -80,7 +86,7 @@ def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[C
     yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
 
 
-def _computed(tops: dict[str, Any], what: str) -> Columns:
+def _computed(tops: dict[str, Any], what: str) -> Pixels:
     """The columns of a tile."""
     shape = np.broadcast_shapes(*map(np.shape, tops.values()))
     bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
@@ -106,7 +112,7 @@ def _mirrored(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
     return {**tops, **turned, "theta": np.where(bottom, 0.0, tops["theta"])}
 
 
-def _restored(columns: Columns, tops: Mapping[str, Any], bottom: Mask) -> Columns:
+def _restored(columns: Pixels, tops: Mapping[str, Any], bottom: Mask) -> Pixels:
     """The columns of mirrored tops, as they are seen from above."""
     found, kind = dict(columns), columns["kind"]
     swapped = np.arange(len(VERDICT_NAMES), dtype=np.uint8)
@@ -170,7 +176,7 @@ def collect(journal: Journal, jobs: int = 1) -> Atlas:
     )
 
 
-def _dataset(plane: Plane, columns: Columns, parameters: Parameters) -> xarray.Dataset:
+def _dataset(plane: Plane, columns: Pixels, parameters: Parameters) -> xarray.Dataset:
     """The map, which says of its columns what they are, by the CF conventions."""
     import xarray
 

@@ -16,19 +16,17 @@ from math import lcm, pi
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
+from heavytop.classification.arrays import Mask
 from heavytop.errors import Refused
 from heavytop.exact import Exact
+from heavytop.exact.pairs import Array
 from heavytop.results.atlas import ROLES as ROLES
 from heavytop.results.table import Row
 from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
 from heavytop.scene.scene import Scene
 from heavytop.text import nearest
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 MOST_VALUES: Final = 1_000_000  # along one axis
 WIDEST_TILE: Final = 4096  # pixels in a row of a tile

@@ -36,7 +36,7 @@ from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
 
-Columns = dict[str, tuple[float | None, ...]]
+Series = dict[str, tuple[float | None, ...]]
 
 DEFAULT: Final = (
     "taylor-axis", "taylor-axis-projected", "taylor-cubic",
@@ -344,7 +344,7 @@ def _method(journal: Journal, text: str, lost: float) -> dict[str, Any]:
     }
 
 
-def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
+def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Series:
     """The errors of a run; None for momenta that cannot change, and for phases once one is lost."""
     names = dict.fromkeys(("periods", *SERIES, *(rows[0]["invariants"] if rows else ())))
     flat = [{**row, **row["invariants"]} for row in rows]
@@ -353,7 +353,7 @@ def _columns(rows: Sequence[Mapping[str, Any]], lost: float) -> Columns:
     return found | {"phase_s": (*phases, *[None] * (len(rows) - len(phases)))}
 
 
-def _over(members: Sequence[Columns]) -> Columns:
+def _over(members: Sequence[Series]) -> Series:
     """Root mean squares over all runs, at the times that all of them reached."""
     shortest = min(members, key=lambda columns: len(columns["periods"]))
     found, root = dict(shortest), math.sqrt(len(members))
@@ -363,7 +363,7 @@ def _over(members: Sequence[Columns]) -> Columns:
     return found
 
 
-def _series(columns: Columns) -> dict[str, Any]:
-    """Columns as a result has them, with momenta that cannot change, and other invariants aside."""
+def _series(columns: Series) -> dict[str, Any]:
+    """Series as a result has them, with momenta that cannot change, and other invariants aside."""
     found = {name: columns[name] for name in ("periods", *SERIES)}
     return found | {"invariants": {n: x for n, x in columns.items() if n not in found}}

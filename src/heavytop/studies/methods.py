@@ -18,6 +18,7 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Fault, Impossible, MissingPackage, Refused, refuse
 from heavytop.exact.decimals import bits_of
 from heavytop.exact.pairs import EPSILON
+from heavytop.results.stress import AUTO
 from heavytop.run.plan import closed_form_of
 from heavytop.run.planning import plan_steps
 from heavytop.scene.arguments import Reader, one_of, parse_names, parse_options
@@ -28,7 +29,6 @@ from heavytop.text import nearest
 T = TypeVar("T")
 
 MPFR_BITS: Final = 128
-AUTO: Final = "auto"
 AUTO_DIGITS, AUTO_MOST = 12, 30
 BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
 

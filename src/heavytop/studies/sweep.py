@@ -16,7 +16,7 @@ from heavytop.scene.arguments import expect, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.studies import find
 
-_FEW: Final = 37  # rows, where no number is given
+_N: Final = 37  # rows, where no number is given
 
 
 class Sweep(Result):
@@ -87,7 +87,7 @@ def read_request(scene: Scene, over: str, facts: object) -> tuple[str, list[floa
     known = one_of({name: name for name in find.FOUND_FACTS})
     names, faults = parse_names(scene.name, "facts", facts, known)
     given = {"over": expect("over", over, str)}
-    values, wrong = parse_options(scene.name, given, {"over": partial(find.read_range, count=_FEW)})
+    values, wrong = parse_options(scene.name, given, {"over": partial(find.read_range, count=_N)})
     refuse(faults, wrong)
     return *values["over"], names
 

@@ -17,12 +17,13 @@ from heavytop.comparison.methods import METHODS, MethodEntry
 from heavytop.comparison.steppers import IntegrationFailed, NotFinite
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import HeavyTopError, Stop, StoppedEarly
+from heavytop.results.stress import AUTO
 from heavytop.results.work_precision import ERROR_KEYS, WorkPrecision
 from heavytop.scene.arguments import Range, check_callable
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import perturbed_start
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
-from heavytop.studies.methods import AUTO, expected, method, parameters_of, read_asked, settings
+from heavytop.studies.methods import expected, method, parameters_of, read_asked, settings
 from heavytop.studies.steppers import MethodRun, TooSlow, clock, go, set_up, walk
 from heavytop.studies.study import Progress
 from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, stop_signal
