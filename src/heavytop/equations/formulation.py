@@ -80,11 +80,6 @@ class Formulation:
     phi_wraps: bool = False
     psi_side: int = 0
 
-    @property
-    def starts_at_pole(self) -> bool:
-        """Whether theta = 0 and theta = pi are ordinary points."""
-        return FORMULATIONS[self.name].starts_at_pole
-
     @cached_property
     def powers(self) -> Mapping[str, int]:
         """The powers of 1/s in the units of its states and constants, by the names of the symbols.
