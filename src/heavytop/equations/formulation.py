@@ -50,7 +50,8 @@ class Formulation:
     spin : sympy expression
         p_psi/A, a function of states and parameters.
     reading : mapping from str to expression
-        What defines the motion through a state, as functions of states and parameters: the axis
+        What defines the motion through a state, as functions of states and of those parameters that
+        the derivatives have, which alone define the motion that is integrated: the axis
         ``e_x`` … and ``l_x`` …, its angular momentum divided by A, both in space, with ``g``,
         ``kappa``, ``phi_0``, ``psi_0``; or Euler's angles and their rates (for ``psidot`` also
         ``omega3``) with ``A``, ``C``, ``gMR``; or the height ``w`` of the cubic form.
