@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 import heavytop as ht
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.scene.quantities import ANGLES, QUANTITIES
 from heavytop.studies.steppers import ahead
+
+
+def angles_of(formulation):
+    """The angles that a formulation, or auto, follows."""
+    entry = FORMULATIONS.get(formulation)
+    return tuple(x for x in ANGLES if entry is None or QUANTITIES[x].need <= entry.gives)
 
 
 def run_of(*changes, name="sicm-kicked", **how):

@@ -15,6 +15,8 @@ from tools import main, most
 
 import heavytop as ht
 from heavytop.claims import proof
+from heavytop.equations.registry import FORMULATIONS
+from heavytop.scene.quantities import Need
 
 TOP = ht.Top(1, "0.5", 1)  # p_psi^2/4A gMR = omega3^2/16
 TILT, GROWN = 1e-8, 8.0  # of a perturbed run: the start, and growth rate times time at its end
@@ -132,7 +134,6 @@ def nodding_multiplier(tilt, rate, omega3, nod):
     return found[np.argmax(found.imag)], time
 
 
-FORMS = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
 SPINS = [10.0**power for power in range(2, 8)]
 COUNT = 20.618  # periods
 
@@ -140,12 +141,12 @@ COUNT = 20.618  # periods
 @proof
 def spins():
     """Steps in a period against the spin rate, at the same p_psi."""
-    steps = {form: [] for form in FORMS}
+    steps = {form: [] for form in FORMULATIONS}
     for spin in SPINS:
         top = ht.Top(1, f"4/{spin:.0f}", 1)
         start = ht.State("0.5", phidot=1, omega3=spin)
-        for form in FORMS:
-            wanted = "theta" if form == "cubic" else "axis"
+        for form, entry in FORMULATIONS.items():
+            wanted = "axis" if entry.gives >= Need.AXIS else "theta"
             one = ht.Scene(top, start, periods=COUNT, quantities=(wanted,), events=(), samples=2)
             taken = ht.propagate(one, formulation=form).statistics.steps
             steps[form].append(taken / COUNT)

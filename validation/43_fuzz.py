@@ -15,12 +15,14 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from tools import STATE, Digits, main, motion_of
+from tools import STATE, Digits, angles_of, main, motion_of
 
 import heavytop as ht
 from heavytop.claims import proof
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
 from heavytop.run.counts import tally
+from heavytop.scene.quantities import ANGLES
 
 # --- scenes ----------------------------------------------------------------------------------
 
@@ -137,9 +139,8 @@ FAMILIES = {
 # that are whole periods apart. Reversals are counted here by the signs of φ̇ at the turning points.
 
 ALL = ("turning", "reversal", "cusp")
-ANGLES = ("theta", "phi", "psi")
-FORMS = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
-REGULAR = ("axis", "attitude", "cubic", "auto")  # at the poles
+FORMS = tuple(FORMULATIONS)
+REGULAR = (*(form for form, entry in FORMULATIONS.items() if entry.starts_at_pole), "auto")
 STEPS = 30_000  # of forms that are singular there
 SPARE = 20  # digits of what is held against, beyond those of a run
 FEW = (2, 3, 4, 6, 9, 12)  # digits
@@ -195,7 +196,7 @@ def run_few(scene, draw):
         periods = (samples - 1) * max(1, round(round(periods) / (samples - 1)))
     asked = replace(
         scene, time=None, periods=periods, samples=samples, digits=digits,
-        quantities=wants[0] if form == "cubic" else draw.choice(wants),
+        quantities=draw.choice(wants) if angles_of(form) == ANGLES else angles_of(form),
         events=draw.choice((("turning",), ALL if periods < COUNTED else (), ())),
     )  # fmt: skip
     how = {"projected": form in ("axis", "attitude") and draw.random() < 0.3}
@@ -210,8 +211,7 @@ def propagated(scene, form, **how):
 
 def wanting(scene, form, digits):
     """The scene with all events and what a form has."""
-    wants = ("theta",) if form == "cubic" else ANGLES
-    return replace(scene, quantities=wants, events=ALL, samples=9, digits=digits)
+    return replace(scene, quantities=angles_of(form), events=ALL, samples=9, digits=digits)
 
 
 def judged(what, scene, form, run=propagated):

@@ -9,7 +9,9 @@ import numpy as np
 
 import heavytop as ht
 from heavytop.claims import CLAIMS, Authority
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.results.validation import VERDICTS
+from heavytop.scene.quantities import ANGLES, QUANTITIES
 
 HUNDRED_STEPS = "rounding of some hundred steps in doubles, ten times"  # why a bound
 
@@ -44,6 +46,12 @@ STATE = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 def state(*values):
     """Return the start of these angles and rates."""
     return ht.State(**dict(zip(STATE, values, strict=True)))
+
+
+def angles_of(form):
+    """Return the angles that a formulation, or auto, follows."""
+    entry = FORMULATIONS.get(form)
+    return tuple(x for x in ANGLES if entry is None or QUANTITIES[x].need <= entry.gives)
 
 
 def angles(at):

@@ -158,6 +158,16 @@ def test_what_a_report_has_finished_when_it_is_stopped_is_kept_and_taken_up(monk
     assert (tmp_path / "kept" / "drift" / "study.jsonl").read_bytes() == begun
 
 
+def test_a_study_that_takes_a_scene_alone_is_reported(monkeypatch, tmp_path):
+    quick = ht.drift(KICKED, **LESS["studies.drift.drift"])
+    monkeypatch.setattr("heavytop.studies.drift.drift", lambda _: quick)
+    for name in RESULTS.keys() - {"drift.json"}:
+        monkeypatch.setitem(RESULTS, name, RESULTS[name]._replace(reported=None))
+    written = document("report", "sicm-kicked", "--set", "span.time=0.1", "-o", tmp_path)
+    assert written["results"] == ["run/run.json", "drift/drift.json"]
+    assert written["missing"] == []
+
+
 def test_a_folder_that_is_not_finished_says_how_to_go_on(tmp_path):
     printed("run", "sicm-kicked", "--no-figures", "-o", tmp_path)
     (tmp_path / "run.json").unlink()

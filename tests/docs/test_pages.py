@@ -16,6 +16,8 @@ from click.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app
+from heavytop.comparison import METHODS
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.plots.figures import FIGURES, PICTURES
 from heavytop.scene.scene import read_scene
 
@@ -39,9 +41,14 @@ def test_the_pictures_are_those_that_the_script_draws(tmp_path):
     assert covers == {path.name for path in (DOCS / "images").glob("notebook-*.svg")}
 
 
-def test_the_page_of_figures_has_every_picture_of_a_run():
-    page = (DOCS / "figures.md").read_text("utf-8")
-    assert [name for name in PICTURES | FIGURES if f"`{name}`" not in page] == []
+LISTED = {"figures.md": PICTURES | FIGURES, "formulations.md": FORMULATIONS, "rivals.md": METHODS}
+
+
+@pytest.mark.parametrize("page", LISTED)
+def test_a_page_lists_every_name_of_a_table(page):
+    text = (DOCS / page).read_text("utf-8")
+    missing = [name for name in LISTED[page] if f"`{name}`" not in text]
+    assert not missing, f"docs/{page} has no line for {', '.join(missing)}"
 
 
 # --- the ladder of kicks -------------------------------------------------------------------------
@@ -128,7 +135,7 @@ def test_the_first_change_of_contributing_is_a_scene_of_the_kind_it_says():
 
 def test_every_verb_is_named_in_the_readme():
     for verb in app.verbs:
-        assert f"heavytop {verb}" in README
+        assert f"heavytop {verb}" in README, "README.md: Other commands"
 
 
 # --- the environment, and the paper ---------------------------------------------------------------

@@ -53,6 +53,23 @@ def test_states_move_as_the_lagrange_equations_say(form):
         assert normal_form(sp.numer(cleared)) == 0, state
 
 
+@every_form
+def test_what_is_integrated_is_what_the_motion_is_read_from(form):
+    """Constants are rounded one by one: others would define the motion of another top."""
+    pairs = zip(form.states, form.derivatives, strict=True)
+    integrated = form.constants_in(sp.sympify(rate) for x, rate in pairs if x not in DEVIATIONS)
+    unread = {*integrated} - {*form.constants_in(map(sp.sympify, form.reading.values()))}
+    assert not unread, f"the derivatives have {unread}: let `reading` be of these constants too"
+
+
+@every_form
+def test_a_form_has_the_constants_that_outputs_ask_for(form):
+    asked = {"omega3"} if form.limits else set()
+    asked |= {"l_z", "phi_0", "P_plus", "P_minus"} if form.phi_wraps else set()
+    lacking = asked - {symbol.name for symbol in form.parameters}
+    assert not lacking, f"with its `limits` or `phi_wraps` it has to have the constants {lacking}"
+
+
 def random_state(seed):
     source = random.Random(seed)
     ranges = [(0.1, 3), (0.1, 3), (-2, 2), (0.1, 3), *[(-3, 3)] * 2, *[(-4, 4)] * 2, (-9, 9)]

@@ -15,7 +15,8 @@ from heavytop.equations.registry import FORMULATIONS
 from heavytop.integration import engine, system
 from heavytop.integration.orbit import integrate, not_begun
 from heavytop.integration.system import FASTEST_PACE, SLOWEST_PACE, paces_of
-from heavytop.scene.quantities import Need
+
+from ..trajectories import angles_of
 
 ROUNDING = 2.0**-53
 UNIT = ht.Top(1, 1, 1)
@@ -118,7 +119,7 @@ def test_paces_are_powers_of_two_and_one_for_ordinary_tops():
 def test_nothing_overflows_or_vanishes(rate, formulation):
     """Times, constants and states as far from one as tops come, in the unit of time of each."""
     start = ht.State(theta="0.5", thetadot=rate, phidot=f"-{rate}", omega3=f"3*{rate}")
-    angles = ("theta", "phi", "psi")[: 1 if FORMULATIONS[formulation].gives == Need.TILT else 3]
+    angles = angles_of(formulation)
     wants = {"quantities": angles, "events": ("turning",), "samples": 7}
     for g in (f"{rate}*{rate}", "1e-230"):
         wanted = ht.Scene(ht.Top(1, 1, g), start, time=f"20.618/{rate}", **wants)

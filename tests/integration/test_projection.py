@@ -56,7 +56,7 @@ def test_a_state_is_put_back_within_its_rounding(formulation):
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_every_form_can_be_projected(formulation):
-    periods = 90.3 if formulation == "lagrange" else 1000.3  # angles that grow
+    periods = 90.3 if FORMULATIONS[formulation].grows else 1000.3
     run = ht.propagate(scene(periods, "want.events=[]"), formulation=formulation, projected=True)
     assert run.plan.projected
     assert abs(phase_error(run)) < 1e-12

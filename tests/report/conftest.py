@@ -45,7 +45,7 @@ def place(tmp_path_factory):
     """A folder of results, each in a folder named as its document."""
     root = tmp_path_factory.mktemp("results")
     found = every_result(ht.load_scene("sicm-kicked", overrides=HOSTILE))
-    assert found.keys() == RESULTS.keys()
+    assert found.keys() == RESULTS.keys(), "every_result has one of each kind"
     for name, result in found.items():
         folder = root / name.removesuffix(".json")
         folder.mkdir()

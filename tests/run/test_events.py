@@ -14,7 +14,7 @@ from heavytop.run.counts import schedule, tally
 from heavytop.run.verify import Misses
 
 from ..motions import BOOK, INVERTED, KICKED
-from ..trajectories import run_of
+from ..trajectories import angles_of, run_of
 from ..views import Digits
 
 ALL = ("turning", "reversal", "cusp")
@@ -83,8 +83,7 @@ FORMS += [pytest.param(*each, marks=pytest.mark.slow) for each in SLOW]
 
 @pytest.mark.parametrize(("form", "start", "span", "counted"), FORMS)
 def test_no_form_loses_an_event_beside_a_pole(form, start, span, counted):
-    wants = {"quantities": ("theta",) if form == "cubic" else ("theta", "phi", "psi")}
-    scene = ht.Scene(BOOK, start, samples=3, events=ALL, **span, **wants)
+    scene = ht.Scene(BOOK, start, quantities=angles_of(form), samples=3, events=ALL, **span)
     run = ht.propagate(scene, formulation=form)
     assert counts(run.events) == counted
     assert ht.run_errors(run).event_time < 1e-29

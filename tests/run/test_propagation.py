@@ -24,7 +24,7 @@ from heavytop.run.propagation import completed
 from heavytop.run.verify import missed_digits
 
 from ..motions import BOOK, KICKED, MOTIONS, named
-from ..trajectories import assert_same_run, run_of, same
+from ..trajectories import angles_of, assert_same_run, run_of, same
 from ..views import Digits
 
 ANGLES = ("theta", "phi", "psi")
@@ -184,9 +184,8 @@ BITS = [(form, False) for form in FORMULATIONS] + [("axis", True), ("attitude", 
 @pytest.mark.parametrize(("formulation", "projected"), BITS)
 def test_sampling_continuing_and_storing_change_no_bit(formulation, projected, tmp_path):
     """Of several blocks; a projected run has several legs in each."""
-    wanted = '["theta"]' if formulation == "cubic" else '["theta", "phi", "psi"]'
     long = "span.time=400" if formulation in ("axis", "attitude") else "span.time=30"
-    scene = ht.load_scene("sicm-kicked", [long, f"want.quantities={wanted}"])
+    scene = replace(ht.load_scene("sicm-kicked", [long]), quantities=angles_of(formulation))
     one, part, few = (
         ht.propagate(replace(scene, **changes), formulation=formulation, projected=projected)
         for changes in ({}, {"time": Exact.of(7)}, {"samples": 3})
@@ -220,8 +219,7 @@ DISTURBED = [each for each in BITS if each[0] in ("axis", "attitude", "cubic", "
 @pytest.mark.parametrize(("formulation", "projected"), DISTURBED)
 def test_a_run_inside_the_progress_of_another_changes_neither(formulation, projected):
     """All runs of a thread share the compiled equations; none leaves its constants in another."""
-    wants = {"quantities": ("theta",) if formulation == "cubic" else ANGLES, "digits": 10}
-    slow = ht.Scene(BOOK, KICKED, time=50, **wants)
+    slow = ht.Scene(BOOK, KICKED, time=50, quantities=angles_of(formulation), digits=10)
     other = replace(slow, top=ht.Top(1, "0.5", -3), start=ht.State(2, phidot=1, psidot=3))
     fast = replace(slow, start=ht.State("0.1", phidot=-15, psidot=10**7), time=Exact.of("1e-4"))
 

@@ -15,7 +15,7 @@ from heavytop.run.trajectory import times_between
 from heavytop.run.verify import missed_digits, warn_of_plan
 from heavytop.studies.steppers import ahead
 
-from ..trajectories import phase_error, planted, run_of
+from ..trajectories import angles_of, phase_error, planted, run_of
 
 RATES = ("thetadot", "phidot", "psidot")
 RATES_ALONE = "want.quantities=['rates']"
@@ -34,7 +34,7 @@ def shifted(run, by):
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("name", ["sicm-kicked", "force-free", "inverted-gravity"])
 def test_errors_of_rates_are_those_against_the_exact_ones(name, formulation):
-    wants = ("theta", "rates") if formulation == "cubic" else ("theta", "phi", "rates")
+    wants = (*angles_of(formulation)[:2], "rates")
     scene = replace(ht.load_scene(name), quantities=wants, samples=9, events=(), digits=9)
     run = ht.propagate(scene, formulation=formulation)
     exact = run.motion.at(run.t, digits=25)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
@@ -242,7 +243,9 @@ def run_all(
             else:
                 given = [scene if x == "scene" else x for x in studies[name].reported or ()]
                 study = resolve_name(f"heavytop.{studies[name].function}")
-                found = study(*given, folder=folder, progress=progress)
+                beside = {"folder": folder, "progress": progress}
+                taken = beside.keys() & signature(study).parameters
+                found = study(*given, **{x: beside[x] for x in taken})
                 write_result(found, folder, figures=False)
             done.append(folder)
         except errors.StoppedEarly as stop:

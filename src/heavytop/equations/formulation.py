@@ -51,7 +51,8 @@ class Formulation:
     spin : sympy expression
         p_psi/A, a function of states and parameters.
     reading : mapping from str to expression
-        What defines the motion through a state, as functions of states and parameters: the axis
+        What defines the motion through a state, as functions of states and of those parameters that
+        the derivatives have, which alone define the motion that is integrated: the axis
         ``e_x`` … and ``l_x`` …, its angular momentum divided by A, both in space, with ``g``,
         ``kappa``, ``phi_0``, ``psi_0``; or Euler's angles and their rates (for ``psidot`` also
         ``omega3``) with ``A``, ``C``, ``gMR``; or the height ``w`` of the cubic form.
@@ -80,11 +81,6 @@ class Formulation:
     given: tuple[Any, ...] = ()
     phi_wraps: bool = False
     psi_side: int = 0
-
-    @property
-    def starts_at_pole(self) -> bool:
-        """Whether theta = 0 and theta = pi are ordinary points."""
-        return FORMULATIONS[self.name].starts_at_pole
 
     @cached_property
     def powers(self) -> Mapping[str, int]:

@@ -21,7 +21,7 @@ class ResultEntry(NamedTuple):
         that of a study.
     reported : sequence of str, optional
         What ``report SCENE`` gives that function: the scene, and texts; None where it calls none.
-        It gives `folder` and `progress` besides.
+        It gives `folder` and `progress` besides, where that takes them.
     """
 
     result: str

@@ -328,7 +328,7 @@ def _left_the_chart(orbit: Orbit) -> bool:
     """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
     form = orbit.integrator.formulation
     names = [symbol.name for symbol in form.states]
-    if form.starts_at_pole or "theta" not in names:
+    if form.limits or "theta" not in names:
         return False
     theta = orbit.samples.states[:, names.index("theta")].astype(np.float64)
     return bool(np.any((theta < 0) | (theta > np.pi)))
@@ -336,7 +336,7 @@ def _left_the_chart(orbit: Orbit) -> bool:
 
 def _why(trajectory: Trajectory) -> str:
     """Say what stops a run of a form that is singular at the poles, and what does not."""
-    form, regular = trajectory.plan.formulation, trajectory.plan.equations.starts_at_pole
+    form, regular = trajectory.plan.formulation, trajectory.plan.equations.limits
     if trajectory.outcome is Outcome.INTERRUPTED or regular:
         return ""
     near = min(trajectory.motion.nearest)
