@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import make_stepper, named
+from heavytop.comparison import make_stepper, named, own
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
@@ -32,11 +32,11 @@ def started(formulation="axis"):
     return tuple(state), dict(zip((p.name for p in form.parameters), known, strict=True))
 
 
-def set_up(name, setting=None, period=None, steps=None, **more):
+def set_up(asked, setting=None, period=None, steps=None, **more):
     """The stepper of a method, or a test that is skipped by name where its packages are missing."""
-    method = named(name)
+    method = named(own.register(asked))
     if missing := method.absent:
-        pytest.skip(f"{name} needs {' and '.join(missing)}")
+        pytest.skip(f"{asked} needs {' and '.join(missing)}")
     if setting is not None:
         method = replace(method, setting=float(setting))
     period = motion().period if period is None else period
