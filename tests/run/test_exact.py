@@ -1,7 +1,6 @@
 """Spans that would take hours of steps: the closed form answers, and a run says so."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ import heavytop as ht
 from heavytop.exact.decimals import context
 from heavytop.run.counts import count_exactly
 from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps
-from heavytop.scene.scene_file import EVENTS, shipped_names
+from heavytop.scene.scene_file import EVENTS
 from heavytop.studies import certificate
 from heavytop.studies.methods import plan_auto
 
@@ -95,18 +94,6 @@ def test_a_run_says_that_nothing_was_integrated(far):
     assert {"overview.svg", "angles.png", "phase.svg"} <= names(folder)
     assert names(folder) == {*found["files"].values()}
     assert not any(name.startswith("errors") for name in names(folder))
-
-
-@pytest.mark.parametrize("name", shipped_names())
-def test_counts_are_those_that_are_proved(name):
-    """At times that are no event's."""
-    scene = ht.load_scene(name)
-    motion = ht.Motion(scene.top, scene.start)
-    for end in ("1.2345678", "-3.3333", "1e9"):
-        time = context(80).mpf(end)
-        ends = sorted((Fraction(0), Fraction(end)))
-        proved = {event: motion.events(event).count(*ends) for event in EVENTS}
-        assert count_exactly(motion, time, EVENTS) == proved
 
 
 def test_what_is_not_decided_is_not_counted(monkeypatch):

@@ -157,6 +157,8 @@ def test_a_table_has_the_events_of_the_run(whole):
     assert run_of(name="steady-fast").to_pandas(events=True).empty
 
 
-def test_a_table_of_a_run_in_more_digits_has_its_decimals_too(precise):
+def test_tables_of_a_run_in_more_digits_have_its_decimals_too(precise):
     table, data = precise.to_pandas(), precise.to_xarray()
     assert table["theta_text"].tolist() == data["theta_text"].values.tolist()
+    assert data["theta_text"].values[-1] == precise.text(precise.end.theta)
+    assert len(str(data["event_t_text"].values[3])) > 30
