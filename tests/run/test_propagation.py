@@ -91,8 +91,6 @@ BESIDE = {  # top, start, time, and how far aside angles are looked at
     # all of the motion is closer than a state that came from afar is known
     "never far from the top": ((1, 2, -1), ("1e-6", 0, 3, 2), 5, 0),
     "never far from the bottom": ((1, 2, 1), ("pi-1e-7", 0, 3, -2), 5, 0),
-    # where neither phi + psi nor phi - psi is regular
-    "passing both poles": ((1, "0.5", 1), ("pi/2", -6, "1e-3", 0), 3, 1e-2),
     # 1e-15 rad beside the top, on the side where phi turns by over pi
     "passing": (
         (1, "0.673876", "2.137209e-3"),
