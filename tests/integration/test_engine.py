@@ -4,7 +4,6 @@ import math
 import os
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.integration import engine, system
-from heavytop.integration.orbit import integrate, not_begun
 from heavytop.integration.system import FASTEST_PACE, SLOWEST_PACE, paces_of
 from heavytop.scene.quantities import Need
 
@@ -116,26 +114,6 @@ def test_nothing_overflows_or_vanishes(rate, formulation):
         assert all(getattr(errors, angle) < 1e-12 for angle in angles)
 
 
-@pytest.mark.parametrize("spin", ["1e6", "250", "260"])
-@pytest.mark.parametrize("projected", [False, True])
-def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
-    """Also where the pace of some blocks is within the ordinary and of others is not."""
-    digits = 12 if float(spin) < 1e3 else 6  # theta is rounded to the spin's ulp: events come late
-    wanted = kicked(spin, "400.618", events=("turning",), digits=digits)
-    whole, sampled = (
-        ht.propagate(replace(wanted, **asked), formulation="axis", projected=projected).orbit
-        for asked in ({}, {"quantities": ("axis", "phi"), "samples": 999})
-    )
-    assert np.array_equal(whole.samples.states[-1, :5], sampled.samples.states[-1, :5])
-    begun = not_begun(whole.integrator, whole.checkpoints[0])
-    part = integrate(begun, np.array([whole.end / 3]))
-    rest = integrate(part, np.array([whole.end]))
-    assert np.array_equal(rest.samples.states[-1], whole.samples.states[-1])
-    assert np.array_equal(rest.hits[0].t, whole.hits[0].t)
-    assert np.array_equal(rest.hits[0].states, whole.hits[0].states)
-    assert np.array_equal(whole.at(np.array([whole.end / 3])).states, part.samples.states)
-
-
 # --- events --------------------------------------------------------------------------------------
 
 
@@ -153,8 +131,7 @@ def test_a_dropped_fast_top_misses_no_turning_point(power, formulation):
 
 
 BEFORE = "import heyoka as hy; hy.llvm_state.set_diskcache_limit(12345); "
-SHOWN = "hy.llvm_state.get_diskcache_limit()"
-LIMIT = f"import heavytop.integration.engine, heyoka as hy; print({SHOWN})"
+LIMIT = "import heavytop.integration.engine as e; print(e.hy.llvm_state.get_diskcache_limit())"
 
 
 @pytest.mark.parametrize(("before", "bytes_"), [("", 256 * 2**20), (BEFORE, 12345)])

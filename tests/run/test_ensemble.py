@@ -10,7 +10,7 @@ from heavytop.run.counts import tally
 from heavytop.run.ensemble import Ensemble
 from heavytop.scene.quantities import Need
 
-from ..motions import BOOK
+from ..motions import BOOK, motion
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 RANDOM = np.random.default_rng(11)
@@ -19,10 +19,6 @@ PHIDOT = RANDOM.uniform(-15, 15, 37)
 OMEGA3 = RANDOM.uniform(60, 180, 37)
 TIME = RANDOM.uniform(-2, 2, 37)
 EVENTS = ("turning", "reversal")
-
-
-def motion(top, start):
-    return ht.Motion(ht.Top(**top), ht.State(**start))
 
 
 @pytest.mark.parametrize("name", FORMULATIONS)
@@ -36,14 +32,14 @@ def test_the_ends_have_what_the_form_gives(name):
     full, gives = ht.propagate_many(**SICM, **start, time=TIME).final, FORMULATIONS[name].gives
     for i in range(37):
         one = {key: np.broadcast_to(x, 37)[i] for key, x in start.items()}
-        exact = motion(SICM, one).at(TIME[i])
+        exact = motion(**SICM, **one).at(TIME[i])
         for angle, need in (("theta", Need.TILT), ("phi", Need.PHI), ("psi", Need.PSI)):
             x = getattr(found.final, angle)[i]
             known = getattr(exact, angle) if gives >= need else np.nan
             assert x == pytest.approx(float(known), abs=2e-11, nan_ok=True)
         for k, event in enumerate(EVENTS):
             mine, ends = (found.zeros.which == i) & (found.zeros.event == k), sorted((0, TIME[i]))
-            times = [float(t) for t in motion(SICM, one).events(event).times(*ends, 20)]
+            times = [float(t) for t in motion(**SICM, **one).events(event).times(*ends, 20)]
             assert sorted(found.zeros.t[mine]) == pytest.approx(times, abs=1e-11)
     together = (found.final.quaternion * full.quaternion).sum(axis=1)
     assert together == pytest.approx(1.0 if gives >= Need.PSI else np.full(37, np.nan), nan_ok=True)
@@ -55,7 +51,7 @@ def test_the_ends_have_what_the_form_gives(name):
 def test_beside_a_pole_the_attitude_is_that_of_the_closed_form(tilt):
     """There φ is known to 1e-7 only, and ψ by the axis form is so much less, or more."""
     start = {"theta": tilt, "phidot": 3.0, "psidot": 140.0}
-    run, exact = ht.propagate_many(**SICM, **start, time=2.0), motion(SICM, start).at(2.0)
+    run, exact = ht.propagate_many(**SICM, **start, time=2.0), motion(**SICM, **start).at(2.0)
     assert abs(run.final.phi[0] - float(exact.phi)) > 1e-12
     assert run.final.quaternion[0] == pytest.approx(exact.quaternion, abs=1e-12)
     assert not run.missed[0]
@@ -64,8 +60,8 @@ def test_beside_a_pole_the_attitude_is_that_of_the_closed_form(tilt):
 def test_a_close_pass_is_on_the_side_that_its_momenta_say():
     top = {"A": 37325692.3315996, "C": 3652479.61803216, "gMR": -5695413.03844305}
     start = {"theta": 3.34400873760287e-12, "phi": -1.01984036024358, "psidot": -0.173647340723830}
-    end = 9.5 * motion(top, start).period
-    found, exact = ht.propagate_many(**top, **start, time=end).final, motion(top, start).at(end)
+    end = 9.5 * motion(**top, **start).period
+    found, exact = ht.propagate_many(**top, **start, time=end).final, motion(**top, **start).at(end)
     angles = [float(exact.phi), float(exact.psi)]
     assert [found.phi[0], found.psi[0]] == pytest.approx(angles, abs=1e-3)
 
@@ -140,7 +136,7 @@ def test_a_start_on_a_turning_point_loses_no_other_one():
     steady = (0.0456 + 3.28e-4 * phidot**2 * np.cos(theta)) / (6.6e-5 * phidot)
     start = {"theta": theta, "phidot": phidot * (1 + 1e-9), "omega3": steady}
     found = ht.propagate_many(**SICM, **start, time=1.0, events=("turning",))
-    half = motion(SICM, start).period / 2
+    half = ht.Motion(BOOK, ht.State(**start)).period / 2
     times = half * np.arange(int(1.0 / half) + 1)
     assert found.count("turning")[0] == times.size
     assert found.zeros.t == pytest.approx(times, abs=1e-6)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray
 
 import heavytop as ht
 from heavytop.exact.decimals import context
@@ -15,7 +14,6 @@ from heavytop.studies import certificate
 from heavytop.studies.methods import plan_auto
 
 from ..commands import document, names, printed, refused
-from ..motions import BOOK, KICKED
 
 FAR = ("sicm-kicked", "--set", "span.periods=1e12")
 
@@ -104,19 +102,6 @@ def test_what_is_not_decided_is_not_counted(monkeypatch):
 
 
 # --- its folder ------------------------------------------------------------------------------
-
-
-def test_xarray_reads_samples_under_the_names_of_a_run(far, tmp_path):
-    ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "run.nc")
-    found, run = map(xarray.open_dataset, (far[0] / "trajectory.nc", tmp_path / "run.nc"))
-    with found, run:
-        assert (found.attrs["source"], run.attrs["source"]) == ("closed form", "integrated")
-        assert found.attrs["references"] == run.attrs["references"]
-        for name in ("theta", "phi", "psi", "axis", "omega"):
-            assert (found[name].dims, found[name].attrs) == (run[name].dims, run[name].attrs)
-        motion = ht.Motion(BOOK, KICKED)
-        exact = motion.at(float(found.t[-7]), 60)
-        assert float(found.theta[-7]) == pytest.approx(float(exact.theta), abs=1e-15)
 
 
 def test_film_report_check_and_resume_take_its_folder(far, tmp_path):

@@ -65,6 +65,7 @@ MODELS = [  # what is wanted of which scene, and what the plan has
     (("psi",), {}, {"variant": "sigma", "states": 6}),
     (("theta",), {"time": 5000, "digits": 11}, {"projected": True, "precision": "double"}),
     (("theta",), {"time": 5000, "digits": 9}, {"projected": False, "precision": "double"}),
+    (("theta",), {"top": ht.Top(1, 0, 1), "start": ht.State(1)}, {"formulation": "axis"}),
     (("phi",), {"digits": 40}, {"projected": False, "precision": "192 bits"}),
     (("theta",), {"name": "lie-group-benchmark"}, {"formulation": "axis"}),  # 7e-7 rad past a pole
     (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "axis", "variant": "delta"}),
