@@ -197,7 +197,6 @@ PLAIN = ("run", "sicm-kicked", "--no-figures")
 
 OTHERS = {
     "sicm-dropped": "scene.start.phidot: -15 there, 0 here",
-    "sicm-kicked --digits 11": "scene.want.digits: 12 there, 11 here",
     "sicm-kicked --formulation axis": 'formulation: "auto" there, "axis" here',
     'sleeping --set want.quantities=["class"]': "scene.start",  # known at once
 }
