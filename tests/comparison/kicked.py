@@ -29,7 +29,7 @@ def started(formulation="axis"):
     return tuple(start.state.tolist()), constants
 
 
-def set_up(asked, setting=None, period=None, steps=None, **more):
+def set_up(asked, setting=None, period=None, steps=None, start=None, **more):
     """The stepper of a method, or a test that is skipped by name where its packages are missing."""
     method = named(own.register(asked))
     if missing := method.absent:
@@ -37,7 +37,8 @@ def set_up(asked, setting=None, period=None, steps=None, **more):
     if setting is not None:
         method = replace(method, setting=float(setting))
     period = motion().period if period is None else period
-    begun = problem(*started(method.formulation), period, formulation=method.formulation, **more)
+    start = start or started(method.formulation)
+    begun = problem(*start, period, formulation=method.formulation, **more)
     return make_stepper(method, begun, steps)
 
 

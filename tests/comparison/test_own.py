@@ -14,7 +14,6 @@ from heavytop.errors import Impossible
 from ..integrators import dop853, midpoint_on_rotations, raises, rk4
 from .kicked import SPAN, axis_error, set_up
 
-FORMS = ("axis", "lagrange", "quaternion", "rotation")
 FILE = """
 import numpy as np
 from beside import factor
@@ -25,7 +24,7 @@ def euler(f, y, h):
 
 
 ORDERS = [
-    *((own.Method(rk4, formulation=form), 4, 200) for form in FORMS),
+    *((own.Method(rk4, formulation=x), 4, 200) for x in ("axis", "lagrange", *own.BODY_FORMS)),
     (own.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
 ]
 

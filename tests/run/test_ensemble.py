@@ -158,9 +158,10 @@ def test_what_never_ends_has_a_limit(monkeypatch):
     assert found.missed.all()
 
 
-@pytest.mark.parametrize(
-    ("name", "stretch"), [("axis", 1.0), ("axis", 40.0), ("attitude", 1.0), ("cubic", 1.0)]
-)
+STRETCHED = [("axis", 1.0), ("axis", 40.0), ("attitude", 1.0), ("cubic", 1.0)]
+
+
+@pytest.mark.parametrize(("name", "stretch"), STRETCHED)
 def test_no_top_is_wrong_beyond_what_its_run_says(validation_script, name, stretch):
     assert validation_script("43_fuzz").many_misses(5, 48, name, stretch) == []
 

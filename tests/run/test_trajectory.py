@@ -125,8 +125,8 @@ def test_a_table_has_the_samples_of_the_run_and_their_units():
     run = run_of("span.time=0.6")
     table, data = run.to_pandas(), run.to_xarray()
     columns = {name: data[name] for name in ANGLES_AND_RATES}
-    for k, letter in enumerate("xyz"):
-        columns |= {f"{name}_{letter}": data[name][:, k] for name in ("axis", "omega")}
+    for name in ("axis", "omega"):
+        columns |= {f"{name}_{x}": data[name].sel(space=x) for x in "xyz"}
     columns |= {f"states_{x}": data["states"][:, k] for k, x in enumerate(data["state"].values)}
     for name, values in columns.items():
         assert same(table[name], values), name

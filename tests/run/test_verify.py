@@ -162,11 +162,6 @@ def test_digits_are_met_whose_bound_is_no_double():
     assert missed_digits(run) == {}
 
 
-def with_late_events(run, late):
-    """The run as if it had found its events so much later [s]."""
-    return planted(run, events=replace(run.events, t=run.events.t + late))
-
-
 def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
     """At a turning point 10^-digits/|thetadd| beside that of a period: one among 1400 is said."""
     run = ht.propagate(replace(KICKED, digits=9, time=None, periods=ht.Exact.of(700)))
@@ -175,7 +170,8 @@ def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
     allowed = 1e-9 * (run.motion.period + 1 / bend)
     for share, missed in ((0.9, set()), (1.1, {"event_time"})):
         late = share * allowed * (np.arange(len(run.events)) == 432)
-        assert set(missed_digits(with_late_events(run, late))) == missed
+        found = planted(run, events=replace(run.events, t=run.events.t + late))
+        assert set(missed_digits(found)) == missed
 
 
 @pytest.mark.parametrize("changes", [("span.periods=300", "want.digits=6"), (RATES_ALONE,)])
