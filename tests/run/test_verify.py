@@ -108,7 +108,7 @@ def test_changes_are_relative_to_the_start_and_that_of_energy_to_the_weight_at_l
     values = {"energy": np.array([0.5, 0.75]), "p_psi": np.array([-4.0, -5.0, -3.5])}
     values |= {"p_phi": np.array([0.0, 0.125])}
     assert conserved(values, {"g": 2.0}) == {"energy": 0.125, "p_psi": 0.25, "p_phi": 0.125}
-    assert conserved(values, {"gMR": 0.5, "A": 2.0})["energy"] == 0.5
+    assert conserved(values, {"gMR": 2.0, "A": 2.0})["energy"] == 0.25
 
 
 # --- digits that are missed ----------------------------------------------------------------------
