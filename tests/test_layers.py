@@ -20,6 +20,7 @@ def test_import_contracts_are_kept():
 LIGHT = {  # what is done, and what is not imported by it
     "import heavytop.cli": "numpy sympy heyoka matplotlib",
     "import heavytop.scene.scene": "flint",
+    "import heavytop.comparison.methods": "numba scipy CyRK sympy",
     "ht.load_scene('lie-group-benchmark')": "numpy mpmath sympy heyoka scipy xarray matplotlib",
     "cli('classify', 'sicm-kicked')": "numpy heyoka sympy scipy matplotlib xarray",
     "cli('doctor')": "heyoka sympy scipy matplotlib xarray",

@@ -28,6 +28,11 @@ def planted(run, **parts):
     return found
 
 
+def with_states(run, rows):
+    """The run as if its samples had these states."""
+    return replace(run, orbit=replace(run.orbit, samples=run.orbit.samples._replace(states=rows)))
+
+
 def phase_error(run, t=None):
     """How far the nutation runs ahead of the closed form at a time or at the end [s]."""
     truth, at = run.own.closed_form, run.t[-1:] if t is None else np.array([t])

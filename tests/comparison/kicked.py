@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison import make_stepper, named
+from heavytop.comparison import make_stepper, named, own
 from heavytop.comparison.steppers import InitialValueProblem
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.equations.lambdify import exact_values
-from heavytop.run.own_motion import start_values
+from heavytop.run.own_motion import binary_start
 
 SPAN = 0.77  # s, not a multiple of the period: an error of phase shows at first order
 
@@ -25,22 +24,21 @@ def motion():
 @cache
 def started(formulation="axis"):
     """States and parameters, each rounded once from its exact value."""
-    form = FORMULATIONS[formulation].build()
-    expressions = (*form.start, *form.parameters.values())
-    exact = exact_values(expressions, start_values(ht.load_scene("sicm-kicked")))
-    state, known = [[*map(float, x)] for x in (exact[: len(form.start)], exact[len(form.start) :])]
-    return tuple(state), dict(zip((p.name for p in form.parameters), known, strict=True))
+    scene = ht.load_scene("sicm-kicked", ["want.quantities=['theta']"])
+    constants, start = binary_start(scene, ht.plan(scene, formulation))
+    return tuple(start.state.tolist()), constants
 
 
-def set_up(name, setting=None, period=None, steps=None, **more):
+def set_up(asked, setting=None, period=None, steps=None, start=None, **more):
     """The stepper of a method, or a test that is skipped by name where its packages are missing."""
-    method = named(name)
+    method = named(own.register(asked))
     if missing := method.absent:
-        pytest.skip(f"{name} needs {' and '.join(missing)}")
+        pytest.skip(f"{asked} needs {' and '.join(missing)}")
     if setting is not None:
         method = replace(method, setting=float(setting))
     period = motion().period if period is None else period
-    begun = problem(*started(method.formulation), period, formulation=method.formulation, **more)
+    start = start or started(method.formulation)
+    begun = problem(*start, period, formulation=method.formulation, **more)
     return make_stepper(method, begun, steps)
 
 

@@ -7,15 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heavytop.comparison import IntegrationFailed, named, own
+from heavytop.comparison import IntegrationFailed, own
 from heavytop.comparison.steppers import MethodError, TopConstants
 from heavytop.errors import Impossible
 
 from ..integrators import dop853, midpoint_on_rotations, raises, rk4
-from . import kicked
-from .kicked import SPAN
+from .kicked import SPAN, axis_error, set_up
 
-FORMS = ("axis", "lagrange", "quaternion", "rotation")
 FILE = """
 import numpy as np
 from beside import factor
@@ -25,23 +23,15 @@ def euler(f, y, h):
 """
 
 
-def set_up(asked, setting, **more):
-    return kicked.set_up(own.register(asked), setting, **more)
-
-
-def axis_error(asked, setting):
-    return kicked.axis_error(set_up(asked, setting), SPAN)
-
-
 ORDERS = [
-    *((own.Method(rk4, formulation=form), 4, 200) for form in FORMS),
+    *((own.Method(rk4, formulation=x), 4, 200) for x in ("axis", "lagrange", *own.BODY_FORMS)),
     (own.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
 ]
 
 
 @pytest.mark.parametrize(("method", "order", "steps"), ORDERS)
 def test_a_step_has_its_order_in_every_form(method, order, steps):
-    errors = [axis_error(method, n) for n in (steps, 2 * steps)]
+    errors = [axis_error(set_up(method, n), SPAN) for n in (steps, 2 * steps)]
     assert errors[1] < 0.02
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.6)
 
@@ -109,11 +99,12 @@ def test_a_step_may_compute_in_its_states_or_in_arrays_of_another_library():
         return y + h * np.array(list(f(Foreign(y))))
 
     steps = (forwards, in_place, by_foreign_arrays)
-    assert len({axis_error(own.Method(step), 100) for step in steps}) == 1
+    assert len({axis_error(set_up(step, 100), SPAN) for step in steps}) == 1
 
 
 def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_stored():
-    assert axis_error(dop853, 1e-11) < 1e-9 < axis_error(dop853, 1e-5) < 1e-1
+    tight, loose = (axis_error(set_up(dop853, setting), SPAN) for setting in (1e-11, 1e-5))
+    assert tight < 1e-9 < loose < 1e-1
     for asked, setting in ((rk4, 100), (dop853, 1e-8)):
         stepper = set_up(asked, setting)
         first = stepper.block(stepper.begin())
@@ -162,12 +153,6 @@ def file(tmp_path):
     path.write_text(FILE)
     yield path
     sys.modules.pop("beside", None)
-
-
-def test_a_file_is_named_by_its_last_part(file):
-    assert own.register(f"{file}:euler=500") == "mine.py:euler=500"
-    assert named("mine.py:euler").set_by == "steps a period"
-    assert own.registered("mine.py:euler").digest
 
 
 UNLOADED = {

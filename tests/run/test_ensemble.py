@@ -10,7 +10,7 @@ from heavytop.run.counts import tally
 from heavytop.run.ensemble import Ensemble
 from heavytop.scene.quantities import Need
 
-from ..motions import BOOK
+from ..motions import BOOK, motion
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 RANDOM = np.random.default_rng(11)
@@ -19,10 +19,6 @@ PHIDOT = RANDOM.uniform(-15, 15, 37)
 OMEGA3 = RANDOM.uniform(60, 180, 37)
 TIME = RANDOM.uniform(-2, 2, 37)
 EVENTS = ("turning", "reversal")
-
-
-def motion(top, start):
-    return ht.Motion(ht.Top(**top), ht.State(**start))
 
 
 @pytest.mark.parametrize("name", FORMULATIONS)
@@ -36,14 +32,14 @@ def test_the_ends_have_what_the_form_gives(name):
     full, gives = ht.propagate_many(**SICM, **start, time=TIME).final, FORMULATIONS[name].gives
     for i in range(37):
         one = {key: np.broadcast_to(x, 37)[i] for key, x in start.items()}
-        exact = motion(SICM, one).at(TIME[i])
+        exact = motion(**SICM, **one).at(TIME[i])
         for angle, need in (("theta", Need.TILT), ("phi", Need.PHI), ("psi", Need.PSI)):
             x = getattr(found.final, angle)[i]
             known = getattr(exact, angle) if gives >= need else np.nan
             assert x == pytest.approx(float(known), abs=2e-11, nan_ok=True)
         for k, event in enumerate(EVENTS):
             mine, ends = (found.zeros.which == i) & (found.zeros.event == k), sorted((0, TIME[i]))
-            times = [float(t) for t in motion(SICM, one).events(event).times(*ends, 20)]
+            times = [float(t) for t in motion(**SICM, **one).events(event).times(*ends, 20)]
             assert sorted(found.zeros.t[mine]) == pytest.approx(times, abs=1e-11)
     together = (found.final.quaternion * full.quaternion).sum(axis=1)
     assert together == pytest.approx(1.0 if gives >= Need.PSI else np.full(37, np.nan), nan_ok=True)
@@ -55,7 +51,7 @@ def test_the_ends_have_what_the_form_gives(name):
 def test_beside_a_pole_the_attitude_is_that_of_the_closed_form(tilt):
     """There φ is known to 1e-7 only, and ψ by the axis form is so much less, or more."""
     start = {"theta": tilt, "phidot": 3.0, "psidot": 140.0}
-    run, exact = ht.propagate_many(**SICM, **start, time=2.0), motion(SICM, start).at(2.0)
+    run, exact = ht.propagate_many(**SICM, **start, time=2.0), motion(**SICM, **start).at(2.0)
     assert abs(run.final.phi[0] - float(exact.phi)) > 1e-12
     assert run.final.quaternion[0] == pytest.approx(exact.quaternion, abs=1e-12)
     assert not run.missed[0]
@@ -64,8 +60,8 @@ def test_beside_a_pole_the_attitude_is_that_of_the_closed_form(tilt):
 def test_a_close_pass_is_on_the_side_that_its_momenta_say():
     top = {"A": 37325692.3315996, "C": 3652479.61803216, "gMR": -5695413.03844305}
     start = {"theta": 3.34400873760287e-12, "phi": -1.01984036024358, "psidot": -0.173647340723830}
-    end = 9.5 * motion(top, start).period
-    found, exact = ht.propagate_many(**top, **start, time=end).final, motion(top, start).at(end)
+    end = 9.5 * motion(**top, **start).period
+    found, exact = ht.propagate_many(**top, **start, time=end).final, motion(**top, **start).at(end)
     angles = [float(exact.phi), float(exact.psi)]
     assert [found.phi[0], found.psi[0]] == pytest.approx(angles, abs=1e-3)
 
@@ -98,7 +94,7 @@ def test_the_same_bits_whoever_is_beside_on_any_number_of_threads():
         assert np.array_equal(alone.zeros.t, many.zeros.t[many.zeros.which == i])
 
 
-def test_a_bad_one_spoils_only_itself(monkeypatch):
+def test_a_bad_one_spoils_only_itself():
     """Not a number, too large for doubles, and, in a form singular there, on the vertical."""
     phidot = np.zeros(20)
     phidot[3], phidot[8], phidot[12] = np.nan, 1e200, np.inf
@@ -108,7 +104,6 @@ def test_a_bad_one_spoils_only_itself(monkeypatch):
     assert np.isnan(many.states[~good]).all()
     assert len({tuple(state) for state in many.states[good].tolist()}) == 1
     start = {"theta": [np.pi, 1.0, 1.1, 1.2], "thetadot": 3.0, "psidot": 100.0, "time": 1.0}
-    monkeypatch.setattr("heavytop.run.ensemble.MOST_STEPS", 20_000)
     over = ht.propagate_many(**SICM, **start, formulation="routh")
     assert over.outcomes[1:] == (Outcome.FINISHED,) * 3
 
@@ -140,7 +135,7 @@ def test_a_start_on_a_turning_point_loses_no_other_one():
     steady = (0.0456 + 3.28e-4 * phidot**2 * np.cos(theta)) / (6.6e-5 * phidot)
     start = {"theta": theta, "phidot": phidot * (1 + 1e-9), "omega3": steady}
     found = ht.propagate_many(**SICM, **start, time=1.0, events=("turning",))
-    half = motion(SICM, start).period / 2
+    half = ht.Motion(BOOK, ht.State(**start)).period / 2
     times = half * np.arange(int(1.0 / half) + 1)
     assert found.count("turning")[0] == times.size
     assert found.zeros.t == pytest.approx(times, abs=1e-6)
@@ -163,9 +158,10 @@ def test_what_never_ends_has_a_limit(monkeypatch):
     assert found.missed.all()
 
 
-@pytest.mark.parametrize(
-    ("name", "stretch"), [("axis", 1.0), ("axis", 40.0), ("attitude", 1.0), ("cubic", 1.0)]
-)
+STRETCHED = [("axis", 1.0), ("axis", 40.0), ("attitude", 1.0), ("cubic", 1.0)]
+
+
+@pytest.mark.parametrize(("name", "stretch"), STRETCHED)
 def test_no_top_is_wrong_beyond_what_its_run_says(validation_script, name, stretch):
     assert validation_script("43_fuzz").many_misses(5, 48, name, stretch) == []
 
@@ -183,12 +179,10 @@ def test_a_mark_that_is_not_measured_is_found(validation_script, monkeypatch, fa
 def test_the_mark_of_a_top_does_not_depend_on_who_measures_it(monkeypatch):
     """In arrays or each by a motion: the same marks."""
     given = {"theta": THETA, "phidot": PHIDOT, "omega3": OMEGA3, "time": 20 * TIME}
-    marks, errors = [], []
+    marks = []
     for promised in (1e-12, 0.0):
         monkeypatch.setattr("heavytop.analytic.many.PROMISED", promised)
         found = ht.propagate_many(**SICM, **given, digits=13, events=EVENTS)
         marks.append(found.missed.tolist())
-        errors.append(found.error)
     assert marks[0] == marks[1]
     assert 0 < sum(marks[0]) < 37
-    assert errors[0] == pytest.approx(errors[1], abs=1e-13)

@@ -13,7 +13,7 @@ from heavytop.integration.outputs import newton_step
 from heavytop.run.counts import schedule, tally
 from heavytop.run.verify import Misses
 
-from ..motions import BOOK, INVERTED, KICKED
+from ..motions import BOOK, KICKED
 from ..trajectories import angles_of, run_of
 from ..views import Digits
 
@@ -101,24 +101,6 @@ def test_an_event_that_is_none_is_not_found():
 
 
 # --- by the closed form --------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "start", [KICKED, ht.State("0.7", phidot="1e-3", thetadot="0.4", psidot=200)]
-)
-@pytest.mark.parametrize("top", [BOOK, INVERTED])
-def test_events_are_looked_for_where_they_are(top, start):
-    """There theta is at a turning point of the exact motion, or phidot changes its sign."""
-    motion = ht.Motion(top, start)
-    form, end = Digits(motion, 80), -2.3 * motion.period
-    found = schedule(motion, form.ctx.mpf(end), ALL, 60)
-    assert len(found) == len({t for _, t in found}) >= 4
-    assert [t for _, t in found] == sorted((t for _, t in found), reverse=True)
-    for kind, t in found:
-        rate = "phidot" if kind == "reversal" else "thetadot"
-        assert end <= t <= 0
-        assert abs(getattr(form(t), rate)) < 1e-40
-        assert kind == "reversal" or float(form(t).theta) == pytest.approx(getattr(motion, kind))
 
 
 def test_a_count_says_where_an_end_leaves_it_open():

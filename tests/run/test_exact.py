@@ -1,22 +1,19 @@
 """Spans that would take hours of steps: the closed form answers, and a run says so."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
-import xarray
 
 import heavytop as ht
 from heavytop.exact.decimals import context
 from heavytop.run.counts import count_exactly
 from heavytop.run.planning import MANY_PERIODS, MOST_S, plan_steps
-from heavytop.scene.scene_file import EVENTS, shipped_names
+from heavytop.scene.scene_file import EVENTS
 from heavytop.studies import certificate
 from heavytop.studies.methods import plan_auto
 
 from ..commands import document, names, printed, refused
-from ..motions import BOOK, KICKED
 
 FAR = ("sicm-kicked", "--set", "span.periods=1e12")
 
@@ -97,18 +94,6 @@ def test_a_run_says_that_nothing_was_integrated(far):
     assert not any(name.startswith("errors") for name in names(folder))
 
 
-@pytest.mark.parametrize("name", shipped_names())
-def test_counts_are_those_that_are_proved(name):
-    """At times that are no event's."""
-    scene = ht.load_scene(name)
-    motion = ht.Motion(scene.top, scene.start)
-    for end in ("1.2345678", "-3.3333", "1e9"):
-        time = context(80).mpf(end)
-        ends = sorted((Fraction(0), Fraction(end)))
-        proved = {event: motion.events(event).count(*ends) for event in EVENTS}
-        assert count_exactly(motion, time, EVENTS) == proved
-
-
 def test_what_is_not_decided_is_not_counted(monkeypatch):
     scene = kicked(1e12)
     motion = ht.Motion(scene.top, scene.start)
@@ -117,19 +102,6 @@ def test_what_is_not_decided_is_not_counted(monkeypatch):
 
 
 # --- its folder ------------------------------------------------------------------------------
-
-
-def test_xarray_reads_samples_under_the_names_of_a_run(far, tmp_path):
-    ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "run.nc")
-    found, run = map(xarray.open_dataset, (far[0] / "trajectory.nc", tmp_path / "run.nc"))
-    with found, run:
-        assert (found.attrs["source"], run.attrs["source"]) == ("closed form", "integrated")
-        assert found.attrs["references"] == run.attrs["references"]
-        for name in ("theta", "phi", "psi", "axis", "omega"):
-            assert (found[name].dims, found[name].attrs) == (run[name].dims, run[name].attrs)
-        motion = ht.Motion(BOOK, KICKED)
-        exact = motion.at(float(found.t[-7]), 60)
-        assert float(found.theta[-7]) == pytest.approx(float(exact.theta), abs=1e-15)
 
 
 def test_film_report_check_and_resume_take_its_folder(far, tmp_path):

@@ -1,9 +1,14 @@
-"""A run that is killed, stopped or lacks room is finished by `resume`, to the same bits."""
+"""A run that is killed, stopped or lacks room is finished by `resume`, to the same bits.
+
+And Ctrl-C ends what takes long, within a second.
+"""
 
 import json
+import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -13,6 +18,7 @@ from heavytop.report import files as report_files
 from heavytop.studies.journal import sealed
 
 from ..commands import fail_with, names, printed, refused
+from ..processes import begin, soon
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
@@ -142,6 +148,40 @@ def test_a_full_disk_ends_a_run_early(tmp_path, whole, kilobytes):
     assert resumed(folder) == whole["drawn"]
 
 
+# --- Ctrl-C ------------------------------------------------------------------------------------
+
+
+BEGIN = """
+import pathlib, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+import heavytop as ht
+pathlib.Path(sys.argv[1]).write_text("on")
+"""
+MANY = "A=3.28e-4, C=6.6e-5, gMR=0.0456, theta=[0.1] * 300, psidot=140, time=1e12"
+CALLS = [f"ht.propagate_many({MANY}, jobs={threads})" for threads in (1, 2)]
+CALLS += ["ht.propagate(ht.load_scene('sicm-kicked', ['want.digits=3000']), formulation='axis')"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("call", CALLS)
+def test_ctrl_c_ends_a_call_within_a_second(call, tmp_path):
+    """Late in the call, where the steps are; a process that was begun with SIGINT ignored, too."""
+    run = begin("-W", "ignore", "-c", BEGIN + call, tmp_path / "ready")
+    try:
+        soon(tmp_path / "ready")
+        time.sleep(2)
+        assert run.poll() is None
+        os.kill(run.pid, signal.SIGINT)
+        began = time.monotonic()
+        _, said = run.communicate(timeout=20)
+        assert time.monotonic() - began < 5  # a second, and a busy machine
+        assert run.returncode != 0
+        assert "KeyboardInterrupt" in said or "the run was interrupted" in said
+    finally:
+        run.kill()
+        run.wait()
+
+
 # --- one folder, one run -----------------------------------------------------------------------
 
 
@@ -157,7 +197,6 @@ PLAIN = ("run", "sicm-kicked", "--no-figures")
 
 OTHERS = {
     "sicm-dropped": "scene.start.phidot: -15 there, 0 here",
-    "sicm-kicked --digits 11": "scene.want.digits: 12 there, 11 here",
     "sicm-kicked --formulation axis": 'formulation: "auto" there, "axis" here',
     'sleeping --set want.quantities=["class"]': "scene.start",  # known at once
 }

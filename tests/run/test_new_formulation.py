@@ -35,9 +35,7 @@ def test_another_formulation_runs_and_is_held_against_its_own_motion(backward, d
     scene = ht.load_scene("sicm-kicked", ["want.quantities=['theta']", f"want.digits={digits}"])
     run = ht.propagate(scene, formulation="backward")
     errors = ht.run_errors(run)
-    assert errors.theta < bound
-    assert errors.energy < bound
-    assert errors.rates < 100 * bound
+    assert max(errors.theta, errors.energy, errors.rates / 100) < bound
     assert run.events.kind == ht.propagate(scene).events.kind
 
 

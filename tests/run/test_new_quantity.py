@@ -1,7 +1,5 @@
 """A quantity is a row: the kinetic energy, put into the table from outside."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import xarray
@@ -14,7 +12,7 @@ from heavytop.run.verify import missed_digits
 from heavytop.scene.quantities import QUANTITIES, Need, Quantity, number_like
 
 from ..commands import document, printed
-from ..trajectories import planted
+from ..trajectories import with_states
 
 NAME = "kinetic_energy"
 WANTS = f"want.quantities=['{NAME}']"
@@ -59,6 +57,7 @@ def test_it_is_in_the_file_of_a_run_and_in_that_of_its_exact_motion(tmp_path):
             np.testing.assert_allclose(data[NAME], expected, rtol=1e-12)
             assert data[NAME].attrs == {"long_name": "kinetic energy", "units": "J"}
             np.testing.assert_array_equal(data[NAME], getattr(one, NAME))
+            assert (data.attrs["source"], data.axis.dims) == (one.source, ("t", "space"))
     read = ht.load_trajectory(tmp_path / "run.nc")
     np.testing.assert_array_equal(getattr(read, NAME), getattr(run, NAME))
     assert run.to_pandas()[NAME].iloc[0] == getattr(run, NAME)[0]
@@ -70,10 +69,7 @@ def test_it_is_compared_and_must_have_the_digits(digits):
     assert 0 < ht.run_errors(run).derived[NAME] < 10.0**-digits
     assert missed_digits(run) == {}
     late = run.orbit.samples.states[[*range(1, 9), 8]]
-    moved = replace(run.orbit, samples=run.orbit.samples._replace(states=late))
-    wrong = planted(run, orbit=moved)
-    for name in ("_seen", "_exact", "readings", "compared", "own_samples", "samples"):
-        vars(wrong).pop(name, None)
+    wrong = with_states(run, late)
     assert set(missed_digits(wrong)) == {NAME}
     assert missed_digits(wrong)[NAME] == ht.run_errors(wrong).derived[NAME] > 1e-6
 

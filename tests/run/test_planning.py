@@ -7,35 +7,19 @@ from dataclasses import replace
 import pytest
 
 import heavytop as ht
+from heavytop.run.estimates import Forecast
 from heavytop.run.verify import missed_digits
 
 from ..commands import document
 from ..motions import named
 
-WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",), ("rates",))
 
-
-def drawn(seed):
-    """A scene at random; every third one passes close to a pole."""
-    draw = random.Random(seed)
-    A = draw.choice((1.0, 3.28e-4))
-    C, gMR = A * draw.uniform(0.1, 1.9), A * draw.uniform(0.5, 200) * draw.choice((1, 1, -1))
-    rate, sleeps = abs(gMR / A) ** 0.5, 2 * (A * abs(gMR)) ** 0.5 / C
-    near = seed % 3 == 0
-    start = ht.State(
-        10 ** draw.uniform(-6, -1) if near else draw.uniform(0.05, 3.0),
-        phidot=0.0 if near else draw.uniform(-2, 2) * rate,
-        omega3=sleeps * draw.uniform(-3, 3),
-    )
-    return ht.Scene(
-        ht.Top(A, C, gMR), start, periods=round(10 ** draw.uniform(0, 2.5), 3),
-        quantities=WANTS[seed % len(WANTS)], events=(), samples=33, digits=draw.randint(5, 12),
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("seed", range(18))
-def test_auto_meets_the_digits_asked(seed):
-    run = ht.propagate(drawn(seed))
+@pytest.mark.parametrize("number", range(18))
+def test_auto_meets_the_digits_asked(validation_script, number):
+    """Of random scenes, some of which pass close to a pole; of every sixth the rates are wanted."""
+    scene = validation_script("11_random_tops").random_scene(random.Random(number), number)
+    wants = scene.quantities if number % 6 else ("rates",)
+    run = ht.propagate(replace(scene, quantities=wants))
     assert missed_digits(run) == {}
     assert run.plan.reasons
 
@@ -47,6 +31,17 @@ def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, sample
     run = ht.propagate(scene)
     assert (run.plan.precision == "double") == (name == "sicm-forward")
     assert missed_digits(run) == {}
+
+
+def test_bits_follow_from_digits_and_span():
+    scene = ht.load_scene("sicm-kicked", ["want.samples=7"])
+    wanted = {13: "double", 14: "64 bits", 30: "128 bits", 60: "256 bits", 1000: "3392 bits"}
+    assert {d: ht.plan(replace(scene, digits=d)).precision for d in wanted} == wanted
+    assert ht.plan(replace(scene, digits=60)).tolerance == 2.0**-255
+    scene = replace(scene, digits=70)
+    motion = ht.Motion(scene.top, scene.start)
+    far, near = (Forecast(scene, motion, end).bits("axis") for end in (1e6, 1.0))
+    assert far > near
 
 
 @pytest.mark.parametrize(("scene", "told"), [
@@ -70,6 +65,7 @@ MODELS = [  # what is wanted of which scene, and what the plan has
     (("psi",), {}, {"variant": "sigma", "states": 6}),
     (("theta",), {"time": 5000, "digits": 11}, {"projected": True, "precision": "double"}),
     (("theta",), {"time": 5000, "digits": 9}, {"projected": False, "precision": "double"}),
+    (("theta",), {"top": ht.Top(1, 0, 1), "start": ht.State(1)}, {"formulation": "axis"}),
     (("phi",), {"digits": 40}, {"projected": False, "precision": "192 bits"}),
     (("theta",), {"name": "lie-group-benchmark"}, {"formulation": "axis"}),  # 7e-7 rad past a pole
     (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "axis", "variant": "delta"}),
@@ -103,11 +99,9 @@ def test_turns_that_cannot_be_counted_are_refused(scene, events):
 def test_far_along_a_separatrix():
     """A plan that says what is lost; and a refusal of digits that nothing can keep."""
     scene = ht.load_scene("separatrix", ["span.time=1e7"])
-    plan = ht.plan(scene)
-    assert any("digits may be missed" in x for x in plan.warnings)
     changes = ["span.periods=3e6", "want.quantities=['phi']", "want.digits=13"]
-    far = ht.plan(ht.load_scene("sicm-kicked", changes))
-    assert any("digits may be missed" in x for x in far.warnings)
+    for far in (scene, ht.load_scene("sicm-kicked", changes)):
+        assert any("digits may be missed" in x for x in ht.plan(far).warnings)
     with pytest.raises(ht.BadScene, match=r"want\.digits = 20: .* bits"):
         ht.plan(replace(scene, digits=20), "axis")
     assert ht.plan(replace(scene, digits=20)).formulation == "none"

@@ -62,9 +62,10 @@ def test_its_kind_is_proved(name):
     assert not verdict.open_tags
 
 
+@pytest.mark.parametrize("changes", [(), ("want.digits=30", "want.samples=7")])
 @pytest.mark.parametrize("name", MOTIONS)
-def test_it_meets_its_digits(name):
-    run = run_of(name=name)
+def test_it_meets_its_digits(name, changes):
+    run = run_of(*changes, name=name)
     assert {"theta", "phi", "psi", "axis"} & set(run.scene.quantities)
     assert missed_digits(run) == {}
 

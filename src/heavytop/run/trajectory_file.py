@@ -233,7 +233,7 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
 
     Notes
     -----
-    Accuracy: ``tests/run/test_trajectory_file.py`` holds a run that was stored to the run itself,
+    Accuracy: ``tests/run/test_propagation.py`` holds a run that was stored to the run itself,
     bit for bit.
 
     Examples
