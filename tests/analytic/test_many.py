@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -13,18 +12,11 @@ from heavytop.analytic.motion import Motion
 
 from ..starts import nasty, regular, top_and_state
 
-CTX = mpmath.mp.clone()
-CTX.dps = 60
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
-BOUND = 1e-12
 
 
 def columns(found):
     return np.array([getattr(found, name) for name in Motions.columns])
-
-
-def row_of(numbers, at):
-    return top_and_state({name: float(each[at]) for name, each in numbers.items()})
 
 
 def errors(numbers, found, rows=None):
@@ -33,7 +25,7 @@ def errors(numbers, found, rows=None):
     off = []
     for at in range(found.period.size) if rows is None else rows:
         row = np.array([getattr(found, name).flat[at] for name in Motions.columns])
-        alone = Motion(*row_of(given, at))
+        alone = Motion(*top_and_state({name: float(each[at]) for name, each in given.items()}))
         want = np.array([getattr(alone, name) for name in Motions.columns], float)
         scale = abs(want)
         scale[[0, 1, 3, 4]] = np.maximum(1, scale[[0, 1, 3, 4]])
@@ -49,7 +41,7 @@ def test_each_row_is_that_of_a_motion_at_fifty_digits(held):
     found = motions_many(**numbers)
     assert found.sent <= 320
     off = errors(numbers, found, random.choice(2000, 1010, replace=False).tolist())
-    assert np.all(off < BOUND)  # nan is below nothing
+    assert np.all(off < 1e-12)  # nan is below nothing
 
 
 def test_a_row_is_the_same_bits_in_any_company():

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -14,7 +13,6 @@ import heavytop as ht
 from heavytop.cli import Exit
 from heavytop.equations.derivation import as_latex, as_text, derivation
 from heavytop.results.registry import RESULTS
-from heavytop.scene.scene_file import shipped_scenes
 
 from ..commands import document, heavytop_, printed, refused
 
@@ -71,13 +69,6 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     assert told["digits_as_given"] < 1 < 12 < told["digits"]
     printed(*words, "--as", "y-up")
     refused(2, *words, "--as", "up")
-
-
-@pytest.mark.parametrize("wanted", [("theta", "phi"), ("rates",)])
-def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
-    ht.propagate(replace(KICKED, quantities=wanted)).save(tmp_path / "trajectory.nc")
-    found = printed("check", tmp_path / "trajectory.nc", "--digits", 12)
-    assert "of the scene: theta = 0.1, phidot = -15" in found
 
 
 def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
@@ -209,16 +200,6 @@ def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
     assert known["schema"] == "heavytop/certify/1"
     assert known["bound"] == ht.certify(ht.propagate(ht.load_scene("sicm-dropped"))).bound
     assert document("resume", tmp_path / "proof")["bound"] == known["bound"]
-
-
-# --- classify ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_every_scene_is_classified(name):
-    said, read = printed("classify", name), ht.load_scene(name)
-    assert f"{ht.Motion(read.top, read.start).kind}, proved" in said
-    assert not any(word in said for word in ("nan", "None"))
 
 
 # --- scenes --------------------------------------------------------------------------------------

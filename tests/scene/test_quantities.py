@@ -30,10 +30,6 @@ def test_run_closed_form_and_proved_digits_have_the_same_of_every_column(run, na
     assert len(balls) == len(quantities.component_names((name,)))
 
 
-def test_the_unit_of_the_axis_is_1(run):
-    assert run.to_xarray()["axis"].attrs["units"] == "1"
-
-
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_every_quantity_has_a_symbol_and_a_unit_in_every_form(name):
     quantity = QUANTITIES[name]

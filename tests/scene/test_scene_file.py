@@ -5,17 +5,17 @@ import re
 
 import pytest
 
-from heavytop import BadScene, load_scene
+from heavytop import BadScene, ImpossibleStart, load_scene
 from heavytop.scene.scene import read_scene
 
 GOOD = load_scene("sicm-kicked").to_toml()
 TITLE = '"SICM 2.10, kicked backwards: loops"'
 
 
-def faults(call, *given):
+def faults(call, *given, **named):
     """All that is wrong with what is refused."""
-    with pytest.raises(BadScene) as refusal:
-        call(*given)
+    with pytest.raises((BadScene, ImpossibleStart)) as refusal:
+        call(*given, **named)
     return refusal.value.faults
 
 

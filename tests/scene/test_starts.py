@@ -11,16 +11,11 @@ import heavytop as ht
 from heavytop.exact import PI
 from heavytop.scene.scene import read_scene
 
+from .test_scene_file import faults
+
 TOP = ht.Top("1.2", "0.7", "2.5")
 NAMES = ("E", "E_prime", "p_phi", "p_psi")
 RATES = ("thetadot", "phidot", "omega3")
-
-
-def faults(call, *given, **named):
-    """All that is wrong with what is refused."""
-    with pytest.raises((ht.BadScene, ht.ImpossibleStart)) as refusal:
-        call(*given, **named)
-    return refusal.value.faults
 
 
 def rotated(q):
