@@ -200,11 +200,8 @@ def test_an_end_that_is_exactly_an_event_cannot_be_told_from_its_sides():
     assert found.time("turning", 2).mid == pytest.approx(2 * np.pi / 5, rel=1e-15)
 
 
-def test_a_list_of_too_many_events_is_refused():
+def test_a_list_of_too_many_events_and_another_event_are_refused():
     with pytest.raises(Impossible, match="10000000 are the most"):
         named("loops").events("turning").times(0, 10**30)
-
-
-def test_another_event_is_refused():
     with pytest.raises(Impossible, match="event: turning, reversal or cusp, not 'cups'"):
         named("loops").events("cups")

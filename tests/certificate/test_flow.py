@@ -62,10 +62,8 @@ def test_the_angles_are_near_those_of_the_elliptic_functions(name, form, periods
     trajectory = run_of(name, form, periods=periods, samples=2, events=(), digits=6)
     own, flow = flow_of(trajectory)
     times = trajectory.orbit.end * RNG.uniform(0, 1, 2000)
-    exact, near = (
-        trajectory.own.closed_form.at(times),
-        flow.angles_near(times * own.integrator.pace),
-    )
+    exact = trajectory.own.closed_form.at(times)
+    near = flow.angles_near(times * own.integrator.pace)
     for angle, x in near.items():
         assert np.max(np.abs(x - getattr(exact, angle))) < np.pi / 2
     assert np.max(np.abs(exact.phi)) <= flow.largest_angle

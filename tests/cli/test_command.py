@@ -16,7 +16,6 @@ from click.testing import CliRunner
 from rich.cells import cell_len
 
 import heavytop
-import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app
 from heavytop.cli.command import lines_of_progress
