@@ -160,11 +160,10 @@ def test_without_a_home_a_locale_or_colours():
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize(
-    ("module", "error", "told"),
-    [("heavytop.cli.command", "KeyboardInterrupt", ""),
-     ("heyoka", "ImportError('failed') from KeyboardInterrupt()", "heavytop: interrupted\n")],
-)  # fmt: skip
+@pytest.mark.parametrize(("module", "error", "told"), [
+    ("heavytop.cli.command", "KeyboardInterrupt", ""),
+    ("heyoka", "ImportError('failed') from KeyboardInterrupt()", "heavytop: interrupted\n"),
+])  # fmt: skip
 def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error, told):
     """Nor does it call missing what it kept from being imported."""
     program = (
@@ -231,12 +230,11 @@ def test_a_line_every_half_minute_says_how_much_is_done(capsys):
     assert lines == ["heavytop: 25 % done", "heavytop: 50 % done, 3 of 6 runs"]
 
 
-@pytest.mark.parametrize(
-    "words",
-    ["run sicm-kicked", "run through-top", "classify separatrix", "plan sicm-kicked --digits 60",
-     "stress --list", "atlas sicm-kicked --x phidot=-9:9:9 --y psidot=-9:9:9 -j 1",
-     "drift sicm-kicked --periods 30 --methods taylor-axis-projected,gauss8"],
-)  # fmt: skip
+@pytest.mark.parametrize("words", [
+    "run sicm-kicked", "run through-top", "classify separatrix", "plan sicm-kicked --digits 60",
+    "stress --list", "atlas sicm-kicked --x phidot=-9:9:9 --y psidot=-9:9:9 -j 1",
+    "drift sicm-kicked --periods 30 --methods taylor-axis-projected,gauss8",
+])  # fmt: skip
 def test_what_a_verb_prints_fits_eighty_columns_and_nothing_stands_behind_a_line(words):
     lines = CliRunner().invoke(app, words.split(), env={"COLUMNS": "80"}).stdout.splitlines()
     assert lines
