@@ -113,8 +113,10 @@ def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_fi
     file.write_text(text, "utf-8")
     assert "mine" not in refused(Exit.USAGE, "plan", file, "--set", "start.phi=x")
     file.write_text(text.replace("theta  = 0.1", 'theta = "x"'), "utf-8")
-    said = refused(Exit.BAD_SCENE, "plan", file, "--set", "start.phi=x")
+    said = refused(Exit.BAD_SCENE, "run", file, "--set", "start.phi=x", "-o", tmp_path / "out")
+    assert said.startswith("heavytop: the input is not valid:\n")
     assert all(where in said for where in ("mine.toml:", "\n--set: start.phi"))
+    assert not (tmp_path / "out").exists()
 
 
 def test_bugs_are_one_line_without_a_traceback(monkeypatch):
