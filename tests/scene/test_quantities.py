@@ -5,18 +5,18 @@ import re
 import numpy as np
 import pytest
 
-import heavytop as ht
 from heavytop.scene import quantities
 from heavytop.scene.quantities import QUANTITIES, Need, columns_of, values_of, wanted
 
-SCENE = ht.load_scene("sicm-kicked", ["span.time=0.2", 'want.quantities=["attitude", "rates"]'])
+from ..trajectories import run_of
+
 PROVED = [n for n in wanted() if QUANTITIES[n].need > Need.NOTHING and not QUANTITIES[n].of]
 COLUMNS = sorted({name for each in PROVED for name in columns_of(each)})
 
 
 @pytest.fixture(scope="module")
 def run():
-    return ht.propagate(SCENE)
+    return run_of("span.time=0.2", 'want.quantities=["attitude", "rates"]')
 
 
 @pytest.mark.parametrize("name", COLUMNS)
