@@ -97,7 +97,7 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
 
 def test_a_film_shows_one_round_or_a_time_at_the_speed_that_is_asked():
     once = ht.Motion(SCENE.top, SCENE.start).round
-    assert shot(rounds=1).record.t[-1] == pytest.approx(once)
+    assert shot(rounds=2).record.t[-1] == pytest.approx(2 * once)
     assert shot(changes=["span.time=-2"]).record.t[-1] < 0
     assert shot(speed=0.1).record.t[-1] == pytest.approx(1.0)
     assert shot(time=30.0).record.t[-1] == pytest.approx(30.0)
