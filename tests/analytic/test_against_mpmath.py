@@ -11,18 +11,13 @@ import pytest
 
 from .. import views
 from ..by_hand import ByHand
-from ..motions import named
+from ..motions import FURTHER, named
 from ..views import Bounds
 
 pytestmark = pytest.mark.reference
 
 # g ≥ 0, released at a turning point or anywhere between; both sides of the poles and close to them
-NUTATIONS = (
-    "kicked", "rising", "falling", "cusps", "negative momenta", "spherical pendulum, almost",
-    "1e-3 past the bottom", "1e-20 past the top", "1e-20 off uniform",
-    "within 1e-9 of the separatrix", "1e-30 beyond the separatrix", "1e-9 of weight",
-    "slender and fast",
-)  # fmt: skip
+NUTATIONS = ("rising", "falling", "cusps", "within 1e-9 of the separatrix", *FURTHER)
 SPARE = 260  # digits that Π(n|m) next to a pole and the roots may lose
 
 

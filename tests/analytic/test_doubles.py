@@ -19,7 +19,7 @@ from heavytop.classification.reduced import AxisMotion
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.exact.balls import working
 
-from ..motions import FURTHER, MOTIONS, SCENES, named, shipped
+from ..motions import FURTHER, MOTIONS, named, shipped
 from .test_form import PARTS, every_motion, near
 
 ANGLES, FEW, BITS = 1e-15, 4e-15, 400
@@ -69,13 +69,6 @@ def test_near_the_start_and_many_periods_away(name):
         return
     periods = (1e7 / 3, -1e6) if name == "uniform" else (1e6 / 3, -1e6, -1.9e9, 2.1e9 + 0.25)
     assert_holds(motion, [part * (motion.period or 1.0) for part in periods])
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_shipped_scenes_over_their_whole_span(name):
-    scene, motion = ht.load_scene(name), shipped(name)
-    end = float(scene.time) if scene.time else float(scene.periods) * motion.period
-    assert_holds(motion, np.linspace(0.0, end, 101).tolist())
 
 
 @every_motion

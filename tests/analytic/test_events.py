@@ -103,12 +103,11 @@ def changes_sign(found, rate, t, beside):
     return before.upper * after.lower < 0 or before.lower * after.upper < 0
 
 
-@pytest.mark.parametrize(
-    ("args", "first"),
-    [(LOOPS, (1, 0, 0)), (RISING, (0, 1, 0)), (FALLING, (0, 1, 0)), (DROPPED, (1, 0, 1)),
-     (UPSIDE_DOWN, (1, 0, 1)), (FREE, (1, 0, 0)), (MOTIONS["rising"], (0, 0, 0)),
-     (MOTIONS["hanging upside down"], (0, 0, 0))],
-)  # fmt: skip
+@pytest.mark.parametrize(("args", "first"), [
+    (LOOPS, (1, 0, 0)), (RISING, (0, 1, 0)), (FALLING, (0, 1, 0)), (DROPPED, (1, 0, 1)),
+    (UPSIDE_DOWN, (1, 0, 1)), (FREE, (1, 0, 0)), (MOTIONS["rising"], (0, 0, 0)),
+    (MOTIONS["hanging upside down"], (0, 0, 0)),
+])  # fmt: skip
 def test_just_before_and_just_after_an_event(args, first):
     """1e-30 s decide; times are in order, none is left out, and there rates change their signs.
 
@@ -173,10 +172,9 @@ def test_an_axis_that_tends_to_the_vertical_turns_once(gMR):
     assert at_rest.time("turning", 0).middle == 0
 
 
-@pytest.mark.parametrize(
-    ("args", "each"),
-    [(LOOPS, (2, 2, 0)), (RISING, (2, 2, 0)), (DROPPED, (2, 0, 1)), (FREE, (2, 2, 0))],
-)
+@pytest.mark.parametrize(("args", "each"), [
+    (LOOPS, (2, 2, 0)), (RISING, (2, 2, 0)), (DROPPED, (2, 0, 1)), (FREE, (2, 2, 0)),
+])  # fmt: skip
 def test_a_million_million_periods_away(args, each):
     """Counts are what the period, to 60 digits, says."""
     found, period = enclosed(motion(*args)), enclosed(motion(*args), 60).period
@@ -200,11 +198,8 @@ def test_an_end_that_is_exactly_an_event_cannot_be_told_from_its_sides():
     assert found.time("turning", 2).mid == pytest.approx(2 * np.pi / 5, rel=1e-15)
 
 
-def test_a_list_of_too_many_events_is_refused():
+def test_a_list_of_too_many_events_and_another_event_are_refused():
     with pytest.raises(Impossible, match="10000000 are the most"):
         named("loops").events("turning").times(0, 10**30)
-
-
-def test_another_event_is_refused():
     with pytest.raises(Impossible, match="event: turning, reversal or cusp, not 'cups'"):
         named("loops").events("cups")

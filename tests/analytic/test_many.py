@@ -1,30 +1,19 @@
 """Rows of arrays are those of Motion at 50 digits, of textbooks, and of each top alone."""
 
-import os
-import subprocess
-import sys
-
-import mpmath
 import numpy as np
 import pytest
 
 from heavytop.analytic.many import MOTIONS_AT_ONCE, Motions, motions_many
 from heavytop.analytic.motion import Motion
 
+from ..processes import begin, surroundings
 from ..starts import nasty, regular, top_and_state
 
-CTX = mpmath.mp.clone()
-CTX.dps = 60
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
-BOUND = 1e-12
 
 
 def columns(found):
     return np.array([getattr(found, name) for name in Motions.columns])
-
-
-def row_of(numbers, at):
-    return top_and_state({name: float(each[at]) for name, each in numbers.items()})
 
 
 def errors(numbers, found, rows=None):
@@ -33,7 +22,7 @@ def errors(numbers, found, rows=None):
     off = []
     for at in range(found.period.size) if rows is None else rows:
         row = np.array([getattr(found, name).flat[at] for name in Motions.columns])
-        alone = Motion(*row_of(given, at))
+        alone = Motion(*top_and_state({name: float(each[at]) for name, each in given.items()}))
         want = np.array([getattr(alone, name) for name in Motions.columns], float)
         scale = abs(want)
         scale[[0, 1, 3, 4]] = np.maximum(1, scale[[0, 1, 3, 4]])
@@ -49,7 +38,7 @@ def test_each_row_is_that_of_a_motion_at_fifty_digits(held):
     found = motions_many(**numbers)
     assert found.sent <= 320
     off = errors(numbers, found, random.choice(2000, 1010, replace=False).tolist())
-    assert np.all(off < BOUND)  # nan is below nothing
+    assert np.all(off < 1e-12)  # nan is below nothing
 
 
 def test_a_row_is_the_same_bits_in_any_company():
@@ -82,9 +71,9 @@ def test_a_row_is_the_same_bits_whatever_the_processor_can():
         pytest.skip("numpy has nothing here that it can leave unused")
     hashes = set()
     for without in ("", " ".join(found)):
-        environment = {**os.environ, "NPY_DISABLE_CPU_FEATURES": without}
-        hashes.add(subprocess.check_output([sys.executable, "-c", HASHED], env=environment))
-    assert len(hashes) == 1
+        process = begin("-c", HASHED, env=surroundings(NPY_DISABLE_CPU_FEATURES=without))
+        hashes.add(process.communicate()[0])
+    assert [*map(len, hashes)] == [len("\n") + 64]
 
 
 def test_what_is_steady_is_sent_to_no_motion():

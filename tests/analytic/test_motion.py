@@ -127,7 +127,6 @@ def test_an_angle_too_large_for_a_double_has_a_name():
 
 # --- intervals -----------------------------------------------------------------------------------
 
-UNIT = ht.Top(A=1, C=1, gMR=1)
 ONE = Interval(Fraction(1), Fraction(0))
 TIMES = (0, "1.3", -7.25, "1e5")
 
@@ -214,7 +213,7 @@ def test_what_cannot_be_proved_is_refused_by_name():
     """√cos²2 = −cos 2 is beyond the algebra of exact numbers."""
     nothing = sqrt(cos(2) ** 2) + cos(2)
     with pytest.raises(Unseparated, match=r"udot0 is less than .* with 4096 bits, and") as told:
-        ht.Motion(UNIT, ht.State(theta=1, thetadot=nothing, phidot=1)).interval("theta_min")
+        ht.Motion(CONE, ht.State(theta=1, thetadot=nothing, phidot=1)).interval("theta_min")
     assert 0 < told.value.bound < 1e-300
 
 

@@ -17,7 +17,6 @@ from ..motions import LIE, LIE_START, shipped
 from ..views import Bounds
 
 pytestmark = pytest.mark.reference
-ANGLES = ("theta", "phi", "psi")
 
 # SICM section 2.10, and Simo & Wong 1991: numbers of the motion, a time, and there θ, φ and ψ
 PRINTED = {
@@ -71,7 +70,7 @@ def test_intervals_lie_in_what_is_printed(case):
     """And so do numbers of a thousand digits."""
     (numbers, t, state), found = PRINTED[case], Bounds(shipped(case), 30)
     assert all(getattr(found, name) in printed(text) for name, text in numbers.items())
-    for name, text in zip(ANGLES, state, strict=True):
+    for name, text in zip(("theta", "phi", "psi"), state, strict=True):
         assert found(name, t) in printed(text), name
         assert getattr(shipped(case).at(t, 1000), name) in printed(text), name
 

@@ -1,11 +1,14 @@
 """The exact solution as a table, held to the elliptic closed form, which shares nothing with it."""
 
 from dataclasses import replace
+from types import SimpleNamespace as Fake
 
 import numpy as np
 import pytest
-from flint import arb
+import sympy as sp
+from flint import arb, arb_poly
 
+from heavytop.certificate.events import zeros
 from heavytop.certificate.flow import SETTINGS, Flow
 from heavytop.certificate.system import TooCoarse
 from heavytop.equations.registry import FORMULATIONS
@@ -26,9 +29,6 @@ def test_the_solution_is_that_of_the_elliptic_functions(name):
     trajectory = run_of(name)
     _, flow = flow_of(trajectory)
     form = Digits(trajectory.own.closed_form, 30)
-    assert flow.period is not None
-    period = trajectory.orbit.integrator.pace  # 1 for all of these
-    assert period == 1
     for t in RNG.uniform(0, flow.period[0], 12):
         exact = form(float(t))
         with working(flow.bits):
@@ -65,14 +65,24 @@ def test_the_angles_are_near_those_of_the_elliptic_functions(name, form, periods
     trajectory = run_of(name, form, periods=periods, samples=2, events=(), digits=6)
     own, flow = flow_of(trajectory)
     times = trajectory.orbit.end * RNG.uniform(0, 1, 2000)
-    exact, near = (
-        trajectory.own.closed_form.at(times),
-        flow.angles_near(times * own.integrator.pace),
-    )
+    exact = trajectory.own.closed_form.at(times)
+    near = flow.angles_near(times * own.integrator.pace)
     for angle, x in near.items():
         assert np.max(np.abs(x - getattr(exact, angle))) < np.pi / 2
     assert np.max(np.abs(exact.phi)) <= flow.largest_angle
     assert set(near) == ({"phi"} if form == "axis" else {"phi", "psi"})
+
+
+@pytest.mark.parametrize(("second", "found"), [("0", [1]), ("0.9", [1, 1.9])])
+def test_a_zero_where_two_pieces_meet_is_one_and_two_are_two(second, found):
+    """It is found in both pieces, as balls that overlap."""
+    x = sp.Symbol("x")
+    form = Fake(states=[x], events={"turning": x})
+    pieces = [Fake(p=[arb_poly([-arb(at), 1])], error=arb("1e-40")) for at in ("1", second)]
+    table = Fake(bounds=Fake(size=1), piece=1.0, reach=arb("1.01"), pieces=pieces)
+    rest = {"system": Fake(weights=(1.0,)), "constants": {}, "bits": 192, "exact_period": None}
+    flow = Fake(form=form, table=table, **rest)
+    assert [float(zero) for zero in zeros(flow, "turning")] == found
 
 
 def test_a_start_at_a_pole_has_no_angles():

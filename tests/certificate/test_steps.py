@@ -8,7 +8,6 @@ from flint import arb
 
 from heavytop.certificate.bounds import _of_attitude, bound
 from heavytop.certificate.steps import STEP_MARGIN, defects
-from heavytop.certificate.system import UNIT_FACTOR
 from heavytop.exact.balls import working
 
 from ..certificates import flow_of, run_of
@@ -29,14 +28,10 @@ def exact_defect(system, steps, k, s):
     s = Fraction(s)
     p = [sum(x * s**i for i, x in enumerate(row)) for row in c]
     rate = [sum(i * x * s ** (i - 1) for i, x in enumerate(row) if i) for row in c]
-    total = Fraction(0)
-    for i, row in enumerate(system.terms):
-        f = sum(
-            Fraction(a) * (1 if j == UNIT_FACTOR else p[j]) * (1 if m == UNIT_FACTOR else p[m])
-            for a, j, m in row
-        )
-        total += (Fraction(system.weights[i]) * (rate[i] - f)) ** 2
-    return float(total) ** 0.5
+    y = [*p, 1]  # behind all states is the factor that is 1
+    f = [sum(Fraction(a) * y[j] * y[m] for a, j, m in row) for row in system.terms]
+    off = [Fraction(w) * (x - y) for w, x, y in zip(system.weights, rate, f, strict=True)]
+    return float(sum(x * x for x in off)) ** 0.5
 
 
 @pytest.mark.parametrize("form", ["axis", "attitude"])

@@ -1,6 +1,7 @@
 """Trajectories to be judged, of the closed form."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from heavytop import Motion, Scene, State, Top
 
@@ -25,13 +26,8 @@ def vectors(record, t=TIMES):
 
 def matrix(record):
     """Rz(φ) Rx(θ) Rz(ψ), from the angles."""
-
-    def about(axis, angle):
-        c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-        rows = np.array([[c, -s, zero], [s, c, zero], [zero, zero, zero + 1]])
-        return np.moveaxis(np.roll(rows, axis + 1, axis=(0, 1)), -1, 0)
-
-    return about(2, record.phi) @ about(0, record.theta) @ about(2, record.psi)
+    angles = np.stack((record.phi, record.theta, record.psi), axis=1)
+    return Rotation.from_euler("ZXZ", angles).as_matrix()
 
 
 def random_scene(rng):

@@ -59,18 +59,25 @@ def test_of_pairs_and_in_good_data_no_wrong_name_is_sure(plants):
 OTHERS = ("gMR", "psidot", "phidot", "the first row", "a constant ψ̇", "everything")
 
 
-def of_another_problem(plants, name, seed=11):
-    """What is said of angles of another problem than the scene's."""
+def of_another_problem(plants, name, seed=11, names=()):
+    """What is said of angles of another problem than the scene's; in degrees if that is named."""
     rng = np.random.default_rng([seed, *map(ord, name)])
     scene = plants.random_scene(rng)
     of = plants.random_scene(rng) if name == "everything" else scene
     every = plants.other(of, name, 0.1)
-    return plants.verdict({x: every[x] for x in ("t", "theta", "phi", "psi")}, scene, ())
+    angle = 180 / np.pi if names else 1
+    data = {"t": every["t"]} | {x: angle * every[x] for x in ("theta", "phi", "psi")}
+    return plants.verdict(data, scene, names)
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_another_number_is_no_convention(plants, name):
     assert of_another_problem(plants, name)[0] == "named"
+
+
+def test_another_number_is_no_convention_beside_one_that_is_sure(plants):
+    """A spin that was held does the same, and so does another number: in degrees it is either."""
+    assert of_another_problem(plants, "psidot", names=("degrees",))[0] == "named"
 
 
 def test_another_start_would_be_origins_but_for_the_first_row(plants, monkeypatch):

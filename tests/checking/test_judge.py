@@ -70,21 +70,18 @@ def test_what_the_rounding_of_numbers_does_is_told_from_an_error(form, fast, sce
         assert error > 3 * rounding
 
 
-@pytest.mark.parametrize("chosen", [
+CHOSEN = [  # times of few decimals
     np.sort(np.random.default_rng(3).choice(300, 60, replace=False)) / 100,
     np.delete(np.arange(41) / 10, 5), np.delete(np.arange(320) / 64, 7),
     np.array([0.0, 2001, 4003, 7007, 9100, 13000, 15001]),
-])  # fmt: skip
-def test_times_of_few_decimals_that_somebody_chose_are_not_rounded(chosen):
-    found = check({"t": chosen, "axis": exact(1.001 * chosen).axis}, SCENE)
-    assert found.method["rounding"] is None
+]  # fmt: skip
+FROZEN = {"axis": [0.0, 0, 1], "matrix": np.eye(3), "quaternion": [1.0, 0, 0, 0]}
 
 
-def test_what_never_changes_is_not_rounded():
-    frozen = {"axis": [0.0, 0, 1], "matrix": np.eye(3), "quaternion": [1.0, 0, 0, 0]}
-    for name, value in frozen.items():
-        found = check({"t": TIMES, name: np.array([value] * TIMES.size)}, SCENE)
-        assert found.method["rounding"] is None
+def test_times_that_somebody_chose_and_what_never_changes_are_not_rounded():
+    tables = [{"t": t, "axis": exact(1.001 * t).axis} for t in CHOSEN]
+    tables += [{"t": TIMES, name: np.array([x] * TIMES.size)} for name, x in FROZEN.items()]
+    assert [check(table, SCENE).method["rounding"] for table in tables] == [None] * len(tables)
 
 
 @pytest.mark.parametrize("told", ["theta", "axis"])

@@ -113,12 +113,6 @@ def test_every_kind_of_file_is_read(tmp_path, name):
     assert all(np.array_equal(data.values[each], columns()[each]) for each in data.values)
 
 
-def test_a_file_of_others_has_no_scene(tmp_path):
-    with h5py.File(written(tmp_path / "mine.nc"), "a") as file:
-        file.attrs["scene"] = "a scene"
-    assert read(tmp_path / "mine.nc").scene is None
-
-
 def test_a_component_that_is_named_goes_with_usual_ones():
     x, y, z = RECORD.axis.T
     named = read({"t": TIMES, "a": x, "ey": y, "ez": z}, {"axis_x": "a"})

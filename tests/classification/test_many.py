@@ -13,13 +13,9 @@ from heavytop.errors import Impossible, NotANumber
 from ..starts import nasty, regular, top_and_state
 
 
-def rows(numbers):
-    return zip(*(each.tolist() for each in numbers.values()), strict=True)
-
-
 def assert_one_by_one(numbers, found):
     """Kind, detail, tags and proof are those of `classify`."""
-    for at, row in enumerate(rows(numbers)):
+    for at, row in enumerate(zip(*(each.tolist() for each in numbers.values()), strict=True)):
         verdict = ht.classify(*top_and_state(dict(zip(numbers, row, strict=True))))
         assert found.names[found.kind[at]] == verdict.kind, row
         assert found.detail[at] == detail(verdict.tags), row

@@ -16,7 +16,6 @@ from click.testing import CliRunner
 from rich.cells import cell_len
 
 import heavytop
-import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app
 from heavytop.cli.command import lines_of_progress
@@ -114,8 +113,10 @@ def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_fi
     file.write_text(text, "utf-8")
     assert "mine" not in refused(Exit.USAGE, "plan", file, "--set", "start.phi=x")
     file.write_text(text.replace("theta  = 0.1", 'theta = "x"'), "utf-8")
-    said = refused(Exit.BAD_SCENE, "plan", file, "--set", "start.phi=x")
+    said = refused(Exit.BAD_SCENE, "run", file, "--set", "start.phi=x", "-o", tmp_path / "out")
+    assert said.startswith("heavytop: the input is not valid:\n")
     assert all(where in said for where in ("mine.toml:", "\n--set: start.phi"))
+    assert not (tmp_path / "out").exists()
 
 
 def test_bugs_are_one_line_without_a_traceback(monkeypatch):
@@ -161,11 +162,10 @@ def test_without_a_home_a_locale_or_colours():
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize(
-    ("module", "error", "told"),
-    [("heavytop.cli.command", "KeyboardInterrupt", ""),
-     ("heyoka", "ImportError('failed') from KeyboardInterrupt()", "heavytop: interrupted\n")],
-)  # fmt: skip
+@pytest.mark.parametrize(("module", "error", "told"), [
+    ("heavytop.cli.command", "KeyboardInterrupt", ""),
+    ("heyoka", "ImportError('failed') from KeyboardInterrupt()", "heavytop: interrupted\n"),
+])  # fmt: skip
 def test_an_interrupt_while_something_is_imported_is_no_traceback(module, error, told):
     """Nor does it call missing what it kept from being imported."""
     program = (
@@ -232,12 +232,11 @@ def test_a_line_every_half_minute_says_how_much_is_done(capsys):
     assert lines == ["heavytop: 25 % done", "heavytop: 50 % done, 3 of 6 runs"]
 
 
-@pytest.mark.parametrize(
-    "words",
-    ["run sicm-kicked", "run through-top", "classify separatrix", "plan sicm-kicked --digits 60",
-     "stress --list", "atlas sicm-kicked --x phidot=-9:9:9 --y psidot=-9:9:9 -j 1",
-     "drift sicm-kicked --periods 30 --methods taylor-axis-projected,gauss8"],
-)  # fmt: skip
+@pytest.mark.parametrize("words", [
+    "run sicm-kicked", "run through-top", "classify separatrix", "plan sicm-kicked --digits 60",
+    "stress --list", "atlas sicm-kicked --x phidot=-9:9:9 --y psidot=-9:9:9 -j 1",
+    "drift sicm-kicked --periods 30 --methods taylor-axis-projected,gauss8",
+])  # fmt: skip
 def test_what_a_verb_prints_fits_eighty_columns_and_nothing_stands_behind_a_line(words):
     lines = CliRunner().invoke(app, words.split(), env={"COLUMNS": "80"}).stdout.splitlines()
     assert lines

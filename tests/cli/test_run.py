@@ -55,15 +55,6 @@ def test_a_tolerance_is_that_of_the_steps_and_of_a_resumed_run(tmp_path):
     refused(Exit.USAGE, *words, "1e-9", "--digits", "30")
 
 
-def test_every_fault_of_a_scene_is_listed_with_its_line_and_no_folder_is_made(tmp_path):
-    scene = tmp_path / "top.toml"
-    scene.write_text("format = 1\n[top]\nA = -1\nC = 1\ngMR = 1\n[start]\nthteta = 0.1\n", "utf-8")
-    said = refused(Exit.BAD_SCENE, "run", scene, "-o", tmp_path / "out", "--set", "span.time=1")
-    assert said.startswith("heavytop: the input is not valid:\n")
-    assert all(f"{scene}:{line}" in said for line in (3, 7))
-    assert names(tmp_path) == {"top.toml"}
-
-
 def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, monkeypatch):
     def end(part):
         raise errors.EndedEarly("singular", part)

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -14,7 +13,6 @@ import heavytop as ht
 from heavytop.cli import Exit
 from heavytop.equations.derivation import as_latex, as_text, derivation
 from heavytop.results.registry import RESULTS
-from heavytop.scene.scene_file import shipped_scenes
 
 from ..commands import document, heavytop_, printed, refused
 
@@ -42,20 +40,10 @@ def mine(tmp_path):
     return (*words, "--columns", "t=Zeit")
 
 
-def test_document_and_chart_are_written_into_a_folder_and_put_on_a_page(mine, tmp_path):
-    found = document(*mine, "-o", tmp_path / "out")
-    assert found["command"].startswith("heavytop check ")
-    assert found["versions"]["numpy"]
-    written = json.loads((tmp_path / "out" / "check.json").read_text("utf-8"))
-    assert written["files"].keys() == {"document", "chart_svg", "chart_png"}
-    assert found.items() <= written.items()
-    printed("report", tmp_path / "out", "-o", tmp_path / "page.html")
-    assert "effect of a change in the last" in (tmp_path / "page.html").read_text("utf-8")
-    printed(*mine, "-o", tmp_path / "out")  # another check takes its place
-
-
 def test_a_change_is_of_the_scene_or_of_a_top_without_a_start(mine, tmp_path):
-    found = document(*mine, "--set", "start.phidot=-14.9")
+    for _ in range(2):  # another check takes its place
+        found = document(*mine, "--set", "start.phidot=-14.9", "-o", tmp_path / "out")
+    assert found.items() <= json.loads((tmp_path / "out" / "check.json").read_text("utf-8")).items()
     assert found["scene"]["start"]["phidot"] == -14.9
     (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
     alone = printed(*mine[:3], tmp_path / "top.toml", *mine[4:], "--set", "top.gMR=0.0456")
@@ -73,19 +61,10 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     refused(2, *words, "--as", "up")
 
 
-@pytest.mark.parametrize("wanted", [("theta", "phi"), ("rates",)])
-def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
-    ht.propagate(replace(KICKED, quantities=wanted)).save(tmp_path / "trajectory.nc")
-    found = printed("check", tmp_path / "trajectory.nc", "--digits", 12)
-    assert "of the scene: theta = 0.1, phidot = -15" in found
-
-
-def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
-    for words, code in (
-        ((*mine[:2], *mine[4:]), 3), ((*mine, "--columns", "t=Uhr"), 3),
-        (("check", tmp_path / "none.csv"), 3), (mine[:4], 0),  # what Zeit is, is understood
-    ):  # fmt: skip
-        refused(code, *words)
+def test_what_the_data_are_of_has_to_be_said(mine):
+    refused(3, *mine[:2], *mine[4:])
+    refused(3, *mine, "--columns", "t=Uhr")
+    refused(0, *mine[:4])  # what Zeit is, is understood
 
 
 # --- validate ------------------------------------------------------------------------------------
@@ -189,13 +168,11 @@ def test_find_and_sweep_answer_in_json_and_in_words(tmp_path):
     assert (tmp_path / "out" / "sweep.svg").stat().st_size > 1000
 
 
-def test_a_run_is_shown_in_the_units_asked_for_and_its_json_stays_si():
+def test_a_motion_is_shown_in_the_units_asked_for_and_its_json_stays_si():
     for scene in ("sicm-dropped", "sleeping-unstable", "steady-betsch", "spherical-pendulum"):
         shown = printed("classify", scene, "--unit", "deg,ms,rpm").partition("why")
         rest = shown[2].partition("\nθ")[2]
         assert not re.search(r"[0-9] (rad/s|rad|s)\b", rest), rest
-    ran = printed("run", "sicm-kicked", "--set", "span.time=0.3", "--unit", "deg,deg/s,ms")
-    assert not re.search(r"[0-9] (rad/s|rad|s)\b", ran.partition("θ between")[2])
     found = document("classify", "sicm-dropped", "--unit", "deg,ms")["motion"]
     assert round(found["period"], 6) == 0.401406
 
@@ -219,16 +196,6 @@ def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
     assert known["schema"] == "heavytop/certify/1"
     assert known["bound"] == ht.certify(ht.propagate(ht.load_scene("sicm-dropped"))).bound
     assert document("resume", tmp_path / "proof")["bound"] == known["bound"]
-
-
-# --- classify ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_every_scene_is_classified(name):
-    said, read = printed("classify", name), ht.load_scene(name)
-    assert f"{ht.Motion(read.top, read.start).kind}, proved" in said
-    assert not any(word in said for word in ("nan", "None"))
 
 
 # --- scenes --------------------------------------------------------------------------------------

@@ -72,11 +72,10 @@ def test_the_precision_is_put_back():
     assert ctx.prec == before
 
 
-@pytest.mark.parametrize(
-    ("x", "digits", "text"),
-    [("1/3", 5, "0.33333"), ("-2/3", 3, "-0.667"), ("200/3", 5, "66.667"), ("0", 3, "0.000"),
-     ("999.96", 4, "1000.0"), ("12345", 5, "12345"), ("0.9999", 3, "1.000")],
-)  # fmt: skip
+@pytest.mark.parametrize(("x", "digits", "text"), [
+    ("1/3", 5, "0.33333"), ("-2/3", 3, "-0.667"), ("200/3", 5, "66.667"), ("0", 3, "0.000"),
+    ("999.96", 4, "1000.0"), ("12345", 5, "12345"), ("0.9999", 3, "1.000"),
+])  # fmt: skip
 def test_decimals_are_rounded_to_the_nearest(x, digits, text):
     assert Interval(Fraction(x), Fraction(0)).rounded(digits) == text
 

@@ -117,13 +117,10 @@ def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula, bits):
         assert low - slack <= value <= high + slack
     low, high = bounds(exact.ball(1000))
     assert high - low <= Fraction(1, 2**900)
-    assert exact.mpf(context(bits)) == libmp_rounded(value, bits)
+    rounded = libmp.from_rational(value.numerator, value.denominator, bits, "n")
+    assert exact.mpf(context(bits)) == context(bits).make_mpf(rounded)
     assert float(exact) == float(value)
     assert Exact.of(str(exact)) == exact
-
-
-def libmp_rounded(q, bits):
-    return context(bits).make_mpf(libmp.from_rational(q.numerator, q.denominator, bits, "n"))
 
 
 def test_threads_at_different_precisions_get_what_each_gets_alone():

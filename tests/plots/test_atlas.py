@@ -7,17 +7,15 @@ import heavytop as ht
 from heavytop.plots.atlas import atlas_figure
 from heavytop.plots.style import KIND_STYLES
 
+from .test_studies import legend
+
 SCENE = ht.load_scene("sicm-kicked", ["span.time=1"])
-
-
-def labels(figure):
-    return [text.get_text() for each in figure.legends for text in each.get_texts()]
 
 
 def test_a_kind_has_its_colour_and_its_share_in_the_legend():
     atlas = ht.atlas(SCENE, "phidot=-20:20:41", "omega3=10:100:31:log", jobs=1, only="kind")
     figure = atlas_figure(atlas)
-    shown = dict(zip(labels(figure), figure.legends[0].legend_handles, strict=True))
+    shown = dict(zip(legend(figure), figure.legends[0].legend_handles, strict=True))
     own = shown[f"loops {atlas.counts['loops'] / (41 * 31):.2%}"]
     assert own.get_facecolor() == to_rgba(KIND_STYLES["loops"].colour)
     ax = figure.axes[0]  # the first and the last value are in the middle of their pixels
@@ -42,6 +40,6 @@ def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
 def test_a_line_has_no_share_and_is_once_in_the_legend(atlas):
     """Cusps are a column of pixels, at a kick of nothing, and a curve."""
     assert atlas.counts["cusps"] == 8
-    words = labels(atlas_figure(atlas))
+    words = legend(atlas_figure(atlas))
     assert [word for word in words if "cusps" in word] == ["cusps"]
     assert {word.split()[0] for word in words if "%" in word} == {"waves", "loops"}

@@ -10,6 +10,7 @@ from heavytop.errors import Impossible
 from heavytop.plots.figures import run_figures
 from heavytop.plots.style import save
 
+from ..motions import SCENES
 from ..trajectories import run_of
 
 
@@ -26,12 +27,7 @@ def drawn(name, trajectory):
     return trajectory.plot(name, ax=Figure().subplots())
 
 
-KINDS = (  # a scene of every kind that looks different
-    "at-rest", "force-free", "hanging", "inverted-gravity", "planar-asymptotic", "planar-rotating",
-    "separatrix", "sicm-dropped", "sleeping-unstable", "spherical-pendulum", "steady-betsch",
-    "through-bottom", "through-top",
-)  # fmt: skip
-DRAWN = {name: (name,) for name in KINDS} | {
+DRAWN = {name: (name,) for name in SCENES} | {
     "weightless": ("sicm-kicked", "top.gMR=0", "start.phidot=0", "start.psidot=0"),
     "backwards": ("sicm-kicked", "span.time=-2", "want.events=[]"),
     "theta alone": ("sicm-kicked", 'want.quantities=["theta"]', "want.samples=2"),

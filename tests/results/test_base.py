@@ -97,14 +97,13 @@ def test_a_bound_is_never_rounded_down(bound):
     assert bound <= float(QUANTITIES["bound"].text(bound)) <= 1.1 * bound
 
 
-@pytest.mark.parametrize(
-    ("values", "text", "in_degrees"),
-    [({"A": 0.000328, "C": "6.60e-5"}, "A = 0.000328 kg m², C = 6.60e-5 kg m²", None),
-     ({"theta": "pi/2", "phi": 0}, "θ = pi/2 rad", "θ = pi/2 rad"),
-     ({"theta": "0.5"}, "θ = 0.5 rad", "θ = 28.6479 deg"),
-     ({"omega3": "30 rpm"}, "ω₃ = 30 rpm", "ω₃ = 30 rpm"),
-     ({"quaternion": [1, 0.5]}, "q = [1, 0.5]", None), ({"theta": 0}, "all zero", None)],
-)  # fmt: skip
+@pytest.mark.parametrize(("values", "text", "in_degrees"), [
+    ({"A": 0.000328, "C": "6.60e-5"}, "A = 0.000328 kg m², C = 6.60e-5 kg m²", None),
+    ({"theta": "pi/2", "phi": 0}, "θ = pi/2 rad", "θ = pi/2 rad"),
+    ({"theta": "0.5"}, "θ = 0.5 rad", "θ = 28.6479 deg"),
+    ({"omega3": "30 rpm"}, "ω₃ = 30 rpm", "ω₃ = 30 rpm"),
+    ({"quaternion": [1, 0.5]}, "q = [1, 0.5]", None), ({"theta": 0}, "all zero", None),
+])  # fmt: skip
 def test_what_is_given_is_shown_with_units(values, text, in_degrees):
     assert base.given(values) == text
     with showing(read_units("deg,deg/s")):
@@ -126,9 +125,7 @@ def test_what_is_saved_is_loaded(tmp_path):
     assert Some.load(put(tmp_path, planted={"more": 1})) == SOME
 
 
-@pytest.mark.parametrize(
-    "text", ["", "null", "[1]", '{"schema": "heavytop/some/0"}', '{"schema": "heavytop/some/1"}']
-)
+@pytest.mark.parametrize("text", ["", "null", "[1]", '{"schema": "heavytop/some/0"}', "{}"])
 def test_what_is_no_such_document_is_refused_by_its_name(tmp_path, text):
     path = tmp_path / "some.json"
     for wrong in (None, text):

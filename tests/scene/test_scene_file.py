@@ -5,51 +5,48 @@ import re
 
 import pytest
 
-from heavytop import BadScene, load_scene
+from heavytop import BadScene, ImpossibleStart, load_scene
 from heavytop.scene.scene import read_scene
 
 GOOD = load_scene("sicm-kicked").to_toml()
 TITLE = '"SICM 2.10, kicked backwards: loops"'
 
 
-def faults(call, *given):
+def faults(call, *given, **named):
     """All that is wrong with what is refused."""
-    with pytest.raises(BadScene) as refusal:
-        call(*given)
+    with pytest.raises((BadScene, ImpossibleStart)) as refusal:
+        call(*given, **named)
     return refusal.value.faults
 
 
 BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "key", "rule"),
-    [
-        ("phidot", "phidott", 14, "start.phidott", 'unknown key (did you mean "phidot"?)'),
-        ("gMR = 0.0456", "gMR = 0.0456\nphi = 1", 9, "top.phi", "it belongs in [start]: start.phi"),
-        ("time = 2", 'time = "2 rad"', 19, "span.time", "a unit here is s or ms"),
-        ("gMR = 0.0456", "gMR = 0.0456\nmass = 1", 5, "top.distance", "missing for a top of A, C"),
-        (BOOK, "", 5, "top.A", "missing for a top of A, C, gMR: A, C, gMR"),
-        (BOOK, "mass = 1\ndistance = 1\nA_cm = 1\nC_cm = 1", 5, "top.gravity", "missing"),
-        (BOOK, 'gravity = 9\nsolids = [{shape = "disq"}, {shape = "disc"}]', 7, "top.solids",
-         'of solid 2 radius: missing for a disc: radius, thickness, centre or base, density'),
-        ("time = 2", "time = 2\nperiods = 1", 20, "span.periods", "give time or periods"),
-        (', "psi"]', ', "fi"]', 22, "want.quantities", "names out of"),
-        (', "psi"]', ', "phi"]', 22, "want.quantities", "at most once"),
-        (', "cusp"]', ', "cups"]', 23, "want.events", 'did you mean "cusp"?'),
-        ("samples = 401", "samples = 1", 24, "want.samples", "from 2 to 10000000"),
-        (TITLE, "1.5", 2, "title", "a text in quotes"),
-        (TITLE, '"\\u001b[31m"', 2, "title", "control characters"),
-        (TITLE, f'"{"x" * 501}"', 2, "title", "at most 500 characters"),
-        ("theta = 0.1", "theta = 30 deg", 11, "start.theta", '"30 deg"'),
-        ("-15", f"y{'z' * 300}", 14, "start.phidot", "zzz…"),
-        ("-15", "-15\nphidot = 1", 15, "start.phidot", "Cannot overwrite a value"),
-        ("time", "t", 19, "span.t", "(known are time, periods)"),
-        ("[start]\n", "", None, "start", "a scene has a table [start]"),
-        ("format = 1", "", None, "format", "begins with format = 1"),
-        ('"psi"]', '"psi]', 22, "want.quantities", "stand in quotes"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "line", "key", "rule"), [
+    ("phidot", "phidott", 14, "start.phidott", 'unknown key (did you mean "phidot"?)'),
+    ("gMR = 0.0456", "gMR = 0.0456\nphi = 1", 9, "top.phi", "it belongs in [start]: start.phi"),
+    ("time = 2", 'time = "2 rad"', 19, "span.time", "a unit here is s or ms"),
+    ("gMR = 0.0456", "gMR = 0.0456\nmass = 1", 5, "top.distance", "missing for a top of A, C"),
+    (BOOK, "", 5, "top.A", "missing for a top of A, C, gMR: A, C, gMR"),
+    (BOOK, "mass = 1\ndistance = 1\nA_cm = 1\nC_cm = 1", 5, "top.gravity", "missing"),
+    (BOOK, 'gravity = 9\nsolids = [{shape = "disq"}, {shape = "disc"}]', 7, "top.solids",
+     'of solid 2 radius: missing for a disc: radius, thickness, centre or base, density'),
+    ("time = 2", "time = 2\nperiods = 1", 20, "span.periods", "give time or periods"),
+    (', "psi"]', ', "fi"]', 22, "want.quantities", "names out of"),
+    (', "psi"]', ', "phi"]', 22, "want.quantities", "at most once"),
+    (', "cusp"]', ', "cups"]', 23, "want.events", 'did you mean "cusp"?'),
+    ("samples = 401", "samples = 1", 24, "want.samples", "from 2 to 10000000"),
+    (TITLE, "1.5", 2, "title", "a text in quotes"),
+    (TITLE, '"\\u001b[31m"', 2, "title", "control characters"),
+    (TITLE, f'"{"x" * 501}"', 2, "title", "at most 500 characters"),
+    ("theta = 0.1", "theta = 30 deg", 11, "start.theta", '"30 deg"'),
+    ("-15", f"y{'z' * 300}", 14, "start.phidot", "zzz…"),
+    ("-15", "-15\nphidot = 1", 15, "start.phidot", "Cannot overwrite a value"),
+    ("time", "t", 19, "span.t", "(known are time, periods)"),
+    ("[start]\n", "", None, "start", "a scene has a table [start]"),
+    ("format = 1", "", None, "format", "begins with format = 1"),
+    ('"psi"]', '"psi]', 22, "want.quantities", "stand in quotes"),
+])  # fmt: skip
 def test_one_fault_is_named_with_its_place(old, new, line, key, rule):
     assert old in GOOD
     found = [f for f in faults(read_scene, GOOD.replace(old, new, 1), "some.toml") if f.key == key]
@@ -106,8 +103,6 @@ def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path):
     with huge.open("wb") as file:
         file.truncate(10**8)
     latin.write_bytes(b'format = 1\ntitle = "\xe9"\n')
-    for path, rule in (
-        (tmp_path, "a directory"), (huge, "at most 1000000 bytes"), (latin, "UTF-8"),
-    ):  # fmt: skip
+    for path, rule in ((tmp_path, "directory"), (huge, "most 1000000 bytes"), (latin, "UTF-8")):
         assert rule in faults(load_scene, path)[0].rule
     assert faults(load_scene, latin)[0].line == 2

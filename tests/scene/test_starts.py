@@ -2,25 +2,24 @@
 
 import math
 import re
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import heavytop as ht
-from heavytop.exact import PI
+from heavytop.exact import PI, sqrt
 from heavytop.scene.scene import read_scene
+
+from ..motions import BOOK, CONE
+from .test_scene_file import faults
 
 TOP = ht.Top("1.2", "0.7", "2.5")
 NAMES = ("E", "E_prime", "p_phi", "p_psi")
 RATES = ("thetadot", "phidot", "omega3")
-
-
-def faults(call, *given, **named):
-    """All that is wrong with what is refused."""
-    with pytest.raises((ht.BadScene, ht.ImpossibleStart)) as refusal:
-        call(*given, **named)
-    return refusal.value.faults
 
 
 def rotated(q):
@@ -206,3 +205,48 @@ def test_a_start_that_follows_from_a_wrong_top_is_read_all_the_same():
         assert [fault.key for fault in faults(read_scene, start)] == keys
     with pytest.raises(ht.ImpossibleStart, match="top: a Top"):
         ht.State.steady(None, 1, omega3=9)
+
+
+# --- exactly --------------------------------------------------------------------------------------
+
+rates = st.floats(-20, 20).map(lambda x: round(x, 9))
+
+
+@given(st.floats(0.05, 3.09), rates, rates)
+def test_psidot_and_omega3_say_the_same(theta, phidot, spin):
+    held = ht.State(theta, phidot=phidot, psidot=spin)
+    kicked = ht.State.kicked(theta=theta, phidot=phidot, omega3=held.omega3)
+    assert (held.held, kicked.held) == ("psidot", "omega3")
+    assert kicked.psidot == held.psidot
+
+
+def test_spin_is_zero_where_none_is_given_and_poles_belong_to_the_tilts():
+    assert ht.State("pi/2", phidot=3).psidot == 0
+    assert ht.State("pi/3", phidot=3).omega3 == Fraction(3, 2)
+    for theta in (0, math.pi, "180 deg", "3.14159265358979323846"):
+        assert ht.State(theta).theta == ht.Exact.of(theta)
+
+
+def test_a_start_from_constants_at_a_turning_point_and_through_the_vertical():
+    """At θ = 0 with p_φ = p_ψ, φ̇ has the limit p_ψ/2A and θ̇² = 2(E' − gMR)/A."""
+    start = ht.State.from_constants(BOOK, "0.62983125", "0.0006825", "0.008745", "pi/3")
+    assert (start.thetadot, start.phidot, start.psidot) == (0, -15, 140)
+    top = ht.Top(2, 1, 3)
+    start = ht.State.from_constants(top, E=20, p_phi=4, p_psi=4, theta=0)
+    assert (start.phidot, start.thetadot) == (1, 3)
+    bottom = ht.State.from_constants(top, E=14, p_phi=-4, p_psi=4, theta="pi", branch="rising")
+    assert (bottom.phidot, bottom.thetadot) == (-1, -3)
+
+
+@pytest.mark.reference
+def test_steady_precession_of_betschs_gyro_and_without_gravity_and_level():
+    slow = ht.State.steady(CONE, "pi/3", "140.6", "slow")
+    assert (slow.phidot, slow.psidot, slow.thetadot) == (10, Fraction("135.6"), 0)
+    least = 2 * sqrt(CONE.A * CONE.gMR / 2) / CONE.C
+    slow, fast = (ht.State.steady(CONE, "pi/3", least, which) for which in ("slow", "fast"))
+    assert slow.phidot == fast.phidot
+    assert ht.State.steady(CONE, "pi/2", 100, "slow").phidot == CONE.gMR / (CONE.C * 100)
+    top = ht.Top(1, 1, 0)
+    assert ht.State.steady(top, "pi/3", 2, "slow").phidot == 0
+    assert ht.State.steady(top, "pi/3", 2, "fast").phidot == 4
+    assert ht.State.steady(top, "pi/3", 0, "slow").phidot == 0

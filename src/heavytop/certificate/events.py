@@ -118,7 +118,6 @@ def zeros(flow: Flow, event: str) -> list[arb]:
         box = (arb_poly([0]) + x for x in gradient(*here, *constants))
         squares = ((upper(abs(x[0])) / w) ** 2 for x, w in zip(box, weights, strict=True))
         steepest = upper(sum(squares, arb(0)).sqrt())
-        again = table.reach / 4  # nearer it is the same one
         for place, piece in enumerate(table.pieces):
             [q] = value(*piece.p, *constants)
             least = arb(0) if place else -BEFORE_START * table.reach
@@ -126,9 +125,10 @@ def zeros(flow: Flow, event: str) -> list[arb]:
             if since is None:
                 continue
             zero = place * arb(table.piece) + since
-            if found and flow.exact_period and not zero < found[0] + flow.exact_period - again:
+            # of balls that overlap it is the same zero: another is a piece away, or more
+            if found and flow.exact_period and not zero < found[0] + flow.exact_period:
                 break
-            if not found or zero > found[-1] + again:
+            if not found or zero > found[-1]:
                 found.append(zero)
     return found
 

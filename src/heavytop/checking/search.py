@@ -149,7 +149,7 @@ def explain(comparison: Comparison) -> Judgement:
     doubtful = {step for step in verdict.best.steps if step.convention.doubtful}
     if any(verdict.sure.issuperset(step.names) for step in doubtful):  # does a number do the same?
         kept = tuple(step for step in verdict.best.steps if step not in doubtful)
-        extend([base, *(x for x in _ranked(found) if kept and x.steps == kept)], [NUMBER_ROW])
+        extend([x for x in _ranked(found) if x.steps in ((), kept)], [NUMBER_ROW])
         verdict = judge(found)
     return verdict
 

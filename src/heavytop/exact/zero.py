@@ -155,7 +155,7 @@ class _Quotients(dict[Exact, Quotient]):
         """Return whether every coefficient of the numerator of x is zero."""
         found: dict[tuple[int, ...], Exact] = {}
         for exponents, c in self[x][0].terms():
-            free = tuple(0 if i in self._algebraic else n for i, n in enumerate(exponents))
+            free = tuple(n for i, n in enumerate(exponents) if i not in self._algebraic)
             powers = [value ** int(exponents[i]) for i, value in self._algebraic.items()]
             term = reduce(Exact.__mul__, powers, rational(Fraction(int(c.p), int(c.q))))
             found[free] = found.get(free, ZERO) + term
