@@ -189,7 +189,9 @@ def report(
 
     folders = [Path(place) for place in places if Path(place).is_dir()]
     broken: Broken = [("changes", "needs a SCENE to change")] * bool(folders and changes)
-    broken += [("places", "several folders, or one scene")] * (len(folders) < len(places) != 1)
+    if len(folders) < len(places) != 1:
+        none = [place for place in places if not Path(place).is_dir()]
+        broken.append(("places", f"several folders, or one scene; no folders: {', '.join(none)}"))
     if broken:
         raise Impossible(broken)
     html, kept = path or Path(), path
