@@ -83,7 +83,9 @@ class Method:
         if self.formulation not in known:
             raise Impossible([("formulation", f"one of {', '.join(known)}")])
         setting: Any = self.setting
-        if setting is not None and not (isinstance(setting, Real) and 0 < setting < math.inf):
+        if setting is not None and not (
+            isinstance(setting, Real) and 0 < float(setting) < math.inf
+        ):
             raise Impossible([("setting", "a positive number")])
 
     @property
