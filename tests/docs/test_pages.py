@@ -15,8 +15,10 @@ import pytest
 from click.testing import CliRunner
 
 import heavytop as ht
+from heavytop.checking.conventions import TABLE
 from heavytop.cli import app
 from heavytop.plots.figures import FIGURES, PICTURES
+from heavytop.scene.quantities import wanted
 from heavytop.scene.scene import read_scene
 
 from .pages_agree import last_digit
@@ -39,9 +41,17 @@ def test_the_pictures_are_those_that_the_script_draws(tmp_path):
     assert covers == {path.name for path in (DOCS / "images").glob("notebook-*.svg")}
 
 
-def test_the_page_of_figures_has_every_picture_of_a_run():
-    page = (DOCS / "figures.md").read_text("utf-8")
-    assert [name for name in PICTURES | FIGURES if f"`{name}`" not in page] == []
+NAMED = {
+    "figures": (*PICTURES, *FIGURES),
+    "scenes": wanted(),
+    "check-a-trajectory": [name for row in TABLE for name in row.name.split("+")],
+}
+
+
+@pytest.mark.parametrize("page", NAMED)
+def test_a_page_has_every_name_of_a_table(page):
+    text = (DOCS / f"{page}.md").read_text("utf-8")
+    assert [name for name in NAMED[page] if f"`{name}`" not in text] == []
 
 
 # --- the ladder of kicks -------------------------------------------------------------------------
