@@ -109,5 +109,7 @@ def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path):
     for path, rule in (
         (tmp_path, "a directory"), (huge, "at most 1000000 bytes"), (latin, "UTF-8"),
     ):  # fmt: skip
-        assert rule in faults(load_scene, path)[0].rule
+        [fault] = faults(load_scene, path)
+        assert rule in fault.rule
+        assert str(path) not in fault.rule  # it stands before it
     assert faults(load_scene, latin)[0].line == 2

@@ -86,7 +86,7 @@ def reference(
     Parameters
     ----------
     times : str
-        Times [s]: 0:10:0.01, or a file with a column t.
+        Times [s]: 0:10:0.01, or 1,2.5, or a file with a column t.
     events : sequence of str
         Events to add: turning, reversal, cusp; needs --json or -o x.json.
     path : path, optional
