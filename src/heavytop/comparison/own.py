@@ -82,10 +82,8 @@ class Method:
             raise Impossible([("function", "must be a function, a step or a solver")])
         if self.formulation not in known:
             raise Impossible([("formulation", f"one of {', '.join(known)}")])
-        setting: Any = self.setting
-        if setting is not None and not (
-            isinstance(setting, Real) and 0 < float(setting) < math.inf
-        ):
+        given: Any = self.setting
+        if not (given is None or (isinstance(given, Real) and 0 < float(given) < math.inf)):
             raise Impossible([("setting", "a positive number")])
 
     @property
