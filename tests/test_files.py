@@ -36,6 +36,11 @@ def test_a_digest_stands_behind_the_end_and_a_file_without_it_or_of_another_is_r
         ht.load_trajectory(path)
 
 
+def test_a_file_that_is_not_there_is_said_not_to_be_there(tmp_path):
+    with pytest.raises(ht.ForeignFile, match="no such file"):
+        ht.load_trajectory(tmp_path / "a.nc")
+
+
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     path = tmp_path / "result"
     path.write_text("old")

@@ -90,8 +90,10 @@ def not_as_written(path: object) -> Iterator[None]:
     except ForeignFile:
         raise
     except FAULTS as fault:
-        why = harmless(f"{type(fault).__name__}: {fault}")[:200]
-        raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from fault
+        why = f"not what was written ({type(fault).__name__}: {fault})"
+        if isinstance(fault, FileNotFoundError):
+            why = "no such file"
+        raise ForeignFile(f"{harmless(path)}: {harmless(why)[:240]}") from fault
 
 
 @contextmanager

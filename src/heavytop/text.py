@@ -24,10 +24,10 @@ def article(name: str) -> str:
 
     Examples
     --------
-    >>> article("int"), article("float")
-    ('an int', 'a float')
+    >>> article("int"), article("float"), article("ndarray")
+    ('an int', 'a float', 'an ndarray')
     """
-    return f"an {name}" if name[:1] in "aeiouAEIOU" else f"a {name}"
+    return f"an {name}" if name.startswith(("nd", *"aeiouAEIOU")) else f"a {name}"
 
 
 def nearest(value: object, known: Iterable[str]) -> str:

@@ -124,10 +124,10 @@ FIVE = {"t": range(5)}
 FAULTS = {
     "a column t of at least 5 times": {"theta": [1, 2]},
     "t: the times must increase or decrease: row 5": {"t": [0, 1, 2, 3, 1], "theta": [1] * 5},
-    "theta: has the shape (5,), not (4,)": FIVE | {"theta": [1] * 4},
+    "theta: needs the shape (5,), not (4,)": FIVE | {"theta": [1] * 4},
     "is needed in row 3": FIVE | {"phi": [0, 0, np.inf, 0, 0]},
     "no vector of length 0": FIVE | {"axis": np.zeros((5, 3))},
-    "a column of angles, axis": FIVE | {"speed": [1] * 5},
+    "numbers of angles, axis": FIVE | {"theta": [np.nan] * 5},
 }
 
 

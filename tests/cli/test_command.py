@@ -93,6 +93,7 @@ WRONG = {  # words: the code, and all that is named
     "check x.csv --digits -1 --as x --set top.A=1": (2, "--digits --as --set"),
     "report . --set top.A=1 nosuch": (2, "places changes"),
     "report nosuch": (3, "nosuch"),
+    "report . nosuch": (2, "places nosuch"),
     "report sicm-kicked sicm-dropped": (2, "places"),
 }
 
@@ -215,12 +216,12 @@ def test_an_interrupted_command_does_not_wait_for_what_takes_itself_apart():
     program = (
         "import atexit, os, sys, threading, heavytop.cli as cli\n"
         "atexit.register(os._exit, 99)\n"
-        "if sys.argv[1] == 'busy':\n"
-        "    threading.Thread(target=threading.Event().wait, daemon=True).start()\n"
+        "wait = threading.Event().wait\n"
+        "threading.Thread(target=wait, name=sys.argv[1], daemon=True).start()\n"
         "cli.app = lambda: sys.exit(cli.Exit.INTERRUPTED)\ncli.main()\n"
     )
-    for state, code in {"busy": 130, "idle": 99}.items():
-        assert subprocess.run([sys.executable, "-c", program, state]).returncode == code
+    for thread, code in {"in heyoka": 130, "of a pool": 99}.items():
+        assert subprocess.run([sys.executable, "-c", program, thread]).returncode == code
 
 
 def test_a_line_every_half_minute_says_how_much_is_done(capsys):

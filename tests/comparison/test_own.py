@@ -172,6 +172,12 @@ def test_what_cannot_be_loaded_is_told(file, text, monkeypatch):
         own.register(text)
 
 
+@pytest.mark.parametrize("setting", [0, -1.0, np.inf, "1e-9"])
+def test_a_setting_is_a_positive_number(setting):
+    with pytest.raises(Impossible, match="setting"):
+        own.Method(rk4, setting=setting)
+
+
 def test_another_process_loads_the_same_file_or_none(file):
     name = own.register(f"{file}:euler")
     origins = own.origins([name])

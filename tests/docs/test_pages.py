@@ -15,10 +15,12 @@ import pytest
 from click.testing import CliRunner
 
 import heavytop as ht
+from heavytop.checking.conventions import TABLE
 from heavytop.cli import app
 from heavytop.comparison import METHODS
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.plots.figures import FIGURES, PICTURES
+from heavytop.scene.quantities import wanted
 from heavytop.scene.scene import read_scene
 
 from .pages_agree import last_digit
@@ -41,7 +43,13 @@ def test_the_pictures_are_those_that_the_script_draws(tmp_path):
     assert covers == {path.name for path in (DOCS / "images").glob("notebook-*.svg")}
 
 
-LISTED = {"figures.md": PICTURES | FIGURES, "formulations.md": FORMULATIONS, "rivals.md": METHODS}
+LISTED = {
+    "figures.md": PICTURES | FIGURES,
+    "formulations.md": FORMULATIONS,
+    "rivals.md": METHODS,
+    "scenes.md": wanted(),
+    "check-a-trajectory.md": [name for row in TABLE for name in row.name.split("+")],
+}
 
 
 @pytest.mark.parametrize("page", LISTED)

@@ -257,6 +257,14 @@ def test_time_grows_beside_a_pole():
     assert slow > 20 * quick
 
 
+@pytest.mark.parametrize("digits", [12, 30])
+@pytest.mark.parametrize("time", [1e-299, -1e-299])
+def test_a_span_may_be_as_short_as_a_number(time, digits):
+    """The product of two such times is zero."""
+    run = ht.propagate(ht.Scene(BOOK, KICKED, time=time, quantities=("phi",), digits=digits))
+    assert run.phi[-1] == pytest.approx(float(KICKED.phidot) * time, rel=1e-12, abs=0)
+
+
 def test_a_step_limit_ends_early_and_it_can_be_completed():
     scene = replace(ht.load_scene("sicm-kicked"), time=Exact.of(1000))
     with pytest.raises(EndedEarly) as early:

@@ -104,5 +104,7 @@ def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path):
         file.truncate(10**8)
     latin.write_bytes(b'format = 1\ntitle = "\xe9"\n')
     for path, rule in ((tmp_path, "directory"), (huge, "most 1000000 bytes"), (latin, "UTF-8")):
-        assert rule in faults(load_scene, path)[0].rule
+        [fault] = faults(load_scene, path)
+        assert rule in fault.rule
+        assert str(path) not in fault.rule  # it stands before it
     assert faults(load_scene, latin)[0].line == 2

@@ -6,6 +6,7 @@ import csv
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -239,7 +240,10 @@ def _time(value: Any) -> Fraction:
 
 
 def read_times(text: str) -> str | list[str]:
-    """The times that an option names: ``A:B:STEP``, or a file whose column ``t`` has them.
+    """The times that an option names: ``A:B:STEP``, a list, or a file whose column ``t`` has them.
+
+    >>> read_times("0.5,2")
+    ['0.5', '2']
 
     Raises
     ------
@@ -248,15 +252,18 @@ def read_times(text: str) -> str | list[str]:
     """
     if ":" in text:
         return text
+    with suppress(Refused):
+        times_of(times := text.split(","))
+        return times
     try:
         with Path(text).open("rb") as file:
             lines = file.read().decode("utf-8-sig").splitlines()
         header, *rows = csv.reader(filter(str.strip, lines), strict=True)
         return [row[header.index("t")] for row in rows]
     except OSError as fault:
-        raise ForeignFile(f"{text}: {fault.strerror or fault}; or A:B:STEP") from None
+        raise ForeignFile(f"{text}: {fault.strerror or fault}; or A:B:STEP, or 1,2.5") from None
     except (ValueError, IndexError, csv.Error):
-        raise ForeignFile(f"{text}: a CSV file with a column t is expected, or A:B:STEP") from None
+        raise ForeignFile(f"{text}: a CSV file with a column t is expected") from None
 
 
 def exact_text(x: Fraction) -> str:

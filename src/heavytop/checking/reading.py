@@ -169,7 +169,7 @@ def _values(numbers: DataTable, found: Headers, faults: list[str]) -> dict[str, 
         if all(len(x) == rows for x in columns) and sum(x.size for x in columns) == np.prod(shape):
             values[quantity] = np.stack(columns, axis=-1).reshape(shape)
         else:
-            faults.append(f"{quantity}: has the shape {shape}, not {columns[0].shape}")
+            faults.append(f"{quantity}: needs the shape {shape}, not {columns[0].shape}")
     return values
 
 
@@ -212,7 +212,7 @@ def _usable_rows(
         return rows
     if not values.keys() & {*POSITIONS}:
         there = f"there are {', '.join(table)}"
-        faults.append(f"a column of angles, axis, quaternion or matrix is needed; {there}")
+        faults.append(f"numbers of angles, axis, quaternion or matrix are needed; {there}")
     if rows.size < kept.size:
         remarks.append(f"{kept.size - rows.size} masked rows are not judged")
     if values["t"][rows[-1]] < values["t"][rows[0]]:

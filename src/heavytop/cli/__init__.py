@@ -69,8 +69,9 @@ def main() -> None:
         print_error(f"cannot write: {fault.strerror}")
         raise SystemExit(Exit.ENDED_EARLY) from None
     except SystemExit as end:
-        if end.code == Exit.INTERRUPTED and threading.active_count() > 1:
-            os._exit(Exit.INTERRUPTED)  # a thread that is still in heyoka crashes what ends
+        in_heyoka = any(thread.name == "in heyoka" for thread in threading.enumerate())
+        if end.code == Exit.INTERRUPTED and in_heyoka:  # it would crash what ends
+            os._exit(Exit.INTERRUPTED)
         raise
     finally:
         gc.freeze()  # else all modules are looked through once more before the process ends

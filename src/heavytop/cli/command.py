@@ -64,7 +64,7 @@ class CommandResult(NamedTuple):
 UNIT_HELP: Final = "Show tables, CSV and charts in these units, such as deg,rpm,ms; JSON stays SI."
 COMMON: Final = (
     click.Option(["--json"], is_flag=True, help="Print one JSON document, nothing else."),
-    click.Option(["-q", "--quiet"], is_flag=True, help="Print only errors on stderr."),
+    click.Option(["-q", "--quiet"], is_flag=True, help="On stderr, print errors only."),
     click.Option(["-v", "--verbose"], is_flag=True, help="Print what the command is doing."),
     click.Option(["--unit"], metavar="NAME,…", help=UNIT_HELP),
     click.Option(["--debug"], is_flag=True, help="Print the traceback of an error."),

@@ -87,7 +87,7 @@ def reference(
     Parameters
     ----------
     times : str
-        Times [s]: 0:10:0.01, or a file with a column t.
+        Times [s]: 0:10:0.01, or 1,2.5, or a file with a column t.
     events : sequence of str
         Events to add: turning, reversal, cusp; needs --json or -o x.json.
     path : path, optional
@@ -190,7 +190,9 @@ def report(
 
     folders = [Path(place) for place in places if Path(place).is_dir()]
     broken: Broken = [("changes", "needs a SCENE to change")] * bool(folders and changes)
-    broken += [("places", "several folders, or one scene")] * (len(folders) < len(places) != 1)
+    if len(folders) < len(places) != 1:
+        none = [place for place in places if not Path(place).is_dir()]
+        broken.append(("places", f"several folders, or one scene; no folders: {', '.join(none)}"))
     if broken:
         raise Impossible(broken)
     html, kept = path or Path(), path

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.util import module_from_spec, spec_from_file_location
+from numbers import Real
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -81,7 +82,8 @@ class Method:
             raise Impossible([("function", "must be a function, a step or a solver")])
         if self.formulation not in known:
             raise Impossible([("formulation", f"one of {', '.join(known)}")])
-        if self.setting is not None and not 0 < self.setting < math.inf:
+        given: Any = self.setting
+        if not (given is None or (isinstance(given, Real) and 0 < float(given) < math.inf)):
             raise Impossible([("setting", "a positive number")])
 
     @property

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from flint import arb, ctx, fmpq
 
+from heavytop.errors import Impossible
 from heavytop.exact.number import Exact, rational, rational_value
 
 _LOCK: Final = RLock()  # flint keeps one working precision for the whole process
@@ -194,7 +195,7 @@ class Interval:
 
         Raises
         ------
-        ValueError
+        Impossible
             The interval is too wide for so many digits.
 
         Examples
@@ -207,7 +208,7 @@ class Interval:
         places = max(digits - len(str(integer)), 0) if integer else digits
         last = round(self.middle * 10**places)
         if abs(last - self.middle * 10**places) + self.spread * 10**places > 1:
-            raise ValueError(f"{self}: not known to {digits} digits")
+            raise Impossible([("digits", f"{self}: not known to {digits} digits")])
         return f"{Decimal((last < 0, (*map(int, str(abs(last))),), -places)):f}"
 
     def __contains__(self, x: object) -> bool:

@@ -65,7 +65,7 @@ def apart(call: Callable[[], T]) -> T:
         except BaseException as error:
             result.set_exception(error)
 
-    Thread(target=work, daemon=True).start()
+    Thread(target=work, name="in heyoka", daemon=True).start()  # a command that ends asks for it
     return result.result()
 
 

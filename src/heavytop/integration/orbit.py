@@ -195,7 +195,7 @@ class Integrator:
         distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
         begun: DoubleDouble = (engine.number(0.0), engine.number(0.0))
         taken, done, mean, ended = 0, 0, 0.0, False
-        while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
+        while taken < steps and not ended and abs(begun[0]) < abs(far):
             count = min(stride, steps - taken)
             for within in (reach, math.inf):
                 last = bisect_right(distances, abs(begun[0]) + within, done)
@@ -205,7 +205,7 @@ class Integrator:
                 to_the_end = done < last == times.size
                 if to_the_end and abs(local[-1]) < 0.6 * within:  # a call takes longer than a step
                     on_step = _until(BEYOND * abs(float(local[-1])))
-                leg = _sampled(engine, state, count, rest, local, bound, on_step)
+                leg = _sampled(engine, state, count, far - begun[0], local, bound, on_step)
                 length = abs(leg.elapsed[0])
                 if to_the_end or not length > 0.9 * within:
                     break
@@ -231,7 +231,7 @@ def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array,
     """
     if not times.size:
         return engine.leg(state, steps, far, times, *how)
-    new = times * far > 0
+    new = times > 0 if far > 0 else times < 0
     new[1:] &= times[1:] != times[:-1]
     leg = engine.leg(state, steps, far, times[new], *how)
     place = np.cumsum(new)

@@ -127,7 +127,7 @@ class RunResult(classification.MotionResult):
             yield "at the pole", AT_POLE
         spent = [f"{name[:-2]} {1000 * self.cost[name]:.1f} ms" for name in TIMES]
         pace = self.cost.us_per_period
-        spent += [] if pace is None else [f"{pace:.1f} µs a period"]
+        spent += [] if pace is None else [f"{pace:.4g} µs a period"]
         yield "cost", ", ".join([f"{self.cost.steps} steps", *spent])
 
     def tables(self) -> Iterator[Table]:

@@ -309,16 +309,17 @@ def _text_of(path: Path, where: str) -> str:
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            _refuse(where, f"a scene file is at most {MAX_BYTES} bytes long")
-        return data.decode("utf-8-sig")
     except FileNotFoundError:
         _refuse(where, "no shipped scene and no file has this name", _hint_at_scene(path))
+    except (OSError, ValueError) as error:  # a directory; a name with a null byte
+        _refuse(where, getattr(error, "strerror", None) or str(error))
+    if len(data) > MAX_BYTES:
+        _refuse(where, f"a scene file is at most {MAX_BYTES} bytes long")
+    try:
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         _refuse(where, f"a scene is UTF-8 text, and byte {error.start} is not", line=line)
-    except (OSError, ValueError) as error:  # a directory; a name with a null byte
-        _refuse(where, getattr(error, "strerror", None) or str(error))
 
 
 def _refuse_line(where: str, text: str, message: str) -> NoReturn:

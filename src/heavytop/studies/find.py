@@ -343,7 +343,7 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     """
     parts = _RANGE.fullmatch(text) if isinstance(text, str) else None
     if parts is None:
-        raise Refused("KEY=A:B of a number of top or start, such as start.psidot=10:400")
+        raise Refused("KEY=A:B or KEY=A:B:N of a number of top or start: start.psidot=10:400")
     table, name, *ends, number = parts.groups()
     if name not in (homes := [key for key in TABLES[table] if key in QUANTITY_READERS]):
         raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))

@@ -58,7 +58,9 @@ def method(text: str) -> MethodEntry:
     except Impossible as wrong:
         if ":" in name:
             raise Refused(wrong.faults[0].rule) from None
-        rule = f"auto, one of your own (mine.py:rk4) or one of {', '.join(every)}"
+        ends = ", ".join(filter(None, VARIANTS))
+        names = ", ".join([*(f"taylor-{form}" for form in FORMULATIONS), *METHODS])
+        rule = f"auto, one of your own (mine.py:rk4) or one of {names}; taylor- with {ends} too"
         raise Refused(rule, nearest(name, (AUTO, *every))) from None
     if not equals:
         return found
