@@ -61,11 +61,14 @@ def html(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
+    """One that complains of nothing, and is asked for nothing outside its pages."""
     if CHROMIUM is None:
         pytest.skip("no Chromium is installed")
     found = Browser(tmp_path_factory.mktemp("profile"))
     yield found
+    found.value("1")  # what was said before has been heard then
     found.close()
+    assert list(found.complaints()) == []
 
 
 @pytest.fixture

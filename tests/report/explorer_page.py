@@ -12,11 +12,16 @@ def opened(browser, html, fragment=""):
     return browser
 
 
-def put(page, name, text):
-    """Type a text into the first box of a number."""
-    of = f"document.querySelector('input[data-of={name}]')"
-    page.value(f"{of}.value = {json.dumps(text)}; {of}.dispatchEvent(new Event('input'))")
-    page.value(f"{of}.dispatchEvent(new Event('blur'))")
+def box(name):
+    """The first box of a number."""
+    return f"document.querySelector('input[data-of={name}]')"
+
+
+def put(page, name, text, leave=True):
+    """Type a text into the first box of a number, and leave it."""
+    page.value(f"{box(name)}.value = {json.dumps(text)}")
+    for event in ("input", "blur")[: 1 + leave]:
+        page.value(f"{box(name)}.dispatchEvent(new Event('{event}'))")
     page.until(SHOWN)
 
 
