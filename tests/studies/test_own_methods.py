@@ -9,11 +9,13 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import Impossible
+from heavytop.results.table import Row
 from heavytop.studies import journal
 
 from .. import integrators
 from ..commands import refused
 from ..integrators import rk4
+from ..results.made import POINT, RUN, diagram_of, stress_of
 
 RK4 = Path(integrators.__file__).read_text()
 
@@ -101,17 +103,14 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
     assert said == ["it did not return within 15 s", None, None]
 
 
-def test_a_method_of_ones_own_that_fails_now_and_then_has_results(scene):
-    point, row = {"method": "own:a", "setting": {}}, {"case": "x", "method": "own:a"}
-    found = ht.work_precision(scene, methods=["taylor-axis=1e-12"], periods=1, budget=20)
-    one = replace(found, points=(point,), skipped=({**point, "reason": "it returns nan"},))
-    assert not one.failures()
-    assert replace(one, points=()).failures() == {"own:a": "it returns nan"}
-    assert not replace(one, points=(), skipped=({"method": "strang", "reason": ""},)).failures()
-    bad, good = ({**row, "outcome": x, "note": "nan"} for x in ("method-error", "diverged"))
-    test = ht.Stress(limits={}, hard={}, methods={}, cases=(bad, good))
-    assert not test.failures()
-    assert replace(test, cases=(bad, bad)).failures() == {"own:a": "nan"}
+def test_a_method_of_ones_own_that_fails_now_and_then_has_results():
+    mine = {"method": "own:a", "reason": "it returns nan"}
+    assert diagram_of(skipped=(mine,)).failures() == {"own:a": "it returns nan"}
+    assert not diagram_of(Row(POINT, method="own:a"), skipped=(mine,)).failures()
+    assert not diagram_of(skipped=(mine | {"method": "strang"},)).failures()
+    bad = Row(RUN, method="own:a", outcome="method-error", note="nan")
+    assert stress_of(bad, bad).failures() == {"own:a": "nan"}
+    assert not stress_of(bad, Row(bad, outcome="diverged")).failures()
 
 
 @pytest.mark.slow
