@@ -165,14 +165,9 @@ def test_an_angle_that_is_not_bounded_is_named_where_the_axis_is(name, unbounded
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
-def test_random_motions(seed):
-    rng = np.random.default_rng([24, seed])
-    top = ht.Top(*rng.uniform((1, 0.2, -3), (3, 2, 3)).tolist())
-    theta, thetadot, phidot, psidot = rng.uniform((0.05, -2, -3, -20), (3.0, 2, 3, 20)).tolist()
-    start = ht.State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
-    form = ("axis", "attitude")[seed % 2]
-    scene = ht.Scene(top, start, periods=float(rng.uniform(1, 60)))
-    assert certified(ht.propagate(scene, formulation=form, projected=seed % 3 == 0)).proved
+def test_random_motions(validation_script, seed):
+    """Of both forms, projected or not, a small slice of what that script looks at."""
+    assert certified(validation_script("45_certificates").drawn(seed)).proved
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
