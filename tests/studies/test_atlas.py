@@ -10,9 +10,8 @@ import heavytop as ht
 from heavytop.classification.arrays import VERDICT_NAMES
 from heavytop.report.files import write_result
 from heavytop.studies import atlas as atlas_module
-from heavytop.studies.atlas_plane import Axis, Plane
 
-from ..starts import top_and_state
+from .test_atlas_plane import at, motion_of, plane
 from .toy import drop_line
 
 KICKED = ht.load_scene("sicm-kicked")
@@ -24,17 +23,10 @@ def rows():
     return ht.atlas(KICKED, **AXES, jobs=1)
 
 
-def plane_of(x, y, scene=KICKED):
-    return Plane(scene, Axis.of(x), Axis.of(y))
-
-
-def alone(plane, i, j, **more):
+def alone(where, i, j, **more):
     """The motion of one pixel, by itself, or None where no start has its numbers."""
-    tops = plane.at(plane.x.values[j : j + 1], plane.y.values[i : i + 1])
-    numbers = {name: float(np.ravel(each)[0]) for name, each in tops.items()} | more
-    if not np.isfinite(numbers["phidot"]):
-        return None
-    return ht.Motion(*top_and_state(numbers))
+    numbers = at(where, where.x.values[j], where.y.values[i]) | more
+    return motion_of(numbers) if np.isfinite(numbers["phidot"]) else None
 
 
 # --- every pixel ----------------------------------------------------------------------------------
@@ -43,7 +35,7 @@ def alone(plane, i, j, **more):
 def test_pixels_are_what_their_motions_are_alone_and_all_are_counted_and_proved(rows):
     pick = np.random.default_rng(3)
     for i, j in zip(pick.integers(0, 29, 60), pick.integers(0, 33, 60), strict=True):
-        motion = alone(plane_of(**AXES), i, j)
+        motion = alone(plane(**AXES), i, j)
         assert VERDICT_NAMES[rows["kind"][i, j]] == motion.kind
         for name in ("theta_min", "theta_max", "precession", "spin", "period"):
             own = getattr(motion, name)
@@ -77,7 +69,7 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
         assert flags["flag_values"].tolist() == list(range(len(VERDICT_NAMES)))
         assert stored["kind"].dims == ("psidot", "phidot")
         assert stored["phidot"].attrs["units"] == "rad s-1"
-        assert stored["phidot"].values.tolist() == plane_of(**AXES).x.values.tolist()
+        assert stored["phidot"].values.tolist() == plane(**AXES).x.values.tolist()
     read = ht.Atlas.load(tmp_path / "atlas.json")
     assert rows.map.equals(read.map)
     stored = {"files": read.files, "command": None, "kinds_per_s": None, "rows_per_s": None}
@@ -98,10 +90,10 @@ def test_the_double_nearest_pi_means_pi(gMR):
     scene = ht.load_scene("sicm-kicked", ["start.theta=pi", f"top.gMR={gMR}"])
     for x, y in (("thetadot=-10:10:5", "omega3=0:200:5"), ("theta=2:pi:3", "omega3=0:200:5"),
                  ("p_phi=-0.0132:0.0132:5", "p_psi=-0.0132:0.0132:5")):  # fmt: skip
-        found, plane = ht.atlas(scene, x, y, jobs=1), plane_of(x, y, scene)
-        theta = plane.at(*np.meshgrid(plane.x.values, plane.y.values))["theta"]
-        for i, j in np.argwhere(np.broadcast_to(theta, plane.shape) == np.pi):
-            motion = alone(plane, i, j, theta="pi")
+        found, where = ht.atlas(scene, x, y, jobs=1), plane(x, y, scene)
+        theta = where.at(*np.meshgrid(where.x.values, where.y.values))["theta"]
+        for i, j in np.argwhere(np.broadcast_to(theta, where.shape) == np.pi):
+            motion = alone(where, i, j, theta="pi")
             assert VERDICT_NAMES[found["kind"][i, j]] == (motion.kind if motion else "impossible")
             if motion is None:
                 assert found["tags"][i, j] == 0
@@ -110,6 +102,3 @@ def test_the_double_nearest_pi_means_pi(gMR):
                 own = np.float64(getattr(motion, name))  # nan where there is none
                 assert found[name][i, j] == pytest.approx(own, abs=1e-12, nan_ok=True)
             assert bool((found["tags"][i, j] >> 5) & 1) == ("inverted-gravity" in motion.tags)
-
-
-# --- what is wrong --------------------------------------------------------------------------------

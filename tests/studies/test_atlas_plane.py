@@ -10,9 +10,9 @@ from heavytop.classification.many import classify_many
 from heavytop.errors import NotANumber, Refused
 from heavytop.studies.atlas_plane import MOST_VALUES, Axis, Plane, curves
 
+from ..starts import top_and_state
+
 KICKED = ht.load_scene("sicm-kicked")
-TOP = KICKED.top
-START = ("theta", "thetadot", "phidot", "psidot", "omega3")
 
 
 def plane(x, y, scene=KICKED):
@@ -26,8 +26,8 @@ def at(where, x, y):
 
 
 def motion_of(tops):
-    """The motion of one pixel of a plane of starts."""
-    return ht.Motion(TOP, ht.State(**{name: tops[name] for name in START if name in tops}))
+    """The motion of one pixel."""
+    return ht.Motion(*top_and_state(tops))
 
 
 # --- axes -----------------------------------------------------------------------------------------
