@@ -1,4 +1,4 @@
-"""Nothing heavy is imported before it is needed; that layers point one way, `lint-imports` holds."""
+"""Nothing heavy is imported before it is needed; the order of layers is held by `lint-imports`."""
 
 import pytest
 
