@@ -2,7 +2,6 @@
 
 import json
 import math
-import random
 
 import numpy as np
 import pytest
@@ -15,10 +14,11 @@ from heavytop.scene.scene import read_scene
 
 from ..commands import document, refused
 from ..motions import FURTHER, MOTIONS, SCENES, named, shipped
+from ..starts import regular, top_and_state
 from .conftest import HOSTILE
-from .explorer_page import box, chosen, opened, put, state, text
 
 pytestmark = pytest.mark.slow
+SHOWN = "Boolean(window.explorer?.shown() && window.explorer.settled())"
 NAMES = ("theta", "phi", "psi", "thetadot", "phidot")
 BESIDE = {"within 1e-9 of the separatrix", "1e-9 off uniform", "1e-20 past the top",
           "1e-20 off uniform", "1e-30 beyond the separatrix"}  # doubles cannot tell  # fmt: skip
@@ -26,23 +26,67 @@ APART = 1e-9  # of a boundary, and of an angle [rad]
 STILL = ("at-rest", "sleeping", "hanging")  # φ and ψ of a vertical axis are not told apart
 
 
-def random_motions(beside_poles=False):
+@pytest.fixture(scope="module")
+def html(tmp_path_factory):
+    return ht.explore(path=tmp_path_factory.mktemp("page") / "explore.html")
+
+
+@pytest.fixture
+def page(browser, html):
+    """The page at its start."""
+    return opened(browser, html)
+
+
+def opened(browser, html, fragment=""):
+    browser.ask("Page.navigate", url="about:blank")
+    browser.ask("Page.navigate", url=html.as_uri() + fragment)
+    browser.until(f"document.readyState === 'complete' && {SHOWN}")
+    return browser
+
+
+def box(name):
+    """The first box of a number."""
+    return f"document.querySelector('input[data-of={name}]')"
+
+
+def put(page, name, text, leave=True):
+    """Type a text into the first box of a number, and leave it."""
+    page.value(f"{box(name)}.value = {json.dumps(text)}")
+    for event in ("input", "blur")[: 1 + leave]:
+        page.value(f"{box(name)}.dispatchEvent(new Event('{event}'))")
+    page.until(SHOWN)
+
+
+def text(page, name):
+    page.until(SHOWN)
+    return page.value(f"document.getElementById('{name}').textContent")
+
+
+def state(page):
+    page.until(SHOWN)
+    return page.value("explorer.state()")
+
+
+def chosen(page, name):
+    of = "document.getElementById('scene')"
+    page.value(f"{of}.value = {json.dumps(name)}; {of}.dispatchEvent(new Event('change'))")
+    page.until(SHOWN)
+
+
+# --- what it computes ------------------------------------------------------------------------
+
+
+def random_motions(beside_poles):
     """Tops of every shape, either sign of gravity, and starts that make every generic kind."""
-    draw = random.Random(5)
-    for _ in range(320):
-        A, pull = 10 ** draw.uniform(-4, 1), draw.choice((1, 1, 1, -1)) * 10 ** draw.uniform(0, 2.5)
-        C, rate = A * draw.uniform(0.01, 2), math.sqrt(abs(pull))
-        start = {
-            **{name: draw.uniform(-3, 3) for name in ("phi", "psi")},
-            "thetadot": draw.choice((0, draw.uniform(-2, 2) * rate)),
-            "phidot": draw.choice((0, 1, 1)) * draw.uniform(-4, 4) * rate,
-            draw.choice(("psidot", "omega3")): draw.uniform(-6, 6) * rate * A / C,
-        }
-        tilt = draw.uniform(0.02, 3.12)
-        if beside_poles:
-            near = 10 ** draw.uniform(-6, -1)
-            tilt = draw.choice((near, math.pi - near))
-        yield ht.Motion(ht.Top(A, C, pull * A), ht.State(tilt, **start))
+    draw, n = np.random.default_rng(5), 320
+    numbers = regular(draw, n) | {name: draw.uniform(-3, 3, n) for name in ("phi", "psi")}
+    for name in ("thetadot", "phidot"):  # turning points, reversals and cusps at the start, too
+        numbers[name] *= draw.choice((0, 1, 1, 1), n)
+    if beside_poles:
+        near = 10 ** draw.uniform(-6, -1, n)
+        numbers["theta"] = draw.choice((near, math.pi - near))
+    for row in zip(*numbers.values(), strict=True):
+        yield ht.Motion(*top_and_state(dict(zip(numbers, row, strict=True))))
 
 
 def numbers(motion):
@@ -54,9 +98,6 @@ def numbers(motion):
 def times(motion):
     length = motion.period or 2 * math.pi / max(1.0, abs(motion.mean_angle_rates[0]))
     return [0.31 * length, 0.53 * length, 1.07 * length, 2.9 * length]
-
-
-# --- what it computes ------------------------------------------------------------------------
 
 
 def asked(page, motions):
