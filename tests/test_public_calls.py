@@ -32,6 +32,14 @@ BESIDES = {  # what is tried though it may be left out
     "validate": "names", "State.from_constants": "E p_phi p_psi theta", "State.steady": "omega3",
     "Top.from_parts": "A_cm C_cm",
 }  # fmt: skip
+OPTIONS = {
+    "Scene": "quantities events samples digits title",
+    "atlas": "only folder progress",
+    "drift": "methods periods ensemble samples seed folder progress",
+    "propagate": "formulation tolerance projected step_limit progress",
+    "stress": "budget time_limit folder progress",
+    "resume": "jobs progress",
+}
 MAKERS = ("Motion", "Scene", "State", "Top", "State.from_quaternion", "State.from_rotation",
           "State.kicked", "Top.from_solids")  # fmt: skip
 FUNCTIONS = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
@@ -53,11 +61,13 @@ def needed(name):
 
 
 EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
+PLACES = [(n, place, WRONG) for n in EVERY for place in needed(n)]
+PLACES += [(n, place, (object(), 1j)) for n in OPTIONS for place in OPTIONS[n].split()]
 
 
-@pytest.mark.parametrize(("name", "place"), [(n, place) for n in EVERY for place in needed(n)])
-def test_what_a_function_does_not_take_is_refused_by_name(name, place):
-    for wrong in WRONG:
+@pytest.mark.parametrize(("name", "place", "every"), PLACES)
+def test_what_a_function_does_not_take_is_refused_by_name(name, place, every):
+    for wrong in every:
         if (name, place) in (OPTIONAL if wrong is None else NAMES * isinstance(wrong, str)):
             continue
         with pytest.raises(ht.HeavyTopError) as refusal:
@@ -66,24 +76,6 @@ def test_what_a_function_does_not_take_is_refused_by_name(name, place):
         assert (wrong if isinstance(wrong, str) and place in A_PATH else place) in told
         assert told.isprintable() or "\n" in told
         assert len(told) < 300
-
-
-OPTIONS = {
-    "Scene": "quantities events samples digits title",
-    "atlas": "only folder progress",
-    "drift": "methods periods ensemble samples seed folder progress",
-    "propagate": "formulation tolerance projected step_limit progress",
-    "stress": "budget time_limit folder progress",
-    "resume": "jobs progress",
-}
-
-
-@pytest.mark.parametrize("name", OPTIONS)
-def test_an_option_of_no_use_is_refused_by_name(name):
-    for option in OPTIONS[name].split():
-        for wrong in (object(), 1j):
-            with pytest.raises(ht.HeavyTopError, match=option):
-                named(name)(**needed(name) | {option: wrong})
 
 
 SEPARATRIX = ht.load_scene("separatrix")
