@@ -179,7 +179,7 @@ def test_a_bug_in_a_task_is_raised(jobs, monkeypatch):
     with pytest.raises(ZeroDivisionError, match="a slip") as bug:
         run(Journal(PARAMETERS), jobs=jobs)
     cause = str(bug.value.__cause__) if jobs > 1 else str(bug.traceback[-1])
-    assert "_misbehave" in cause
+    assert "in advance" in cause
 
 
 def test_nothing_in_the_current_folder_is_imported(tmp_path, monkeypatch):
@@ -220,10 +220,9 @@ class Here(Executor):
 KilledWorker = type("KilledWorker", (Exception,), {})  # as dask calls it
 
 
-def test_threads_write_the_same_files(whole, tmp_path):
+def test_threads_write_the_same_files_until_they_are_shut_down(whole, tmp_path):
     with Threads(3) as pool:
         assert results(sliced(tmp_path / "threads", pool)) == whole
-    # it was shut down
     with pytest.raises(StoppedEarly, match="is accepted: RuntimeError: cannot schedule new"):
         sliced(tmp_path / "study", pool)
 

@@ -137,10 +137,10 @@ def toys(monkeypatch):
     return Toy
 
 
-def measured(costs, periods=2.0, budget=10_000, folder=None):
+def measured(costs, periods=2.0, budget=10_000):
     """A diagram of strang at settings that are taken for the seconds of a block."""
-    methods, how = [f"strang={cost!r}" for cost in costs], {"budget": budget, "folder": folder}
-    return ht.work_precision(KICKED, methods=methods, periods=periods, **how)
+    methods = [f"strang={cost!r}" for cost in costs]
+    return ht.work_precision(KICKED, methods=methods, periods=periods, budget=budget)
 
 
 def test_settings_are_run_in_turn_from_every_start_in_every_round(toys):
@@ -163,13 +163,6 @@ def test_the_time_is_the_best_of_the_runs_and_the_median_of_the_starts(toys, mon
     (point,) = measured([1.0], periods=1.3, budget=40_000).points
     assert point.us_per_period == median([9, 10, 11, 12, 12, 11, 10, 5]) * 1e6
     assert point.us_spread == pytest.approx((11.25 - 9.75) * 1e6)
-
-
-def test_what_is_in_the_folder_is_not_run_again(toys, tmp_path):
-    first = measured([1.0, 2.0], folder=tmp_path)
-    done = len(toys.log)
-    assert measured([1.0, 2.0], folder=tmp_path).points == first.points
-    assert len(toys.log) == done
 
 
 # --- the budget ------------------------------------------------------------------------------
