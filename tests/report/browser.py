@@ -12,8 +12,8 @@ CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync",
     "--disable-background-networking", "--disable-component-update", "--mute-audio",
-    "--host-resolver-rules=MAP * ~NOTFOUND", "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--window-size=1280,1000", "about:blank",
+    "--host-resolver-rules=MAP * ~NOTFOUND", "--use-angle=swiftshader", "about:blank",
+    "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--window-size=1280,1000",
 )  # fmt: skip
 FIRST = 30.0  # how long is waited for something [s]
 # The browser reads from descriptor 3 and writes to 4.
