@@ -131,9 +131,10 @@ def test_what_is_of_another_type_is_a_type_error():
         ht.Motion(START, TOP)
 
 
-@pytest.mark.parametrize(
-    "what", [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]
-)
+SHOWN = [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]
+
+
+@pytest.mark.parametrize("what", SHOWN)
 def test_what_is_shown_can_be_read_and_be_made_again(what):
     assert len(str(what)) < 240
     assert "Exact" not in str(what) + repr(what)

@@ -64,10 +64,10 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     assert "without a folder" not in str(stopped.value)
 
 
-@pytest.mark.parametrize(
-    ("error", "outcome"),
-    [(KeyboardInterrupt(), Stop.INTERRUPTED), (OSError(28, "No space left"), Stop.UNWRITABLE)],
-)
+STOPS = {KeyboardInterrupt(): Stop.INTERRUPTED, OSError(28, "No space left"): Stop.UNWRITABLE}
+
+
+@pytest.mark.parametrize(("error", "outcome"), STOPS.items())
 def test_what_stops_a_chart_leaves_the_document(error, outcome, tmp_path, monkeypatch):
     monkeypatch.setattr("heavytop.plots.style.save", Mock(side_effect=error))
     with pytest.raises(StoppedEarly) as stopped:

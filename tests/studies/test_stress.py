@@ -130,12 +130,12 @@ def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
 # --- the runs themselves ---------------------------------------------------------------------
 
 
+BY_AUTO = [(name, "auto") for name in cases() if name not in LONG]
+BY_AUTO += [(name, "auto-angles") for name in cases() if name.startswith(TURNING)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "method"),
-    [(name, "auto") for name in cases() if name not in LONG]
-    + [(name, "auto-angles") for name in cases() if name.startswith(TURNING)],
-)
+@pytest.mark.parametrize(("name", "method"), BY_AUTO)
 def test_auto_is_never_silently_wrong(name, method):
     finding = found(name, method)
     assert not silently_wrong(finding), finding

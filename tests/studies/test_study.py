@@ -125,10 +125,11 @@ def test_a_killed_worker_is_replaced(whole, tmp_path):
     assert steps(log) <= 3 * STEPS + 4 * SENT
 
 
+STOPS = [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("jobs", "number"), [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM)]
-)
+@pytest.mark.parametrize(("jobs", "number"), STOPS)
 def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
     path, log = tmp_path / "a study", tmp_path / "log"
     process = started(path, jobs, log, **SLOWLY)
@@ -227,9 +228,10 @@ def test_threads_write_the_same_files_until_they_are_shut_down(whole, tmp_path):
         sliced(tmp_path / "study", pool)
 
 
-@pytest.mark.parametrize(
-    "fault", [BrokenExecutor("gone"), KilledWorker("gone"), KeyboardInterrupt()]
-)
+LOSSES = [BrokenExecutor("gone"), KilledWorker("gone"), KeyboardInterrupt()]
+
+
+@pytest.mark.parametrize("fault", LOSSES)
 def test_a_task_whose_worker_is_lost_is_sent_again(fault, whole, tmp_path):
     away = Here(lambda task, times: fault if times == 2 else None)
     assert results(sliced(tmp_path / "study", away)) == whole

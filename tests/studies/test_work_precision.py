@@ -58,9 +58,10 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
 # --- auto ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "digits", "periods"), [("auto", 12, 1e5), ("auto=6", 6, 1e4), ("auto=30", 30, 100)]
-)
+PLANNED = [("auto", 12, 1e5), ("auto=6", 6, 1e4), ("auto=30", 30, 100)]
+
+
+@pytest.mark.parametrize(("text", "digits", "periods"), PLANNED)
 def test_auto_is_the_plan_in_form_bits_tolerance_and_projection(text, digits, periods):
     (found,) = settings(text, KICKED, periods)
     asked = {"periods": periods, "quantities": ("axis",), "events": (), "samples": 2}
@@ -198,10 +199,10 @@ def test_the_ladder_holds_every_formulation_precision_and_rival():
         assert all(known.least <= setting <= known.most for setting in known.grid)
 
 
-@pytest.mark.parametrize(
-    ("setting", "typed", "tried"),
-    [(200, "", [200]), (200, "=50", [50]), (None, "", [12.5 * 2**k for k in range(8)])],
-)
+GRIDS = [(200, "", [200]), (200, "=50", [50]), (None, "", [12.5 * 2**k for k in range(8)])]
+
+
+@pytest.mark.parametrize(("setting", "typed", "tried"), GRIDS)
 def test_a_method_of_ones_own_has_the_setting_that_it_has_or_a_grid(setting, typed, tried):
     name = own.register(own.Method(rk4, setting=setting))
     assert [each.setting for each in settings(name + typed, KICKED, 20)] == tried

@@ -99,10 +99,10 @@ def test_a_call_that_hangs_is_killed_and_the_next_one_is_done(process):
     assert not alive(second)
 
 
-@pytest.mark.parametrize(
-    ("call", "why"),
-    [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "ValueError: invalid")],
-)
+ENDS = [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "ValueError: invalid")]
+
+
+@pytest.mark.parametrize(("call", "why"), ENDS)
 def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
     with pytest.raises(workers.Lost, match=why):
         process.call(*call)
