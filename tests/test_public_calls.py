@@ -32,18 +32,14 @@ BESIDES = {  # what is tried though it may be left out
     "validate": "names", "State.from_constants": "E p_phi p_psi theta", "State.steady": "omega3",
     "Top.from_parts": "A_cm C_cm",
 }  # fmt: skip
-OPTIONS = {
-    "Scene": "quantities events samples digits title",
-    "atlas": "only folder progress",
-    "drift": "methods periods ensemble samples seed folder progress",
-    "propagate": "formulation tolerance projected step_limit progress",
-    "stress": "budget time_limit folder progress",
-    "resume": "jobs progress",
-}
 MAKERS = ("Motion", "Scene", "State", "Top", "State.from_quaternion", "State.from_rotation",
           "State.kicked", "Top.from_solids")  # fmt: skip
 FUNCTIONS = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
 WRONG = [object(), "of no use", None, 1j, {}]
+UNREAD = {  # what is used as it is, or is read after what is wrong besides
+    "executor", "checkpoint", "follow", "undone", "proofs", "which", "overrides",
+    "reference quantities", "resume methods",
+}  # fmt: skip
 NAMES = [("stress", "cases"), ("stress", "methods"), ("explore", "scene")]  # or all
 OPTIONAL = [("Scene", "time"), ("State.from_constants", "E"), *NAMES]
 A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
@@ -60,9 +56,15 @@ def needed(name):
     return {x: GOOD[x] for x in (*empty, *BESIDES.get(name, "").split())}
 
 
+def optional(name):
+    """What a function may be given besides."""
+    others = inspect.signature(named(name)).parameters.keys() - needed(name).keys() - UNREAD
+    return sorted(place for place in others if f"{name} {place}" not in UNREAD)
+
+
 EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
 PLACES = [(n, place, WRONG) for n in EVERY for place in needed(n)]
-PLACES += [(n, place, (object(), 1j)) for n in OPTIONS for place in OPTIONS[n].split()]
+PLACES += [(n, place, (object(), 1j)) for n in EVERY for place in optional(n)]
 
 
 @pytest.mark.parametrize(("name", "place", "every"), PLACES)
