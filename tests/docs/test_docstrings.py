@@ -4,13 +4,11 @@ import dataclasses
 import inspect
 import re
 from functools import cached_property
-from pathlib import Path
 
 import pytest
 
 import heavytop as ht
 
-ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^([A-Z]\w+)\n-{3,}$", re.MULTILINE)
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", re.MULTILINE)
 NOTE = re.compile(r"^Accuracy: (?:.+\n?)+", re.MULTILINE)
@@ -96,6 +94,4 @@ def test_numbers_have_units_arrays_shapes_and_notes_a_test(name):
                 assert re.search(r"shape|of the length", told), (names, "shape")
     for text in (said(thing), *(said(each) for _, each in members(thing))):
         for note in NOTE.findall(text):
-            files = FILE.findall(note)
-            assert files, note
-            assert all((ROOT / each).exists() for each in files), note
+            assert FILE.search(note), note  # that it exists, test_pages.py sees

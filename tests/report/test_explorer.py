@@ -104,9 +104,8 @@ def asked(page, motions):
     tops = [{"top": numbers(each), "t": times(each)} for each in motions]
     return page.value(
         f"{json.dumps(tops)}.map(({{ top, t }}) => {{ const m = heavytop.motion(top, t);"
-        "return { ...explorer.classify(top), complete: m.complete, theta: [...m.theta],"
-        "phi: [...m.phi], psi: [...m.psi], quaternion: [...m.quaternion],"
-        "momentum: [...m.momentum], ...heavytop.reach(top) }; })"
+        "return { ...explorer.classify(top), ...heavytop.reach(top), theta: [...m.theta],"
+        "phi: [...m.phi], psi: [...m.psi] }; })"
     )
 
 
