@@ -69,10 +69,8 @@ def test_a_state_off_by_one_ulp_is_refused_at_a_block_and_at_a_sample():
     first, second, *others = orbit.checkpoints
     block, states = second.state.copy(), orbit.samples.states.copy()
     block[0], states[9, 0] = np.nextafter(block[0], 2), np.nextafter(states[9, 0], 2)
-    for wrong in (
-        {"checkpoints": (first, replace(second, state=block), *others)},
-        {"samples": orbit.samples._replace(states=states)},
-    ):
+    checkpoints = (first, replace(second, state=block), *others)
+    for wrong in ({"checkpoints": checkpoints}, {"samples": orbit.samples._replace(states=states)}):
         with pytest.raises(ht.ForeignFile, match="others"):
             ht.certify(replace(trajectory, orbit=replace(orbit, **wrong)))
 

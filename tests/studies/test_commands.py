@@ -37,8 +37,7 @@ def files(folder):
 # --- killed and stopped ----------------------------------------------------------------------
 
 DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s",
-           "front", "cheapest", "files", "versions",
-           "command"}  # fmt: skip
+           "front", "cheapest", "files", "versions", "command"}  # fmt: skip
 
 
 def timeless(value):
