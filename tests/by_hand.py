@@ -10,9 +10,8 @@ class ByHand:
         self.mp = mp = mpmath.MPContext()
         mp.dps = digits
         A, C, gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
-        theta, self.rate, self.turn, self.omega3 = (
-            x.mpf(mp) for x in (start.theta, start.thetadot, start.phidot, start.omega3)
-        )
+        begun = start.theta, start.thetadot, start.phidot, start.omega3
+        theta, self.rate, self.turn, self.omega3 = (x.mpf(mp) for x in begun)
         self.u0, self.sine = mp.cos(theta), mp.sin(theta)
         self.g, self.b = gMR / A, C * self.omega3 / A
         self.a = self.turn * self.sine**2 + self.b * self.u0

@@ -68,9 +68,8 @@ def nasty(random, n, held):
     beside = random.choice((0, 1e-8, 1e-20, 1e-12, 1e-3), n)
     theta = np.where(random.random(n) < 0.2, beside, theta)
     theta = np.where(random.random(n) < 0.1, math.pi - np.minimum(beside, 0.1), theta)
-    theta = np.where(
-        random.random(n) < 0.1, math.pi / 2 + random.choice((0, 1e-16, 1e-9), n), theta
-    )
+    level = random.random(n) < 0.1
+    theta = np.where(level, math.pi / 2 + random.choice((0, 1e-16, 1e-9), n), theta)
     rate = np.sqrt(np.where(g == 0, 1, abs(g)) / A)
     omega3 = random.normal(size=n) * 3 * rate * A / C * random.choice((1, 0.1, 0, 10), n)
     thetadot = random.normal(size=n) * rate * random.choice((0, 0, 1, 1e-9), n)

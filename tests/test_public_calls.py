@@ -36,6 +36,10 @@ MAKERS = ("Motion", "Scene", "State", "Top", "State.from_quaternion", "State.fro
           "State.kicked", "Top.from_solids")  # fmt: skip
 FUNCTIONS = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
 WRONG = [object(), "of no use", None, 1j, {}]
+UNREAD = {  # what is used as it is, or is read after what is wrong besides
+    "executor", "checkpoint", "follow", "undone", "proofs", "which", "overrides",
+    "reference quantities", "resume methods",
+}  # fmt: skip
 NAMES = [("stress", "cases"), ("stress", "methods"), ("explore", "scene")]  # or all
 OPTIONAL = [("Scene", "time"), ("State.from_constants", "E"), *NAMES]
 A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
@@ -52,12 +56,20 @@ def needed(name):
     return {x: GOOD[x] for x in (*empty, *BESIDES.get(name, "").split())}
 
 
+def optional(name):
+    """What a function may be given besides."""
+    others = inspect.signature(named(name)).parameters.keys() - needed(name).keys() - UNREAD
+    return sorted(place for place in others if f"{name} {place}" not in UNREAD)
+
+
 EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
+PLACES = [(n, place, WRONG) for n in EVERY for place in needed(n)]
+PLACES += [(n, place, (object(), 1j)) for n in EVERY for place in optional(n)]
 
 
-@pytest.mark.parametrize(("name", "place"), [(n, place) for n in EVERY for place in needed(n)])
-def test_what_a_function_does_not_take_is_refused_by_name(name, place):
-    for wrong in WRONG:
+@pytest.mark.parametrize(("name", "place", "every"), PLACES)
+def test_what_a_function_does_not_take_is_refused_by_name(name, place, every):
+    for wrong in every:
         if (name, place) in (OPTIONAL if wrong is None else NAMES * isinstance(wrong, str)):
             continue
         with pytest.raises(ht.HeavyTopError) as refusal:
@@ -66,24 +78,6 @@ def test_what_a_function_does_not_take_is_refused_by_name(name, place):
         assert (wrong if isinstance(wrong, str) and place in A_PATH else place) in told
         assert told.isprintable() or "\n" in told
         assert len(told) < 300
-
-
-OPTIONS = {
-    "Scene": "quantities events samples digits title",
-    "atlas": "only folder progress",
-    "drift": "methods periods ensemble samples seed folder progress",
-    "propagate": "formulation tolerance projected step_limit progress",
-    "stress": "budget time_limit folder progress",
-    "resume": "jobs progress",
-}
-
-
-@pytest.mark.parametrize("name", OPTIONS)
-def test_an_option_of_no_use_is_refused_by_name(name):
-    for option in OPTIONS[name].split():
-        for wrong in (object(), 1j):
-            with pytest.raises(ht.HeavyTopError, match=option):
-                named(name)(**needed(name) | {option: wrong})
 
 
 SEPARATRIX = ht.load_scene("separatrix")
@@ -139,9 +133,10 @@ def test_what_is_of_another_type_is_a_type_error():
         ht.Motion(START, TOP)
 
 
-@pytest.mark.parametrize(
-    "what", [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]
-)
+SHOWN = [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]
+
+
+@pytest.mark.parametrize("what", SHOWN)
 def test_what_is_shown_can_be_read_and_be_made_again(what):
     assert len(str(what)) < 240
     assert "Exact" not in str(what) + repr(what)

@@ -1,23 +1,17 @@
 """Words for people: the nearest name, in one wording, and a time in its unit."""
 
-import pytest
-
 from heavytop.text import closest, duration, nearest
 
+KNOWN = ("phi", "phidot", "Omega3", "AXIS")
+HINTS = {"phidott": "phidot", "PHIDOT": "phidot", "OMEGA3": "Omega3", "axis": "AXIS"}
+FAR = ("zz", "", 3, None, "phidot" + 10**6 * " ")
 
-@pytest.mark.parametrize(
-    ("value", "hint"),
-    [
-        ("phidott", "phidot"), ("PHIDOT", "phidot"), ("OMEGA3", "Omega3"), ("axis", "AXIS"),
-        ("zz", ""), ("", ""), (3, ""), (None, ""), ("phidot" + 10**6 * " ", ""),
-    ],
-    ids=lambda value: str(value)[:10],
-)  # fmt: skip
-def test_the_nearest_name_is_hinted_at(value, hint):
-    known = ("phi", "phidot", "Omega3", "AXIS")
-    assert closest(value, known) == hint
-    assert nearest(value, known) == (hint and f'did you mean "{hint}"?')
-    assert nearest(value, ()) == ""
+
+def test_the_nearest_name_is_hinted_at():
+    for value, hint in (HINTS | dict.fromkeys(FAR, "")).items():
+        assert closest(value, KNOWN) == hint
+        assert nearest(value, KNOWN) == (hint and f'did you mean "{hint}"?')
+        assert nearest(value, ()) == ""
 
 
 def test_a_time_is_told_in_its_unit():

@@ -12,10 +12,21 @@ from heavytop.claims import CLAIMS, advance, load_claims, tasks, validate
 from heavytop.errors import HeavyTopError
 
 from ..studies.toy import drop_line
-from .own_claims import FAKE, HEAD, SLOW, by_id, script
 
 pytestmark = pytest.mark.processes
 VALIDATION = Path(__file__).parents[2] / "validation"
+FAKE, SLOW = ((Path(__file__).parent / "toys" / f"{x}.py").read_text() for x in ("fake", "slow"))
+
+
+def script(folder, body):
+    """Write a script whose name no other test has; return the folder, and the name."""
+    name = f"50_{folder.name}"
+    (folder / f"{name}.py").write_text(body)
+    return folder, name
+
+
+def by_id(found):
+    return {each.id: each for each in found.claims}
 
 
 def test_every_claim_has_a_statement_an_authority_a_bound_and_its_reason():
@@ -39,8 +50,7 @@ def test_the_independent_rigid_body_sees_nothing_of_the_package():
 def test_without_scripts_and_with_two_claims_of_a_name_there_is_nothing_to_measure(tmp_path):
     with pytest.raises(HeavyTopError, match="installed without"):
         load_claims(str(tmp_path))
-    twice = '@of_a_book("x")\ndef _():\n    return 0\n'
-    script(tmp_path, HEAD + 2 * twice)
+    script(tmp_path, 2 * FAKE)
     with pytest.raises(ValueError, match="two claims"):
         load_claims(str(tmp_path))
 

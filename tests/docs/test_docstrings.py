@@ -4,29 +4,17 @@ import dataclasses
 import inspect
 import re
 from functools import cached_property
-from pathlib import Path
 
 import pytest
 
 import heavytop as ht
 
-ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^([A-Z]\w+)\n-{3,}$", re.MULTILINE)
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", re.MULTILINE)
 NOTE = re.compile(r"^Accuracy: (?:.+\n?)+", re.MULTILINE)
 FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
 UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its keys is a keyword
 NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
-NO_UNIT = {  # numbers that compare or have the unit of what they are of; periods count
-    "Check": {"digits", "digits_as_given"},
-    "Drift": {"spread"},
-    "Errors": {"energy", "invariants", "input_rounding"},
-    "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio"},
-    "Plan": {"tolerance"},
-    "Sample": {"quaternion", "states"},
-    "WorkPrecision": {"phase"},
-    "Method": {"setting"},
-}  # fmt: skip
 FUNCTIONS = [name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))]
 CLASSES = [name for name in ht.__all__ if inspect.isclass(getattr(ht, name))]
 RAISED = [name for name in CLASSES if issubclass(getattr(ht, name), (Exception, Warning))]
@@ -99,14 +87,11 @@ def test_numbers_have_units_arrays_shapes_and_notes_a_test(name):
     found = sections(thing)
     for heading in ("Parameters", "Attributes", "Returns"):
         for names, kind, described in ENTRY.findall(found.get(heading, "") + "\n"):
-            bare = {"periods"} | NO_UNIT.get(name, set())
-            if NUMERIC.search(kind) and not set(names.split(", ")) <= bare:
+            if NUMERIC.search(kind) and names != "periods":
                 assert "[" in described + kind, (names, "unit")
             if "ndarray" in kind:
                 told = kind + described + said(thing).split("\n\n")[0]
                 assert re.search(r"shape|of the length", told), (names, "shape")
     for text in (said(thing), *(said(each) for _, each in members(thing))):
         for note in NOTE.findall(text):
-            files = FILE.findall(note)
-            assert files, note
-            assert all((ROOT / each).exists() for each in files), note
+            assert FILE.search(note), note  # that it exists, test_pages.py sees

@@ -1,19 +1,16 @@
 """The first ten minutes, and other sessions, typed again: commands print what the pages show."""
 
 import contextlib
+import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from heavytop.cli import app
-from heavytop.comparison import own
-
+from ..processes import surroundings
 from .pages_agree import BLOCK, NUMBER, agree
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -63,21 +60,12 @@ def follows(shown, printed):
 
 
 def typed(command, code):
-    """Do what a shell does with a line; return the exit code, and what a terminal shows."""
-    if command == "echo $?":
-        return 0, f"{code}\n"
-    words = shlex.split(command)
-    if words[0] != "heavytop":
-        command = re.sub("^python ", f"{sys.executable} ", command)
-        done = subprocess.run(command, shell=True, capture_output=True, text=True)
-        return done.returncode, done.stdout + done.stderr
-    own._REGISTERED.clear()  # another process knows no code
-    words, file = (words[1:], None) if ">" not in words else (words[1:-2], words[-1])
-    found = CliRunner().invoke(app, words)
-    if file:
-        Path(file).write_text(found.stdout, "utf-8")
-        return found.exit_code, found.output.removeprefix(found.stdout)
-    return found.exit_code, found.output
+    """Let a shell do a line; return the exit code, and what a terminal shows."""
+    found = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    env = surroundings(PATH=found, PYTHONUNBUFFERED="1")
+    how = {"shell": True, "text": True, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    done = subprocess.run(command.replace("$?", str(code)), env=env, **how)
+    return done.returncode, done.stdout
 
 
 SHOWN = [  # and two that are printed: one that agrees, and one that does not

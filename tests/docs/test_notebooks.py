@@ -28,9 +28,8 @@ each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path
 
 def checks(path):
     """Return by the name of a cell what is to hold after it."""
-    _, *parts = re.split(
-        r"^# %% (\S+)\n", (CHECKS / f"{path.stem}.py").read_text("utf-8"), flags=re.M
-    )
+    text = (CHECKS / f"{path.stem}.py").read_text("utf-8")
+    _, *parts = re.split(r"^# %% (\S+)\n", text, flags=re.MULTILINE)
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
@@ -61,10 +60,8 @@ def run(notebook, folder, monkeypatch):
     nbclient = pytest.importorskip("nbclient", reason="it comes with the extra docs")
     for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "MPLCONFIGDIR"):
         monkeypatch.setenv(name, str(folder / name))
-    nbclient.NotebookClient(
-        notebook, timeout=TIME_LIMIT_S, kernel_name="python3",
-        resources={"metadata": {"path": str(folder)}},
-    ).execute()  # fmt: skip
+    how = {"timeout": TIME_LIMIT_S, "resources": {"metadata": {"path": str(folder)}}}
+    nbclient.NotebookClient(notebook, kernel_name="python3", **how).execute()
 
 
 @pytest.mark.slow

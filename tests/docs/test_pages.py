@@ -4,13 +4,18 @@
 and runs the commands of the README.
 """
 
+import importlib.util
+import pkgutil
 import re
 import subprocess
 import sys
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from textwrap import dedent
 
+import mpmath
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -29,7 +34,9 @@ from .test_first_ten_minutes import follows
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 README = (ROOT / "README.md").read_text("utf-8")
+SOURCE = ROOT / "src" / "heavytop"
 VARIES = ("cost", "errors", "event time")  # of the machine, or in the last digit
+TREE = re.compile(r"^```\{toctree\}\n(?::[^\n]*\n)*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SMALL = re.compile(r"-?\d(\.\d+)?e-1\d|-?0(?=\s|$)")
 
 
@@ -59,6 +66,46 @@ def test_a_page_lists_every_name_of_a_table(page):
     assert not missing, f"docs/{page} has no line for {', '.join(missing)}"
 
 
+# --- the map of pages -----------------------------------------------------------------------------
+
+
+def test_no_page_is_in_two_parts():
+    """That every page is in one, Sphinx sees to."""
+    pages = []
+    for index in DOCS.rglob("*.md"):
+        for names in TREE.findall(index.read_text("utf-8")):
+            pages += [(index.parent / name).resolve() for name in names.split()]
+    assert len(pages) > 30
+    assert sorted(pages) == sorted({*pages})
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.md"])
+def test_the_files_that_a_page_for_developers_names_exist(page):
+    for name in re.findall(r"`([\w./-]+/[\w.-]+\.\w+)`", (ROOT / page).read_text("utf-8")):
+        made_by_the_reader = name.endswith("scenes/half-tilted.toml")
+        assert made_by_the_reader or (SOURCE / name).exists() or (ROOT / name).exists(), name
+
+
+def test_the_tests_and_the_names_that_are_given_in_full_exist():
+    for text in [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *SOURCE.rglob("*.py")]:
+        said = text.read_text("utf-8")
+        for name in re.findall(r"\b(?:tests|validation)/[\w/]+\.py\b", said):
+            assert (ROOT / name).exists(), (text, name)
+        for name in re.findall(r"`(heavytop\.[\w.]+\.[A-Z_]+)`", said):
+            assert pkgutil.resolve_name(name), (text, name)
+
+
+def test_the_picture_of_the_layers_has_those_of_the_package():
+    spec = importlib.util.spec_from_file_location("draw", DOCS / "draw.py")
+    draw = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(draw)
+    drawn = [{folder for folder, *_ in row} for row in draw.LAYERS]
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]
+    contract = tools["importlinter"]["contracts"][0]["layers"][1:-1]  # without __main__, the tools
+    kept = [set(re.findall(r"\w+", row)) for row in contract]
+    assert drawn == kept
+
+
 # --- the ladder of kicks -------------------------------------------------------------------------
 # theta0 = 0.1, thetadot0 = 0, the book's top, 140 rad/s held: roots found at 50 digits by another
 # program, printed here as far as they were printed there.
@@ -78,6 +125,59 @@ def test_the_ladder_of_kicks(name):
     [row] = re.findall(rf"^{name} +(\S+) +(\S+)$", (DOCS / "kicks.md").read_text("utf-8"), re.M)
     for shown, exact in zip(row, LADDER[name], strict=True):
         assert abs(float(shown) - float(exact)) <= 0.51 * max(map(last_digit, (shown, exact)))
+
+
+# --- the page of Taylor's method: its steps a period, and those that the singularities predict ---
+
+TAYLOR = (DOCS / "theory" / "taylor.md").read_text("utf-8")
+ROWS = re.findall(r"^\| `([\w-]+)` \|(.*)\|$", TAYLOR, re.MULTILINE)
+missed = pytest.mark.filterwarnings("ignore::UserWarning")  # of digits that are not met
+
+
+def scene_of(name, periods):
+    return ht.load_scene(name, overrides=[f"span.periods={periods}", "want.events=[]"])
+
+
+def steps_a_period(scene, formulation):
+    """In every block but the first, whose steps are bounded by those at the start."""
+    period = ht.Motion(scene.top, scene.start).period
+    marks = ht.propagate(scene, formulation=formulation).orbit.checkpoints
+    blocks = pairwise(marks[1:])
+    return [(b.steps - a.steps) * period / (b.time[0] - a.time[0]) for a, b in blocks]
+
+
+def expected(motion, poles_of_angles):
+    """e² ∮dt/ρ, with ρ the distance from the nearest of the singularities that the page names."""
+    (u1, u2, u3), (m, mc) = motion.roots, motion.modulus
+    quarter, other = float(mpmath.ellipk(m)), float(mpmath.ellipk(mc))
+    lowest = (1 + u1) / (u2 - u1)
+    highest = (1 - u2) * (u3 - u1) / ((u2 - u1) * (u3 - 1))
+    v = [float(mpmath.ellipf(mpmath.atan(mpmath.sqrt(x)), mc)) for x in (lowest, highest)]
+    x = np.linspace(-quarter, quarter, 20_000)
+    rho = np.hypot(x, other)
+    if poles_of_angles:
+        rho = np.minimum(np.minimum(rho, np.hypot(x, v[0])), np.hypot(quarter - abs(x), v[1]))
+    return np.exp(2 + 0.7 / 19) * 2 * quarter * np.mean(1 / rho)
+
+
+@missed
+@pytest.mark.parametrize(("name", "cells"), ROWS)
+def test_steps_are_as_many_as_the_page_says(name, cells):
+    scene = scene_of(name, 700)
+    motion = ht.Motion(scene.top, scene.start)
+    taken, angles = (steps_a_period(scene, form)[-1] for form in ("axis", "subsystem"))
+    found = [taken, expected(motion, False), angles, expected(motion, True)]
+    assert [float(cell) for cell in cells.split("|")] == pytest.approx(found, abs=0.06)
+
+
+@missed
+def test_steps_lengthen_where_an_angle_grows():
+    assert len(ROWS) == 3
+    [shown] = re.findall(r"from ([\d.]+) to ([\d.]+) steps a period", " ".join(TAYLOR.split()))
+    growing, kept = (steps_a_period(scene_of("sicm-kicked", 1000), form)
+                     for form in ("lagrange", "subsystem"))  # fmt: skip
+    assert [float(x) for x in shown] == pytest.approx([growing[0], growing[-1]], abs=0.06)
+    assert {f"keeps its {each:.0f}." in TAYLOR for each in kept} == {True}
 
 
 # --- the README ----------------------------------------------------------------------------------

@@ -1,10 +1,9 @@
 """A Chromium without a network, which tests tell what to do through a pipe."""
 
 import json
-import os
 import select
 import shutil
-import subprocess
+from subprocess import DEVNULL, PIPE, Popen
 
 from ..processes import wait_for
 
@@ -13,27 +12,20 @@ CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync",
     "--disable-background-networking", "--disable-component-update", "--mute-audio",
-    "--host-resolver-rules=MAP * ~NOTFOUND", "--use-angle=swiftshader",
+    "--host-resolver-rules=MAP * ~NOTFOUND", "--use-angle=swiftshader", "about:blank",
     "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--window-size=1280,1000",
 )  # fmt: skip
 FIRST = 30.0  # how long is waited for something [s]
 # The browser reads from descriptor 3 and writes to 4.
-START = 'from=$1 to=$2; shift 2; exec "$@" 3<&"$from" 4>&"$to"'
+START = 'exec "$@" 3<&0 4>&1 </dev/null >/dev/null'
 
 
 class Browser:
     """A Chromium that is told what to do through a pipe."""
 
     def __init__(self, home):
-        theirs_in, self.out = os.pipe()
-        self.inward, theirs_out = os.pipe()
-        ends = theirs_in, theirs_out
-        words = ["bash", "-c", START, "-", *map(str, ends), CHROMIUM, *FLAGS]
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "pass_fds": ends}
-        words += [f"--user-data-dir={home}", "about:blank"]
-        self.process = subprocess.Popen(words, **quiet)
-        for end in ends:
-            os.close(end)
+        words = ["bash", "-c", START, "-", CHROMIUM, *FLAGS, f"--user-data-dir={home}"]
+        self.process = Popen(words, stdin=PIPE, stdout=PIPE, stderr=DEVNULL, bufsize=0)
         self.number, self.session, self.rest, self.heard = 0, {}, b"", []
         pages = self.ask("Target.getTargets")["targetInfos"]
         page = next(each["targetId"] for each in pages if each["type"] == "page")
@@ -47,7 +39,7 @@ class Browser:
     def ask(self, method, **params):
         self.number += 1
         message = {"id": self.number, "method": method, "params": params, **self.session}
-        os.write(self.out, json.dumps(message).encode() + b"\0")
+        self.process.stdin.write(json.dumps(message).encode() + b"\0")
         while True:
             found = self._read()
             if found.get("id") == self.number:
@@ -57,9 +49,10 @@ class Browser:
             self.heard.append(found)
 
     def _read(self):
+        source = self.process.stdout
         while b"\0" not in self.rest:
-            assert select.select([self.inward], [], [], FIRST)[0], "the browser says nothing"
-            part = os.read(self.inward, 1 << 20)
+            assert select.select([source], [], [], FIRST)[0], "the browser says nothing"
+            part = source.read(1 << 20)
             assert part, "the browser has gone"
             self.rest += part
         message, _, self.rest = self.rest.partition(b"\0")
@@ -87,6 +80,4 @@ class Browser:
 
     def close(self):
         self.process.terminate()
-        self.process.wait(10)
-        os.close(self.out)
-        os.close(self.inward)
+        self.process.communicate(timeout=10)

@@ -1,4 +1,4 @@
-"""A result of every kind, about a scene whose texts would break out of a page; the explorer."""
+"""A result of every kind, about a scene whose texts would break out of a page; the browser."""
 
 import json
 
@@ -13,7 +13,6 @@ from heavytop.results.table import Row
 
 from ..results.made import AUTO, CLAIM, FAILING, POINT, RUN, diagram_of, stress_of, validation_of
 from .browser import CHROMIUM, Browser
-from .explorer_page import opened
 
 BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
 CLOSING = "</script></title></style><svg onload=alert(3)>&amp;<!--"
@@ -55,20 +54,12 @@ def place(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def html(tmp_path_factory):
-    return ht.explore(path=tmp_path_factory.mktemp("page") / "explore.html")
-
-
-@pytest.fixture(scope="module")
 def browser(tmp_path_factory):
+    """One that complains of nothing, and is asked for nothing outside its pages."""
     if CHROMIUM is None:
         pytest.skip("no Chromium is installed")
     found = Browser(tmp_path_factory.mktemp("profile"))
     yield found
+    found.value("1")  # what was said before has been heard then
     found.close()
-
-
-@pytest.fixture
-def page(browser, html):
-    """The page at its start."""
-    return opened(browser, html)
+    assert list(found.complaints()) == []

@@ -8,9 +8,10 @@ import pytest
 
 import heavytop as ht
 
+from .conftest import BREAKING, HOSTILE
 from .seen import Seen
 
-SCENE = ht.load_scene("sicm-kicked")
+SCENE = ht.load_scene("sicm-kicked", HOSTILE)
 MOTION = ht.Motion(SCENE.top, SCENE.start)
 
 
@@ -26,7 +27,7 @@ def trajectory():
 CELLS = {
     "top": (lambda run: SCENE.top, ["A", "3.28e-4 kg m²", "C/A"], False),
     "start": (lambda run: SCENE.start, ["θ", "0.1 rad", "φ̇", "-15 rad/s"], False),
-    "scene": (lambda run: SCENE, ["SICM 2.10, kicked backwards: loops", "time: 2"], True),
+    "scene": (lambda run: SCENE, [BREAKING, "time: 2"], True),
     "motion": (lambda run: MOTION, ["loops, proved", "0.542895518188 s"], True),
     "verdict": (lambda run: MOTION.verdict, ["loops, proved"], False),
     "plan": (lambda run: run.plan, ["axis, double, 6 states, tolerance 2.22e-16"], False),
@@ -53,11 +54,6 @@ def test_numbers_are_shown_as_they_were_given_and_long_expressions_to_six_digits
     cell = cell_of(ht.Top(A=ht.Exact.of(178327) / 3000000000, C="6.60e-5", gMR="sqrt(2)/31"))
     assert {"5.94423e-05 kg m²", "6.60e-5 kg m²", "sqrt(2)/31 J"} <= set(cell.texts)
     assert "pi/4 rad" in cell_of(ht.State(theta="pi/4", psidot=1)).texts
-
-
-def test_what_a_scene_says_is_no_markup():
-    scene = ht.load_scene("sicm-kicked", ["title='<script>alert(1)</script>'"])
-    assert cell_of(scene).all("script") == cell_of(ht.propagate(scene).play()).all("script") == []
 
 
 def test_a_player_is_a_small_page_in_a_frame_that_asks_no_network(trajectory):

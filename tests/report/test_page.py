@@ -128,13 +128,13 @@ def put(place, name, folder, **changed):
     return folder
 
 
-@pytest.mark.parametrize(
-    ("name", "nothing"),
-    [("workprec", {"points": [], "front": []}),
-     ("stress", {"cases": [], "hard": {}, "methods": {}}), ("run", {"files": {}})],
-)  # fmt: skip
-def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, nothing, tmp_path):
-    page = page_of([put(place, name, tmp_path / "a", **nothing)])
+NOTHING = {"workprec": {"points": [], "front": []}, "run": {"files": {}}}
+NOTHING["stress"] = {"cases": [], "hard": {}, "methods": {}}
+
+
+@pytest.mark.parametrize("name", NOTHING)
+def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, tmp_path):
+    page = page_of([put(place, name, tmp_path / "a", **NOTHING[name])])
     assert not page.sections[0].pictures
     assert ("No figures" in page.html()) == (name != "run")
 
@@ -159,9 +159,10 @@ def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
     assert (told["file"] + told["results"][0]).isprintable()
 
 
-@pytest.mark.parametrize(
-    ("word", "file"), [("x.HTML", "x.HTML"), ("a/b", "a/b/report.html"), ("", None)]
-)
+WRITTEN = {"x.HTML": "x.HTML", "a/b": "a/b/report.html", "": None}
+
+
+@pytest.mark.parametrize(("word", "file"), WRITTEN.items())
 def test_a_page_is_where_it_is_said(place, undrawn, word, file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     refused(0 if file else 2, "report", place / "validate", "-o", word)

@@ -137,9 +137,3 @@ def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, tmp_path):
     assert browser.value(f"document.querySelector('iframe').{dark}")
     data = f"{inside}.querySelector('script[type=\"application/json\"]').textContent"
     assert json.loads(browser.value(data))["runs"][0]["title"] == BREAKING
-
-
-def test_nothing_complained_and_nothing_was_asked_for(browser):
-    """The last of them: all that was heard before is judged."""
-    browser.value("1")
-    assert list(browser.complaints()) == []

@@ -14,31 +14,21 @@ from ..certificates import run_of
 from ..trajectories import planted
 from .toy import drop_line
 
-RNG = np.random.default_rng(1)
 ANGLES = ("theta", "phi", "psi")
 
 
-def errors_at(trajectory, times):
-    """What a run says, less the exact motion of its own numbers, at 30 digits."""
-    exact, seen = trajectory.own.closed_form.at(times, 30), trajectory(np.array(times))
-    found = {}
-    for name in ("axis", *ANGLES):
-        true = np.array([getattr(record, name) for record in exact])
-        with np.errstate(invalid="ignore"):  # NaN, where a run does not say it
-            off = (getattr(seen, name) - true).astype(float)
-        sizes = np.linalg.norm(off.reshape(len(times), -1), axis=1)
-        found[name] = max(sizes[sizes == sizes], default=0.0)
-    return found
+@pytest.fixture
+def certified(validation_script):
+    """What makes the certificate of a run: no error that is looked for exceeds its bounds."""
+    largest_errors = validation_script("45_certificates").largest_errors
 
+    def certified(run):
+        found, errors = ht.certify(run), largest_errors(run, 1, times=2000, taken=20)
+        for name, bound in found.bound.items():
+            assert bound is None or max(errors[name], found.observed[name]) <= bound
+        return found
 
-def certified(trajectory, times=60):
-    """The certificate of a run, whose bounds no error exceeds, at random times and both ends."""
-    found, end = ht.certify(trajectory), trajectory.orbit.end
-    errors = errors_at(trajectory, [0.0, *(end * RNG.uniform(0, 1, times)), end])
-    for quantity, bound in found.bound.items():
-        if bound is not None:
-            assert max(errors[quantity], found.observed[quantity]) <= bound
-    return found
+    return certified
 
 
 SPANS = [
@@ -53,14 +43,14 @@ SPANS = [
 
 
 @pytest.mark.parametrize(("name", "form", "asked"), SPANS)
-def test_no_error_exceeds_its_bound(name, form, asked):
+def test_no_error_exceeds_its_bound(certified, name, form, asked):
     found = certified(run_of(name, form, **asked))
     assert found.proved
     assert found.bound["theta"] <= max(20 * found.observed["theta"], 4e-15)
     assert found.events.turning.proved is (None if "steady" in name else True)
 
 
-def test_a_projected_run_is_certified_step_by_step():
+def test_a_projected_run_is_certified_step_by_step(certified):
     scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(200))
     assert certified(ht.propagate(scene, formulation="axis", projected=True)).bound["axis"] < 3e-13
 
@@ -79,10 +69,8 @@ def test_a_state_off_by_one_ulp_is_refused_at_a_block_and_at_a_sample():
     first, second, *others = orbit.checkpoints
     block, states = second.state.copy(), orbit.samples.states.copy()
     block[0], states[9, 0] = np.nextafter(block[0], 2), np.nextafter(states[9, 0], 2)
-    for wrong in (
-        {"checkpoints": (first, replace(second, state=block), *others)},
-        {"samples": orbit.samples._replace(states=states)},
-    ):
+    checkpoints = (first, replace(second, state=block), *others)
+    for wrong in ({"checkpoints": checkpoints}, {"samples": orbit.samples._replace(states=states)}):
         with pytest.raises(ht.ForeignFile, match="others"):
             ht.certify(replace(trajectory, orbit=replace(orbit, **wrong)))
 
@@ -165,20 +153,15 @@ def test_an_angle_that_is_not_bounded_is_named_where_the_axis_is(name, unbounded
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
-def test_random_motions(seed):
-    rng = np.random.default_rng([24, seed])
-    top = ht.Top(*rng.uniform((1, 0.2, -3), (3, 2, 3)).tolist())
-    theta, thetadot, phidot, psidot = rng.uniform((0.05, -2, -3, -20), (3.0, 2, 3, 20)).tolist()
-    start = ht.State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
-    form = ("axis", "attitude")[seed % 2]
-    scene = ht.Scene(top, start, periods=float(rng.uniform(1, 60)))
-    assert certified(ht.propagate(scene, formulation=form, projected=seed % 3 == 0)).proved
+def test_random_motions(certified, validation_script, seed):
+    """Of both forms, projected or not, a small slice of what that script looks at."""
+    assert certified(validation_script("45_certificates").drawn(seed)).proved
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize("form", ["axis", "attitude"])
 @pytest.mark.parametrize(("phi", "psi"), [(0, 1e6), (-1e6, 0), (1e3, -1e9)])
-def test_angles_that_begin_far_from_zero_are_rounded_more(form, phi, psi):
+def test_angles_that_begin_far_from_zero_are_rounded_more(certified, form, phi, psi):
     """An output is rounded in units of its own last place, however small its change is."""
     start = ht.State(1.0, phidot=0.3, psidot=1.0, phi=phi, psi=psi)
     scene = ht.Scene(ht.Top(2, 1, 1), start, time=5, quantities=ANGLES)
@@ -188,7 +171,7 @@ def test_angles_that_begin_far_from_zero_are_rounded_more(form, phi, psi):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
-def test_near_a_separatrix_the_angles_of_a_period_are_known_for_all_periods():
+def test_near_a_separatrix_the_angles_of_a_period_are_known_for_all_periods(certified):
     """With 192 bits the table is good, but not the turns after many periods."""
     for top, start, periods in (
         (ht.Top(2, 1, 1), ht.State(1e-4, psidot=1.2 * math.sqrt(2.0)), -1.5),
@@ -196,4 +179,4 @@ def test_near_a_separatrix_the_angles_of_a_period_are_known_for_all_periods():
     ):
         scene = ht.Scene(top, start, periods=periods)
         for form in ("attitude", "axis"):  # of the second top this needs 384 bits
-            certified(ht.propagate(scene, formulation=form), times=20)
+            certified(ht.propagate(scene, formulation=form))

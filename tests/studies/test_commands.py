@@ -26,6 +26,7 @@ LONG = {
                  "--methods", "auto=9,taylor-axis,taylor-lagrange,strang=50"),
     "atlas": ("sicm-kicked", "--x", "phidot=-20:20:900", "--y", "psidot=-150:150:900"),
 }  # fmt: skip
+JOBS = {"workprec": 1, "drift": 2, "stress": 1, "atlas": 2}
 
 
 def files(folder):
@@ -36,8 +37,7 @@ def files(folder):
 # --- killed and stopped ----------------------------------------------------------------------
 
 DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s",
-           "front", "cheapest", "files", "versions",
-           "command"}  # fmt: skip
+           "front", "cheapest", "files", "versions", "command"}  # fmt: skip
 
 
 def timeless(value):
@@ -53,9 +53,7 @@ def wait_for_records(folder, count, process):
 
 @pytest.mark.slow
 @pytest.mark.processes
-@pytest.mark.parametrize(
-    ("verb", "jobs"), {"workprec": 1, "drift": 2, "stress": 1, "atlas": 2}.items()
-)
+@pytest.mark.parametrize(("verb", "jobs"), JOBS.items())
 def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, jobs, tmp_path):
     whole, folder, draw = tmp_path / "whole", tmp_path / "made" / "here", random.Random(jobs)
     complete = document(verb, *LONG[verb], "-o", whole)

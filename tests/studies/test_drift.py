@@ -1,6 +1,5 @@
 """A drift measures how errors grow; its members are its runs; `drift` and `resume` on their own."""
 
-import json
 import math
 
 import numpy as np
@@ -24,18 +23,6 @@ def asked(methods=DEFAULT, periods=10_000, samples=25):
     return drift_parameters(KICKED, methods, **options, jobs=1)[0]
 
 
-# --- the runs --------------------------------------------------------------------------------
-
-
-def test_a_run_that_is_taken_up_again_has_the_same_bits():
-    study = asked(["taylor-axis", "sofroniou-spaletta10"], periods=2e4, samples=9)
-    for task in tasks(study):
-        first, *others = advance(study, task, None)
-        again = advance(study, task, json.loads(json.dumps(first.checkpoint)))
-        one, other = ([row for x in chunks for row in x.rows] for chunks in (again, others))
-        assert one == other
-
-
 # --- what is asked ---------------------------------------------------------------------------
 
 
@@ -52,7 +39,6 @@ def test_a_power_law_is_found_with_its_error():
 def test_only_a_power_law_has_an_exponent():
     n = np.geomspace(1e3, 1e6, 13)
     draw = np.random.default_rng(1)
-    walk = np.cumsum(draw.normal(size=10**6))[np.rint(n).astype(int) - 1]
     noise = 1e-9 * np.exp(0.1 * draw.normal(size=13))
     steady = 1e-16 * n * (1 + 0.01 * draw.normal(size=13))
     turning = np.cos(np.arange(13.0)) ** 5 * n
@@ -60,7 +46,6 @@ def test_only_a_power_law_has_an_exponent():
     assert growth(n, steady, steady).exponent == pytest.approx(1, abs=0.02)
     assert growth(n, abs(turning), turning).word == "changes sign"
     assert growth(n, abs(turning), abs(turning)) == (None, None, 13, "")
-    assert growth(n, abs(walk), walk).exponent is None or min(walk) > 0 or max(walk) < 0
 
 
 def test_an_order_is_told_where_errors_fall_and_nowhere_else():
@@ -93,11 +78,8 @@ def test_a_setting_is_used_and_keeps_all_its_digits():
 
 
 def test_auto_is_the_least_form_for_so_long_a_run():
-    names = [asked(methods=["auto"], periods=n)["methods"][0] for n in (10, 1e5)]
-    assert names == ["taylor-axis", "taylor-axis-projected"]
-    assert asked(methods=["auto=6", "auto=20"], periods=1e5)["methods"] == [
-        "taylor-axis", "taylor-axis-mpfr"
-    ]  # fmt: skip
+    planned = asked(methods=["auto", "auto=6", "auto=20"], periods=1e5)["methods"]
+    assert planned == ["taylor-axis-projected", "taylor-axis", "taylor-axis-mpfr"]
 
 
 def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):

@@ -1,5 +1,7 @@
-"""Find: problems whose answers are known, ranges that are none, and tops as people have them."""
+"""Find: problems whose answers are known, and tops as people have them; sweep: rows of motions."""
 
+import csv
+import io
 import math
 import random
 from fractions import Fraction
@@ -8,6 +10,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.scene.quantities import read_units, showing
 from heavytop.scene.scene import read_scene
 from heavytop.studies.find import FOUND_FACTS, find, read_range
 
@@ -15,19 +18,20 @@ pytestmark = pytest.mark.filterwarnings("ignore::heavytop.ImpossibleBodyWarning"
 
 KICKED = ht.load_scene("sicm-kicked")
 DROPPED = ht.load_scene("sicm-dropped")
+FACTS = ["round", "theta_max", "round_estimate", "ratio"]
 KEYS = ["start.psidot", "start.phidot", "start.theta", "start.thetadot", "top.gMR", "top.C"]
 ASKED = ["period", "theta_min", "theta_max", "amplitude", "precession", "spin", "round"]
 
 
-def scene(top: str, start: str) -> ht.Scene:
+def scene(top, start):
     return read_scene(f"format = 1\n[top]\n{top}\n[start]\n{start}\n")
 
 
-def values(found) -> list[float]:
+def values(found):
     return [solution.value for solution in found.solutions]
 
 
-def problem(seed: int) -> tuple[ht.Scene, str, float, str]:
+def problem(seed):
     """A scene, a key, the value that is to be found again, and a fact."""
     chance = random.Random(seed)
     numbers = {"theta": chance.uniform(0.2, 2.9), "thetadot": chance.gauss(0, 1)}
@@ -43,7 +47,7 @@ SEEDS = [*range(12), *(pytest.param(n, marks=pytest.mark.slow) for n in range(12
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_value_is_found_again_from_what_it_gives(seed) -> None:
+def test_a_value_is_found_again_from_what_it_gives(seed):
     """In a range around the value, backwards, from it, up to it, or of that value alone."""
     made, key, value, name = problem(seed)
     wanted = FOUND_FACTS[name][0](ht.Motion(made.top, made.start))
@@ -68,13 +72,13 @@ def test_a_value_is_found_again_from_what_it_gives(seed) -> None:
     assert len(found.solutions) >= np.count_nonzero(crossings)
 
 
-def _fact(made, key, x, name) -> float:
+def _fact(made, key, x, name):
     changed = made.changed(key, float(x))
     return FOUND_FACTS[name][0](ht.Motion(changed.top, changed.start)) or 0.0
 
 
 @pytest.mark.parametrize("wanted", [0.7 + k / 7 for k in range(12)])
-def test_the_ends_of_a_bracket_are_proved_to_be_on_two_sides(wanted) -> None:
+def test_the_ends_of_a_bracket_are_proved_to_be_on_two_sides(wanted):
     """By p_ψ²/4A gMR, which is rational."""
     (solution,) = find(DROPPED, "start.psidot=90:400", f"ratio = {wanted!r}").solutions
     A, C, gMR = Fraction("3.28e-4"), Fraction("6.60e-5"), Fraction("0.0456")
@@ -83,7 +87,7 @@ def test_the_ends_of_a_bracket_are_proved_to_be_on_two_sides(wanted) -> None:
     assert high - low < 1e-14
 
 
-def test_all_solutions_are_found_also_two_that_no_sample_tells_apart() -> None:
+def test_all_solutions_are_found_also_two_that_no_sample_tells_apart():
     """θ_max over φ̇ has a least value at the steady precession: just above it there are two."""
     steady = ht.State.steady(DROPPED.top, "0.1", omega3=140)
     level = scene("A = 3.28e-4\nC = 6.6e-5\ngMR = 0.0456", "theta = 0.1\nomega3 = 140")
@@ -94,7 +98,7 @@ def test_all_solutions_are_found_also_two_that_no_sample_tells_apart() -> None:
     assert values(touching)[0] < float(steady.phidot) < values(touching)[1]
 
 
-def test_what_no_value_has_is_said_with_the_range() -> None:
+def test_what_no_value_has_is_said_with_the_range():
     for vary, so_that, why in (
         ("start.psidot=100:400", "round = 60 s", "none between 100 and 400: the round goes from"),
         ("start.psidot=150:400", "kind = waves", "there are cusps"),
@@ -105,11 +109,11 @@ def test_what_no_value_has_is_said_with_the_range() -> None:
         assert (found.solutions, why in found.why) == ((), True)
 
 
-def kicked(phidot) -> ht.Motion:
+def kicked(phidot):
     return ht.Motion(DROPPED.top, DROPPED.changed("start.phidot", phidot).start)
 
 
-def test_boundaries_of_kinds() -> None:
+def test_boundaries_of_kinds():
     cusps = find(DROPPED, "start.phidot=-20:20", "kind = cusps")
     assert values(cusps)[0] == 0
     low, high = cusps.solutions[1].bracket
@@ -128,7 +132,7 @@ def test_boundaries_of_kinds() -> None:
     assert values(steady) == pytest.approx([float(each.phidot) for each in rates], rel=1e-12)
 
 
-def test_ranges_have_units_and_may_be_of_any_number() -> None:
+def test_ranges_have_units_and_may_be_of_any_number():
     ends = read_range("start.psidot = 60 rpm : 2 rev/s : 2")[1]
     assert ends == pytest.approx([2 * math.pi, 4 * math.pi])
     heavy = scene("mass = 1\ndistance = 0.1\ngravity = 9.81\nA_cm = 0.01\nC_cm = 0.01",
@@ -142,7 +146,7 @@ WHEEL = ('mass = 2.1\ndistance = "18 cm"\ngravity = 9.81\nA = "2.1*(0.3^2/2 + 0.
 
 
 @pytest.mark.reference
-def test_the_spin_of_a_wheel_by_the_time_of_a_round() -> None:
+def test_the_spin_of_a_wheel_by_the_time_of_a_round():
     """Steady, 100 rpm has a round of 3.5 s, and 260 rpm one of 8.728 s (textbook 8.719)."""
     steady = scene(WHEEL[0], 'theta = "90 deg"\nsteady = "slow"\npsidot = 10')
     (found,) = find(steady, "start.psidot=10 rpm:1000 rpm", "round_estimate = 8.719 s").solutions
@@ -152,3 +156,42 @@ def test_the_spin_of_a_wheel_by_the_time_of_a_round() -> None:
         vary = f"start.psidot={rpm - 60} rpm:300 rpm"
         (found,) = find(dropped, vary, f"round = {seconds} s").solutions
         assert found.value * 30 / math.pi == pytest.approx(rpm, abs=0.5 if rpm == 100 else 0.02)
+
+
+# --- sweep ---------------------------------------------------------------------------------
+
+
+def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
+    found = ht.sweep(DROPPED, "start.psidot=100:400:4", FACTS)
+    assert [row["start.psidot"] for row in found.rows] == [100, 200, 300, 400]
+    for row in found.rows:
+        motion = ht.Motion(DROPPED.top, ht.State("0.1", psidot=row["start.psidot"]))
+        assert row["kind"] == motion.kind
+        assert (row["round"], row["theta_max"]) == (motion.round, motion.theta_max)
+        p = 6.6e-5 * row["start.psidot"]
+        by_formula = [2 * math.pi * p / 0.0456, p**2 / (4 * 3.28e-4 * 0.0456)]
+        assert [row["round_estimate"], row["ratio"]] == pytest.approx(by_formula, rel=1e-14)
+    assert found.document()["over"] == "start.psidot"
+
+
+def test_csv_and_charts_are_in_the_units_asked_for():
+    found = ht.sweep(DROPPED, "start.psidot=100:400:3", FACTS)
+    units = read_units("deg, rpm,ms")
+    assert found.to_csv().startswith("start.psidot [rad/s],kind,round [s]")
+    with showing(units):
+        header, *rows = csv.reader(io.StringIO(found.to_csv()))
+        assert header == ["start.psidot [rpm]", "kind", "round [ms]", "theta_max [deg]",
+                          "round_estimate [ms]", "ratio"]  # fmt: skip
+        row, values = found.rows[0], [float(x) for x in (rows[0][0], *rows[0][2:4])]
+        wanted = [100 * 30 / math.pi, 1000 * row["round"], math.degrees(row["theta_max"])]
+        assert values == pytest.approx(wanted, rel=1e-15)
+        axes = found.figure().axes
+        assert [ax.get_ylabel() for ax in axes] == ["[ms]", "[deg]", "[1]"]
+        assert axes[0].lines[0].get_xdata()[0] == pytest.approx(wanted[0], rel=1e-15)
+
+
+def test_where_there_is_no_scene_a_row_says_so():
+    steady = scene("A = 1\nC = 1\ngMR = 1", 'theta = 0.5\nsteady = "slow"\nomega3 = 9')
+    slow, fast = ht.sweep(steady, "start.omega3=0.5:5:2", ["round"]).rows
+    assert (slow["kind"], slow["round"]) == (None, None)
+    assert fast["kind"] == "uniform-precession"

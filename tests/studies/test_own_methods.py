@@ -9,12 +9,15 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import own
 from heavytop.errors import Impossible
+from heavytop.results.table import Row
 from heavytop.studies import journal
 
 from .. import integrators
 from ..commands import refused
 from ..integrators import rk4
+from ..results.made import POINT, RUN, diagram_of, stress_of
 
+KICKED = ht.load_scene("sicm-kicked")
 RK4 = Path(integrators.__file__).read_text()
 
 
@@ -25,14 +28,9 @@ def mine(tmp_path):
     return path
 
 
-@pytest.fixture(scope="module")
-def scene():
-    return ht.load_scene("sicm-kicked")
-
-
-def test_a_drift_follows_functions_files_and_solvers(scene, mine):
+def test_a_drift_follows_functions_files_and_solvers(mine):
     methods = ["taylor-axis", ht.Method(rk4, setting=200), f"{mine}:rk4=200", f"{mine}:dop853=1e-9"]
-    found = ht.drift(scene, methods=methods, periods=20, samples=4)
+    found = ht.drift(KICKED, methods=methods, periods=20, samples=4)
     names = ["taylor-axis", "own:rk4", "mine.py:rk4=200", "mine.py:dop853"]
     assert [each.name for each in found.methods] == names
     exact, mine_, same, solver = found.methods
@@ -42,33 +40,33 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
     assert exact.axis[-1] < 1e-12
 
 
-def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(scene):
+def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one():
     one, other = ht.Method(rk4, setting=200), ht.Method(rk4, setting=200, formulation="rotation")
     with pytest.raises(Impossible, match="must stand in a file"):
         ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])
     with pytest.raises(ht.BadScene, match="own:rk4: another method has this name"):
-        ht.drift(scene, methods=[one, other], periods=2, samples=2)
-    again = ht.drift(scene, methods=[one, one, replace(other, name="b")], periods=2, samples=2)
+        ht.drift(KICKED, methods=[one, other], periods=2, samples=2)
+    again = ht.drift(KICKED, methods=[one, one, replace(other, name="b")], periods=2, samples=2)
     assert [each.name for each in again.methods] == ["own:rk4", "own:b"]
     with pytest.raises(KeyError, match="this study has own:rk4, own:b"):
         again["rk4"]
 
 
 @pytest.mark.processes
-def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(scene, mine, tmp_path):
+def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(mine, tmp_path):
     """A step, one that keeps the rotation, and a solver."""
     place = tmp_path / "study"
     named = [f"{mine}:rk4", f"{mine}:on_the_group", f"{mine}:dop853"]
     asked = {"methods": [f"{named[0]}=100", f"{named[1]}=100", f"{named[2]}=1e-7"]}
     asked |= {"periods": 30, "samples": 6}
-    reference = ht.drift(scene, **asked)
+    reference = ht.drift(KICKED, **asked)
 
     def stop(now):
         if now.fraction > 0.5:
             raise KeyboardInterrupt
 
     with pytest.raises(ht.StoppedEarly):
-        ht.drift(scene, folder=place, progress=stop, **asked)
+        ht.drift(KICKED, folder=place, progress=stop, **asked)
     own._REGISTERED.clear()  # another process
     refused(3, "resume", place)
     resumed = ht.resume(place, methods=named, jobs=2)
@@ -79,10 +77,10 @@ def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(scene, mine
         ht.resume(place, methods=named)
 
 
-def test_no_study_file_starts_code(scene, mine, tmp_path):
+def test_no_study_file_starts_code(mine, tmp_path):
     mine.write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n{RK4}")
     file = tmp_path / "study" / "study.jsonl"
-    ht.drift(scene, methods=["taylor-axis"], periods=5, samples=2, folder=file.parent)
+    ht.drift(KICKED, methods=["taylor-axis"], periods=5, samples=2, folder=file.parent)
     first = json.loads(file.read_text().partition("\n")[0])
     del first["sha256"]
     first["parameters"]["methods"] = [f"{mine}:rk4"]
@@ -93,32 +91,29 @@ def test_no_study_file_starts_code(scene, mine, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.processes
-def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkeypatch):
+def test_a_step_that_never_returns_ends_its_run_and_no_other(mine, monkeypatch):
     for limit in ("LIMIT_S", "SET_UP_S"):
         monkeypatch.setattr(f"heavytop.studies.drift.{limit}", 15.0)
     methods = [f"{mine}:hangs", "taylor-axis", f"{mine}:rk4=50"]
-    said = [x.skipped for x in ht.drift(scene, methods=methods, periods=5, samples=2).methods]
+    said = [x.skipped for x in ht.drift(KICKED, methods=methods, periods=5, samples=2).methods]
     assert said == ["it did not return within 15 s", None, None]
 
 
-def test_a_method_of_ones_own_that_fails_now_and_then_has_results(scene):
-    point, row = {"method": "own:a", "setting": {}}, {"case": "x", "method": "own:a"}
-    found = ht.work_precision(scene, methods=["taylor-axis=1e-12"], periods=1, budget=20)
-    one = replace(found, points=(point,), skipped=({**point, "reason": "it returns nan"},))
-    assert not one.failures()
-    assert replace(one, points=()).failures() == {"own:a": "it returns nan"}
-    assert not replace(one, points=(), skipped=({"method": "strang", "reason": ""},)).failures()
-    bad, good = ({**row, "outcome": x, "note": "nan"} for x in ("method-error", "diverged"))
-    test = ht.Stress(limits={}, hard={}, methods={}, cases=(bad, good))
-    assert not test.failures()
-    assert replace(test, cases=(bad, bad)).failures() == {"own:a": "nan"}
+def test_a_method_of_ones_own_that_fails_now_and_then_has_results():
+    mine = {"method": "own:a", "reason": "it returns nan"}
+    assert diagram_of(skipped=(mine,)).failures() == {"own:a": "it returns nan"}
+    assert not diagram_of(Row(POINT, method="own:a"), skipped=(mine,)).failures()
+    assert not diagram_of(skipped=(mine | {"method": "strang"},)).failures()
+    bad = Row(RUN, method="own:a", outcome="method-error", note="nan")
+    assert stress_of(bad, bad).failures() == {"own:a": "nan"}
+    assert not stress_of(bad, Row(bad, outcome="diverged")).failures()
 
 
 @pytest.mark.slow
 @pytest.mark.processes
-def test_a_method_that_never_returns_leaves_time_for_others_in_the_budget(scene, mine):
+def test_a_method_that_never_returns_leaves_time_for_others_in_the_budget(mine):
     methods = [f"{mine}:hangs", "taylor-axis"]
-    found = ht.work_precision(scene, methods=methods, periods=2, budget=20)
+    found = ht.work_precision(KICKED, methods=methods, periods=2, budget=20)
     assert {point.method for point in found.points} == {"taylor-axis"}
     first, *others = (each.reason for each in found.skipped if each.method == "mine.py:hangs")
     assert first.startswith("it did not return within 1")

@@ -32,10 +32,8 @@ def exact_row(reference, t):
     s, c, sine, u = ctx.sin(at.phi), ctx.cos(at.phi), ctx.sin(at.theta), ctx.cos(at.theta)
     # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
     e_theta, e_phi = (u * s, -u * c, -sine), (c, s, 0)  # e x e_theta = e_phi
-    momentum = [
-        at.thetadot * p - at.phidot * sine * q + r.b * e
-        for p, q, e in zip(e_phi, e_theta, at.axis, strict=True)
-    ]
+    parts = zip(e_phi, e_theta, at.axis, strict=True)
+    momentum = [at.thetadot * p - at.phidot * sine * q + r.b * e for p, q, e in parts]
     return [*at.axis, *momentum[:2]]
 
 

@@ -81,10 +81,9 @@ def test_every_outcome_has_one_rule(word):
 def test_a_fixed_step_is_held_to_its_order_and_its_length():
     """Of order 4, a hundred steps a period allow (2 pi/100)^4 times the condition, which is 10."""
     allowed = (math.tau / 100) ** 4
-    for off, step, outcome in (
-        (1e-3, allowed, "ok"), (5e-2, allowed, "inaccurate"), (1e-3, allowed**2, "inaccurate"),
-    ):  # fmt: skip
-        assert verdict(arrived(off, step_error=step), HERE).outcome == outcome
+    tried = [(1e-3, allowed), (5e-2, allowed), (1e-3, allowed**2)]
+    outcomes = [verdict(arrived(off, step_error=step), HERE).outcome for off, step in tried]
+    assert outcomes == ["ok", "inaccurate", "inaccurate"]
 
 
 def test_what_the_code_of_a_method_does_wrong_is_called_that():
@@ -130,12 +129,12 @@ def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
 # --- the runs themselves ---------------------------------------------------------------------
 
 
+BY_AUTO = [(name, "auto") for name in cases() if name not in LONG]
+BY_AUTO += [(name, "auto-angles") for name in cases() if name.startswith(TURNING)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "method"),
-    [(name, "auto") for name in cases() if name not in LONG]
-    + [(name, "auto-angles") for name in cases() if name.startswith(TURNING)],
-)
+@pytest.mark.parametrize(("name", "method"), BY_AUTO)
 def test_auto_is_never_silently_wrong(name, method):
     finding = found(name, method)
     assert not silently_wrong(finding), finding

@@ -4,8 +4,6 @@ import json
 import multiprocessing
 import os
 import signal
-import subprocess
-import sys
 import time
 from contextlib import ExitStack, closing, contextmanager
 from threading import Timer
@@ -16,7 +14,7 @@ from heavytop import errors
 from heavytop.doctor import versions
 from heavytop.studies import study, workers
 
-from ..processes import alive, soon, surroundings, wait_for
+from ..processes import alive, begin, soon, surroundings, wait_for
 from . import toy
 from .toy import TOYS, lines, results
 
@@ -26,24 +24,19 @@ PARAMETERS = {"kind": "toy", "options": {"tasks": 5, "blocks": 20}, "versions": 
 
 
 @contextmanager
-def dask(place, *options, **environment):
+def dask(*options, **environment):
     """A process of dask that is ended in the end."""
-    env = surroundings(TOYS, **environment)
-    with (place / "dask.log").open("a") as log:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "dask", *map(str, options)],
-            cwd=place, env=env, stdout=log, stderr=log,
-        )  # fmt: skip
-        try:
-            yield process
-        finally:
-            process.kill()
-            process.wait(20)
+    process = begin("-m", "dask", *options, env=surroundings(TOYS, **environment))
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate(timeout=20)
 
 
 def worker(place, address, *more, **environment):
     alone = ("--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", place)
-    return dask(place, "worker", address, *alone, *more, **environment)
+    return dask("worker", address, *alone, *more, **environment)
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +44,7 @@ def scheduler(tmp_path_factory):
     pytest.importorskip("distributed", reason="dask is not installed: pip install '.[cluster]'")
     place = tmp_path_factory.mktemp("dask")
     options = ("--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--no-show")
-    with dask(place, "scheduler", *options, "--scheduler-file", place / "known"):
+    with dask("scheduler", *options, "--scheduler-file", place / "known"):
         yield place, json.loads(soon(place / "known"))["address"]
 
 
@@ -106,10 +99,10 @@ def test_a_call_that_hangs_is_killed_and_the_next_one_is_done(process):
     assert not alive(second)
 
 
-@pytest.mark.parametrize(
-    ("call", "why"),
-    [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "ValueError: invalid")],
-)
+ENDS = [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "ValueError: invalid")]
+
+
+@pytest.mark.parametrize(("call", "why"), ENDS)
 def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
     with pytest.raises(workers.Lost, match=why):
         process.call(*call)

@@ -66,11 +66,11 @@ class Facts:
     mean_precession_rate, mean_spin_rate : float or None
         Δφ/T and Δψ/T, or the constant rates of a steady motion [rad/s].
     rotation_number : float or None
-        Δφ/2π per nutation.
+        Δφ/2π per nutation [1].
     nutation_frequency : float or None
         2π/T [rad/s].
     nutation_amplitude : float or None
-        Greatest less least cosθ.
+        Greatest less least cosθ [1].
     steady_branch : {"slow", "fast", "single"} or None
         Which of the steady rates at its p_ψ and θ the motion has; "single" where there is one
         only, or both are of one magnitude.
@@ -90,7 +90,7 @@ class Facts:
     sleeping_threshold : float or None
         The least |ω3| at which this top sleeps stably [rad/s]; None without gravity.
     fast_top_ratio : float or None
-        p_ψ²/(4 A |gMR|); None without gravity.
+        p_ψ²/(4 A |gMR|) [1]; None without gravity.
     estimates : dict
         What the formulas of the fast top give for the mean "precession" rate [rad/s], the "period"
         of nutation or of small nodding [s], the "amplitude" in cosθ of a top let go from rest, and

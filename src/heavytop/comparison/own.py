@@ -49,8 +49,8 @@ class Method:
         rows and the angular velocity in the body [rad/s], or ``quaternion``, scalar first, and
         that velocity.
     setting : float, optional
-        Steps a nutation period (100), or the relative tolerance of a solver (1e-9); without it a
-        work-precision diagram has a whole grid of them.
+        Steps a nutation period (100), or the relative tolerance of a solver (1e-9) [1]; without it
+        a work-precision diagram has a whole grid of them.
     order : int, optional
         Order of the method, as it is published; what is measured is shown.
     solver : bool, optional

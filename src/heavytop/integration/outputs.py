@@ -44,9 +44,9 @@ class Sample:
         The symmetry axis and the angular velocity [rad/s], both in space; nan as phi and psi
         are, but for axis z, the cosine of theta.
     quaternion : ndarray, shape (k, 4)
-        The attitude, body to space, scalar first; nan where the plan does not follow it.
+        The attitude, body to space, scalar first [1]; nan where the plan does not follow it.
     states : ndarray, shape (k, n)
-        The states of the formulation.
+        The states of the formulation, each in its unit [SI].
     """
 
     t: Array

@@ -68,7 +68,7 @@ class Drift(Result):
     ensemble, samples, seed : int
         How many starts, times at which errors are measured, and the seed of the starts.
     spread : float
-        How far the starts lie apart at most, relative.
+        How far the starts lie apart at most, relative [1].
     starts : tuple of mapping from str to float
         The initial conditions of every start, as doubles [rad, rad/s]; first the scene's own.
     methods : tuple of mapping

@@ -40,7 +40,7 @@ class WorkPrecision(Result):
     periods : float
         Nutation periods to go.
     phase : float
-        Where the error is looked at, in nutation periods from the start: at no turning point.
+        Where the error is looked at [nutation periods from the start]: at no turning point.
     budget : float
         Time that was allowed [s].
     points : tuple of mapping

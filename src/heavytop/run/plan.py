@@ -36,7 +36,7 @@ class Plan(Shown):
     precision : str
         ``double``, or the bits of a significand, as in ``256 bits``.
     tolerance : float
-        Relative error tolerance of a step; 0 where it is smaller than any double.
+        Relative error tolerance of a step [1]; 0 where it is smaller than any double.
     projected : bool
         Whether the state is put back onto its invariants every few steps.
     reasons, warnings : tuple of str

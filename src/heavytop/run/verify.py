@@ -51,14 +51,15 @@ class Errors(Shown):
     rates : float or None
         The largest of those of thetadot, phidot and psidot, at the same times [rad/s].
     energy : float
-        Of E', relative to max(|E'|, gMR).
+        Of E', relative to max(|E'|, gMR) [1].
     invariants : dict from str to float
-        Of the formulation's other invariants, relative to their start: p_phi, p_psi, and
+        Of the formulation's other invariants, relative to their start [1]: p_phi, p_psi, and
         |e|^2 or |q|^2 as ``length``. In the axis form p_phi is a constant of the equations.
     event_time : float or None
         Over turning points and reversals [s].
     input_rounding : float or None
-        What the rounding of the scene's numbers to double does to the wanted angles at the end.
+        What the rounding of the scene's numbers to double does to the wanted angles at the end
+        [rad].
     derived : dict from str to float
         Of what the scene wants that follows from other columns [each in its unit].
     why_not : str

@@ -3,7 +3,6 @@
 import json
 import os
 import resource
-import signal
 import sys
 
 from heavytop.errors import HeavyTopError
@@ -12,7 +11,6 @@ from heavytop.studies.journal import Journal
 
 
 def main(path, jobs, text):
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the tests run under
     if limit := os.environ.get("TOY_FILE_LIMIT"):
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), resource.RLIM_INFINITY))
     study.STUDIES["toy"] = "toy_study"

@@ -30,22 +30,13 @@ def advance(parameters, task, checkpoint):
             rows.append({"steps": steps, "x": x.hex(), "ballast": [x.hex()] * 100})
             if steps == total:
                 break
-        _log(f"{task} {first} {steps} {os.getpid()}")
-        _misbehave(task, steps)
+        if log := os.environ.get("TOY_LOG"):
+            with Path(log).open("a") as file:
+                file.write(f"{task} {first} {steps} {os.getpid()}\n")
+        if task in os.environ.get("TOY_BUG", ""):
+            raise ZeroDivisionError("a slip")
         where = {"steps": steps, "x": x.hex(), "y": y.hex()}
         how = {"fraction": steps / total, "seconds": time.monotonic() - begun}
         yield Chunk(where, tuple(rows), done=steps == total, **how)
         if task in os.environ.get("TOY_REFUSES", ""):
             raise HeavyTopError("too steep")
-
-
-def _misbehave(task, steps):
-    """Do what the environment asks for, as a bug or the system would."""
-    if task in os.environ.get("TOY_BUG", ""):
-        raise ZeroDivisionError("a slip")
-
-
-def _log(line):
-    if name := os.environ.get("TOY_LOG"):
-        with Path(name).open("a") as file:
-            file.write(line + "\n")
