@@ -37,8 +37,7 @@ MAKERS = ("Motion", "Scene", "State", "Top", "State.from_quaternion", "State.fro
 FUNCTIONS = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
 WRONG = [object(), "of no use", None, 1j, {}]
 UNREAD = {  # what is used as it is, or is read after what is wrong besides
-    "executor", "checkpoint", "follow", "undone", "proofs", "which", "overrides",
-    "reference quantities", "resume methods",
+    "executor", "checkpoint", "follow", "which", "overrides", "resume methods",
 }  # fmt: skip
 NAMES = [("stress", "cases"), ("stress", "methods"), ("explore", "scene")]  # or all
 OPTIONAL = [("Scene", "time"), ("State.from_constants", "E"), *NAMES]

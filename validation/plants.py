@@ -68,8 +68,8 @@ PLANTS = (
            "    high.flat[high.size // 2] = np.nan\n"},
           "dop853-closed-form-kicked dop853-closed-form-tilted dop853-closed-form-dropped"),
     Plant("no number beside one turning point, in the closed form", "analytic/form.py",
-          {'_series(r, r.form.function, 1) / r.under,':
-           '_series(r, r.form.function, 1) / r.under * (arb("nan") if r.upper is True else 1),'},
+          {'_series(r, "function", 1) / r.under,':
+           '_series(r, "function", 1) / r.under * (arb("nan") if r.upper is True else 1),'},
           "mpmath-tilt flint-weierstrass lie-closed-form"),
 )  # fmt: skip
 

@@ -271,6 +271,7 @@ def validate(
     every = load_claims(place)
     known = {name: name for each in every.values() for name in (each.id, each.script)}
     whole = arguments.Range(1, math.inf, whole=True)
+    arguments.expect("proofs", proofs, bool)
     _, wrong = arguments.parse_options(KIND, {"jobs": jobs}, {"jobs": whole})
     asked, faults = arguments.parse_names(KIND, "names", names, arguments.one_of(known))
     refuse(wrong, faults * (names not in ((), [])))

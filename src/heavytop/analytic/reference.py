@@ -31,6 +31,7 @@ REFERENCE_SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
 MOST_EVENTS: Final = 100_000
 MOST_PRINTED_DIGITS: Final = 4000  # Python prints integers of 4300
+UNSPUN: Final = {"theta", "phi", "axis"}  # what a point mass has
 PROVED_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
 
 # of each quantity the headings of its columns, and the names of a record that stand in them
@@ -196,9 +197,8 @@ def read_request(
     options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
     kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
-    spun = [name for name in quantities if name not in ("theta", "phi", "axis")]
-    if scene.top.C == 0 and spun and not (wrong or unknown):
-        rule = f"a point mass (C = 0) has no {' and no '.join(spun)}"
+    if scene.top.C == 0 and not (wrong or unknown) and (spun := {*quantities} - UNSPUN):
+        rule = f"a point mass (C = 0) has no {' and no '.join(sorted(spun))}"
         strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
     refuse(wrong, unknown, strange)
     return options["times"], options["digits"], wanted, kinds

@@ -14,9 +14,10 @@ from heavytop.checking.conventions import TABLE
 from heavytop.checking.reading import Data, norm, read
 from heavytop.checking.search import Explanation, Judgement, Undoing, explain, undo, undo_names
 from heavytop.doctor import versions
-from heavytop.errors import BadScene, Fault, HeavyTopError
+from heavytop.errors import BadScene, Fault, HeavyTopError, refuse
 from heavytop.exact.pairs import UNIT, Array
 from heavytop.results.check import CHECKED_QUANTITIES, Check, Finding
+from heavytop.scene.arguments import one_of, parse_names
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, expect_scene, load_scene, read_scene
 from heavytop.scene.scene_file import EVENTS
@@ -194,9 +195,8 @@ def _undo_what_is_sure(
 
 def expect_conventions(undone: Sequence[str]) -> None:
     """Refuse what is the name of no convention."""
-    if unknown := sorted({*undone} - {row.name for row in TABLE}):
-        rule = f"one of {', '.join(dict.fromkeys(row.name for row in TABLE))}"
-        raise BadScene(tuple(Fault("check", None, "undone", name, rule) for name in unknown))
+    _, wrong = parse_names("check", "undone", undone, one_of({row.name: row for row in TABLE}))
+    refuse(wrong * (undone not in ((), [])))
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:
