@@ -36,9 +36,7 @@ MAKERS = ("Motion", "Scene", "State", "Top", "State.from_quaternion", "State.fro
           "State.kicked", "Top.from_solids")  # fmt: skip
 FUNCTIONS = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
 WRONG = [object(), "of no use", None, 1j, {}]
-UNREAD = {  # what is used as it is, or is read after what is wrong besides
-    "executor", "checkpoint", "follow", "which", "overrides", "resume methods",
-}  # fmt: skip
+UNREAD = {"which", "overrides", "resume methods"}  # read after what is wrong besides
 NAMES = [("stress", "cases"), ("stress", "methods"), ("explore", "scene")]  # or all
 OPTIONAL = [("Scene", "time"), ("State.from_constants", "E"), *NAMES]
 A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file

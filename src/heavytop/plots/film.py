@@ -128,6 +128,7 @@ def film(
     """
     expect_scene(scene)
     arguments.check_callable("progress", progress)
+    arguments.expect("follow", follow, bool)
     given = arguments.there(seconds=seconds, rounds=rounds, time=time, speed=speed)
     known, wrong = arguments.parse_options(
         "film", given | {"path": path, "fps": fps, "size": size}, FILM_OPTIONS

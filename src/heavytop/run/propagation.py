@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from heavytop.run.planning import next_plan, planned
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.trajectory_file import Checkpoints
 from heavytop.run.verify import misses, warn_of, warn_of_plan
-from heavytop.scene.arguments import check_callable, expect, read_argument, whole
+from heavytop.scene.arguments import check_callable, expect, path_of, read_argument, whole
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
@@ -40,7 +41,7 @@ class Course(NamedTuple):
     """What is said, kept and held while steps are taken, as `propagate` has it."""
 
     progress: Progress | None = None
-    checkpoint: str | os.PathLike[str] | None = None
+    checkpoint: Path | None = None
     step_limit: int | None = None
 
 
@@ -119,12 +120,13 @@ def propagate(
     """
     step_limit = None if step_limit is None else whole("step_limit", step_limit, 1)
     check_callable("progress", progress)
+    place = None if checkpoint is None else path_of("checkpoint", checkpoint)
     motion = closed_form_of(scene)
     chosen = planned(scene, motion, formulation, projected, tolerance)
     if chosen.formulation == "none":
         known = "heavytop.Motion has the motion at any time, a formulation by name integrates it"
         raise refusal(scene, "formulation", formulation, f"{chosen.reasons[0]}; {known}")
-    return integrate_plan(scene, motion, chosen, Course(progress, checkpoint, step_limit))
+    return integrate_plan(scene, motion, chosen, Course(progress, place, step_limit))
 
 
 def integrate_plan(scene: Scene, motion: Motion, chosen: Plan, course: Course) -> Trajectory:

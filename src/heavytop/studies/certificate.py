@@ -42,6 +42,7 @@ from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.study import Progress, run
+from heavytop.studies.workers import check_executor
 
 KIND: Final = "certificate"
 RUN_PARTS: Final = 64  # of a run: what may be done at the same time
@@ -116,6 +117,7 @@ def certify(
     and defects.
     """
     check_callable("progress", progress)
+    check_executor(executor)
     jobs = whole("jobs", jobs, 1, 1024)
     parameters = certificate_parameters(run_in_doubles(run) if isinstance(run, Scene) else run)
     with Journal.open(folder, parameters) as journal:

@@ -34,7 +34,7 @@ from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.methods import auto_digits, method, parameters_of, plan_auto, read_asked
 from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, check_executor
 
 Series = dict[str, tuple[float | None, ...]]
 
@@ -139,6 +139,7 @@ def drift(
     (1937), for the powers of the time with which errors grow.
     """
     check_callable("progress", progress)
+    check_executor(executor)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:

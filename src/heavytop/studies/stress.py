@@ -25,7 +25,7 @@ from heavytop.studies.stress_cases import CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
 from heavytop.studies.stress_runs import judge, prepare
 from heavytop.studies.study import Progress, run
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, check_executor
 
 KIND: Final = "stress"
 BUDGET_S: Final = 240.0
@@ -94,6 +94,7 @@ def stress(
     equations.
     """
     check_callable("progress", progress)
+    check_executor(executor)
     limits = {"budget": budget, "time_limit": time_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, STRESS_LIMITS)
     some = all_cases() if cases is None else cases

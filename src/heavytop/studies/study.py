@@ -36,7 +36,14 @@ from heavytop.results.base import Result
 from heavytop.results.registry import RESULTS
 from heavytop.scene.arguments import check_callable, path_of, whole
 from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
-from heavytop.studies.workers import TIMED_WORKER, Here, Processes, count_sent, stop_signal
+from heavytop.studies.workers import (
+    TIMED_WORKER,
+    Here,
+    Processes,
+    check_executor,
+    count_sent,
+    stop_signal,
+)
 from heavytop.text import in_a_line
 
 _MODULES: Final = [each.study for each in RESULTS.values() if each.study]
@@ -215,6 +222,7 @@ def resume(
     True
     """
     check_callable("progress", progress)
+    check_executor(executor)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:

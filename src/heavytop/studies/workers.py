@@ -22,6 +22,7 @@ from typing import Any, Final, TypeVar, cast
 
 from heavytop.doctor import usable_cpus
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
+from heavytop.scene.arguments import expect
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
@@ -112,6 +113,12 @@ class Here(Executor):
         except Exception as fault:
             future.set_exception(fault)
         return future
+
+
+def check_executor(executor: object) -> None:
+    """Refuse what is there and is no executor."""
+    if executor is not None:
+        expect("executor", executor, Executor)
 
 
 def count_sent(executor: Executor) -> int:
