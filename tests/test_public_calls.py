@@ -64,6 +64,8 @@ def optional(name):
 EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
 PLACES = [(n, place, WRONG) for n in EVERY for place in needed(n)]
 PLACES += [(n, place, (object(), 1j)) for n in EVERY for place in optional(n)]
+PLACES += [("propagate_many", x, (-1, "x", None, 30)) for x in ("digits", "events", "formulation")]
+PLACES += [("propagate_many", "jobs", (-1, "x"))]
 
 
 @pytest.mark.parametrize(("name", "place", "every"), PLACES)

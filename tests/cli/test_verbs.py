@@ -46,6 +46,7 @@ def test_a_change_is_of_the_scene_or_of_a_top_without_a_start(mine, tmp_path):
     assert found.items() <= json.loads((tmp_path / "out" / "check.json").read_text("utf-8")).items()
     assert found["scene"]["start"]["phidot"] == -14.9
     (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
+    refused(3, *mine, "--columns", "t=Uhr")
     alone = printed(*mine[:3], tmp_path / "top.toml", *mine[4:], "--set", "top.gMR=0.0456")
     assert "fitted: theta = 0.1, " in alone
 
@@ -59,12 +60,6 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     assert told["digits_as_given"] < 1 < 12 < told["digits"]
     printed(*words, "--as", "y-up")
     refused(2, *words, "--as", "up")
-
-
-def test_what_the_data_are_of_has_to_be_said(mine):
-    refused(3, *mine[:2], *mine[4:])
-    refused(3, *mine, "--columns", "t=Uhr")
-    refused(0, *mine[:4])  # what Zeit is, is understood
 
 
 # --- validate ------------------------------------------------------------------------------------
