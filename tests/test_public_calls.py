@@ -108,6 +108,7 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
     ("film", {"rounds": 1, "time": 2}, "rounds"),
     ("film", {"speed": 1, "time": 2, "seconds": 3}, "speed"),
     ("explore", {"scene": FAST, "path": "x.html"}, "psidot C/A"),
+    ("check", {"scene": None}, "scene"),
     *(("reference", {"times": x}, "times") for x in ("0:1", "0:1:0", "0:1:1e-12", ["1/3"], [], 3)),
     *(("reference", {"quantities": x}, "quantities") for x in (["tetha"], "theta")),
     ("reference", {"digits": 1}, "digits"),
