@@ -62,6 +62,8 @@ def optional(name):
 EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
 PLACES = [(n, place, WRONG) for n in EVERY for place in needed(n)]
 PLACES += [(n, place, (object(), 1j)) for n in EVERY for place in optional(n)]
+PLACES += [("propagate_many", x, (-1, "x", None, 30)) for x in ("digits", "events", "formulation")]
+PLACES += [("propagate_many", "jobs", (-1, "x"))]
 
 
 @pytest.mark.parametrize(("name", "place", "every"), PLACES)
@@ -104,6 +106,7 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
     ("film", {"rounds": 1, "time": 2}, "rounds"),
     ("film", {"speed": 1, "time": 2, "seconds": 3}, "speed"),
     ("explore", {"scene": FAST, "path": "x.html"}, "psidot C/A"),
+    ("check", {"scene": None}, "scene"),
     *(("reference", {"times": x}, "times") for x in ("0:1", "0:1:0", "0:1:1e-12", ["1/3"], [], 3)),
     *(("reference", {"quantities": x}, "quantities") for x in (["tetha"], "theta")),
     ("reference", {"digits": 1}, "digits"),

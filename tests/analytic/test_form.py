@@ -64,7 +64,6 @@ def near(e):
 
 NAMES = tuple(near(1))
 TINY = ("1e-3", "1e-30", "1e-150")
-ANGLES = ("theta", "phi", "psi")
 PARTS = ("0.001", "0.13", "0.31", "0.501", "0.9", "-0.37")
 
 
@@ -117,7 +116,7 @@ def test_angles_are_continuous_where_their_pieces_meet(name, e):
     for quarter in (1, 3, 5, -3):
         seam, step = quarter * form.period / 4 + form.lower_turning, ctx.mpf("1e-40") * form.period
         before, after = form(seam - step), form(seam + step)
-        for angle in ANGLES:
+        for angle in ("theta", "phi", "psi"):
             moved = getattr(after, angle) - getattr(before, angle)
             assert abs(moved) <= 3 * step * abs(getattr(before, angle + "dot")) + ctx.mpf("1e-60")
 

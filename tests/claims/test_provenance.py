@@ -24,17 +24,14 @@ def test_a_number_of_more_than_six_digits_has_its_line():
     assert long <= {*DECIMAL.findall(PROVENANCE)}
 
 
-@pytest.fixture
-def exact(validation_script):
+def test_what_exudyn_prints_is_as_far_from_exact_as_is_said(validation_script):
     """omega_y of the Lie-group benchmark at both times, by the rigid body of the claims."""
     body = validation_script("rigid").Body(
         ("15.234375", "0.46875", "15.234375"), "147.15", (0, 1, 0),
         (1, 0, 0, 0), ("0", "150", "-4.61538"),
     )  # fmt: skip
-    return {t: at.omega[1] for t, at in zip(("0.01", "2"), body.at(("0.01", "2")), strict=True)}
-
-
-def test_what_exudyn_prints_is_as_far_from_exact_as_is_said(exact):
+    times = ("0.01", "2")
+    exact = {t: at.omega[1] for t, at in zip(times, body.at(times), strict=True)}
     rows = ROW.findall(PROVENANCE)
     assert len(rows) == 24
     for t, value, said in rows:

@@ -24,7 +24,6 @@ from heavytop.cli.signature import read_function
 from ..commands import done_with, fail_with, heavytop_, refused
 
 VERBS = {name: app.get_command(None, name) for name in app.verbs}
-FULL = Path("/dev/full")
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 QUICK = ("run", "sicm-kicked", "--set", "span.time=0.1")
 
@@ -145,7 +144,7 @@ def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
 @pytest.mark.processes
 @pytest.mark.parametrize("words", ["--help", "plan sicm-kicked --json"])
 def test_where_what_is_printed_goes_to_a_full_disk_it_is_told(words):
-    with FULL.open("w") as full:
+    with Path("/dev/full").open("w") as full:
         found = ended(*words.split(), stdout=full)
     told = "heavytop: cannot write: No space left on device\n"
     assert (found.returncode, found.stderr) == (Exit.ENDED_EARLY, told)

@@ -33,20 +33,16 @@ T = np.linspace(0, 2, 201)
 RECORD = ht.Motion(KICKED.top, KICKED.start).at(T)
 
 
-@pytest.fixture
-def mine(tmp_path):
-    """Its angles as they are."""
-    words = table(tmp_path / "mine.csv", Zeit=T, theta=RECORD.theta, phi=RECORD.phi)
-    return (*words, "--columns", "t=Zeit")
-
-
-def test_a_change_is_of_the_scene_or_of_a_top_without_a_start(mine, tmp_path):
+def test_a_change_is_of_the_scene_or_of_a_top_without_a_start(tmp_path):
+    mine = table(tmp_path / "mine.csv", Zeit=T, theta=RECORD.theta, phi=RECORD.phi)
     for _ in range(2):  # another check takes its place
         found = document(*mine, "--set", "start.phidot=-14.9", "-o", tmp_path / "out")
     assert found.items() <= json.loads((tmp_path / "out" / "check.json").read_text("utf-8")).items()
     assert found["scene"]["start"]["phidot"] == -14.9
     (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
-    alone = printed(*mine[:3], tmp_path / "top.toml", *mine[4:], "--set", "top.gMR=0.0456")
+    refused(3, *mine, "--columns", "t=Uhr")
+    words = ("--columns", "t=Zeit", "--set", "top.gMR=0.0456")
+    alone = printed(*mine[:3], tmp_path / "top.toml", *words)
     assert "fitted: theta = 0.1, " in alone
 
 
@@ -59,12 +55,6 @@ def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked
     assert told["digits_as_given"] < 1 < 12 < told["digits"]
     printed(*words, "--as", "y-up")
     refused(2, *words, "--as", "up")
-
-
-def test_what_the_data_are_of_has_to_be_said(mine):
-    refused(3, *mine[:2], *mine[4:])
-    refused(3, *mine, "--columns", "t=Uhr")
-    refused(0, *mine[:4])  # what Zeit is, is understood
 
 
 # --- validate ------------------------------------------------------------------------------------

@@ -4,10 +4,8 @@ import copy
 import pickle
 
 import mpmath
-import pytest
 
-from heavytop.errors import NotANumber
-from heavytop.exact.decimals import context, number
+from heavytop.exact.decimals import context
 
 
 def test_a_copied_number_is_exact_and_of_its_own_precision():
@@ -17,9 +15,3 @@ def test_a_copied_number_is_exact_and_of_its_own_precision():
             assert again == value
             assert again.context is ctx
     assert abs(pickle.loads(pickle.dumps(ctx.pi)) - mpmath.mpf(mpmath.pi)) < 1e-15
-
-
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), "a tenth", None, True])
-def test_what_is_no_number_is_refused(value):
-    with pytest.raises(NotANumber):
-        number(context(60), value)

@@ -19,11 +19,10 @@ from heavytop.run.verify import run_errors
 from ..motions import BOOK, CONE, LIE, LIE_START
 from ..trajectories import phase_error
 
-TILT = 'want.quantities=["theta"]'
 ALL = 'want.quantities=["theta", "phi", "psi"]'
 
 
-def scene(periods, *overrides, name="sicm-kicked", wants=TILT):
+def scene(periods, *overrides, name="sicm-kicked", wants='want.quantities=["theta"]'):
     return ht.load_scene(name, overrides=[f"span.periods={periods}", wants, *overrides])
 
 

@@ -27,6 +27,7 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     assert {*told.values()} == names(folder) == {*files_of(RunResult)}
     assert names(folder) == {*figures, "run.json", "trajectory.nc"}
     (folder / "mine.svg").write_text("mine")
+    (folder / "run.json").unlink()  # as if it had been killed between its figures
     printed("run", "sicm-dropped", *SHORT, "-o", folder, "--no-figures", "--force")
     assert names(folder) == {"run.json", "trajectory.nc", "mine.svg"}
     known_at_once = ("--set", "want.quantities=['class']")

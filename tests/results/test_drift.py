@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import heavytop as ht
 from heavytop.results.table import Row
@@ -46,13 +45,9 @@ def test_its_times_are_in_the_journal_of_its_folder(tmp_path):
     assert again.us_per_period == timed.us_per_period > 0
 
 
-@pytest.fixture(scope="module")
-def drift():
+def test_errors_are_by_method_and_time_in_every_form_and_those_of_every_run_by_start_too():
     methods = ["taylor-axis", "taylor-cubic"]
-    return ht.drift(SCENE, methods=methods, periods=5, ensemble=2, samples=5)
-
-
-def test_errors_are_by_method_and_time_in_every_form_and_those_of_every_run_by_start_too(drift):
+    drift = ht.drift(SCENE, methods=methods, periods=5, ensemble=2, samples=5)
     table, data, every = drift.to_pandas(), drift.to_xarray(), drift.to_pandas(members=True)
     assert table.index.names == ["scheme", "periods"]
     assert every.index.names == ["scheme", "start", "periods"]

@@ -108,14 +108,6 @@ def test_a_bad_one_spoils_only_itself():
     assert over.outcomes[1:] == (Outcome.FINISHED,) * 3
 
 
-@pytest.mark.parametrize("name", ["jobs", "events", "digits", "formulation"])
-def test_an_option_of_no_use_is_named(name):
-    for wrong in (-1, "x", 30 if name == "digits" else None):
-        if (name, wrong) != ("jobs", None):
-            with pytest.raises(HeavyTopError, match=name):
-                ht.propagate_many(**SICM, theta=0.1, time=1.0, **{name: wrong})
-
-
 @pytest.mark.parametrize(("thetadot", "phi"), [(-2.0, 0.3), (2.0, 0.0), (0.0, 2.0)])
 def test_a_start_on_a_reversal_or_a_cusp_counts_as_it_does(thetadot, phi):
     """φ̇ = 0 in loops, and from rest: the numbers are those of the closed form."""

@@ -221,16 +221,6 @@ def test_a_run_begun_by_other_versions_is_refused(first, monkeypatch, tmp_path):
     printed(*PLAIN, "-o", tmp_path)  # what is whole goes
 
 
-@pytest.mark.slow
-def test_force_replaces(tmp_path):
-    """Also what was on its way: none of its figures stays."""
-    struck(DRAWN, 4, KILL, "run sicm-kicked -o", tmp_path)
-    assert (tmp_path / "overview.svg").exists()
-    printed("run", "sicm-dropped", "--no-figures", "--force", "-o", tmp_path)
-    assert names(tmp_path) == {"run.json", "trajectory.nc"}
-    assert json.loads((tmp_path / "run.json").read_text())["scene"]["name"] == "sicm-dropped"
-
-
 STUDY = sealed(b'{"command":null,"parameters":{"kind":"drift","versions":{}}}').decode()
 
 

@@ -18,7 +18,6 @@ from ..motions import BOOK, CONE
 from .test_scene_file import faults
 
 TOP = ht.Top("1.2", "0.7", "2.5")
-NAMES = ("E", "E_prime", "p_phi", "p_psi")
 RATES = ("thetadot", "phidot", "omega3")
 
 
@@ -79,7 +78,7 @@ START = ht.State("0.8", thetadot="1.5", phidot="-2", omega3="3.25")
 
 def constants(start):
     values = ht.Motion(TOP, start).constants
-    numbers = {name: str(getattr(values, name)) for name in NAMES}
+    numbers = {name: str(getattr(values, name)) for name in ("E", "E_prime", "p_phi", "p_psi")}
     return numbers | {"theta": start.theta, "thetadot": start.thetadot, "omega3": start.omega3}
 
 

@@ -20,7 +20,6 @@ from heavytop.studies.stress_runs import CaseRun, judge, miscounted_events, prep
 
 from ..integrators import raises
 
-LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")
 UNDER = 200_000  # steps
 
@@ -129,7 +128,7 @@ def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
 # --- the runs themselves ---------------------------------------------------------------------
 
 
-BY_AUTO = [(name, "auto") for name in cases() if name not in LONG]
+BY_AUTO = [(name, "auto") for name in cases() if name != "1e5-periods"]
 BY_AUTO += [(name, "auto-angles") for name in cases() if name.startswith(TURNING)]
 
 

@@ -106,7 +106,7 @@ def run_errors(trajectory: Trajectory) -> Errors:
 
     Notes
     -----
-    Accuracy: ``tests/studies/test_steppers.py`` holds the axis of the closed form in doubles, which
+    Accuracy: ``tests/studies/test_drift.py`` holds the axis of the closed form in doubles, which
     is used here, to 1e-14 of a yardstick of 40 digits.
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")

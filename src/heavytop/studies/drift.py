@@ -130,7 +130,7 @@ def drift(
 
     Notes
     -----
-    Accuracy: ``tests/studies/test_steppers.py`` finds a shift of 1e-9 s, and one of 3e-12 s, as a
+    Accuracy: ``tests/studies/test_drift.py`` finds a shift of 1e-9 s, and one of 3e-12 s, as a
     phase to a millionth of itself.
 
     References
