@@ -77,7 +77,7 @@ class Sample:
     def at(self, index: Any) -> Sample:
         """Return some of them.
 
-        RunConstants
+        Parameters
         ----------
         index : int, slice or ndarray of bool
             One by its number, or several.
@@ -89,7 +89,7 @@ class Sample:
     def mapped(self, function: Callable[[Array], Array]) -> Sample:
         """Return them in other numbers.
 
-        RunConstants
+        Parameters
         ----------
         function : callable
             From a column to another.

@@ -365,6 +365,6 @@ def _over(members: Sequence[Series]) -> Series:
 
 
 def _series(columns: Series) -> dict[str, Any]:
-    """Series as a result has them, with momenta that cannot change, and other invariants aside."""
+    """Columns as a result has them, with momenta that cannot change, and other invariants aside."""
     found = {name: columns[name] for name in ("periods", *SERIES)}
     return found | {"invariants": {n: x for n, x in columns.items() if n not in found}}
