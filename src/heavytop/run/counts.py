@@ -23,7 +23,6 @@ from heavytop.scene.scene_file import EVENTS
 TURNING: Final = ("theta_min", "theta_max", "cusp")
 KINDS_OF: Final = {"turning": TURNING, "reversal": ("reversal",), "cusp": ("cusp",)}
 AT_END: Final = 1e-20  # of a period: an event so near an exact end is there
-AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
 
 Counts = Mapping[str, tuple[int, int]]
 
@@ -110,15 +109,13 @@ def schedule(
         ``theta_min``, ``theta_max``, ``reversal`` or ``cusp`` (where that is undecided perhaps
         none), and the time [s], exactly zero at the start.
     """
-    blur, scale = Fraction(1, 10**digits), rational_value(_scale(motion))
-    at_start, slack = blur * scale, blur * (abs(rational_value(end)) + scale)
+    slack = (abs(rational_value(end)) + rational_value(_scale(motion))) / 10**digits
     times = (
         (kind, to_mpf(t, digits))
         for kind in dict.fromkeys(kind for name in asked for kind in KINDS_OF[name])
-        for t in motion.events(kind).times(*_span(end, at_start, slack), digits)
+        for t in motion.events(kind).times(*_span(end, slack), digits)
     )
-    found = [(kind, t if abs(rational_value(t)) > at_start else 0 * t) for kind, t in times]
-    return sorted(found, key=lambda event: abs(event[1]))
+    return sorted(times, key=lambda event: abs(event[1]))
 
 
 def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator[str]:
@@ -131,17 +128,15 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
 
 
 def _counts(motion: Motion, end: Any, slack: Any, asked: Collection[str]) -> dict[str, int]:
-    """How many events there are from just before the start to about an end, by name."""
-    at_start = AT_START * _scale(motion)
-    span = _span(end, at_start, slack)
+    """How many events there are from the start to about an end, by name."""
+    span = _span(end, slack)
     return {name: motion.events(name).count(*span) for name in KINDS_OF if name in asked}
 
 
-def _span(end: Any, at_start: Any, slack: Any) -> tuple[Fraction, Fraction]:
-    """The least and the greatest time of a span that begins just before the start."""
-    reach = max(abs(rational_value(end)) + rational_value(slack), Fraction(0))
-    low, high = -rational_value(at_start), reach
-    return (low, high) if end >= 0 else (-high, -low)
+def _span(end: Any, slack: Any) -> tuple[Fraction, Fraction]:
+    """The least and the greatest time of a span, at whose start an event is exactly at 0."""
+    start, reach = Fraction(0), max(abs(rational_value(end)) + rational_value(slack), Fraction(0))
+    return (start, reach) if end >= 0 else (-reach, start)
 
 
 def _doubtful(motion: Motion) -> bool:
