@@ -38,6 +38,7 @@ IDENTITIES = [
     sin(1) ** 2 + cos(1) ** 2 - 1,
     sqrt(1 - cos(1) ** 2) - sin(1),
     sqrt(1 - cos(4) ** 2) + sin(4),
+    cos(2) * (sqrt(1 - cos(1) ** 2) - sin(1)),
     cos("0.2") - 2 * cos("0.1") ** 2 + 1,
     sin("0.3") - 3 * sin("0.1") + 4 * sin("0.1") ** 3,
     sin("0.2") * cos("20.3") - 2 * sin("0.1") * cos("0.1") * cos("20.3"),
