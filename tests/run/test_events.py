@@ -1,6 +1,7 @@
 """Events of runs: where the exact motion has them, and as many."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -138,7 +139,7 @@ def test_no_run_is_wrong_in_silence_and_unchecked_ones_are_found(validation_scri
     assert len(fuzz.run_misses(3, 16, ("more",))) > 4
 
 
-WHOLE = [(name, periods, 12) for name in ("sicm-kicked", "sicm-dropped") for periods in (1, 5, -7)]
+WHOLE = [*product(("sicm-kicked", "sicm-dropped"), (1, 5, -7), (12, 30))]
 BETWEEN_DOUBLES = ("sicm-kicked", 7, 30)  # is where this one ends
 LAST_OF_BITS = ("sicm-kicked", 1, 16)  # is where the end of this one is rounded
 
