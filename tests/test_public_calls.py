@@ -99,7 +99,6 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
     ("sweep", {"over": "start.psidot = 50:400:0"}, "over"),
     ("atlas", {"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "x y jobs"),
     ("atlas", {"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "y"),
-    ("atlas", {"executor": 3}, "executor"),
     ("atlas", {"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "x, y"),
     ("film", {"path": "x.avi", "seconds": 0, "fps": 99, "size": (1, 2)}, "seconds path fps size"),
     ("film", {"size": (4096, 4096), "seconds": 600}, "size"),

@@ -39,6 +39,7 @@ from heavytop.scene.scene import Scene, expect_scene, scene_of
 from heavytop.studies.atlas_plane import ROLES, Axis, Plane, curves
 from heavytop.studies.journal import Chunk, Journal, Parameters, canonical_json
 from heavytop.studies.study import Progress, run
+from heavytop.studies.workers import check_how
 
 if TYPE_CHECKING:
     import xarray
@@ -265,9 +266,9 @@ def atlas(
     -----
     Accuracy: ``tests/studies/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone.
     """
-    arguments.check_callable("progress", progress)
+    check_how(progress, executor)
     expect_scene(scene)
-    given = {"x": x, "y": y} | arguments.there(only=only, jobs=jobs, executor=executor)
+    given = {"x": x, "y": y} | arguments.there(only=only, jobs=jobs)
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
     if not faults:
         what = "kind" if only else "rows"
@@ -335,7 +336,6 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "x": Axis.of, "y": Axis.of, "only": arguments.one_of({"kind": "kind"}),
     "jobs": Range(1, 1024, whole=True),
-    "executor": arguments.a(Executor),
 }  # fmt: skip
 
 

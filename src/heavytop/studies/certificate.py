@@ -37,12 +37,12 @@ from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.run.planning import plan
 from heavytop.run.propagation import propagate
 from heavytop.run.trajectory import Trajectory
-from heavytop.scene.arguments import check_callable, whole
+from heavytop.scene.arguments import whole
 from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.study import Progress, run
-from heavytop.studies.workers import check_executor
+from heavytop.studies.workers import check_how
 
 KIND: Final = "certificate"
 RUN_PARTS: Final = 64  # of a run: what may be done at the same time
@@ -116,8 +116,7 @@ def certify(
     Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, I.10: logarithmic norms
     and defects.
     """
-    check_callable("progress", progress)
-    check_executor(executor)
+    check_how(progress, executor)
     jobs = whole("jobs", jobs, 1, 1024)
     parameters = certificate_parameters(run_in_doubles(run) if isinstance(run, Scene) else run)
     with Journal.open(folder, parameters) as journal:

@@ -26,7 +26,7 @@ from heavytop.exact.decimals import DOUBLE
 from heavytop.exact.pairs import DoubleDouble
 from heavytop.results.drift import DRIFT_FIELDS, SERIES, Drift, growth, task_name
 from heavytop.run.plan import closed_form_of
-from heavytop.scene.arguments import Range, check_callable
+from heavytop.scene.arguments import Range
 from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
@@ -34,7 +34,7 @@ from heavytop.studies.journal import Chunk, Journal, Parameters
 from heavytop.studies.methods import auto_digits, method, parameters_of, plan_auto, read_asked
 from heavytop.studies.steppers import MethodRun, measured_order, set_up
 from heavytop.studies.study import Progress, run
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, check_executor
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, check_how
 
 Series = dict[str, tuple[float | None, ...]]
 
@@ -138,8 +138,7 @@ def drift(
     Brouwer, "On the accumulation of errors in numerical integration", *Astronomical Journal* 46
     (1937), for the powers of the time with which errors grow.
     """
-    check_callable("progress", progress)
-    check_executor(executor)
+    check_how(progress, executor)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
     if jobs > 1 or executor is not None:

@@ -17,7 +17,7 @@ from heavytop.comparison import own
 from heavytop.doctor import versions
 from heavytop.results.stress import NO_RUN, Stress, StressCases, StressOutcome
 from heavytop.results.table import Row
-from heavytop.scene.arguments import Range, check_callable, one_of, parse_names, parse_options
+from heavytop.scene.arguments import Range, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.studies.journal import Chunk, Journal, Parameters, keep_budget
 from heavytop.studies.methods import parameters_of, read_methods, stress_method, stress_methods
@@ -25,7 +25,7 @@ from heavytop.studies.stress_cases import CaseReference, reference
 from heavytop.studies.stress_cases import cases as all_cases
 from heavytop.studies.stress_runs import judge, prepare
 from heavytop.studies.study import Progress, run
-from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, check_executor
+from heavytop.studies.workers import SET_UP_S, TIMED_WORKER, TimedOut, check_how
 
 KIND: Final = "stress"
 BUDGET_S: Final = 240.0
@@ -93,8 +93,7 @@ def stress(
     Accuracy: ``tests/studies/test_stress.py`` holds what a case allows to integrated variational
     equations.
     """
-    check_callable("progress", progress)
-    check_executor(executor)
+    check_how(progress, executor)
     limits = {"budget": budget, "time_limit": time_limit, "jobs": jobs}
     values, faults = parse_options(KIND, limits, STRESS_LIMITS)
     some = all_cases() if cases is None else cases

@@ -34,13 +34,13 @@ from heavytop.doctor import versions
 from heavytop.errors import ForeignFile
 from heavytop.results.base import Result
 from heavytop.results.registry import RESULTS
-from heavytop.scene.arguments import check_callable, path_of, whole
+from heavytop.scene.arguments import path_of, whole
 from heavytop.studies.journal import STUDY, Chunk, Journal, Parameters, differences
 from heavytop.studies.workers import (
     TIMED_WORKER,
     Here,
     Processes,
-    check_executor,
+    check_how,
     count_sent,
     stop_signal,
 )
@@ -221,8 +221,7 @@ def resume(
     ...     print(resume(place).document() == first.document())
     True
     """
-    check_callable("progress", progress)
-    check_executor(executor)
+    check_how(progress, executor)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:

@@ -22,7 +22,7 @@ from typing import Any, Final, TypeVar, cast
 
 from heavytop.doctor import usable_cpus
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
-from heavytop.scene.arguments import expect
+from heavytop.scene.arguments import check_callable, expect
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
@@ -115,8 +115,9 @@ class Here(Executor):
         return future
 
 
-def check_executor(executor: object) -> None:
-    """Refuse what is there and is no executor."""
+def check_how(progress: object, executor: object) -> None:
+    """Refuse a progress that is there and no function, and an executor that is none."""
+    check_callable("progress", progress)
     if executor is not None:
         expect("executor", executor, Executor)
 
