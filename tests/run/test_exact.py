@@ -106,7 +106,7 @@ def test_what_is_not_decided_is_not_counted(monkeypatch):
 
 def test_film_report_check_and_resume_take_its_folder(far, tmp_path):
     folder = far[0]
-    printed("check", folder, "--digits", 15)
+    assert document("check", folder, "--digits", 15)["data"]["span"][0] == 0
     printed("film", folder, "-o", tmp_path / "x.gif", "--seconds", 1, "--size", "80x64")
     printed("report", folder, "-o", tmp_path / "page.html")
     assert "this run is finished" in refused(0, "resume", folder)

@@ -258,7 +258,7 @@ def _precession(start: Reduced, own: arb, spin: arb) -> Balls:
     b, u = _or_zero(start.b), _or_zero(start.u0)
     free = b.is_zero() and start.g.is_zero()  # then any rate is steady, or none but rest
     other = None if free or u.is_zero() else b / u - own
-    apart = arb(0) if other is None or b.is_zero() else _or_zero(abs(own) - abs(other))
+    apart = arb(0) if other is None else _or_zero(abs(own) - abs(other))
     if apart.is_zero() and not b.is_zero():  # they are one, and not opposite
         other = None
     branch = "slow" if apart < 0 else "fast" if apart > 0 else "single"
