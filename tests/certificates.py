@@ -5,7 +5,7 @@ from heavytop.certificate.run import binary_run
 
 
 def run_of(name, form="axis", **asked):
-    scene = ht.load_scene(name)
+    scene = ht.load_scene(name, ["start.psi=9"])
     wanted = ("theta", "phi", "psi")
     scene = ht.Scene(scene.top, scene.start, quantities=wanted, **(asked or {"time": 2}))
     return ht.propagate(scene, formulation=form)
