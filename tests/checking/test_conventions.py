@@ -113,6 +113,7 @@ def test_a_world_that_is_mirrored_or_upside_down_with_the_body_is_both():
     found = check({"t": T, "quaternion": exact(T).quaternion * [1, 1, -1, -1]}, SCENE)
     others = [set(each.names) for each in found.alternatives]
     assert (found.conventions, {"mirrored"} in others, {"z-down"} in others) == ((), True, True)
+    assert set(found.assumed[-1].removeprefix("judged as ").split(" and ")) in others
 
 
 def test_a_part_of_a_tenth_of_a_radian_is_told_from_a_step():
