@@ -7,6 +7,7 @@ started with one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -294,6 +295,7 @@ def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Cluster:
         raise MissingPackage("a cluster", ["distributed"], "cluster")
     from distributed import Client
 
+    gc.collect()  # a client that failed before: collected while another starts it waits for ever
     client = None
     try:
         client = Client(address, timeout=timeout_s, set_as_default=False)
