@@ -31,9 +31,9 @@ KICKED = ht.load_scene("sicm-kicked")
 MODEST, LONG = 1000, 10_000  # periods: of the driver, and of the whole of `propagate`
 PLAIN = {"formulation": "axis", "projected": False}  # auto would project
 WANTS = {  # samples in 1000 periods, events, and at most so many times the bare loop
-    "unsampled, without events": (2, "[]", 1.7),
-    "every turning point with its full state": (2, '["turning"]', 4.3),
-    "401 samples in 1000 periods": (401, "[]", 1.8),
+    "unsampled, without events": (2, "[]", 1.15),
+    "every turning point with its full state": (2, '["turning"]', 3.5),
+    "401 samples in 1000 periods": (401, "[]", 1.5),
 }
 
 

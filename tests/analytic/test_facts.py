@@ -237,10 +237,18 @@ def test_with_a_last_digit_less_than_the_threshold_something_grows():
 # --- the fast top's formulas ---------------------------------------------------------------------
 
 
+# In percent, from the closed form of another program at 50 digits.
+LET_GO = [
+    (SIMO_WONG, {"theta": "0.3", "omega3": 50}, 6.25, [-4, -8, -15]),
+    (BOOK, {"theta": "0.1", "psidot": 140}, 1.43, [-22, -44, -69]),
+    (BOOK, {"theta": "0.1", "omega3": 125}, 1.14, [-31, -62, -86]),
+]
+
+
 @pytest.mark.reference
-def test_how_far_off_a_top_let_go_is():
-    """In percent, from the closed form of another program at 50 digits."""
-    known = of(SIMO_WONG, theta="0.3", omega3=50)
-    assert round(known.fast_top_ratio, 2) == 6.25
+@pytest.mark.parametrize(("top", "start", "ratio", "percent"), LET_GO)
+def test_how_far_off_a_top_let_go_is(top, start, ratio, percent):
+    known = of(top, **start)
+    assert round(known.fast_top_ratio, 2) == ratio
     errors = [known.estimates[name]["error"] for name in ("precession", "period", "amplitude")]
-    assert [round(100 * error) for error in errors] == [-4, -8, -15]
+    assert [round(100 * error) for error in errors] == percent

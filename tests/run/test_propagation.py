@@ -156,13 +156,9 @@ BITS = [(form, False, {"time": SECONDS.get(form, 25)}) for form in FORMULATIONS]
 BITS += [("attitude", True, {"time": 400})]
 BITS = [pytest.param(*each, marks=pytest.mark.slow) for each in BITS]
 BITS += [("axis", True, {"time": 400}), ("auto", False, {"time": 7, "samples": 15, "digits": 30})]
-FAST = {
-    "start": ht.State("0.5", thetadot=1, phidot=-1, psidot=10**6),
-    "digits": 6,
-}  # own unit of time
-BITS += [
-    ("axis", projected, FAST | {"time": "1/512", "samples": 257}) for projected in (False, True)
-]
+OWN_UNIT = ht.State("0.5", thetadot=1, phidot=-1, psidot=10**6)  # of time
+FAST = {"start": OWN_UNIT, "time": "1/512", "samples": 257, "digits": 6}
+BITS += [("axis", projected, FAST) for projected in (False, True)]
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
