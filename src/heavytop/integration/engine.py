@@ -187,6 +187,7 @@ class Engine:
         samples: Array = NEVER,
         longest: float | None = None,
         on_step: Callable[[Any], bool] | None = None,
+        unwatched: int = 0,
     ) -> Leg:
         """Take natural steps from a state and sample their Taylor polynomials.
 
@@ -205,19 +206,25 @@ class Engine:
         on_step : callable, optional
             Called after each step with heyoka's integrator, which has the Taylor coefficients of
             the step in ``tc`` where no samples are wanted; without a true answer that was the last.
+        unwatched : int, optional
+            So many steps are taken before it is called, which takes as long as a step; with samples.
         """
         bound = self.number(math.inf if longest is None else longest)
         how, end = {"max_steps": steps, "max_delta_t": bound, "callback": on_step}, self.number(far)
         if samples.size:
             grid = np.empty(samples.size + 2, self._own.dtype)
             grid[0], grid[1:-1], grid[-1] = self.number(0.0), samples, end
-            result = self._away(state, self._taylor.propagate_grid, grid, **how)
-            rows = result[5][1 : 1 + samples.size]
+            some = {"max_steps": unwatched, "callback": None} if unwatched else {}
+            result = self._away(state, self._taylor.propagate_grid, grid, **how | some)
+            outcome, taken, rows = result[0], result[3], result[5][1 : 1 + samples.size]
+            if 0 < taken == unwatched:
+                how["max_steps"] -= taken
+                outcome, further, rows = self._go_on(samples, rows, end, **how)
+                taken += further
         else:
             how["write_tc"] = on_step is not None
-            result = self._away(state, self._taylor.propagate_until, end, **how)
+            outcome, *_, taken, _, _ = self._away(state, self._taylor.propagate_until, end, **how)
             rows = self.nothing
-        outcome, taken = result[0], result[3]
         if taken == steps or outcome in NATURAL:
             return Leg(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
         if taken == 0:
@@ -254,15 +261,39 @@ class Engine:
         for found in self._zeros:
             found.clear()
 
-    def _away(self, state: Array, propagate: Callable[..., Any], end: Any, **how: Any) -> Any:
-        """Take steps; where one takes long, on a thread of its own, which Ctrl-C leaves behind."""
+    def _away(
+        self, state: Array | None, propagate: Callable[..., Any], end: Any, **how: Any
+    ) -> Any:
+        """Take steps from a state, or further ones from where the last ended.
+
+        Where one takes long, on a thread of its own, which Ctrl-C leaves behind.
+        """
 
         def run() -> Any:
             with self._busy:  # what was left behind ends first
-                self._begin(state)
+                if state is not None:
+                    self._begin(state)
                 return propagate(end, **how)
 
         return run() if self.bits < HEAVY_BITS else apart(run)
+
+    def _go_on(
+        self, samples: Array, rows: Array, end: Any, callback: Any, **how: Any
+    ) -> tuple[Any, int, Array]:
+        """Take more steps of a leg, and return how they ended, their number and all rows.
+
+        heyoka's own grid would begin with a step to the high word of the time.
+        """
+        found, left = [*rows], [*samples[len(rows) :].tolist(), math.inf]
+
+        def look(taylor: Any) -> bool:
+            while abs(left[0]) <= abs(taylor.time):
+                found.append(taylor.update_d_output(left.pop(0)).copy())
+            return bool(callback(taylor))
+
+        how |= {"callback": look, "write_tc": True}
+        result = self._away(None, self._taylor.propagate_until, end, **how)
+        return result[0], result[3], np.array(found).reshape(-1, self._own.size)
 
     def _hits(self) -> tuple[Seen, ...]:
         """Return the zeros found, of each event function."""
@@ -293,8 +324,7 @@ def _recorder(found: list[tuple[float, bytes]]) -> Callable[..., None]:
     """Return what heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(taylor: Any, t: float, _sign: int) -> None:
-        taylor.update_d_output(t)
-        found.append((t, taylor.d_output.tobytes()))
+        found.append((t, taylor.update_d_output(t).tobytes()))
 
     return record
 

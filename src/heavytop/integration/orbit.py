@@ -37,6 +37,9 @@ FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to 
 LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
+REACH = 2  # lengths of the last leg or block, within which the next one is taken to end
+SURE_SHARE = 0.95  # of the steps to the end, by the mean length of those before: they are not watched
+FEW_STEPS = 64  # at the end, which are watched in any case
 BEYOND = 1 + 1e-9  # of the way to the last sample, lest a zero there lie a rounding behind it
 
 
@@ -192,6 +195,8 @@ class Integrator:
         times = ((samples - start.time[0]) - start.time[1]) * pace  # since the start
         far, reach = self._own_time(far), reach * pace
         state, stride = start.state / self._units, project.stride if project else steps
+        if longest is not None:
+            reach = REACH * longest * stride
         distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
         begun: DoubleDouble = (engine.number(0.0), engine.number(0.0))
         taken, done, mean, ended = 0, 0, 0.0, False
@@ -202,10 +207,12 @@ class Integrator:
                 local = times[done:last]
                 if local.size:  # nearly all legs of a long run have none
                     local = (local - begun[0]) - begun[1]
-                to_the_end = done < last == times.size
-                if to_the_end and abs(local[-1]) < 0.6 * within:  # a call takes longer than a step
-                    on_step = _until(BEYOND * abs(float(local[-1])))
-                leg = _sampled(engine, state, count, far - begun[0], local, bound, on_step)
+                to_the_end, unwatched = done < last == times.size, 0
+                if to_the_end and (left := abs(float(local[-1]))) < 0.6 * within:
+                    on_step = _until(BEYOND * left)
+                    unwatched = _unwatched(count * left / within * REACH, count)
+                how = far - begun[0], local, bound, on_step, unwatched
+                leg = _sampled(engine, state, count, *how)
                 length = abs(leg.elapsed[0])
                 if to_the_end or not length > 0.9 * within:
                     break
@@ -213,7 +220,7 @@ class Integrator:
             state = project(leg.state) if project else leg.state
             taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
             if project:
-                mean, reach = mean or length / count, 2 * length
+                mean, reach = mean or length / count, REACH * length
                 bound = project.longest(mean, len(legs), longest)
             begun = add(begun, leg.elapsed)
         time = add(start.time, (begun[0] / pace, begun[1] / pace))
@@ -242,6 +249,11 @@ def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array,
 def _until(end: float) -> Callable[[Any], bool]:
     """Return what tells after each step whether another is to follow."""
     return lambda taylor: abs(taylor.time) <= end
+
+
+def _unwatched(steps: float, most: int) -> int:
+    """Return how many steps need not be looked at, of those to the end: a call takes as long."""
+    return max(0, min(int(SURE_SHARE * steps) - FEW_STEPS, most - 1))
 
 
 # --- the orbit -----------------------------------------------------------------------------------
@@ -374,7 +386,7 @@ def _reach(places: Sequence[Checkpoint]) -> float:
         return math.inf
     before, start = places[-2:]
     length = abs(float(start.time[0] - before.time[0])) / (start.steps - before.steps)
-    return 2 * length * start.block_steps
+    return REACH * length * start.block_steps
 
 
 def _continued(
