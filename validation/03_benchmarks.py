@@ -318,11 +318,11 @@ def timed_calls():
 
 MODULE = [sys.executable, "-m", "heavytop"]
 HELP, IMPORTING = "`heavytop --help`", "importing heyoka and sympy"
+RUN = [*MODULE, "run", "sicm-kicked", "--no-figures"]
 FRESH = {  # and at most so many times the imports, if anything
     IMPORTING: ([sys.executable, "-c", "import heyoka, sympy"], None),
-    "`heavytop run sicm-kicked --no-figures`": (
-        [*MODULE, "run", "sicm-kicked", "--no-figures"], 1.9,
-    ),
+    "`heavytop run sicm-kicked --no-figures`": (RUN, 1.9),
+    "the same with `-o`": ([*RUN, "--force", "-o", f"{tempfile.gettempdir()}/run"], 2.3),
     "`heavytop classify sicm-kicked`": ([*MODULE, "classify", "sicm-kicked"], 0.75),
     HELP: ([*MODULE, "--help"], None),
 }  # fmt: skip

@@ -6,6 +6,7 @@ import pytest
 
 from heavytop import errors
 from heavytop.cli import Exit
+from heavytop.report import files
 from heavytop.report.files import finished_run
 
 from ..commands import document, done_with, fail_with, heavytop_, names, printed, refused
@@ -66,8 +67,13 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(tmp_path, 
     assert (tmp_path / "trajectory.nc").exists()
     assert all(x in result.stderr for x in ("singular", f"the partial result is in {tmp_path}"))
     assert finished_run(tmp_path) is not None
-    nowhere = refused(Exit.ENDED_EARLY, *KICKED)
-    assert "the partial result is above (-o DIR keeps it)" in nowhere
+    assert "result is above (-o DIR keeps it)" in refused(Exit.ENDED_EARLY, *KICKED)
+
+
+def test_the_answer_is_there_before_figures_are_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "_save_figure", lambda *_: print("drawn") or {"a": "a.svg"})
+    said = printed(*KICKED, "-o", tmp_path)
+    assert said.index("kind ") < said.index("drawn") < said.index("\n\nfiles  run.json")
 
 
 def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):

@@ -24,7 +24,8 @@ from heavytop.checking.conventions import TABLE
 from heavytop.cli import app
 from heavytop.comparison import METHODS
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.plots.figures import FIGURES, PICTURES
+from heavytop.plots.figures import PICTURES
+from heavytop.results.run import FIGURES
 from heavytop.scene.quantities import wanted
 from heavytop.scene.scene import read_scene
 

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from heavytop.plots.drawn_run import DrawnRun
-from heavytop.plots.figures import FIGURES
 from heavytop.report.files import write_result
 from heavytop.report.page import page_of, player_html, write_page
 from heavytop.report.player import frames, tops
-from heavytop.results.run import run_result
+from heavytop.results.run import FIGURES, run_result
 
 from ..processes import wait_for
 from ..trajectories import run_of

@@ -9,7 +9,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -51,11 +51,17 @@ class CommandResult(NamedTuple):
     problems : sequence of (Exit, str)
     document : mapping, optional
         The same for a program, where `found` does not give it.
+    figures : bool
+        Whether figures of it are to be drawn.
+    held : context manager
+        The folder that it is to be written in.
     """
 
     found: Any
     problems: Iterable[Problem] = ()
     document: Mapping[str, Any] | None = None
+    figures: bool = True
+    held: AbstractContextManager[object] = nullcontext()
 
 
 # --- verbs -----------------------------------------------------------------------------------
@@ -259,14 +265,24 @@ def lines_of_progress(clock: Callable[[], float] = time.monotonic) -> Callable[[
 
 
 def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figures: bool) -> None:
-    """Write what was found, print it, and exit with what is wrong with it."""
+    """Write what was found, print it before figures are drawn, and exit with what is wrong."""
     from heavytop.report.files import write_result
     from heavytop.results.base import Result
 
-    found, problems = answer.found, [*answer.problems]
+    found, problems, shown = answer.found, [*answer.problems], False
+
+    def show() -> None:
+        nonlocal shown
+        shown = True
+        with suppress(OSError):  # nobody reads on: the last line fails again
+            print_found(found, None)
+
     try:
-        if isinstance(found, Result) and folder is not None and not found.files:
-            found = replace(found, files=write_result(found, folder, figures=figures))
+        with answer.held:
+            if isinstance(found, Result) and folder is not None and not found.files:
+                first, drawn = None if option("json") else show, figures and answer.figures
+                files = write_result(found, folder, figures=drawn, show=first)
+                found = replace(found, files=files)
         if path is not None and not isinstance(found, str):
             found.save(path)
     except (errors.StoppedEarly, OSError) as fault:
@@ -275,7 +291,10 @@ def deliver(answer: CommandResult, folder: Path | None, path: Path | None, figur
         problems += found.problems()
         for name in found.files.values():
             note(f"wrote {folder}/{name}")
-    if path is None or path.suffix.lower() not in TABLE_ENDINGS or option("json"):
+    if shown:
+        print("\n" * bool(found.files), end="")
+        print_found(found.files_table, None)
+    elif path is None or path.suffix.lower() not in TABLE_ENDINGS or option("json"):
         print_found(found, answer.document)
     exit_with(problems)
 

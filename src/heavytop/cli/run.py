@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -97,19 +97,20 @@ def run_in(
     folder: Path | None, scene: Scene, asked: Any, figures: bool, progress: Any, force: bool = False
 ) -> CommandResult:
     """Run a scene, or what is left of it; what cannot be run touches no folder."""
-    from heavytop.report.files import open_run, write_result
+    from heavytop.report.files import open_run
     from heavytop.results.run import run_result
     from heavytop.run.plan import closed_form_of
     from heavytop.run.planning import planned
 
     motion = closed_form_of(scene)
     plan = planned(scene, motion, **asked)
-    with open_run(folder, scene, asked, figures=figures, force=force) if folder else nullcontext():
+    with ExitStack() as held:
+        if folder:
+            held.enter_context(open_run(folder, scene, asked, figures=figures, force=force))
         run, early = integrate(scene, motion, plan, folder, progress)
         result = run_result(run)
-        if folder:
-            result = replace(result, files=write_result(result, folder, figures=figures))
-    return CommandResult(result, problems_of(result, early, folder))
+        problems = problems_of(result, early, folder)
+        return CommandResult(result, problems, figures=figures, held=held.pop_all())
 
 
 def integrate(

@@ -241,14 +241,15 @@ def run_all(
         folder = (kept or place) / name
         try:
             if name == "run":
-                run_in(folder, scene, RUN_DEFAULTS, figures=False, progress=progress)
+                answer = run_in(folder, scene, RUN_DEFAULTS, figures=False, progress=progress)
             else:
                 given = [scene if x == "scene" else x for x in studies[name].reported or ()]
                 study = resolve_name(f"heavytop.{studies[name].function}")
                 beside = {"folder": folder, "progress": progress}
                 taken = beside.keys() & signature(study).parameters
-                found = study(*given, **{x: beside[x] for x in taken})
-                write_result(found, folder, figures=False)
+                answer = CommandResult(study(*given, **{x: beside[x] for x in taken}))
+            with answer.held:
+                write_result(answer.found, folder, figures=False)
             done.append(folder)
         except errors.StoppedEarly as stop:
             if kept is None:

@@ -207,7 +207,7 @@ class Engine:
             Called after each step with heyoka's integrator, which has the Taylor coefficients of
             the step in ``tc`` where no samples are wanted; without a true answer that was the last.
         unwatched : int, optional
-            So many steps are taken before it is called, which takes as long as a step; with samples.
+            So many steps come before it is called, which takes as long as a step; with samples.
         """
         bound = self.number(math.inf if longest is None else longest)
         how, end = {"max_steps": steps, "max_delta_t": bound, "callback": on_step}, self.number(far)

@@ -38,8 +38,8 @@ LONGEST_BLOCK = 4000
 PRECISE_BLOCKS = ((256, 64), (HEAVY_BITS, 8))  # of reals: below so many bits; beyond them a step
 LONGEST_TIME = float(np.finfo(float).max)  # a time [s]
 REACH = 2  # lengths of the last leg or block, within which the next one is taken to end
-SURE_SHARE = 0.95  # of the steps to the end, by the mean length of those before: they are not watched
-FEW_STEPS = 64  # at the end, which are watched in any case
+SURE_SHARE = 0.95  # of the steps to the end, as the last ones were: these are not watched,
+FEW_STEPS = 64  # but for so many
 BEYOND = 1 + 1e-9  # of the way to the last sample, lest a zero there lie a rounding behind it
 
 

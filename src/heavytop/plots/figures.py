@@ -24,6 +24,7 @@ from heavytop.plots import style
 from heavytop.plots.drawn_run import CURVE_POINTS, MOST_DRAWN_PERIODS, DrawnRun
 from heavytop.plots.sphere import PUSH, STEADY_TURN_S, View, axis_path, touched
 from heavytop.plots.style import line, once, titled
+from heavytop.results.run import FIGURES
 from heavytop.scene.quantities import ANGLES, QUANTITIES, RATES, derived
 
 if TYPE_CHECKING:
@@ -294,14 +295,11 @@ class RunPicture(NamedTuple):
     ----------
     draw : callable
         What draws a run on axes.
-    title : str
-        That of a figure of its own, in a file and on a page; empty where it has none.
     integrated : bool
         Whether it shows what was integrated, and nothing of an exact motion.
     """
 
     draw: Callable[..., Axes]
-    title: str = ""
     integrated: bool = False
 
 
@@ -309,22 +307,11 @@ PICTURES: Final = {
     "loop": RunPicture(loop),
     "sphere": RunPicture(axis_on_sphere),
     **{name: RunPicture(partial(over_time, name)) for name in (*ANGLES, *RATES)},
-    "potential": RunPicture(effective_potential, "effective potential, energy, and allowed tilts"),
-    "phase": RunPicture(phase_plane, "the plane of tilt and tilt rate, with neighbouring energies"),
-    "errors": RunPicture(
-        errors, "distance of the run from the closed form over time", integrated=True
-    ),
+    "potential": RunPicture(effective_potential),
+    "phase": RunPicture(phase_plane),
+    "errors": RunPicture(errors, integrated=True),
 }
 """By the names that `plot` has for them; the first is drawn where none is given."""
-
-FIGURES: Final = {
-    "overview": (
-        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
-    ),
-    "angles": ("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
-    **{name: (picture.title, (name,)) for name, picture in PICTURES.items() if picture.title},
-}  # fmt: skip
-"""The figures of a run by the names of their files: a title, and the pictures side by side."""
 
 
 def pictures_of(run: DrawnRun) -> dict[str, RunPicture]:

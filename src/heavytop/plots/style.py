@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -91,6 +92,7 @@ _UNDATED: Final[dict[str, dict[str, Any]]] = {
     "pdf": dict.fromkeys(("CreationDate", "Creator", "Producer")),
 }
 
+DPI: Final = 160  # of what is no vector graphic
 MOST_LETTERS: Final = 90  # of a text that somebody else wrote
 
 
@@ -210,5 +212,9 @@ def _render(figure: Figure, form: str, **style: str) -> bytes:
     with mpl.rc_context(STYLE | style), warnings.catch_warnings():
         # A title in a script the font lacks is drawn with boxes; the run is none the worse.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        figure.savefig(data, format=form, dpi=160, metadata=_UNDATED[form])
+        usual = figure.dpi
+        figure.dpi = DPI
+        canvas: Any = get_registered_canvas_class(form)(figure)  # savefig would draw all twice
+        getattr(canvas, f"print_{form}")(data, metadata=_UNDATED[form])
+        figure.dpi = usual
     return data.getvalue()

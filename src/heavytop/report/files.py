@@ -19,7 +19,7 @@ from heavytop.doctor import versions
 from heavytop.errors import ForeignFile, HeavyTopError, StoppedEarly
 from heavytop.files import locked, remove_parts
 from heavytop.results.base import Result, kind_of
-from heavytop.results.run import DOCUMENT, TRAJECTORY, RunResult
+from heavytop.results.run import DOCUMENT, FIGURES, TRAJECTORY, RunResult
 from heavytop.scene.scene import Scene, read_scene
 from heavytop.scene.scene_file import written
 from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, begun_with
@@ -153,15 +153,17 @@ def load_run(result: RunResult, path: Path) -> Any:
 
 def files_of(kind: type[Result]) -> list[str]:
     """The names of all that a kind of result may leave in its folder, first its document."""
-    from heavytop.plots.figures import FIGURES
-
     figures = FIGURES if kind is RunResult else [kind_of(kind)]
     drawn = (f"{name}.{form}" for name in figures for form in PICTURE_FORMATS)
     return [f"{kind_of(kind)}.json", *filter(None, [kind.data_file]), *drawn]
 
 
 def write_result(
-    found: Result, folder: str | os.PathLike[str], *, figures: bool = True
+    found: Result,
+    folder: str | os.PathLike[str],
+    *,
+    figures: bool = True,
+    show: Callable[[], object] | None = None,
 ) -> dict[str, str]:
     """Write a result: its numbers, its figures, and at last its document.
 
@@ -175,6 +177,8 @@ def write_result(
         It is made where there is none.
     figures : bool
         Whether figures are drawn, where there are numbers for them.
+    show : callable, optional
+        Called before anything is drawn, which takes longer than all else.
 
     Returns
     -------
@@ -202,6 +206,8 @@ def write_result(
         found = replace(found, files=files, **found.timeless())
         if kept is None:
             found.save(place / names[0])
+        if show is not None:
+            show()
         for name, _, draw in found.figures() if figures else ():
             key = "chart" if name == kind_of(found) else name
             files |= _save_figure(place, name, draw, key)

@@ -227,12 +227,17 @@ class Result(Plotted):
         scene = getattr(self, "scene", None) or {}
         if name := " — ".join(filter(None, (scene.get("name"), scene.get("title")))):
             yield Text(harmless(name), style="bold")
-        files = [("files", ", ".join(self.files.values()))] if self.files else []
-        parts = [Table.of_facts(self.facts()), *self.tables(), Table.of_facts(files)]
+        parts = [Table.of_facts(self.facts()), *self.tables(), self.files_table]
         first, *others = [part for part in parts if part.rows]
         yield first
         for part in others:
             yield from (Text(), part)
+
+    @property
+    def files_table(self) -> Table:
+        """The names of the files that it was written to."""
+        files = ", ".join(self.files.values())
+        return Table.of_facts([("files", files)] if files else [])
 
     def html(self) -> str:
         """The facts and the tables in HTML."""

@@ -39,6 +39,16 @@ NO_ERRORS: Final = dict.fromkeys(ERROR_NAMES) | NOT_RUN
 TIMES: Final = ("derive_s", "compile_s", "integrate_s")
 AT_POLE: Final = "φ jumps by π: the value before or after it is given; φ̇ is the limit"
 NO_EVENTS: Final = {**dict.fromkeys(EVENTS), "table": (), "omitted": 0}
+FIGURES: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
+    "overview": (
+        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
+    ),
+    "angles": ("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
+    "potential": ("effective potential, energy, and allowed tilts", ("potential",)),
+    "phase": ("the plane of tilt and tilt rate, with neighbouring energies", ("phase",)),
+    "errors": ("distance of the run from the closed form over time", ("errors",)),
+}  # fmt: skip
+"""The figures of a run by the names of their files: a title, and the pictures side by side."""
 NO_COST: Final = {"steps": 0, **dict.fromkeys(TIMES, 0.0), "us_per_period": None}
 
 
