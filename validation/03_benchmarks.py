@@ -364,10 +364,8 @@ def calls(write=False):
     """What calls with new numbers cost in a process that has run once; and fresh processes."""
     known = timed_calls()
     warm = {name: calling(*each, at_once(goal)) for name, (*each, goal) in known.items()}
-    fresh = {
-        name: partial(subprocess.run, command, check=True, capture_output=True)
-        for name, (command, _) in FRESH.items()
-    }
+    start = partial(subprocess.run, check=True, capture_output=True)
+    fresh = {name: partial(start, command) for name, (command, _) in FRESH.items()}
     for program in (warm | fresh).values():
         program()
     times, processes = interleaved(warm, REPEATS), interleaved(fresh, 9)
