@@ -219,7 +219,8 @@ def solid(shape: object = None, **given: object) -> Solid:
         rule = f"one of {', '.join(SOLIDS)} {nearest(shape, SOLIDS)}"
         raise ImpossibleTop([("shape", rule.rstrip())])
     way = SOLIDS[shape]
-    values = exact_numbers(ImpossibleTop, way, given, _READERS)
+    readers = {name: _READERS[name] for slot in way.slots for name in slot}
+    values = exact_numbers(ImpossibleTop, way, given, readers)
     found = way.make(values)
     mass = values["mass"] if "mass" in values else values["density"] * found["volume"]
     return Solid(mass, found["centre"], mass * found["across"], mass * found["along"])
@@ -230,7 +231,7 @@ def _cylinder(values: Numbers) -> dict[str, Exact]:
     outer = values["outer"] if "outer" in values else values["radius"]
     inner = values.get("inner", Exact.of(0))
     if (outer - inner).sign() != 1:
-        raise ImpossibleTop([("inner", "less than outer")])
+        raise ImpossibleTop([("inner", "must be less than outer")])
     along = (outer**2 + inner**2) / 2
     return {
         "volume": PI * (outer**2 - inner**2) * height,
