@@ -94,6 +94,20 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
     return _within_limits(value * UNITS[unit]) if unit else value
 
 
+def of_one_unit(low: str, high: str) -> tuple[str, str]:
+    """The ends of a range: one without a unit has that of the other.
+
+    >>> of_one_unit("30", "60 rpm"), of_one_unit("1 rad", "90 deg")
+    (('30 rpm', '60 rpm'), ('1 rad', '90 deg'))
+    """
+    ends = low.translate(_ASCII).strip(), high.translate(_ASCII).strip()
+    one, other = (found[0] if (found := _UNIT.search(end)) else "" for end in ends)
+    return (
+        f"{ends[0]} {'' if one else other}".rstrip(),
+        f"{ends[1]} {'' if other else one}".rstrip(),
+    )
+
+
 def _refusal(token: str, units: Collection[str]) -> str:
     """The message about a token that is out of place."""
     if not token:

@@ -22,6 +22,7 @@ from heavytop.classification.arrays import Mask
 from heavytop.errors import Refused
 from heavytop.exact import Exact
 from heavytop.exact.pairs import Array
+from heavytop.exact.parse import of_one_unit
 from heavytop.results.atlas import ROLES as ROLES
 from heavytop.results.table import Row
 from heavytop.scene.quantities import PLAIN_NUMBER, QUANTITY_READERS
@@ -87,7 +88,7 @@ class Axis:
         name, *ends, count, scale = match.groups()
         if name not in ROLES:
             raise Refused(f"NAME must be one of {', '.join(ROLES)}", nearest(name, ROLES))
-        low, high = map(QUANTITY_READERS.get(name, PLAIN_NUMBER), ends)
+        low, high = map(QUANTITY_READERS.get(name, PLAIN_NUMBER), of_one_unit(*ends))
         if not 2 <= int(count) <= MOST_VALUES:
             raise Refused(f"from 2 to {MOST_VALUES} pixels")
         if not float(low) < float(high):

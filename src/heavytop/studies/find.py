@@ -24,7 +24,7 @@ from heavytop.errors import BadScene, NoClosedForm, NotANumber, Refused, refuse
 from heavytop.exact import Exact
 from heavytop.exact.balls import working
 from heavytop.exact.pairs import UNIT
-from heavytop.exact.parse import UNITS_OF
+from heavytop.exact.parse import UNITS_OF, of_one_unit
 from heavytop.results.base import Result
 from heavytop.results.table import Fact
 from heavytop.scene.arguments import Reader, one_of, parse_options
@@ -45,8 +45,6 @@ _RANGE: Final = re.compile(r"\s*(top|start)\.(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-
 
 Bracket: TypeAlias = tuple[float, float]
 MotionAt: TypeAlias = "Callable[[float], Motion | None]"
-Brackets: TypeAlias = tuple[list[Bracket], str]
-"""Brackets of the solutions, and where it holds, or why there is nothing."""
 Distance: TypeAlias = "Callable[[float], float]"
 """How far the motion of a value is from what is asked for; its sign is proved. Nan if nowhere."""
 
@@ -79,8 +77,10 @@ class Found(Result):
     solutions : tuple of mapping
         Of each the ``value`` that has what is asked for, the ``bracket`` of two values between
         which that is proved, and the ``facts`` at it [SI].
+    holds : tuple of (float, float)
+        Where it holds, of what holds on intervals: their ends [SI].
     why : str
-        Where it holds, or why there is none.
+        Why there is none.
     """
 
     schema: ClassVar = "heavytop/find/1"
@@ -89,6 +89,7 @@ class Found(Result):
     vary: str
     so_that: str
     solutions: Sequence[Any]
+    holds: Sequence[Bracket]
     why: str
 
     def facts(self) -> Iterator[Fact]:
@@ -100,6 +101,9 @@ class Found(Result):
             yield key, f"{fact_quantity(key).with_unit(each.value)}, proved between {ends}"
             known = {fact_quantity(n, ".6g"): x for n, x in each.facts.items() if x is not None}
             yield "", ", ".join(f"{of.symbol} {of.with_unit(x)}" for of, x in known.items())
+        if self.holds:
+            where = (fact_quantity(key, ".6g").with_unit(*ends) for ends in self.holds)
+            yield "", f"holds from {', from '.join(where)}"
         if self.why:
             yield "", self.why
 
@@ -147,8 +151,8 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> found = find(load_scene("sicm-dropped"), "start.psidot=130:200", "theta_max <= 0.15")
-    >>> [round(each.value, 6) for each in found.solutions], found.why
-    ([156.855673], 'holds from 156.856 to 200 rad/s')
+    >>> [round(each.value, 6) for each in found.solutions], found.holds[0][1]
+    ([156.855673], 200.0)
     """
     expect_scene(scene)
     readers: dict[str, Reader] = {"vary": read_range, "so_that": _read_wish}
@@ -158,27 +162,33 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     motion_at = cache(partial(motion_of, scene, key))
     if not any(map(motion_at, points)):
         scene.changed(key, points[0])  # which says why not
+    holds: list[Bracket] = []
+    instead = ""
     if name == "kind":
-        brackets, why = [*_find_zeros(motion_at, points, wanted)], ""
+        brackets = [*_find_zeros(motion_at, points, wanted)]
         if not brackets:
-            brackets, why = _find_ends(lambda x: kind_of(motion_at(x)) == wanted, key, points)
+            brackets, holds = _find_ends(lambda x: kind_of(motion_at(x)) == wanted, points)
         kinds = {kind for x in points if (kind := kind_of(motion_at(x)))}
-        if not (brackets or why):
-            why = f"{_none(points)}: there are {', '.join(sorted(kinds))}"
+        instead = f": there are {', '.join(sorted(kinds))}"
     else:
         distance = partial(_distance, motion_at, name, wanted)
         points, side = _with_nearest(distance, points), -1 if relation == "<=" else 1
         if relation == "=":
-            brackets, why = _find_equal(distance, points, name, wanted)
+            brackets, instead = _find_equal(distance, points, name, wanted)
         else:
-            brackets, why = _find_ends(lambda x: side * distance(x) >= 0, key, points)
-            why = why or _none(points)
+            brackets, holds = _find_ends(lambda x: side * distance(x) >= 0, points)
     solutions = []
     for low, high in brackets:
         x = _middle(low, high)
         facts = facts_of(motion_at(x), FOUND_FACTS)
         solutions.append({"value": x, "bracket": (low, high), "facts": facts})
-    return Found(scene=scene.problem(), vary=vary, so_that=so_that, solutions=solutions, why=why)
+    why = ""
+    if not (brackets or holds):
+        ends = fact_quantity(key, ".6g").with_unit(points[0], points[-1], between=" and ")
+        why = f"none between {ends}{instead}"
+    return Found(
+        scene=scene.problem(), vary=vary, so_that=so_that, solutions=solutions, holds=holds, why=why
+    )
 
 
 def motion_of(scene: Scene, key: str, x: float) -> Motion | None:
@@ -218,8 +228,10 @@ def _distance(motion_at: MotionAt, name: str, wanted: float, x: float) -> float:
     return off if abs(off) > _ROUNDINGS * max(abs(value), abs(wanted)) else 0.0
 
 
-def _find_equal(distance: Distance, points: Sequence[float], name: str, wanted: float) -> Brackets:
-    """Where a fact is what is wanted, but not where it jumps over that."""
+def _find_equal(
+    distance: Distance, points: Sequence[float], name: str, wanted: float
+) -> tuple[list[Bracket], str]:
+    """Where a fact is what is wanted, but not where it jumps over that; and what it is."""
     found = []
     for low, high in _brackets(distance, points):
         below, above = distance(low), distance(high)
@@ -229,16 +241,16 @@ def _find_equal(distance: Distance, points: Sequence[float], name: str, wanted: 
     goes = "does not exist"
     if values:
         goes = f"goes from {min(values):.6g} to {max(values):.6g} {FOUND_FACTS[name][1]}".rstrip()
-    return found, "" if found else f"{_none(points)}: the {name} {goes}"
+    return found, f": the {name} {goes}"
 
 
-def _find_ends(holds: Callable[[float], bool], key: str, points: Sequence[float]) -> Brackets:
-    """The ends of where something holds, and between which of them it does; that is empty."""
+def _find_ends(
+    holds: Callable[[float], bool], points: Sequence[float]
+) -> tuple[list[Bracket], list[Bracket]]:
+    """The ends of where something holds, and between which of them it does."""
     brackets = [*_brackets(lambda x: 1.0 if holds(x) else -1.0, points)]
     ends = [points[0], *((low + high) / 2 for low, high in brackets), points[-1]]
-    inside = [(a, b) for a, b in pairwise(ends) if holds(a + (b - a) / 2)]
-    where = ", ".join(f"from {a:.6g} to {b:.6g}" for a, b in inside)
-    return brackets, f"holds {where} {_unit_of(key)}".rstrip() if inside else ""
+    return brackets, [(a, b) for a, b in pairwise(ends) if holds(a + (b - a) / 2)]
 
 
 def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iterator[Bracket]:
@@ -271,10 +283,6 @@ def _criterion(motion_at: MotionAt, number: Criterion, x: float) -> float:
     with working(SIGN_BITS):
         side = signs.sign(number).number
         return math.nan if side is None else side * (abs(float(number.value(signs.balls))) or 1.0)
-
-
-def _none(points: Sequence[float]) -> str:
-    return f"none between {points[0]:.6g} and {points[-1]:.6g}"
 
 
 def _alike(distance: Distance, a: float, b: float) -> bool:
@@ -347,7 +355,7 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     table, name, *ends, number = parts.groups()
     if name not in (homes := [key for key in TABLES[table] if key in QUANTITY_READERS]):
         raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))
-    first, last = sorted((QUANTITY_READERS[name](end.strip()) for end in ends), key=float)
+    first, last = sorted(map(QUANTITY_READERS[name], of_one_unit(*ends)), key=float)
     if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
         raise Refused(f"1 to {MOST_POINTS} points")
     low, high, steps = float(first), float(last), int(number or count or SAMPLES + 1)
