@@ -133,8 +133,8 @@ def test_boundaries_of_kinds():
 
 
 def test_ranges_have_units_and_may_be_of_any_number():
-    ends = read_range("start.psidot = 1 : 2 rev/s : 2")[1]
-    assert ends == pytest.approx([2 * math.pi, 4 * math.pi])
+    ends = map(float, read_range("start.psidot = 1 : 2 rev/s : 2")[1:3])
+    assert [*ends] == pytest.approx([2 * math.pi, 4 * math.pi])
     heavy = scene("mass = 1\ndistance = 0.1\ngravity = 9.81\nA_cm = 0.01\nC_cm = 0.01",
                   "theta = 1\npsidot = 60")  # fmt: skip
     (found,) = find(heavy, "top.distance=1 cm:50 cm", "theta_max = 70 deg").solutions
@@ -193,5 +193,9 @@ def test_csv_and_charts_are_in_the_units_asked_for():
 def test_where_there_is_no_scene_a_row_says_so():
     steady = scene("A = 1\nC = 1\ngMR = 1", 'theta = 0.5\nsteady = "slow"\nomega3 = 9')
     slow, fast = ht.sweep(steady, "start.omega3=0.5:5:2", ["round"]).rows
-    assert (slow["kind"], slow["round"]) == (None, None)
-    assert fast["kind"] == "uniform-precession"
+    assert (slow["kind"], slow["round"], fast["kind"]) == (None, None, "uniform-precession")
+
+
+def test_values_are_exact():
+    rows = ht.sweep(DROPPED, "start.theta=0:180 deg:3", ["round"]).rows
+    assert [row["kind"] for row in rows] == ["sleeping", "cusps", "hanging"]

@@ -155,7 +155,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     ([156.855673], 200.0)
     """
     expect_scene(scene)
-    readers: dict[str, Reader] = {"vary": read_range, "so_that": _read_wish}
+    readers: dict[str, Reader] = {"vary": _read_samples, "so_that": _read_wish}
     read, faults = parse_options(scene.name, {"vary": vary, "so_that": so_that}, readers)
     refuse(faults)
     (key, points), (name, relation, wanted) = read["vary"], read["so_that"]
@@ -191,11 +191,11 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     )
 
 
-def motion_of(scene: Scene, key: str, x: float) -> Motion | None:
+def motion_of(scene: Scene, key: str, x: float | Exact) -> Motion | None:
     """The motion of a scene with another value of a key; None where there is no such scene."""
     with warnings.catch_warnings(), suppress(BadScene, NotANumber):
         warnings.simplefilter("ignore")
-        changed = scene.changed(key, x if abs(x) > _LEAST else 0.0)
+        changed = scene.changed(key, x if abs(float(x)) > _LEAST else 0.0)
         return Motion(changed.top, changed.start)
     return None
 
@@ -343,11 +343,11 @@ def _nearest(distance: Distance, a: float, b: float) -> float:
 # --- what is asked for -----------------------------------------------------------------------
 
 
-def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
-    """Read KEY=A:B, or KEY=A:B:N; the key, and points from A to B: N, or `count`, or as many serve.
+def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
+    """Read KEY=A:B, or KEY=A:B:N; the key, the smaller end and the other, and N, 0 if not given.
 
-    >>> read_range("start.psidot = 0 : 0.3 : 4")
-    ('start.psidot', [0.0, 0.1, 0.2, 0.3])
+    >>> read_range("start.psidot = 3 : 1 : 4")
+    ('start.psidot', Exact.of('1'), Exact.of('3'), 4)
     """
     parts = _RANGE.fullmatch(text) if isinstance(text, str) else None
     if parts is None:
@@ -358,11 +358,17 @@ def read_range(text: Any, count: int = 0) -> tuple[str, list[float]]:
     first, last = sorted(map(QUANTITY_READERS[name], of_one_unit(*ends)), key=float)
     if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
         raise Refused(f"1 to {MOST_POINTS} points")
-    low, high, steps = float(first), float(last), int(number or count or SAMPLES + 1)
-    points = {*evenly(first, last, steps), high}
-    if low * high > 0 and not (number or count):
+    return f"{table}.{name}", first, last, int(number or 0)
+
+
+def _read_samples(text: Any) -> tuple[str, list[float]]:
+    """The key of a range, and points of it: N, or as many as serve."""
+    key, first, last, count = read_range(text)
+    low, high = float(first), float(last)
+    points = {*evenly(first, last, count or SAMPLES + 1), high}
+    if low * high > 0 and not count:
         points |= {low * (high / low) ** (k / SAMPLES) for k in range(SAMPLES)}
-    return f"{table}.{name}", sorted(x for x in points if low <= x <= high)
+    return key, sorted(x for x in points if low <= x <= high)
 
 
 def _read_wish(text: Any) -> tuple[str, str, Any]:

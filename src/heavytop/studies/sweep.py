@@ -6,10 +6,10 @@ Nothing is integrated: each row is the closed form of one scene.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import refuse
+from heavytop.exact import Exact
 from heavytop.results.base import Result
 from heavytop.results.table import Table
 from heavytop.scene.arguments import expect, one_of, parse_names, parse_options
@@ -81,17 +81,25 @@ def sweep(scene: Scene, over: str, facts: Sequence[str]) -> Sweep:
     return Sweep(scene=scene.problem(), over=key, rows=rows)
 
 
-def read_request(scene: Scene, over: str, facts: object) -> tuple[str, list[float], list[str]]:
+def read_request(scene: Scene, over: str, facts: object) -> tuple[str, list[Exact], list[str]]:
     """The number that is changed, its values, and the names of facts; a BadScene as of `sweep`."""
     expect_scene(scene)
     known = one_of({name: name for name in find.FOUND_FACTS})
     names, faults = parse_names(scene.name, "facts", facts, known)
     given = {"over": expect("over", over, str)}
-    values, wrong = parse_options(scene.name, given, {"over": partial(find.read_range, count=_N)})
+    values, wrong = parse_options(scene.name, given, {"over": _read_values})
     refuse(faults, wrong)
     return *values["over"], names
 
 
-def _row(scene: Scene, key: str, x: float, names: Sequence[str]) -> dict[str, Any]:
+def _read_values(text: Any) -> tuple[str, list[Exact]]:
+    """The key of a range, and exact values from one end to the other, no double twice."""
+    key, first, last, count = find.read_range(text)
+    steps = max((count or _N) - 1, 1)
+    values = (first + (last - first) * k / steps for k in range(steps + 1))
+    return key, [*{float(x): x for x in values}.values()]
+
+
+def _row(scene: Scene, key: str, x: Exact, names: Sequence[str]) -> dict[str, Any]:
     motion = find.motion_of(scene, key, x)
-    return {key: x, "kind": find.kind_of(motion)} | find.facts_of(motion, names)
+    return {key: float(x), "kind": find.kind_of(motion)} | find.facts_of(motion, names)
