@@ -111,6 +111,9 @@ def test_in_the_phase_plane_the_motion_is_on_its_curve_in_a_family(kicked):
     widths = sorted(float(np.nanmax(line.get_xdata())) for line in loops)
     assert len(set(widths)) == 6
     assert widths[3] == pytest.approx(kicked.theta.max(), abs=1e-4)
+    V = Potential(kicked.motion)
+    for theta, rate in (line.get_xydata()[: len(line.get_xdata()) // 2].T for line in loops):
+        assert np.ptp(rate**2 / 2 + V(theta)) < 1e-9 * abs(V(theta)).max()
     [[theta, rate]] = lines(ax, "start").get_xydata()
     assert (theta, rate) == (kicked.theta[0], kicked.samples.thetadot[0])
 

@@ -36,6 +36,7 @@ CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a 
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
 POTENTIAL_HEIGHT: Final = 1.6**2  # how high it is drawn, over the energy that has to be seen
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
+CURVE_HALVINGS: Final = 60
 PUSHED: Final = f"after a push of {PUSH:g} rad/s"
 FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
 
@@ -212,12 +213,18 @@ def _energy_curve(
     ax: Axes, V: Potential, energy: float, tilts: tuple[float, float], looks: Looks, **ours: Any
 ) -> None:
     """Draw both branches of ½ θ̇² + V = energy between two tilts, which may be further out."""
-    (low, high), angle = tilts, np.linspace(0.0, np.pi, 401)
-    theta = low + (high - low) * np.sin(angle / 2) ** 2  # densest where a curve may be steep
-    speed = np.sqrt(2 * np.maximum(energy - V(theta), 0.0))
-    moves = np.pad(speed > 0, 1)
-    near = moves[:-2] | moves[1:-1] | moves[2:]  # with the points that close it at its ends
-    theta, speed = _in_unit("theta", theta[near]), _in_unit("thetadot", speed[near])
+    across = np.linspace(*tilts, CURVE_POINTS)
+    lowest = across[V(across).argmin()]
+    inside, outside = np.full(2, lowest), np.array(tilts)
+    for _ in range(CURVE_HALVINGS):  # until the curve turns there, if it does
+        middle = (inside + outside) / 2
+        beyond = V(middle) > energy
+        inside, outside = np.where(beyond, inside, middle), np.where(beyond, middle, outside)
+    low, high = outside
+    angle = np.linspace(0.0, np.pi, 401)
+    theta = low + (high - low) * np.sin(angle / 2) ** 2  # densest where the curve is steep
+    speed = _in_unit("thetadot", np.sqrt(2 * np.maximum(energy - V(theta), 0.0)))
+    theta = _in_unit("theta", theta)
     x, y = np.concatenate((theta, [np.nan], theta)), np.concatenate((speed, [np.nan], -speed))
     line(ax, x, y, looks, **ours)
 
