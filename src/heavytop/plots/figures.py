@@ -266,8 +266,7 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     """
     from heavytop.run.verify import deviations
 
-    unit = QUANTITIES["theta"].shown[0]
-    ax.set(xlabel=QUANTITIES["t"].heading, ylabel=f"|run − closed form| [{unit}]")
+    ax.set(xlabel=QUANTITIES["t"].heading, ylabel="|run − closed form|")
     try:
         found = {name: _in_unit(name, x) for name, x in deviations(run.trajectory).items()}
     except NoClosedForm as reason:
@@ -281,10 +280,11 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     looks_of = zip(style.COLOURS, style.MARKERS, strict=False)
     for (name, error), (colour, marker) in zip(found.items(), looks_of, strict=False):
         so_far = np.fmax.accumulate(error)
-        size = f"at most {so_far[-1]:.1e}" if so_far[-1] else "none"
+        of = QUANTITIES[name]
+        size = f"at most {so_far[-1]:.1e} {of.shown[0]}" if so_far[-1] else "none"
         ax.plot(time, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)
         line(ax, time, np.where(so_far > floor, so_far, np.nan), looks, color=colour, lw=1.2,
-             label=f"{QUANTITIES[name].symbol}: {size}")  # fmt: skip
+             label=f"{of.symbol}: {size}".removesuffix(" 1"))  # fmt: skip
     ax.set_yscale("log")
     ax.set_ylim(bottom=min(floor, ax.dataLim.ymin), auto=None)
     ax.annotate("zero, or smaller", (0, floor), (4, 4), ("axes fraction", "data"),

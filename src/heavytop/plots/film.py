@@ -48,7 +48,7 @@ BODY_COLOUR: Final = np.array([150, 166, 181])
 PATCH: Final = np.array([236, 164, 30])
 LIGHT: Final = np.array([-0.45, 0.62, 0.64])  # from where it comes: right, up, towards the eye
 INK, FILM_FAINT, AHEAD_COLOUR, MOMENTUM = "#222222", "#9AA4AE", "#9CC3DB", "#882255"
-LETTERS: Final = 70  # of a title
+LETTER_WIDTH: Final = 0.65  # of the font's height
 WIDEST_RIM: Final = 4  # of the rims of the body
 LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
 ASIDE: Final = 0.35  # rad, by which it looks from farther round
@@ -190,9 +190,15 @@ class Shot:
         self.rims = _rims(float(scene.top.C / scene.top.A), np.sign(float(scene.top.gMR)))
 
     @property
+    def font(self) -> int:
+        """The height of letters [pixels]."""
+        return max(9, min(self.size) // 38)
+
+    @property
     def titles(self) -> list[str]:
         """What a picture says: the scene, how fast time passes, and whether the top was pushed."""
-        title = literal(self.scene.title or self.scene.name, LETTERS)
+        fit = int(self.size[0] / (LETTER_WIDTH * self.font))
+        title = literal(self.scene.title or self.scene.name, fit)
         pushed = [f"pushed at {PUSH:g} rad/s; untouched it stays as it is"] * self.clip.pushed
         return [title, _pace(abs(self.clip.end) / self.clip.seconds), *pushed]
 
@@ -232,9 +238,9 @@ class Shot:
         now = self.at(done)
         self.draw(ax, self.view(done), now)
         time = QUANTITIES["t"].with_unit(self.record.t[now], form=".4g")
-        words, font = "\n".join((*self.titles, f"t = {time}")), max(9, min(self.size) // 38)
+        words = "\n".join((*self.titles, f"t = {time}"))
         place: Any = {"xytext": (8, -6), "textcoords": "offset points", "va": "top"}
-        ax.annotate(words, (0, 1), xycoords="axes fraction", color=INK, fontsize=font, **place)
+        ax.annotate(words, (0, 1), xycoords="axes fraction", color=INK, fontsize=self.font, **place)
         pixels = BytesIO()
         figure.savefig(pixels, format="rgba")
         return Image.frombytes("RGBA", self.size, pixels.getvalue()).convert("RGB")

@@ -41,7 +41,8 @@ AT_POLE: Final = "φ jumps by π: the value before or after it is given; φ̇ is
 NO_EVENTS: Final = {**dict.fromkeys(EVENTS), "table": (), "omitted": 0}
 FIGURES: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     "overview": (
-        "tilt over precession, and the path of the axis on the unit sphere", ("loop", "sphere")
+        "tilt over precession or time, and the path of the axis on the unit sphere",
+        ("loop", "sphere"),
     ),
     "angles": ("tilt, precession and rate of spin over time", ("theta", "phi", "psidot")),
     "potential": ("effective potential, energy, and allowed tilts", ("potential",)),
