@@ -126,7 +126,7 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     scene : Scene
         Its top and its start.
     vary : str
-        Which number, and its range: ``"start.psidot = 10:400"``, with units if one likes.
+        Which number, and its range: ``"start.psidot = 10:400"``, or in a unit, ``"… = 1:60 rpm"``.
     so_that : str
         ``"round = 3.5 s"``, ``"theta_max <= 5 deg"`` or ``"kind = cusps"``: a fact with =, <= or
         >=, or a kind. Of an inequality, and of a kind that has room, the solutions are the ends of
