@@ -52,9 +52,9 @@ def test_what_is_no_number_is_refused(text, rule):
 
 SIZES = {  # of each unit, in those of SI
     "deg": math.pi / 180, "rad": 1, "rev": 2 * math.pi,
-    "rpm": math.pi / 30, "rev/min": math.pi / 30, "rev/s": 2 * math.pi, "Hz": 2 * math.pi,
-    "deg/s": math.pi / 180, "rad/s": 1, "kg": 1, "g": 1e-3, "m": 1, "cm": 1e-2, "mm": 1e-3,
-    "s": 1, "ms": 1e-3, "min": 60, "kg m^2": 1, "g cm^2": 1e-7, "J": 1, "N m": 1,
+    "rpm": math.pi / 30, "rev/min": math.pi / 30, "rps": 2 * math.pi, "rev/s": 2 * math.pi,
+    "Hz": 2 * math.pi, "deg/s": math.pi / 180, "rad/s": 1, "kg": 1, "g": 1e-3, "m": 1, "cm": 1e-2,
+    "mm": 1e-3, "s": 1, "ms": 1e-3, "min": 60, "kg m^2": 1, "g cm^2": 1e-7, "J": 1, "N m": 1,
     "kg m^2/s^2": 1, "kg m^2/s": 1, "J s": 1, "m/s^2": 1, "kg/m^3": 1, "g/cm^3": 1000,
 }  # fmt: skip
 

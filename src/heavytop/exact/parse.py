@@ -29,7 +29,7 @@ _THOUSANDTH: Final = Exact.of(Decimal("1e-3"))
 UNITS_OF: Final[Mapping[str, Mapping[str, Exact]]] = {
     "rad": {"deg": PI / 180, "rad": ONE, "rev": 2 * PI},
     "rad/s": {
-        "rpm": PI / 30, "rev/min": PI / 30, "rev/s": 2 * PI, "Hz": 2 * PI,
+        "rpm": PI / 30, "rev/min": PI / 30, "rps": 2 * PI, "rev/s": 2 * PI, "Hz": 2 * PI,
         "deg/s": PI / 180, "rad/s": ONE,
     },
     "kg": {"kg": ONE, "g": _THOUSANDTH},
