@@ -125,8 +125,7 @@ def test_boundaries_of_kinds():
     for known in (kicked(x).constants for x in values(through)):
         assert float(known.p_phi - known.p_psi) < 1e-15
     loops = find(DROPPED, "start.phidot=-20:40", "kind = loops")
-    assert len(loops.solutions) == 3
-    assert loops.holds[0] == (-20, values(loops)[0])
+    assert (len(loops.solutions), loops.holds[0]) == (3, (-20, values(loops)[0]))
     steady = find(DROPPED, "start.phidot=0.5:40", "kind = uniform-precession")
     rates = [ht.State.steady(DROPPED.top, "0.1", psidot=140, which=w) for w in ("slow", "fast")]
     assert values(steady) == pytest.approx([float(each.phidot) for each in rates], rel=1e-12)
@@ -190,12 +189,9 @@ def test_csv_and_charts_are_in_the_units_asked_for():
         assert axes[0].lines[0].get_xdata()[0] == pytest.approx(wanted[0], rel=1e-15)
 
 
-def test_where_there_is_no_scene_a_row_says_so():
+def test_where_there_is_no_scene_a_row_says_so_and_values_are_exact():
     steady = scene("A = 1\nC = 1\ngMR = 1", 'theta = 0.5\nsteady = "slow"\nomega3 = 9')
     slow, fast = ht.sweep(steady, "start.omega3=0.5:5:2", ["round"]).rows
     assert (slow["kind"], slow["round"], fast["kind"]) == (None, None, "uniform-precession")
-
-
-def test_values_are_exact():
     rows = ht.sweep(DROPPED, "start.theta=0:180 deg:3", ["round"]).rows
     assert [row["kind"] for row in rows] == ["sleeping", "cusps", "hanging"]
