@@ -1,11 +1,13 @@
 """The pictures of an atlas: kinds with their shares, what is held, and where the scene is."""
 
+import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
 
 import heavytop as ht
 from heavytop.plots.atlas import atlas_figure
 from heavytop.plots.style import KIND_STYLES
+from heavytop.scene.quantities import read_units, showing
 
 from .test_studies import legend
 
@@ -19,9 +21,8 @@ def test_a_kind_has_its_colour_and_its_share_in_the_legend():
     own = shown[f"loops {atlas.counts['loops'] / (41 * 31):.2%}"]
     assert own.get_facecolor() == to_rgba(KIND_STYLES["loops"].colour)
     ax = figure.axes[0]  # the first and the last value are in the middle of their pixels
-    assert ax.get_xlim() == (-20.5, 20.5)
+    assert (ax.get_xlim(), ax.get_yscale()) == ((-20.5, 20.5), "log")
     assert ax.get_ylim() == pytest.approx((10 ** (1 - 0.5 / 30), 10 ** (2 + 0.5 / 30)))
-    assert ax.get_yscale() == "log"
 
 
 @pytest.fixture(scope="module")
@@ -30,11 +31,13 @@ def atlas():
 
 
 def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
-    chart = atlas_figure(atlas)
-    title = chart.get_suptitle()
-    assert "held: A = 0.000328, C = 6.6e-05, gMR = 0.0456, θ = 0.1" in title
-    [mark] = [line for line in chart.axes[0].lines if line.get_marker() == "P"]
-    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (-15, 140)
+    with showing(read_units("rpm,g cm^2")):
+        chart = atlas_figure(atlas)
+    assert "A = 3280 g cm^2, C = 660 g cm^2, gMR = 0.0456 J, θ = 0.1 rad" in chart.get_suptitle()
+    *curves, [mark] = (line.get_xydata() * np.pi / 30 for line in chart.axes[0].lines)
+    assert mark == pytest.approx([-15, 140])
+    assert np.vstack(curves).max(axis=0) == pytest.approx([20, 150], rel=0.01)
+    assert chart.axes[0].get_xlabel() == "φ̇ [rpm]"
 
 
 def test_a_line_has_no_share_and_is_once_in_the_legend(atlas):

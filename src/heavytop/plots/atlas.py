@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from heavytop.plots.style import KIND_STYLES, Known, literal, sheet, title_of
 from heavytop.results.atlas import Atlas
+from heavytop.results.base import given
 from heavytop.scene.quantities import quantity_of
 from heavytop.scene.scene import scene_of
 from heavytop.studies.atlas_plane import Axis, Plane
@@ -39,13 +40,13 @@ def atlas_figure(found: Atlas) -> Figure:
         The map, with what is held, and the scene as a bold cross.
     """
     plane = Plane(scene_of(found.scene), *(Axis.of_range(found.axes[side]) for side in "xy"))
-    held = (f"{quantity_of(name).symbol} = {value:.6g}" for name, value in plane.held.items())
-    title = f"{title_of(found.scene)}\nheld: {', '.join(held)}"
+    title = f"{title_of(found.scene)}\nheld: {given(plane.held)}"
     with sheet(title, (7.2, 6.6), 3) as (figure, axes):
         ax = draw_map(axes[0, 0], found)
         limits, name = (ax.get_xlim(), ax.get_ylim()), literal(found.scene["name"], 30)
-        if all(low <= at <= high for at, (low, high) in zip(plane.place, limits, strict=True)):
-            ax.plot(*plane.place, "Pk", ms=9, mec="white", zorder=7, label=name)
+        place = [at * _shown(found, side) for side, at in zip("xy", plane.place, strict=True)]
+        if all(low <= at <= high for at, (low, high) in zip(place, limits, strict=True)):
+            ax.plot(*place, "Pk", ms=9, mec="white", zorder=7, label=name)
     return figure
 
 
@@ -63,15 +64,16 @@ def draw_map(ax: Axes, /, found: Atlas, **mesh: Any) -> Axes:
     kind = codes[tuple(np.s_[:: -(-n // FINEST_PICTURE)] for n in codes.shape)].values
     colours = ListedColormap([KIND_STYLES[name].colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
-    edges = [_edges(found.axes[side], n) for side, n in zip("xy", kind.shape[::-1], strict=True)]
+    sizes = {side: _shown(found, side) for side in "xy"}
+    counts = zip(sizes.items(), kind.shape[::-1], strict=True)
+    edges = [_edges(found.axes[side], n) * size for (side, size), n in counts]
     ours: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
     ax.pcolormesh(*edges, kind, **ours | mesh)
     for side, ends in zip("xy", edges, strict=True):
         axis = found.axes[side]
-        along = quantity_of(axis.name)
         if axis.log:
             ax.set(**{f"{side}scale": "log" if axis.low > 0 else "symlog"})
-        ax.set(**{f"{side}label": f"{along.symbol} [{along.unit}]", f"{side}lim": ends[[0, -1]]})
+        ax.set(**{f"{side}label": quantity_of(axis.name).heading, f"{side}lim": ends[[0, -1]]})
     every, lines = sum(found.counts.values()), {BOUNDS.get(x.name, x.name) for x in found.curves}
     for name, count in sorted(found.counts.items(), key=lambda each: -each[1]):
         look, area = KIND_STYLES[name], names.index(name) in _areas(kind)
@@ -79,7 +81,8 @@ def draw_map(ax: Axes, /, found: Atlas, **mesh: Any) -> Axes:
             label = f"{look.label} {count / every:.2%}" if area else look.label
             ax.fill([], [], fc=look.colour, ec="#555555", lw=0.5, label=label)
     for curve in found.curves:
-        x, y, look = curve.x, curve.y, KIND_STYLES[BOUNDS.get(curve.name, curve.name)]
+        x, y = (np.multiply(getattr(curve, side), size) for side, size in sizes.items())
+        look = KIND_STYLES[BOUNDS.get(curve.name, curve.name)]
         looks: dict[str, Any] = {"ls": look.marker, "lw": 1.5, "zorder": 3}
         if len(x) == 1:
             looks = {"ls": "none", "marker": "*", "ms": 9, "mec": "white", "mew": 0.6, "zorder": 4}
@@ -87,6 +90,11 @@ def draw_map(ax: Axes, /, found: Atlas, **mesh: Any) -> Axes:
             ax.plot(x, y, "-", color="white", lw=2.6, alpha=0.7, zorder=2)
         ax.plot(x, y, color=look.colour, label=look.label, **looks)
     return ax
+
+
+def _shown(found: Atlas, side: str) -> float:
+    """How many of the unit in which an axis is shown one of SI is."""
+    return quantity_of(found.axes[side].name).shown[1]
 
 
 def _areas(kind: NDArray[np.uint8]) -> set[int]:
