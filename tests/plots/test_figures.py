@@ -118,8 +118,7 @@ def test_in_the_phase_plane_the_motion_is_on_its_curve_in_a_family(kicked):
 def test_a_separatrix_is_drawn_where_there_is_one_and_can_be_the_motion_itself(kicked):
     assert "separatrix" not in [line.get_label() for line in drawn("phase", kicked).lines]
     over = run_of("start.theta=0", "start.phidot=0", "start.thetadot=3", "start.psidot=60")
-    curve = lines(drawn("phase", over), "separatrix")
-    assert curve.get_xydata()[0].tolist() == [0.0, 0.0]
+    assert not lines(drawn("phase", over), "separatrix").get_xydata()[0].any()
     run = run_of(name="separatrix")
     assert off_curve(run, lines(drawn("phase", run), "separatrix, and the motion"), -1) < 1e-4
 
