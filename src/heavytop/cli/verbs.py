@@ -82,7 +82,7 @@ def certify(
 def reference(
     scene: Scene, times: str, *, events: Sequence[str] = (), path: Path | None = None, **given: Any
 ) -> Reference:
-    """Print exact values of a motion, every digit proved.
+    """Print exact values of a motion in SI, every digit proved.
 
     Parameters
     ----------
