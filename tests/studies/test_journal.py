@@ -38,7 +38,7 @@ def test_a_record_is_the_sum_of_its_chunks(tmp_path):
 def test_every_difference_is_named(tmp_path):
     with Journal.open(tmp_path, PARAMETERS):
         pass
-    other = PARAMETERS | {"scene": {"start": {"theta": "0.2", "phidot": "-15"}}}
+    other = PARAMETERS | {"scene": {"start": {"theta": "20°", "phidot": "-15"}}}
     other["options"] = OPTIONS | {"names": ["a", "c"], "rate": True, "seed": 0}
     with pytest.raises(ForeignFile) as error, Journal.open(tmp_path, other):
         pass
@@ -46,7 +46,7 @@ def test_every_difference_is_named(tmp_path):
         'options.names: ["a","b"] there, ["a","c"] here',
         "options.rate: 1 there, true here",
         "options.seed: nothing there, 0 here",
-        'scene.start.theta: "0.1" there, "0.2" here',
+        'scene.start.theta: "0.1" there, "20°" here',
         'scene.title: "top" there, nothing here',
     ]
     with Journal.open(tmp_path, PARAMETERS):  # and it is free again

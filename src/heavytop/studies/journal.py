@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, Final, NamedTuple, Self
@@ -246,7 +247,7 @@ def keep_budget(journal: Journal, budget: float | None, default: float) -> float
     return default if written is None else float(written)
 
 
-def canonical_json(value: Any) -> str:
+def canonical_json(value: Any, *, ascii_only: bool = True) -> str:
     """Return the one JSON text of a value: keys in order, no spaces, never NaN.
 
     Raises
@@ -254,7 +255,8 @@ def canonical_json(value: Any) -> str:
     TypeError, ValueError
         For what JSON cannot hold.
     """
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    form: Any = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
+    return json.dumps(value, ensure_ascii=ascii_only, **form)
 
 
 def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
@@ -269,7 +271,8 @@ def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
         every = ((key, there.get(key), here.get(key)) for key in sorted({*there, *here}))
         found = (differences(a, b, f"{name}.{key}".removeprefix(".")) for key, a, b in every)
         return tuple(difference for each in found for difference in each)
-    a, b = ("nothing" if each is None else canonical_json(each) for each in (there, here))
+    said = partial(canonical_json, ascii_only=False)
+    a, b = ("nothing" if each is None else said(each) for each in (there, here))
     return () if a == b else (f"{name}: {a:.80} there, {b:.80} here",)
 
 
