@@ -401,7 +401,7 @@
     $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
       const { label: name, colour } = DATA.kinds[kind];
       return areas.has(kind) ? label(name, colour) : label(`${name} (a line)`, colour, "3px");
-    }), label("p_ψ² = 4A gMR: from there out it sleeps (dashed)", INK, "1px"));
+    }), label("p_ψ² = 4A gMR: from there out an upright top sleeps (dashed)", INK, "1px"));
   };
   const sign = () => (state.held === "omega3" ? "ω₃" : "ψ̇₀");
   const drawPlane = () => {
@@ -482,7 +482,8 @@
     $("reason").replaceChildren(...typeset(why));
     tell("margin", verdict.margin < 1e-9
       ? "It is nearer to another kind than this page tells apart: heavytop classify proves which it is."
-      : `The nearest other kind is ${short(verdict.margin, 3)} away (0: on its boundary; 1: far).`);
+      : `The least number that decides and is not 0 is ${short(verdict.margin, 3)} of its terms `
+        + "(1: far from another kind).");
     const { p_phi: pPhi, p_psi: pPsi, E_prime: energy } = heavytop.constants(own);
     const psidot = own.omega3 - own.phidot * Math.cos(own.theta);
     const fast = verdict.detail === "fast", span = ends[1] - ends[0];
