@@ -125,6 +125,14 @@ _NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} |
     table: f"missing: a scene has a table [{table}]" for table in ("top", "start")
 }
 _HOMES: Final = {key: name for name, keys in TABLES.items() for key in keys}
+_MEANT: Final = {  # what others call it
+    **dict.fromkeys(("I", "I1", "I_1", "Ixx"), "A, about the pivot, or A_cm"),
+    **dict.fromkeys(("I3", "I_3", "Izz"), "C, about the axis"),
+    **dict.fromkeys(("m", "M"), "mass"), "g": "gravity",
+    **dict.fromkeys(("l", "L", "R", "d"), "distance, from the pivot to the centre of mass"),
+    **dict.fromkeys(("spin", "omega"), "psidot, or omega3, along the axis"),
+    "tilt": "theta", "nutation": "thetadot", "precession": "phidot",
+}  # fmt: skip
 _SPAN: Final = arguments.Way("a span", (), dict, (("time", "periods"),))
 
 
@@ -170,12 +178,13 @@ def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], l
 
 
 def _hint_at_table(fault: Fault) -> Fault:
-    """The fault of an unknown key with the table in which it would be known."""
+    """The fault of an unknown key with the table in which it would be known, or what it is here."""
     table, _, key = fault.key.rpartition(".")
-    if fault.rule.startswith("unknown key") and key in _HOMES and table != _HOMES[key]:
-        home = _HOMES[key]
-        return replace(fault, rule="unknown key", hint=f"it belongs in [{home}]: {home}.{key}")
-    return fault
+    home, meant = _HOMES.get(key, table), _MEANT.get(key)
+    if not fault.rule.startswith("unknown key") or (home == table and not meant):
+        return fault
+    hint = f"it belongs in [{home}]: {home}.{key}" if home != table else f"did you mean {meant}?"
+    return replace(fault, rule="unknown key", hint=hint)
 
 
 # --- TOML and JSON out -----------------------------------------------------------------------
