@@ -58,7 +58,7 @@ def test_values_are_the_doubles_nearest_the_exact_ones():
     assert axis.values[300] == 0
 
 
-MIDDLES = {"C=1e-6:1e-4:5:log": 1e-5, "theta=0:pi:7": np.pi / 2, "theta=20:160 deg:3": np.pi / 2}
+MIDDLES = {"top.C=1e-6:1e-4:5:log": 1e-5, "theta=0:pi:7": np.pi / 2, "theta=0:180deg:3": np.pi / 2}
 
 
 @pytest.mark.parametrize("text", MIDDLES)

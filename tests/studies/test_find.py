@@ -131,7 +131,7 @@ def test_boundaries_of_kinds():
 
 
 def test_ranges_have_units_and_may_be_of_any_number():
-    ends = read_range("start.psidot = 1 : 2 rev/s : 2")[1:3]
+    ends = read_range("psidot = 1 : 2 rev/s : 2")[1:3]
     assert [*map(float, ends)] == pytest.approx([2 * math.pi, 4 * math.pi])
     heavy = scene("mass = 1\ndistance = 0.1\ngravity = 9.81\nA_cm = 0.01\nC_cm = 0.01",
                   "theta = 1\npsidot = 60")  # fmt: skip

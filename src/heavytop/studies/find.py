@@ -41,7 +41,7 @@ _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact chan
 _LEAST: Final = 1e-300  # below which there are no numbers in scenes but 0
 _THIRDS: Final = 48  # after which the least of a fact does not change
 _WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|=)\s*(.+?)\s*")
-_RANGE: Final = re.compile(r"\s*(top|start)\.(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
+_RANGE: Final = re.compile(r"\s*(?:(top|start)\.)?(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
 
 Bracket: TypeAlias = tuple[float, float]
 MotionAt: TypeAlias = "Callable[[float], Motion | None]"
@@ -353,12 +353,16 @@ def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
     if parts is None:
         raise Refused("KEY=A:B or KEY=A:B:N of a number of top or start: start.psidot=10:400")
     table, name, *ends, number = parts.groups()
-    if name not in (homes := [key for key in TABLES[table] if key in QUANTITY_READERS]):
-        raise Refused(f"a number of the {table}: {', '.join(homes)}", nearest(name, homes))
+    homes = {key: home for home in ("top", "start") for key in TABLES[home]}
+    known = [key for key in homes if key in QUANTITY_READERS and table in (None, homes[key])]
+    if name not in known:
+        raise Refused(
+            f"a number of the {table or 'scene'}: {', '.join(known)}", nearest(name, known)
+        )
     first, last = sorted(map(QUANTITY_READERS[name], of_one_unit(*ends)), key=float)
     if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
         raise Refused(f"1 to {MOST_POINTS} points")
-    return f"{table}.{name}", first, last, int(number or 0)
+    return f"{homes[name]}.{name}", first, last, int(number or 0)
 
 
 def _read_samples(text: Any) -> tuple[str, list[float]]:
