@@ -50,8 +50,7 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected, digits):
 def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch):
     """The same steps, with time in seconds: a claim of docs/precision.md."""
     monkeypatch.setattr(system, "FASTEST_PACE", math.inf)
-    run = ht.propagate(kicked(spin), formulation="axis")
-    assert least < ht.run_errors(run).axis < most
+    assert least < ht.run_errors(ht.propagate(kicked(spin), formulation="axis")).axis < most
 
 
 @pytest.mark.parametrize("spin", ["1e4", "1e8", "1e12"])

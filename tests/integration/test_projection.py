@@ -94,13 +94,21 @@ def test_legs_lose_no_time(whole, monkeypatch):
         assert later.t_low.any()
 
 
-@pytest.mark.parametrize("projected", [False, True])
-def test_the_last_step_is_the_one_that_passes_the_end(projected):
-    run = ht.propagate(scene(70, wants=ALL), formulation="axis", projected=projected)
-    (integrator, _), last = integrator_of(run), run.orbit.checkpoints[-1]
+NEAR = ("start.theta=1e-3", "start.thetadot=2", "start.psidot=10")  # the top: steps grow
+LAST = [("axis", False, 70), ("axis", True, 73), ("lagrange", False, 0.1, *NEAR)]
+
+
+@pytest.mark.parametrize("how", LAST)
+def test_the_last_step_is_the_one_that_passes_the_end(how):
+    """Also the last of a leg; and where steps end, as doubles have it, a sample is as any other."""
+    run = ht.propagate(scene(*how[2:], wants=ALL), formulation=how[0], projected=how[1])
+    (integrator, start), last = integrator_of(run), run.orbit.checkpoints[-1]
     left = run.orbit.steps - last.steps
     before, behind = (integrator.block(last, n, 1e4).end.time[0] for n in (left - 1, left))
     assert before <= run.orbit.end < behind
+    t = integrator.polynomials(start, 256, 1e4)[0].begun[1:, 0]
+    alone = [run.orbit.at(each).states[0] for each in t[:, None]]
+    assert np.array_equal(alone, run.orbit.at(t).states)
 
 
 def test_events_are_those_of_the_own_motion(whole):
@@ -159,5 +167,4 @@ def test_a_sample_on_the_end_of_a_leg(periods):
     """Where phi is followed, a leg's end is looked at, and within rounding is the next one's."""
     wants = "want.quantities=['theta', 'phi']"
     asked = scene(periods, "want.events=[]", "want.samples=2", wants=wants)
-    run = ht.propagate(asked, formulation="axis", projected=True)
-    assert ht.run_errors(run).phi < 1e-13
+    assert ht.run_errors(ht.propagate(asked, formulation="axis", projected=True)).phi < 1e-13

@@ -7,7 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.errors import Impossible, NotANumber
+from heavytop.errors import EndedEarly, Impossible, NotANumber
 
 from ..trajectories import run_of, same
 
@@ -34,6 +34,15 @@ def test_dense_output_is_the_samples(whole):
         assert np.array_equal(getattr(whole, name), getattr(whole.samples, name))
 
 
+def test_a_run_that_takes_no_step_has_its_start():
+    """The quadrature of psi divides by how far the axis is from the top, which rounds to 0."""
+    with pytest.raises(EndedEarly) as early:
+        run_of("start.theta=1e-9", 'want.quantities=["psi"]', name="at-rest", formulation="axis")
+    assert early.value.trajectory(0.0).theta == 1e-9
+    with pytest.raises(Impossible, match="inf more samples"):
+        ht.extend(early.value.trajectory, 1)
+
+
 def test_dense_output_in_more_digits_is_the_same_run_rounded(precise):
     samples = precise.in_mpmath()
     again = precise.in_mpmath(samples.t[::-1])
@@ -41,8 +50,7 @@ def test_dense_output_in_more_digits_is_the_same_run_rounded(precise):
     assert (again.phi[::-1] == samples.phi).all()
     assert precise.theta.tolist() == [float(theta) for theta in samples.theta]
     assert precise(precise.t[3]).theta == precise.theta[3]
-    exact = precise.motion.at("1/3", digits=50)
-    assert abs(precise.in_mpmath("1/3").phi - exact.phi) < 1e-29
+    assert abs(precise.in_mpmath("1/3").phi - precise.motion.at("1/3", digits=50).phi) < 1e-29
 
 
 def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():

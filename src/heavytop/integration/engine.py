@@ -217,7 +217,9 @@ class Engine:
             some = {"max_steps": unwatched, "callback": None} if unwatched else {}
             result = self._away(state, self._taylor.propagate_grid, grid, **how | some)
             outcome, taken, rows = result[0], result[3], result[5][1 : 1 + samples.size]
-            if 0 < taken == unwatched:
+            if unwatched and on_step is not None:
+                if taken < unwatched or not on_step(self._taylor):  # it is past the end
+                    return self.leg(state, steps, far, samples, longest, on_step)
                 how["max_steps"] -= taken
                 outcome, further, rows = self._go_on(samples, rows, end, **how)
                 taken += further
@@ -284,10 +286,12 @@ class Engine:
 
         heyoka's own grid would begin with a step to the high word of the time.
         """
-        found, left = [*rows], [*samples[len(rows) :].tolist(), math.inf]
+        forward = math.copysign(1.0, end)
+        found, left = [*rows], [*samples[len(rows) :].tolist(), forward * math.inf]
 
         def look(taylor: Any) -> bool:
-            while abs(left[0]) <= abs(taylor.time):
+            high, low = taylor.dtime
+            while forward * ((left[0] - high) - low) <= 0:  # as heyoka's grid has it
                 found.append(taylor.update_d_output(left.pop(0)).copy())
             return bool(callback(taylor))
 

@@ -200,17 +200,19 @@ class Integrator:
         distances, legs = np.abs(times).tolist(), list[tuple[DoubleDouble, Leg]]()
         begun: DoubleDouble = (engine.number(0.0), engine.number(0.0))
         taken, done, mean, ended = 0, 0, 0.0, False
-        while taken < steps and not ended and abs(begun[0]) < abs(far):
+        end = min([abs(far), *(BEYOND * x for x in distances[-1:])])
+        while not legs or (taken < steps and not ended and abs(begun[0]) < end):
             count = min(stride, steps - taken)
-            for within in (reach, math.inf):
+            for within in (reach or math.inf, math.inf):
                 last = bisect_right(distances, abs(begun[0]) + within, done)
                 local = times[done:last]
                 if local.size:  # nearly all legs of a long run have none
                     local = (local - begun[0]) - begun[1]
                 to_the_end, unwatched = done < last == times.size, 0
-                if to_the_end and (left := abs(float(local[-1]))) < 0.6 * within:
+                if to_the_end:
+                    left = abs(float(local[-1]))
                     on_step = _until(BEYOND * left)
-                    unwatched = _unwatched(count * left / within * REACH, count)
+                    unwatched = _unwatched(left / within * REACH * count, count)
                 how = far - begun[0], local, bound, on_step, unwatched
                 leg = _sampled(engine, state, count, *how)
                 length = abs(leg.elapsed[0])

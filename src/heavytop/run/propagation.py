@@ -6,6 +6,7 @@ against the closed form.
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable
@@ -351,7 +352,7 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     """Return how many samples there are to an end at the distance that they have."""
     reached = abs(trajectory.orbit.end)
     spacing = reached / max(trajectory.t.size - 1, 1)
-    count = (abs(end) - reached) / spacing
+    count = (abs(end) - reached) / spacing if spacing else math.inf
     if not count <= MAX_SAMPLES - trajectory.t.size:
         rule = f"{count:.3g} more samples at the present spacing, of {MAX_SAMPLES} at most"
         raise Impossible([("time_span", f"{rule}; samples= sets their number")])
