@@ -104,8 +104,6 @@ class Forecast:
 
     def seconds(self, formulation: str, projected: bool, bits: int) -> float:
         """Time to integrate, without compiling and sampling [s]."""
-        if self.motion.regime.steady and self.motion.kind == "at-rest":  # which takes a step or two
-            return 0.0
         entry, asked = FORMULATIONS[formulation], self.scene.events
         each = entry.us
         if entry.rates and self.need >= Need.PSI:
@@ -136,6 +134,8 @@ class Forecast:
 
 def periods_of(motion: Motion, span: float) -> float:
     """How many nutation periods a span has; of what does not nutate, turns of what moves."""
+    if motion.regime.steady and motion.kind == "at-rest":
+        return 0.0
     if motion.period:
         return abs(span) / float(motion.period)
     r = motion.reduced
@@ -314,8 +314,9 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         yield Fault(scene.name, None, "start", "", rule)
     elif abs(expected.span) * (rate + abs(r.kappa)) > SURE_TURNS * tau:
         nodding = tau / motion.period if motion.period else 0.0
-        most = MOST_TURNS * tau / max(nodding, *map(abs, motion.mean_angle_rates))
-        if abs(expected.span) > most:
+        fastest, most = max(nodding, *map(abs, motion.mean_angle_rates)), MOST_TURNS * tau
+        if abs(expected.span) * fastest > most:
+            most /= fastest
             yield span_fault(scene, f"at most {most:.3g} s: farther off, turns are not counted")
 
 
