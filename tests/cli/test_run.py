@@ -76,6 +76,12 @@ def test_the_answer_is_there_before_figures_are_drawn(tmp_path, monkeypatch):
     assert said.index("kind ") < said.index("drawn") < said.index("\n\nfiles  run.json")
 
 
+def test_a_figure_without_its_closed_form_is_not_drawn(tmp_path):
+    changes = ("--set", "start.psidot=1e-30", "--set", "span.time=1e20")
+    assert "angles: not drawn" in refused(0, "run", "at-rest", *changes, "-o", tmp_path)
+    assert {"run.json", "phase.svg"} < names(tmp_path)
+
+
 def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
     with pytest.MonkeyPatch.context() as patched:
         fail_with(patched, KeyboardInterrupt())
@@ -92,5 +98,4 @@ def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):
 def test_digits_that_are_missed_are_told():
     words = ("span.time=10000", "want.quantities=['theta']", "want.events=[]")
     asked = [word for change in words for word in ("--set", change)]
-    said = refused(Exit.OUT_OF_BOUND, "run", "sicm-kicked", *asked, "--formulation", "axis")
-    assert "theta" in said
+    assert "theta" in refused(Exit.OUT_OF_BOUND, *KICKED[:2], *asked, "--formulation", "axis")

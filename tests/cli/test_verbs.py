@@ -42,8 +42,7 @@ def test_a_change_is_of_the_scene_or_of_a_top_without_a_start(tmp_path):
     (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
     refused(3, *mine, "--columns", "t=Uhr")
     words = ("--columns", "t=Zeit", "--set", "top.gMR=0.0456")
-    alone = printed(*mine[:3], tmp_path / "top.toml", *words)
-    assert "fitted: theta = 0.1, " in alone
+    assert "fitted: theta = 0.1, " in printed(*mine[:3], tmp_path / "top.toml", *words)
 
 
 def test_data_as_they_are_decide_the_exit_and_conventions_are_undone_where_asked(tmp_path):
@@ -140,7 +139,8 @@ def test_a_study_that_takes_a_scene_alone_is_reported(monkeypatch, tmp_path):
 def test_a_folder_that_is_not_finished_says_how_to_go_on(tmp_path):
     printed("run", "sicm-kicked", "--no-figures", "-o", tmp_path)
     (tmp_path / "run.json").unlink()
-    assert f"heavytop resume {tmp_path}" in refused(3, "report", tmp_path)
+    assert f"heavytop resume {tmp_path}" in refused(3, "report", tmp_path, "-o", tmp_path / "page")
+    assert not (tmp_path / "page").exists()
 
 
 # --- find and sweep, and units ----------------------------------------------------------------

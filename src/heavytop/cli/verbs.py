@@ -199,7 +199,6 @@ def report(
     if html.suffix.lower() == ".html":
         kept = None
     else:
-        html.mkdir(parents=True, exist_ok=True)
         html /= "report.html"
     missing: Mapping[str, str] = {}
     with TemporaryDirectory(prefix="heavytop-") as place:
@@ -207,6 +206,7 @@ def report(
             scene = read_scene(next(iter(places), None), changes)
             folders, missing = run_all(scene, kept, Path(place), progress)
         page = page_of(folders)
+        html.parent.mkdir(parents=True, exist_ok=True)
         write_page(page, html)
     figures = sum(len(section.pictures) for section in page.sections)
     document = {

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from heavytop import errors
 from heavytop.doctor import versions
-from heavytop.errors import ForeignFile, HeavyTopError, StoppedEarly
+from heavytop.errors import ForeignFile, NoClosedForm, StoppedEarly
 from heavytop.files import locked, remove_parts
 from heavytop.results.base import Result, kind_of
 from heavytop.results.run import DOCUMENT, FIGURES, TRAJECTORY, RunResult
@@ -25,7 +25,9 @@ from heavytop.scene.scene_file import written
 from heavytop.studies.journal import LOCK, RUN, STUDY, Journal, Parameters, begun_with
 
 PICTURE_FORMATS: Final = ("svg", "png")
-UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
+UNDRAWABLE: Final = (
+    NoClosedForm, ArithmeticError, LookupError, RuntimeError, TypeError, ValueError
+)  # fmt: skip
 """What drawing raises of numbers that no picture can show."""
 
 # --- a run -----------------------------------------------------------------------------------
@@ -238,7 +240,7 @@ def warn_not_drawn(name: str) -> Iterator[None]:
     """Warn of a picture that cannot be drawn, say why, and go on without it."""
     try:
         yield
-    except HeavyTopError:  # of what is drawn: a damaged record
+    except ForeignFile:  # of what is drawn: a damaged record
         raise
     except UNDRAWABLE as fault:
         why = f"{name}: not drawn ({type(fault).__name__}: {fault})"
