@@ -9,8 +9,7 @@ def test_the_document_knows_the_integrator(monkeypatch, tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "cache.db").write_bytes(b"12345")
     monkeypatch.setenv("HEYOKA_CACHE_DIR", str(tmp_path))
-    found = doctor.diagnosis()
-    assert found["cache"] == {"folder": str(tmp_path), "exists": True, "bytes": 5}
+    assert doctor.diagnosis()["cache"] == {"folder": str(tmp_path), "exists": True, "bytes": 5}
     monkeypatch.setenv("HEYOKA_CACHE_DIR", str(tmp_path / "none"))
     assert doctor.cache() == {"folder": str(tmp_path / "none"), "exists": False, "bytes": 0}
 

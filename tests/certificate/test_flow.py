@@ -94,8 +94,7 @@ def test_a_start_at_a_pole_has_no_angles():
 
 def test_a_flow_that_is_wrong_does_not_close(monkeypatch):
     """Turned by a wrong angle, after a period nothing is where it was."""
-    trajectory = run_of("sicm-kicked")
-    own, _ = flow_of(trajectory)
+    own, _ = flow_of(run_of("sicm-kicked"))
     core = FORMULATIONS["axis"].build(None)
     start = list(own.start[:5])
     angles = Flow.__dict__["_angles"]

@@ -47,8 +47,7 @@ def test_no_defect_is_larger_than_its_bound(form):
 
 
 def test_a_wrong_coefficient_widens_the_bound():
-    trajectory = run_of("sicm-kicked")
-    _, flow, steps = steps_of(trajectory)
+    _, flow, steps = steps_of(run_of("sicm-kicked"))
     _, before = bound(flow, steps, {}, EXACT)
     c = steps.coefficients.copy()
     c[3, 0, 11] += 1e-7  # of the third order, in the twelfth step

@@ -108,8 +108,7 @@ def test_a_solver_is_as_good_as_its_tolerance_and_blocks_lead_on_from_what_is_st
     for asked, setting in ((rk4, 100), (dop853, 1e-8)):
         stepper = set_up(asked, setting)
         first = stepper.block(stepper.begin())
-        again = set_up(asked, setting)
-        assert again.block(first) == stepper.block(first)
+        assert set_up(asked, setting).block(first) == stepper.block(first)
 
 
 # --- what goes wrong is named --------------------------------------------------------------------

@@ -122,8 +122,7 @@ def test_what_is_drawn_may_be_in_degrees_and_milliseconds(things, run):
     ends = [drawn(things["Drift"], "phase_s", unit=unit).lines[0].get_ydata()[-1]
             for unit in ("s", "ms")]  # fmt: skip
     assert ends[1] == 1000 * ends[0] > 0
-    checked = drawn(things["Check"], unit="deg")
-    assert "θ [rad]" in checked.get_legend_handles_labels()[1]
+    assert "θ [rad]" in drawn(things["Check"], unit="deg").get_legend_handles_labels()[1]
     with pytest.raises(Impossible, match="unit: furlong: units are"):
         run.plot(unit="furlong")
 

@@ -27,8 +27,7 @@ def test_auto_meets_the_digits_asked(validation_script, number):
 @pytest.mark.parametrize("name", ["through-top", "through-bottom", "separatrix", "sicm-forward"])
 @pytest.mark.parametrize(("samples", "also"), [(401, ("phi", "psi")), (31, ())])
 def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, samples, also):
-    scene = replace(ht.load_scene(name), quantities=("rates", *also), samples=samples)
-    run = ht.propagate(scene)
+    run = ht.propagate(replace(ht.load_scene(name), quantities=("rates", *also), samples=samples))
     assert (run.plan.precision == "double") == (name == "sicm-forward")
     assert missed_digits(run) == {}
 

@@ -106,8 +106,7 @@ def test_a_start_on_a_pole_or_beside_one_has_its_angles(which, formulation, digi
     """At every pass phi is that of the side it leaves to."""
     top, (theta, thetadot, phidot, psidot), time, aside = BESIDE[which]
     start = ht.State(theta, thetadot=thetadot, phi=7, phidot=phidot, psi=1, psidot=psidot)
-    scene = turning(ht.Top(*top), start, time, digits)
-    assert off(propagated(scene, formulation), aside) < 1e-9
+    assert off(propagated(turning(ht.Top(*top), start, time, digits), formulation), aside) < 1e-9
 
 
 @pytest.mark.parametrize("digits", [10, 17])

@@ -144,8 +144,7 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     state = orbit.checkpoints[0].state.copy()
     state[:4] *= 1 + 1e-9
     start = replace(orbit.checkpoints[0], state=state)
-    again = integrate(not_begun(orbit.integrator, start), trajectory.t)
-    other = replace(trajectory, orbit=again)
+    other = replace(trajectory, orbit=integrate(not_begun(orbit.integrator, start), trajectory.t))
     theta = other.own.closed_form.at(other.t).theta
     assert np.max(np.abs(other.theta - theta)) < 1e-14
     assert np.max(np.abs(trajectory.theta - theta)) > 1e-11

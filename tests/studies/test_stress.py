@@ -204,8 +204,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
     monkeypatch.setattr("heavytop.studies.stress.run_task", os.abort)
     monkeypatch.setattr("heavytop.studies.stress.reference", lambda name: None)
-    got = ht.stress(cases=["cusp"], methods=["auto"])
-    [skipped] = got.skipped
+    [skipped] = ht.stress(cases=["cusp"], methods=["auto"]).skipped
     assert skipped.lost
     assert "abort() takes no arguments" in skipped.reason
 

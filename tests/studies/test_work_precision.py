@@ -171,8 +171,7 @@ def test_the_time_is_the_best_of_the_runs_and_the_median_of_the_starts(toys, mon
 
 def test_nothing_is_begun_after_the_budget(toys):
     """Runs take 10 s each from 8 starts; the second round ends with the budget."""
-    found = measured([10.0], periods=1.3, budget=140.0)
-    assert found.points[0].runs == 1
+    assert measured([10.0], periods=1.3, budget=140.0).points[0].runs == 1
     assert 130 < toys.now < 140 + 10 + 0.5
     assert 8 < len(toys.log) < 16
 
