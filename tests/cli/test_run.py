@@ -80,6 +80,8 @@ def test_a_figure_without_its_closed_form_is_not_drawn(tmp_path):
     changes = ("--set", "start.psidot=1e-30", "--set", "span.time=1e20")
     assert "angles: not drawn" in refused(0, "run", "at-rest", *changes, "-o", tmp_path)
     assert {"run.json", "phase.svg"} < names(tmp_path)
+    changes = ("--set", "start.phi=-1e300", "-o", tmp_path, "--force")
+    assert "figures: not drawn" in refused(5, "run", "through-top", *changes)
 
 
 def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):

@@ -210,9 +210,10 @@ def write_result(
             found.save(place / names[0])
         if show is not None:
             show()
-        for name, _, draw in found.figures() if figures else ():
-            key = "chart" if name == kind_of(found) else name
-            files |= _save_figure(place, name, draw, key)
+        with warn_not_drawn("figures"):
+            for name, _, draw in found.figures() if figures else ():
+                key = "chart" if name == kind_of(found) else name
+                files |= _save_figure(place, name, draw, key)
         replace(found, files=files).save(place / names[0])
     except OSError as fault:
         raise StoppedEarly.unwritable(fault, place, kept) from fault
