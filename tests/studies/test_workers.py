@@ -6,7 +6,7 @@ import os
 import signal
 import time
 from contextlib import ExitStack, closing, contextmanager
-from threading import Timer
+from threading import Thread, Timer
 
 import pytest
 
@@ -154,6 +154,20 @@ def test_an_interrupt_of_no_signal_is_handed_on():
 def test_what_is_refused_in_a_worker_is_refused_here(process):
     with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
         process.call(study.study_of, {"kind": "unheard"})
+
+
+def begins():
+    return workers.TIMED_WORKER.call(abs, -1)
+
+
+def test_a_worker_of_any_executor_ends_with_the_process_that_it_began():
+    """At its end it would wait for that process, which waits for calls."""
+    pool = workers.Processes(1)
+    assert pool.submit(begins).result() == 1
+    ends = Thread(target=pool.shutdown, daemon=True)
+    ends.start()
+    ends.join(20)
+    assert not ends.is_alive()
 
 
 def test_a_daemon_as_a_worker_of_dask_is_can_begin_one(process, monkeypatch):

@@ -18,6 +18,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
+from multiprocessing.util import Finalize
 from types import FrameType, ModuleType
 from typing import Any, Final, TypeVar, cast
 
@@ -193,6 +194,7 @@ class TimedWorker:
     """One process for calls; after one that had to be killed, or died, the next call starts one."""
 
     _pool: Processes | None = None
+    _end: Callable[[], Any]
 
     def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
         """Return what a function of a module returns there, within so many seconds.
@@ -208,6 +210,8 @@ class TimedWorker:
         """
         if self._pool is None:
             self._pool = Processes(1)
+            # At its end this process waits for those that it began: this one is ended before.
+            self._end = Finalize(None, self._pool.kill, exitpriority=10)
             self._pool.submit(os.getpid).result()  # it is ready
         [process] = self._pool.processes
         try:
@@ -248,7 +252,7 @@ class TimedWorker:
     def close(self) -> None:
         """End the process, at once."""
         if self._pool is not None:
-            self._pool.kill()
+            self._end()
             self._pool = None
 
 
