@@ -11,7 +11,7 @@ from heavytop.checking.reading import read
 from heavytop.checking.search import Explanation, Undoing, judge, undo_names
 from heavytop.scene.quantities import RATES
 
-from .made import SCENE, exact
+from .made import SCENE, exact, matrix
 
 T = np.linspace(0, 1.5, 151)
 NAMES = [row.name for row in TABLE]
@@ -114,6 +114,15 @@ def test_a_world_that_is_mirrored_or_upside_down_with_the_body_is_both():
     others = [set(each.names) for each in found.alternatives]
     assert (found.conventions, {"mirrored"} in others, {"z-down"} in others) == ((), True, True)
     assert set(found.assumed[-1].removeprefix("judged as ").split(" and ")) in others
+
+
+def test_a_vertical_that_points_down_is_a_world_with_z_down():
+    """As an accelerometer or Poisson's equations may have it."""
+    record, R = exact(T), matrix(exact(T))
+    omega_body = np.einsum("nji,nj->ni", R, record.omega)
+    for more in ({}, {"omega_body": omega_body}):
+        found = check({"t": T, "gamma": -R[:, 2]} | more, SCENE)
+        assert [each.name for each in found.conventions] == ["z-down"]
 
 
 def test_a_part_of_a_tenth_of_a_radian_is_told_from_a_step():

@@ -204,12 +204,13 @@ def _about(angle: float) -> Array:
 
 def _turn(c: Comparison, space: Array, body: Array = IDENTITY) -> Comparison:
     """The data in another space, `space` e, and of a body with other axes, R `body`."""
+    upward = -1.0 if space[2, 2] < 0 else 1.0  # a vertical points up in every world, but along −z
     turned = {
         "matrix": lambda R: space @ R @ body,
         "axis": lambda e: e @ space.T,
         "omega": lambda omega: np.linalg.det(space) * omega @ space.T,
         "omega_body": lambda omega: np.linalg.det(body) * omega @ body,
-        "vertical": lambda g: g @ body,
+        "vertical": lambda g: upward * g @ body,
     }
     return _changed(c, turned)
 
