@@ -251,6 +251,20 @@ def test_exact_data_of_a_span_in_which_little_moves_have_no_convention(rows, end
     assert found.digits > 14
 
 
+def test_a_rate_that_is_off_beside_exact_angles_is_named():
+    """It has no curve; here it is ω₃."""
+    record = exact()
+    omega3 = record.psidot + record.phidot * np.cos(record.theta)
+    found = check({"t": TIMES, "theta": record.theta, "psidot": omega3}, SCENE)
+    assert "1.1 digits then: psidot is off by 0.07" in str(found)
+
+
+def test_what_starts_as_the_scene_does_has_no_other_start():
+    for t, said in ((250 * TIMES, "the clock, "), (250 * (TIMES + 1), "the start is")):
+        found = check({"t": t, "axis": exact(t / 250).axis}, SCENE)
+        assert said in found.method["sentence"]
+
+
 def test_angles_without_a_tilt_are_judged():
     record = exact()
     found = check({"t": TIMES, "phi": record.phi + 1e-3 * TIMES, "psi": record.psi}, SCENE)

@@ -11,7 +11,7 @@ import numpy as np
 from heavytop.checking import method
 from heavytop.checking.comparison import FOLD_ALLOWED, MOMENT_NAMES, Comparison, wrapped
 from heavytop.checking.conventions import TABLE
-from heavytop.checking.reading import Data, norm, read
+from heavytop.checking.reading import POSITIONS, Data, norm, read
 from heavytop.checking.search import Explanation, Judgement, Undoing, explain, undo, undo_names
 from heavytop.doctor import versions
 from heavytop.errors import BadScene, Fault, HeavyTopError, refuse
@@ -25,6 +25,7 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 CHARTED: Final = 1000  # times of the curves in the document and in charts
+ALONE: Final = 10.0  # times as far off as all else
 START_NUMBERS: Final = (*ANGLES, *RATES, "omega3")
 UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
 
@@ -115,6 +116,8 @@ def check(
     if verdict.alike:
         assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
     condition = method.measure_condition(judged)
+    largest = _largest_errors(judged)
+    alone = _off_alone(largest) if judged.spin is None else ""
     t = given.values["t"]
     charted = {"t": t, **curves, "phase_t": phase.t, "phase": phase.shifts}
     sizes = {name: _size(t, curve) for name, curve in curves.items()}
@@ -128,14 +131,14 @@ def check(
         data=_data_of(given),
         origin=comparison.origin,
         errors=dict.fromkeys(CHECKED_QUANTITIES) | sizes | {"phase_s": phase.phase},
-        digits=_digits(judged),
-        digits_as_given=_digits(comparison),
+        digits=_digits(largest),
+        digits_as_given=_digits(_largest_errors(comparison)),
         growth={"phase": phase.growth, **growth},
         events=dict.fromkeys(EVENTS) | method.count_events(judged),
         condition=condition,
         conventions=conventions,
         alternatives=tuple(map(_alternative, verdict.alike)),
-        method=method.describe_method(judged, curves, agent, condition, shaken)
+        method=method.describe_method(judged, curves, agent, condition, shaken, alone)
         | {"no_phase": phase.why},
         assumed=tuple(assumed),
         slip=next(iter(slips), None),
@@ -244,19 +247,31 @@ def _size(t: Array, curve: Array) -> dict[str, float]:
     return {"max": abs(float(curve[at])), "rms": method.rms(curve), "t_max": float(t[at])}
 
 
-def _digits(c: Comparison) -> float:
-    """The decimal digits that everything compared has, where they are fewest."""
+def _largest_errors(c: Comparison) -> dict[str, float]:
+    """The largest error of everything that is compared; none where there is no motion."""
     try:
         errors = dict(c.errors)
         if "axis" in c.known:
             errors["axis"] = norm(c.known["axis"] - c.exact.axis)
     except HeavyTopError:
-        return 0.0
+        return {}
     for name, angle in (("phi", "phi"), ("psi", "psi"), ("matrix", "psi")):
         if name in errors:  # as angles that grow are written: with so many digits
             errors[name] = errors[name] / np.maximum(1, abs(getattr(c.exact, angle)))
-    largest = max(float(np.nanmax(error)) for error in errors.values())
-    return max(0.0, -float(np.log10(max(largest, UNIT))))
+    return {name: float(np.nanmax(error)) for name, error in errors.items()}
+
+
+def _digits(largest: Mapping[str, float]) -> float:
+    """The decimal digits that everything compared has, where they are fewest."""
+    return max(0.0, -float(np.log10(max(*largest.values(), UNIT) if largest else 1.0)))
+
+
+def _off_alone(largest: Mapping[str, float]) -> str:
+    """Which rate is off ten times as much as all else, in words; no curve shows it."""
+    *others, (off, name) = sorted((off, name) for name, off in largest.items())
+    if name in POSITIONS or off < ALONE * max(others)[0]:
+        return ""
+    return f"{name} is off by {off:.2g} of its largest, all else by less"
 
 
 def _rms_error(c: Comparison) -> float | None:

@@ -24,7 +24,8 @@ LEAST_TURN: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
 NOISE: Final = 1e-12  # rad, likewise
 HELD: Final = 0.02  # of what it would vary by: ψ̇ is constant
 ROUNDED: Final = 2.0  # times what rounding makes, RMS: so much of an error is its
-REMEDY: Final = "halve the step or the tolerance; if the error stays, compare A, C, gMR and start"
+STAYS: Final = "if the error stays, compare A, C, gMR and start"
+REMEDY: Final = f"halve the step or the tolerance; {STAYS}"
 
 
 class Phase(NamedTuple):
@@ -201,10 +202,12 @@ def describe_method(
     agent: str,
     condition: float,
     shaken: dict[str, Array],
+    alone: str = "",
 ) -> dict[str, Any]:
     """The order of the method, what it conserves, and the floor of the precision of the data.
 
-    `shaken` are curves of the data as far off again as the rounding of their numbers makes them.
+    `shaken` are curves of the data as far off again as the rounding of their numbers makes them;
+    `alone` says what is off that no curve shows.
     """
     momenta = [name for name in ("energy", "p_phi", "p_psi") if name in curves]
     kept: dict[str, Any] = {name: _trend(curves[name]) for name in momenta}
@@ -217,7 +220,9 @@ def describe_method(
     last = abs(error[-1 - error.size // 10 :]).max()
     floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
     order, sentence = None, REMEDY
-    if size < max(1e-12, condition):
+    if alone:
+        sentence = alone
+    elif size < max(1e-12, condition):
         sentence = "the error is that of rounding"
     elif agent:
         sentence = agent
@@ -226,10 +231,14 @@ def describe_method(
     elif floor is not None:
         sentence = f"they have {floor:.1f} digits from the first row on, which is their precision"
     elif first > size / 2:
-        sentence = f"they are off by {first:.2g} from the first rows on: the start is another one"
+        begins = c.since[0] == 0 and c.first < FIRST
+        other = "the clock, rates of the start or A, C, gMR are others"
+        why = other if begins else "the start is another one"
+        sentence = f"they are off by {first:.2g} from the first rows on: {why}"
     elif _is_first_order(c, last):
         order = 1
-        sentence = f"first order: halve the step, and the error at the end, {last:.2g}, halves"
+        halves = f"halve the step, and the error at the end, {last:.2g}, halves"
+        sentence = f"first order: {halves}; {STAYS}"
     elif "kept" in kept.get("p_psi", "") and "by" in kept.get("energy", ""):
         sentence = f"E {kept['energy']} while p_ψ is kept: the step; {REMEDY}"
     found = {"order": order, "floor_digits": floor, "rounding": rounding or None}
