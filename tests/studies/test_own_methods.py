@@ -68,7 +68,8 @@ def test_a_stopped_study_goes_on_bit_for_bit_where_its_code_is_named(mine, tmp_p
     with pytest.raises(ht.StoppedEarly):
         ht.drift(KICKED, folder=place, progress=stop, **asked)
     own._REGISTERED.clear()  # another process
-    refused(3, "resume", place)
+    every = "--methods mine.py:dop853,mine.py:on_the_group,mine.py:rk4\n"
+    assert refused(3, "resume", place).endswith(every)
     resumed = ht.resume(place, methods=named, jobs=2)
     assert resumed.numbers(members=True) == reference.numbers(members=True)
     mine.write_text(RK4 + "\n# changed\n")

@@ -178,10 +178,23 @@ def registered(name: str) -> Registered:
     Impossible
         Nobody did.
     """
-    if name not in _REGISTERED:
-        rule = f"{name} is your own code, which runs only if you name it: --methods {name}"
-        raise Impossible([("method", rule)])
+    expect_named([name])
     return _REGISTERED[name]
+
+
+def expect_named(names: Iterable[str]) -> None:
+    """Refuse methods of which a person has not named every one.
+
+    Raises
+    ------
+    Impossible
+        All that have to be named are in the message.
+    """
+    names = [*names]
+    if lacking := [name for name in names if name not in _REGISTERED]:
+        rule = "is your own code, which runs only if you name it"
+        text = f"{', '.join(lacking)} {rule}: --methods {','.join(names)}"
+        raise Impossible([("method", text)])
 
 
 def _of_ones_own(texts: Iterable[str]) -> dict[str, Registered]:

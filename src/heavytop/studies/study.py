@@ -228,6 +228,7 @@ def resume(
         from heavytop.studies.methods import read_methods
 
         errors.refuse(read_methods(str(path), methods, str)[1])
+    own.expect_named(parameters.get("own", {}))
     for name, digest in parameters.get("own", {}).items():
         if own.registered(name).digest != digest:
             raise ForeignFile(f"{path}: {name} is not the code with which it was begun")
