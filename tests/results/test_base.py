@@ -145,6 +145,6 @@ def test_a_result_has_the_command_that_made_it_and_a_file_no_other(tmp_path):
 def test_rows_are_what_json_holds():
     found = as_rows({"a": math.inf, "b": 1, "c": [{"d": math.nan}], "e": "1", "f": True})
     assert found == {"a": None, "b": 1, "c": ({"d": None},), "e": "1", "f": True}
-    assert (found.b, found.c[0].d) == (1, None)
+    assert (found.b, found.c[0].d, {"b", "items"} <= {*dir(found)}) == (1, None, True)
     with pytest.raises(AttributeError, match="'x': there are a, b"):
         found.x  # noqa: B018

@@ -35,6 +35,9 @@ class Row(dict[str, Any]):
         except KeyError:
             raise AttributeError(f"{name!r}: there are {', '.join(self)}") from None
 
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self]
+
 
 def as_rows(value: Any) -> Any:
     """A value as JSON holds it: objects as rows, lists as tuples, None for what is not finite."""

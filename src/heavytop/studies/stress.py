@@ -43,7 +43,7 @@ STRESS_LIMITS: Final = {
 def stress(
     *,
     cases: Sequence[str] | None = None,
-    methods: Sequence[str] | None = None,
+    methods: Sequence[str | own.Method | Callable[..., Any]] | None = None,
     budget: float = BUDGET_S,
     time_limit: float = TIME_S,
     jobs: int = 1,
@@ -55,8 +55,11 @@ def stress(
 
     Parameters
     ----------
-    cases, methods : sequence of str, optional
+    cases : sequence of str, optional
         Names; all when left out.
+    methods : sequence of str, Method or callable, optional
+        Names; all when left out. Those of your own are as in `heavytop.drift`, and stand in a file
+        or a module.
     budget : float
         Time after which no run is begun [s]; those that are left are listed as skipped.
     time_limit : float
