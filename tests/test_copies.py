@@ -29,8 +29,7 @@ def of_enclosure(e):
 
 
 def of_run(t):
-    precise = repr(t.in_mpmath([T]))
-    return t(0.7), t.events.t, t.samples.phi, precise
+    return t(0.7), t.events.t, t.samples.phi, repr(t.in_mpmath([T]))
 
 
 MADE = {

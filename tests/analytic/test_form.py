@@ -41,13 +41,10 @@ def given(form):
     return [x.mpf(form.ctx) for x in numbers]
 
 
-WHITTAKER = (X("pi/3"), X("2/sqrt(3)"), X("2*sqrt(3)"))
-
-
 def near(e):
     """Motions that differ by e from one that is special; all of them nutate."""
     e = Fraction(e)
-    theta, phidot, omega3 = WHITTAKER
+    theta, phidot, omega3 = map(X, ("pi/3", "2/sqrt(3)", "2*sqrt(3)"))  # Whittaker's
     return {
         "marginal top, tilted": begin(MARGINAL, e, 0, 4),
         "stable sleeper, tilted": begin(MARGINAL, e, 0, 5),

@@ -28,12 +28,3 @@ def matrix(record):
     """Rz(φ) Rx(θ) Rz(ψ), from the angles."""
     angles = np.stack((record.phi, record.theta, record.psi), axis=1)
     return Rotation.from_euler("ZXZ", angles).as_matrix()
-
-
-def random_scene(rng):
-    """A top and a start of ordinary size."""
-    A = rng.uniform(0.5, 2)
-    top = Top(A, A * rng.uniform(0.1, 1.9), rng.uniform(0.5, 5))
-    rates = {name: rng.uniform(-3, 3) for name in ("thetadot", "phidot", "psi")}
-    start = State(rng.uniform(0.2, 2.8), phi=rng.uniform(-3, 3), psidot=rng.uniform(2, 9), **rates)
-    return Scene(top, start, time=6)

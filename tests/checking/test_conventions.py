@@ -118,9 +118,8 @@ def test_a_world_that_is_mirrored_or_upside_down_with_the_body_is_both():
 
 def test_a_vertical_that_points_down_is_a_world_with_z_down():
     """As an accelerometer or Poisson's equations may have it."""
-    record, R = exact(T), matrix(exact(T))
-    omega_body = np.einsum("nji,nj->ni", R, record.omega)
-    for more in ({}, {"omega_body": omega_body}):
+    R = matrix(exact(T))
+    for more in ({}, {"omega_body": np.einsum("nji,nj->ni", R, exact(T).omega)}):
         found = check({"t": T, "gamma": -R[:, 2]} | more, SCENE)
         assert [each.name for each in found.conventions] == ["z-down"]
 

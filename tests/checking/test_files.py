@@ -85,15 +85,10 @@ def backwards_from_below(path):
     return table(path / "a.csv", header, [T[rows], below[rows], around[rows], rows])
 
 
-def off_zero(path):
-    return table(path / "a.csv", ["t", "theta", "phi"], [T + 5, RECORD.theta, RECORD.phi])
-
-
 OWN = {
     french: ({"degrees", "rpm", "milliseconds"}, 11),
     netcdf: ({"degrees"}, 6),
     backwards_from_below: ({"from-below", "degrees"}, 11),
-    off_zero: ({"time-origin"}, 11),
 }
 
 

@@ -9,9 +9,7 @@ import pytest
 
 import heavytop as ht
 
-HEADING = re.compile(r"^([A-Z]\w+)\n-{3,}$", re.MULTILINE)
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", re.MULTILINE)
-NOTE = re.compile(r"^Accuracy: (?:.+\n?)+", re.MULTILINE)
 FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
 UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its keys is a keyword
 NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
@@ -27,7 +25,7 @@ def said(thing):
 
 def sections(thing):
     """The sections of a docstring, by heading."""
-    parts = HEADING.split(said(thing))
+    parts = re.split(r"^([A-Z]\w+)\n-{3,}$", said(thing), flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
@@ -93,5 +91,5 @@ def test_numbers_have_units_arrays_shapes_and_notes_a_test(name):
                 told = kind + described + said(thing).split("\n\n")[0]
                 assert re.search(r"shape|of the length", told), (names, "shape")
     for text in (said(thing), *(said(each) for _, each in members(thing))):
-        for note in NOTE.findall(text):
+        for note in re.findall(r"^Accuracy: (?:.+\n?)+", text, re.MULTILINE):
             assert FILE.search(note), note  # that it exists, test_pages.py sees

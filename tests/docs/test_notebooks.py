@@ -13,22 +13,19 @@ import pytest
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
-CHECKS = Path(__file__).parent / "notebooks"
-MOST_CELLS = 40
 MARKED = "# Change these numbers: all that follows is computed from them."
 OTHERS = (  # two other sets of numbers of the last notebook
     {"(0.061,": "(0.110,", "(0.030,": "(0.040,", "turns = 20": "turns = 12", "= 15": "= 8"},
     {"turns = 20": "turns = 35", "= 15": "= 25", "(240, 30)": "(120, 25)", "(0.025": "(0.035"},
 )
 PYTHON = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
-TIME_LIMIT_S = 120  # of a cell
 
 each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 
 def checks(path):
     """Return by the name of a cell what is to hold after it."""
-    text = (CHECKS / f"{path.stem}.py").read_text("utf-8")
+    text = (Path(__file__).parent / "notebooks" / f"{path.stem}.py").read_text("utf-8")
     _, *parts = re.split(r"^# %% (\S+)\n", text, flags=re.MULTILINE)
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
@@ -37,7 +34,7 @@ def checks(path):
 def test_a_notebook_is_committed_without_what_it_printed(path):
     document = json.loads(path.read_text("utf-8"))
     assert document["metadata"] == PYTHON
-    assert len({cell["id"] for cell in document["cells"]}) == len(document["cells"]) <= MOST_CELLS
+    assert len({cell["id"] for cell in document["cells"]}) == len(document["cells"]) <= 40
     for cell in document["cells"]:
         assert (cell["metadata"], cell.get("outputs", [])) == ({}, [])
         assert cell.get("execution_count") is None
@@ -60,7 +57,7 @@ def run(notebook, folder, monkeypatch):
     nbclient = pytest.importorskip("nbclient", reason="it comes with the extra docs")
     for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "MPLCONFIGDIR"):
         monkeypatch.setenv(name, str(folder / name))
-    how = {"timeout": TIME_LIMIT_S, "resources": {"metadata": {"path": str(folder)}}}
+    how = {"timeout": 120, "resources": {"metadata": {"path": str(folder)}}}
     nbclient.NotebookClient(notebook, kernel_name="python3", **how).execute()
 
 

@@ -270,8 +270,7 @@ def test_conda_installs_what_pip_does():
     assert renamed.items() <= there.items()
 
 
-PAPER = (ROOT / "paper" / "paper.md").read_text("utf-8")
-_, FRONT, TEXT = PAPER.split("---\n", 2)
+_, FRONT, TEXT = (ROOT / "paper" / "paper.md").read_text("utf-8").split("---\n", 2)
 CITED = list(dict.fromkeys(re.findall(r"@([\w-]+)", TEXT)))
 REFERENCES = (ROOT / "docs" / "references.bib").read_text("utf-8").rstrip("\n").split("\n\n")
 ENTRIES = {re.match(r"@\w+\{(.*),\n", entry)[1]: entry for entry in REFERENCES}

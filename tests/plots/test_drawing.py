@@ -19,12 +19,10 @@ from ..results.made import POINT, RUN, diagram_of, stress_of
 SCENE = ht.load_scene("sicm-kicked")
 MOTION = ht.Motion(SCENE.top, SCENE.start)
 NAMED = {"taylor-axis": "axis", "gauss8": "gauss8"}
-LOST = [Row(RUN, method=name) for name in NAMED]
 AXIS = Row(POINT, method="taylor-axis", theta_error=1e-6)
 POINTS = [AXIS, Row(AXIS, error=1e-9, us_per_period=10.0),
           Row(AXIS, method="taylor-routh", measures="theta", us_per_period=2.0)]  # fmt: skip
 STYLE = {"color": "#123456", "linewidth": 3.5, "ls": "--", "label": "mine"}
-OVER_TIME = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +40,7 @@ def things(run):
         "Drift": ht.drift(SCENE, methods=["taylor-axis", "taylor-cubic"], periods=10),
         "Atlas": ht.atlas(SCENE, x="phidot=-30:40:9", y="theta=0.1:1.5:7", jobs=1),
         "WorkPrecision": diagram_of(*POINTS),
-        "Stress": stress_of(*LOST, methods=NAMED),
+        "Stress": stress_of(*(Row(RUN, method=x) for x in NAMED), methods=NAMED),
         "Check": ht.check(data, SCENE),
         "Sweep": ht.sweep(SCENE, "start.psidot=100:200:3", ["round", "theta_max"]),
     }
@@ -64,7 +62,7 @@ def mine(ax):
     return [line for line in ax.lines if line.get_label() == "mine"]
 
 
-@pytest.mark.parametrize("name", OVER_TIME)
+@pytest.mark.parametrize("name", ["theta", "phi", "psi", "thetadot", "phidot", "psidot"])
 @pytest.mark.parametrize("kind", ["Motion", "Trajectory"])
 def test_what_is_drawn_over_time_is_the_motion_then(name, kind, things, ax):
     thing = things[kind]

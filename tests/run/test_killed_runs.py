@@ -41,7 +41,6 @@ main()
 """
 BLOCK = "heavytop.integration.orbit:Integrator block"
 EVENTS = "heavytop.run.trajectory events_of"
-SAVED = "heavytop.run.trajectory:Trajectory save"
 DRAWN = "heavytop.plots.style save"
 TOLD = "heavytop.results.base write_document"
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
@@ -95,7 +94,7 @@ def whole(tmp_path_factory):
 STRUCK = [
     *(("long", BLOCK, 4, number) for number in (KILL, TERM, INT)),
     ("long", BLOCK, 1, TERM),
-    ("long", SAVED, 3, INT),
+    ("long", "heavytop.run.trajectory:Trajectory save", 3, INT),
     ("long", EVENTS, 8, KILL),
     # between steps and files
     *((scene, EVENTS, 1, number) for scene in ("plain", "digits") for number in (KILL, INT)),

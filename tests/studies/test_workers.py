@@ -164,8 +164,7 @@ def test_a_worker_of_any_executor_ends_with_the_process_that_it_began():
     """At its end it would wait for that process, which waits for calls."""
     pool = workers.Processes(1)
     assert pool.submit(begins).result() == 1
-    ends = Thread(target=pool.shutdown, daemon=True)
-    ends.start()
+    (ends := Thread(target=pool.shutdown, daemon=True)).start()
     ends.join(20)
     assert not ends.is_alive()
 
