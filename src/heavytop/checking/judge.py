@@ -268,8 +268,11 @@ def _digits(largest: Mapping[str, float]) -> float:
 
 def _off_alone(largest: Mapping[str, float]) -> str:
     """Which rate is off ten times as much as all else, in words; no curve shows it."""
-    *others, (off, name) = sorted((off, name) for name, off in largest.items())
-    if name in POSITIONS or off < ALONE * max(others)[0]:
+    name = max(largest, key=largest.__getitem__, default=POSITIONS[0])
+    if name in POSITIONS:
+        return ""
+    off = largest[name]
+    if off < ALONE * max(x for other, x in largest.items() if other != name):
         return ""
     return f"{name} is off by {off:.2g} of its largest, all else by less"
 
