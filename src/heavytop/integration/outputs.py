@@ -136,7 +136,7 @@ def form_values(
     return [x if np.shape(x) == t.shape else np.broadcast_to(x, t.shape) for x in values]
 
 
-@np.errstate(divide="ignore", invalid="ignore")  # nan, and 0/0 at a pole
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # nan, and 0/0 at a pole
 def sample(
     form: Formulation, rows: Array, parameters: RunConstants, t: Array, near: Any = None
 ) -> Sample:
