@@ -74,7 +74,7 @@ def table(path, between, first):
 def written(path):
     """A file of the kind that its name tells, with all columns."""
     told, name = columns(), path.name
-    tables = {"mine.csv": (",", ""), "blanks.csv": (" ", "# ")}
+    tables = {"mine.csv": (",", ""), "blanks.csv": (" ", "# "), "semicolons.txt": (";", "\n")}
     if name in tables or name == "mine.tsv":
         table(path, *tables.get(name, ("\t", "\ufeff")))
     elif name == "mine.npz":
@@ -96,7 +96,7 @@ def written(path):
     return path
 
 
-KINDS = "mine.csv blanks.csv mine.tsv mine.npz old.mat new.mat mine.nc"
+KINDS = "mine.csv blanks.csv semicolons.txt mine.tsv mine.npz old.mat new.mat mine.nc"
 
 
 @pytest.mark.parametrize("name", KINDS.split())
