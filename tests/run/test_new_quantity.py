@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 import heavytop as ht
 from heavytop.results.run import run_result
 from heavytop.run.exact import SceneMotion
-from heavytop.run.verify import missed_digits
+from heavytop.run.verify import misses
 from heavytop.scene.quantities import QUANTITIES, Need, Quantity, number_like
 
 from ..commands import document, printed
@@ -57,11 +57,11 @@ def test_it_is_in_the_file_of_a_run_and_in_that_of_its_exact_motion(tmp_path):
 def test_it_is_compared_and_must_have_the_digits(digits):
     run = ht.propagate(scene_of(f"want.digits={digits}", "want.events=[]"))
     assert 0 < ht.run_errors(run).derived[NAME] < 10.0**-digits
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
     late = run.orbit.samples.states[[*range(1, 9), 8]]
     wrong = with_states(run, late)
-    assert set(missed_digits(wrong)) == {NAME}
-    assert missed_digits(wrong)[NAME] == ht.run_errors(wrong).derived[NAME] > 1e-6
+    assert set(misses(wrong).digits) == {NAME}
+    assert misses(wrong).digits[NAME] == ht.run_errors(wrong).derived[NAME] > 1e-6
 
 
 def test_a_record_of_the_closed_form_has_it_to_any_digits():

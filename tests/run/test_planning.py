@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.run.planning import Forecast
-from heavytop.run.verify import missed_digits
+from heavytop.run.verify import misses
 
 from ..commands import document
 from ..motions import named
@@ -20,7 +20,7 @@ def test_auto_meets_the_digits_asked(validation_script, number):
     scene = validation_script("11_random_tops").random_scene(random.Random(number), number)
     wants = scene.quantities if number % 6 else ("rates",)
     run = ht.propagate(replace(scene, quantities=wants))
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
     assert run.plan.reasons
 
 
@@ -29,7 +29,7 @@ def test_auto_meets_the_digits_asked(validation_script, number):
 def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, samples, also):
     run = ht.propagate(replace(ht.load_scene(name), quantities=("rates", *also), samples=samples))
     assert (run.plan.precision == "double") == (name == "sicm-forward")
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
 
 
 def test_bits_follow_from_digits_and_span():

@@ -20,7 +20,7 @@ from heavytop.errors import EndedEarly, Impossible
 from heavytop.exact import Exact
 from heavytop.run.counts import tally
 from heavytop.run.propagation import completed
-from heavytop.run.verify import missed_digits
+from heavytop.run.verify import misses
 
 from ..motions import BOOK, KICKED, MOTIONS, named
 from ..trajectories import angles_of, assert_same_run, run_of, same
@@ -144,7 +144,7 @@ def test_every_digit_asked_for_is_right(digits, formulation):
         columns = ((*told(x), *chain(*vectors(x))) for x in (sample, exact))
         pairs = [*zip(*columns, strict=True)]
         assert all(abs(ctx.mpf(x) - true) <= bound * max(1, abs(true)) for x, true in pairs)
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
 
 
 # --- the same bits -------------------------------------------------------------------------------

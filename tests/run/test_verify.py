@@ -12,7 +12,7 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.run.propagation import completed
 from heavytop.run.trajectory import times_between
-from heavytop.run.verify import conserved, missed_digits, warn_of_plan
+from heavytop.run.verify import conserved, misses, warn_of_plan
 
 from ..trajectories import angles_of, planted, run_of, with_states
 
@@ -45,18 +45,18 @@ def test_rates_are_held_to_the_largest_of_them():
     start = ht.State("1/2", thetadot=-2, phidot=0, psidot="1/100")
     run = ht.propagate(ht.Scene(ht.Top(1, "1/2", 1), start, time=3, quantities=("rates",)))
     assert abs(run.samples.phidot).max() > 1000 > 10 > abs(run.samples.phidot[-1])
-    assert (run.plan.precision, run.plan.tried, missed_digits(run)) == ("double", (), {})
+    assert (run.plan.precision, run.plan.tried, misses(run).digits) == ("double", (), {})
 
 
 def test_digits_asked_of_rates_are_checked():
     """They are wanted, and nothing else is; held to the largest of them, about 140 rad/s."""
     scene = replace(ht.load_scene("sicm-kicked"), quantities=("rates",), events=(), digits=9)
     run = ht.propagate(scene, formulation="axis")
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
     wrong = shifted(run, 1e-8)
-    assert set(missed_digits(wrong)) == {"rates"}
+    assert set(misses(wrong).digits) == {"rates"}
     tilt = replace(wrong, scene=replace(scene, quantities=("theta",)))
-    assert set(missed_digits(tilt)) == {"theta"}
+    assert set(misses(tilt).digits) == {"theta"}
 
 
 def test_the_bound_is_not_slack():
@@ -122,12 +122,12 @@ def test_few_digits_near_a_separatrix_are_met_or_missed_aloud():
     top, start = ht.Top(1, "0.5", 1), ht.State("0.02", psidot="0.6")
     scene = ht.Scene(top, start, time=1e5, quantities=("theta",), digits=6)
     run = ht.propagate(scene)
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
     assert (run.plan.formulation, len(run.plan.tried)) == ("axis", 1)
     assert "theta off by" in run.plan.tried[0]
     with pytest.warns(ht.MissedDigitsWarning, match="theta"):
         run = ht.propagate(scene, formulation="cubic", projected=True)
-    assert missed_digits(run)["theta"] > 1e-6
+    assert misses(run).digits["theta"] > 1e-6
 
 
 def test_samples_at_turning_points_do_not_hide_the_phase():
@@ -136,7 +136,7 @@ def test_samples_at_turning_points_do_not_hide_the_phase():
     with pytest.warns(ht.MissedDigitsWarning, match="theta"):
         run = ht.propagate(scene, formulation="axis")
     at_samples = np.abs(run.theta - run.motion.at(run.t).theta)
-    assert at_samples.max() < 1e-12 < missed_digits(run)["theta"]
+    assert at_samples.max() < 1e-12 < misses(run).digits["theta"]
 
 
 @pytest.mark.parametrize(("digits", "off"), [(12, (1e-9, 1e-7)), (20, (0, 1e-25))])
@@ -151,7 +151,7 @@ def test_beside_a_pole_phi_is_as_uncertain_as_its_rate_makes_it(digits, off):
         exact = form.at(run.numbers(events.own["t"]), 40)
         found = abs(run.numbers(events.own["phi"]) - [each.phi for each in exact])
     assert off[0] < found.max() < off[1]
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
 
 
 @pytest.mark.slow
@@ -159,7 +159,7 @@ def test_digits_are_met_whose_bound_is_no_double():
     """10^-340 is smaller than any double, and so is how late an event is."""
     run = ht.propagate(replace(KICKED, digits=340, time=ht.Exact.of("0.3"), periods=None))
     assert len(run.events) == 2
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
 
 
 def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
@@ -171,7 +171,7 @@ def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
     for share, missed in ((0.99, set()), (1.01, {"event_time"})):
         late = share * allowed * (np.arange(len(run.events)) == 432)
         found = planted(run, events=replace(run.events, t=run.events.t + late))
-        assert set(missed_digits(found)) == missed
+        assert set(misses(found).digits) == missed
 
 
 @pytest.mark.parametrize("changes", [("span.periods=300", "want.digits=6"), (RATES_ALONE,)])

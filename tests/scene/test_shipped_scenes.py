@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import heavytop as ht
-from heavytop.run.verify import missed_digits
+from heavytop.run.verify import misses
 
 from ..motions import SCENES, shipped
 from ..trajectories import run_of
@@ -67,7 +67,7 @@ def test_its_kind_is_proved(name):
 def test_it_meets_its_digits(name, changes):
     run = run_of(*changes, name=name)
     assert {"theta", "phi", "psi", "axis"} & set(run.scene.quantities)
-    assert missed_digits(run) == {}
+    assert misses(run).digits == {}
 
 
 # --- the page ----------------------------------------------------------------------------------

@@ -174,19 +174,19 @@ def run_result(run: Trajectory | SceneMotion) -> RunResult:
 
 def _integrated(run: Trajectory) -> dict[str, Any]:
     """What is known of a run because it was integrated."""
-    from heavytop.run.verify import missed_digits, missed_events, run_errors
+    from heavytop.run.verify import misses, run_errors
 
     arithmetic = math if run.in_doubles else run.ctx
     few = run.in_doubles or run.scene.digits <= NUMBER_DIGITS
     as_number: AsNumber = float if few else run.text
     attitude = need_of(run.scene.quantities) >= Need.PSI
-    errors = asdict(run_errors(run))
+    errors, missed = asdict(run_errors(run)), misses(run)
     return {
         "final": _final(run, arithmetic, as_number, attitude=attitude),
         "events": _events(run, as_number),
         "errors": errors | errors.pop("derived"),
-        "missed_digits": missed_digits(run),
-        "missed_events": missed_events(run),
+        "missed_digits": missed.digits,
+        "missed_events": missed.events,
         "cost": _cost(run),
         "outcome": run.outcome,
     }

@@ -137,21 +137,24 @@ class Misses:
     Attributes
     ----------
     digits : dict from str to float
-        What is farther off than the scene's digits allow, as `missed_digits` has it.
-    events : str
-        Which events are miscounted, in words.
+        What is farther off than the scene's digits allow: wanted quantities, event times.
+    events : mapping from str to (int, int)
+        The least and the greatest true number of the events that are miscounted.
+    miscounted : str
+        The same in words.
     factor : float
         How many times farther off than allowed, at times that do not depend on the samples;
         infinite where events are miscounted, at most 1 where nothing there is.
     """
 
     digits: dict[str, float]
-    events: str
+    events: Counts
+    miscounted: str
     factor: float
 
     def __str__(self) -> str:
         off = [f"{name} off by {error:.1e}" for name, error in self.digits.items()]
-        return ", ".join(filter(None, (*off, self.events)))
+        return ", ".join(filter(None, (*off, self.miscounted)))
 
 
 def misses(trajectory: Trajectory) -> Misses:
@@ -162,16 +165,14 @@ def misses(trajectory: Trajectory) -> Misses:
     rate that vanishes there makes of it. Beside a special motion rounding may turn the start into
     another one: a run that agrees with the motion of the exact numbers misses nothing either.
     """
-    missed = missed_events(trajectory)
-    counted = {name: trajectory.events.count(name) for name in missed}
-    wrong = "; ".join(differences(missed, counted))
+    expected = tally(trajectory.motion, trajectory.orbit.end, trajectory.scene.events) or {}
+    found = {name: trajectory.events.count(name) or 0 for name in expected}
+    events = {
+        name: ends for name, ends in expected.items() if not ends[0] <= found[name] <= ends[1]
+    }
     digits, factor = _misses_of_digits(trajectory)
-    return Misses(digits, wrong, np.inf if wrong else factor)
-
-
-def missed_digits(trajectory: Trajectory) -> dict[str, float]:
-    """Return what is farther off than the scene's digits allow: wanted quantities, event times."""
-    return _misses_of_digits(trajectory)[0]
+    wrong = "; ".join(differences(events, found))
+    return Misses(digits, events, wrong, np.inf if events else factor)
 
 
 def _misses_of_digits(trajectory: Trajectory) -> tuple[dict[str, float], float]:
@@ -232,20 +233,10 @@ def warn_of_plan(chosen: Plan, stacklevel: int = 3) -> None:
 def warn_of(found: Misses, digits: int, stacklevel: int = 3) -> None:
     """Warn of what a run that reached its end misses, of which there were to be so many digits."""
     if found.events:
-        doubt = f"events: {found.events}, by the exact numbers; this run does not resolve them"
+        doubt = f"events: {found.miscounted}, by the exact numbers; this run does not resolve them"
         warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
     if found.digits:
         warnings.warn(missed(found.digits, digits), MissedDigitsWarning, stacklevel=stacklevel)
-
-
-def missed_events(trajectory: Trajectory) -> Counts:
-    """Return the least and the greatest true number of the events that are miscounted, by name."""
-    expected = tally(trajectory.motion, trajectory.orbit.end, trajectory.scene.events) or {}
-    return {
-        name: (least, most)
-        for name, (least, most) in expected.items()
-        if not least <= (trajectory.events.count(name) or 0) <= most
-    }
 
 
 def missed(found: dict[str, float], digits: int) -> str:
