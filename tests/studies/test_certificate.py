@@ -50,9 +50,11 @@ def test_no_error_exceeds_its_bound(certified, name, form, asked):
     assert found.events.turning.proved is (None if "steady" in name else True)
 
 
-def test_a_projected_run_is_certified_step_by_step(certified):
-    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(200))
+def test_a_projected_run_is_certified_step_by_step_and_a_fast_one_in_its_own_time(certified):
+    scene = ht.load_scene("sicm-kicked", ["span.periods=200"])
     assert certified(ht.propagate(scene, formulation="axis", projected=True)).bound["axis"] < 3e-13
+    scene = ht.load_scene("sicm-kicked", ["start.psidot=3e5", "span.time=0.005", "want.digits=9"])
+    assert certified(ht.propagate(scene, formulation="axis")).bound["axis"] < 5e-15
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
