@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 import heavytop as ht
-from heavytop.run.planning import Forecast
+from heavytop.run.estimates import Forecast
 from heavytop.run.verify import misses
 
 from ..commands import document

@@ -212,7 +212,8 @@ class Integrator:
                 if to_the_end:
                     left = abs(float(local[-1]))
                     on_step = _until(BEYOND * left)
-                    unwatched = _unwatched(left / within * REACH * count, count)
+                    sure = SURE_SHARE * REACH * count * (left / within)  # a call takes as long
+                    unwatched = max(0, min(int(sure) - FEW_STEPS, count - 1))
                 how = far - begun[0], local, bound, on_step, unwatched
                 leg = _sampled(engine, state, count, *how)
                 length = abs(leg.elapsed[0])
@@ -251,11 +252,6 @@ def _sampled(engine: Engine, state: Array, steps: int, far: float, times: Array,
 def _until(end: float) -> Callable[[Any], bool]:
     """Return what tells after each step whether another is to follow."""
     return lambda taylor: abs(taylor.time) <= end
-
-
-def _unwatched(steps: float, most: int) -> int:
-    """Return how many steps need not be looked at, of those to the end: a call takes as long."""
-    return max(0, min(int(SURE_SHARE * steps) - FEW_STEPS, most - 1))
 
 
 # --- the orbit -----------------------------------------------------------------------------------

@@ -16,13 +16,13 @@ from matplotlib.figure import Figure
 from heavytop.exact.decimals import DOUBLE
 from heavytop.plots import style
 from heavytop.plots.atlas import atlas_charts, atlas_figure
+from heavytop.plots.check import check_charts, check_figure
 from heavytop.plots.style import Known, gridded, line, literal, title_of
 from heavytop.results.base import error_of, kind_of
-from heavytop.results.check import CHECKED_QUANTITIES, Check
 from heavytop.results.drift import error_names, errors_of
 from heavytop.results.stress import UNTOLD, StressOutcome
 from heavytop.results.work_precision import ERROR_KEYS, error_of_point, front
-from heavytop.scene.quantities import SI, quantity_of, showing
+from heavytop.scene.quantities import quantity_of
 from heavytop.studies.find import fact_quantity
 
 Found = Any  # a result, whose fields are read by their names
@@ -339,57 +339,6 @@ def digits_lost(ax: Axes, /, found: Found, **looks: Any) -> Axes:
     lines = (", ".join(marks[i : i + LEGEND_COLUMNS]) for i in range(0, len(marks), LEGEND_COLUMNS))
     ax.set_xlabel("\n".join([*READING, ",\n".join(lines)]), fontsize=7.5)
     return ax
-
-
-# --- check: errors above conditioning, and below how far the data run ahead ---------------------
-
-
-def check_charts(_: Check) -> Mapping[str, Callable[..., Axes]]:
-    """The errors over time, and how far the data run ahead."""
-    return {"errors": checked_errors, "phase": checked_phase}
-
-
-def check_figure(found: Check) -> Figure:
-    """The errors of a check over time above conditioning; below, how far the data run ahead."""
-    grid = {"nrows": 2, "sharex": True, "height_ratios": (3, 2)}
-    with style.sheet(literal(found.data["file"]), (7.0, 5.2), 3, **grid) as (figure, axes):
-        checked_errors(axes[0, 0], found).set_xlabel("")
-        checked_phase(axes[1, 0], found)
-    return figure
-
-
-def checked_errors(ax: Axes, /, found: Check, **looks: Any) -> Axes:
-    """Draw the magnitude of every error against time, logarithmic, above conditioning.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    found : Check
-    """
-    curves = {name: np.array(x, float) for name, x in found.curves.items()}
-    ax.set_yscale("log")
-    with showing(SI):  # which are of several units, as conditioning is
-        labels = {name: error_of(name).heading for name in CHECKED_QUANTITIES}
-    for name, colour in zip(CHECKED_QUANTITIES, style.COLOURS, strict=True):
-        if name in curves:
-            off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
-            line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=labels[name])
-    if limit := found.condition:
-        ax.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
-    return gridded(ax, "t [s]", "error")
-
-
-def checked_phase(ax: Axes, /, found: Check, **looks: Any) -> Axes:
-    """Draw by how much the data run ahead of the exact motion [s] against time.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    found : Check
-    """
-    curves = found.curves
-    line(ax, curves["phase_t"], curves["phase"], looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
-    return gridded(ax, "t [s]", "runs ahead by [s]")
 
 
 # --- which result has which: a new study is a row here --------------------------------------------

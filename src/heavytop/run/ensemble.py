@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,11 +20,11 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import HeavyTopError, Impossible, Outcome, refuse
-from heavytop.exact.pairs import EPSILON, Array
-from heavytop.integration.batch import Journey, Lane, Zeros, joined
-from heavytop.integration.outputs import Sample, form_values, sample
-from heavytop.run.counts import tally
-from heavytop.run.planning import DOUBLE_DIGITS, LOCAL_ROUNDING
+from heavytop.exact.pairs import Array
+from heavytop.integration.batch import Journey, Lane, Zeros
+from heavytop.integration.outputs import Sample, sample
+from heavytop.run.ensemble_events import Expected, counted, pole_momenta, tallied
+from heavytop.run.estimates import DOUBLE_DIGITS
 from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
 
 Arrays = Mapping[str, Array]
@@ -33,8 +33,6 @@ ENSEMBLE_NAME = "propagate_many"
 OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
 MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # some ten seconds: then a top is given up
-SMALL_NUTATION = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
-SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
 _SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 
 
@@ -339,93 +337,3 @@ def _frame(form: Formulation, start: Arrays) -> dict[str, Array]:
     own = start["phidot"], start["psidot"]
     rates = (np.where(np.isfinite(x), x, y) for x, y in zip(means, own, strict=True))
     return dict(zip((rate.name for rate in form.given), rates, strict=True))
-
-
-# --- events ----------------------------------------------------------------------------------
-
-
-class Expected(NamedTuple):
-    """What is known of an event before anything is integrated.
-
-    Attributes
-    ----------
-    never, begins : ndarray of bool, shape (k,)
-        Where there is exactly none, and where the start is exactly one.
-    risky : ndarray of bool, shape (k,)
-        Where from the start a step may reach another one.
-    short : ndarray, shape (k,)
-        A time after the start in which there is no other [s].
-    rate : ndarray, shape (k,)
-        The largest rate in the motion, about [1/s].
-    """
-
-    never: Mask
-    begins: Mask
-    risky: Mask
-    short: Array
-    rate: Array
-
-    @classmethod
-    @np.errstate(all="ignore")  # of what is no number nothing is known
-    def of(cls, event: str, start: Mapping[str, Array]) -> Expected:
-        """What is known of one from the starts."""
-        theta, thetadot, phidot = (start[name] for name in ("theta", "thetadot", "phidot"))
-        sine, cosine, g = np.sin(theta), np.cos(theta), start["gMR"] / start["A"]
-        b = start["C"] / start["A"] * (start["psidot"] + phidot * cosine)
-        rate = abs(b) + 2 * np.sqrt(abs(g)) + np.hypot(thetadot, phidot * sine)
-        short = SHORT / rate
-        if event == "turning":
-            pull = sine * (phidot**2 * cosine - b * phidot + g)  # θ̈
-            nods = abs(thetadot) / rate + abs(pull) / rate**2  # about how far, at least
-            begins = (nods > 0) & ((thetadot == 0) | (theta == 0))
-            return cls(nods <= 0, begins, begins & (nods < SMALL_NUTATION), short, rate)
-        plus, minus = pole_momenta(start).values()
-        never = ~(plus * minus < 0) | ((thetadot == 0) & (phidot == 0))
-        begins = ~never & (phidot == 0)
-        again = sine * abs(thetadot) / (thetadot**2 + abs(g) * sine**2)  # beside a pole or a cusp
-        return cls(never, begins, begins, np.fmin(short, again / 2), rate)
-
-
-def pole_momenta(start: Mapping[str, Array]) -> dict[str, Array]:
-    """(p_φ ± p_ψ)/A by terms of which something is left beside a pole, whose side they tell."""
-    theta, phidot = start["theta"], start["phidot"]
-    b = start["C"] / start["A"] * (start["psidot"] + phidot * np.cos(theta))
-    drift = phidot * np.sin(theta) ** 2
-    plus, minus = (2 * b * np.square(half(theta / 2)) for half in (np.cos, np.sin))
-    return {"P_plus": drift + plus, "P_minus": drift - minus}
-
-
-def counted(run: Ensemble, expected: list[Expected]) -> Zeros:
-    """The zeros that count: those exactly at the start or the end too, each once, and no others.
-
-    What is at the start is known from the numbers given; it may be found beside it, or not at all.
-    One that rounding does not tell from the end, by a margin [s], is at the end.
-    """
-    found, parts = run.zeros, []
-    for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
-        echo = known.begins[found.which]
-        echo &= abs(found.t) <= known.short[found.which] / 2
-        here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
-        last = np.zeros(run.end.size)
-        np.maximum.at(last, here.which, abs(here.t))
-        zero, slope = form_values(run.formulation, event, run.states, run.parameters, run.end)
-        with np.errstate(all="ignore"):
-            late = -zero / slope * np.sign(run.end)
-            nutations = abs(run.end) * known.rate / (2 * np.pi)
-            margin = EPSILON * LOCAL_ROUNDING * (1 + nutations) ** 1.5 / known.rate
-            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
-        parts.append(here)
-        for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
-            which = np.flatnonzero(where)
-            parts.append(Zeros(which, np.full(which.size, code), t[which]))
-    return joined(parts)
-
-
-def tallied(motion: Motion, end: float, event: str) -> tuple[float, float]:
-    """The least and the greatest number of events; nan where that is not known."""
-    with suppress(HeavyTopError):
-        if known := tally(motion, end, (event,)):
-            return known[event]
-        if motion.regime.steady:
-            return 0, 0
-    return np.nan, np.nan

@@ -21,10 +21,11 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import EndedEarly, Impossible, Outcome
 from heavytop.exact import Number
 from heavytop.integration.orbit import Orbit, integrate, not_begun
+from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import events_expected
 from heavytop.run.own_motion import binary_start, integrator_of, times_between
 from heavytop.run.plan import Plan, Statistics, closed_form_of, exact_span, refusal, span
-from heavytop.run.planning import Forecast, most_steps, next_plan, planned
+from heavytop.run.planning import next_plan, planned
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.trajectory_file import Checkpoints
 from heavytop.run.verify import misses, warn_of, warn_of_plan

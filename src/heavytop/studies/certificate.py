@@ -33,7 +33,8 @@ from heavytop.integration.orbit import Checkpoint
 from heavytop.integration.outputs import sample
 from heavytop.results.certificate import CERTIFIED_QUANTITIES, Certificate
 from heavytop.run.counts import KINDS_OF
-from heavytop.run.planning import DOUBLE_DIGITS, plan
+from heavytop.run.estimates import DOUBLE_DIGITS
+from heavytop.run.planning import plan
 from heavytop.run.propagation import propagate
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import whole
