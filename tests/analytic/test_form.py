@@ -101,8 +101,7 @@ def test_the_equations_of_motion(name, e):
     """To 50 digits and more, at whatever distance from the special motion."""
     form = Digits(near(e)[name], 160)
     for part in PARTS:
-        t = form.ctx.mpf(part) * form.period + form.lower_turning
-        assert max(residuals(form, t)) < 1e-50
+        assert max(residuals(form, form.ctx.mpf(part) * form.period + form.lower_turning)) < 1e-50
 
 
 @every_motion

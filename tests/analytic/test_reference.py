@@ -40,8 +40,7 @@ def test_every_digit_is_that_of_a_finer_computation(name):
 def test_events_between_two_times_and_before_the_start():
     exact = reference(KICKED, [-1, 1], ["theta"], events=["turning", "reversal", "cusp"])
     turning = [float(t) for kind, t in exact.events if kind == "turning"]
-    period = 0.542895518188
-    assert turning == pytest.approx([k * period / 2 for k in range(-3, 4)], abs=1e-11)
+    assert turning == pytest.approx([k * 0.542895518188 / 2 for k in range(-3, 4)], abs=1e-11)
     forth = Motion(KICKED.top, KICKED.start).events("reversal").count(0, 1)
     assert sum(kind == "reversal" and float(t) >= 0 for kind, t in exact.events) == forth
     assert not reference(load_scene("at-rest"), [0, 1], ["theta"], events=["cusp"]).events

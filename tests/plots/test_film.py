@@ -96,8 +96,7 @@ def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
 
 
 def test_a_film_shows_one_round_or_a_time_at_the_speed_that_is_asked():
-    once = ht.Motion(SCENE.top, SCENE.start).round
-    assert shot(rounds=2).record.t[-1] == pytest.approx(2 * once)
+    assert shot(rounds=2).record.t[-1] == pytest.approx(2 * ht.Motion(SCENE.top, SCENE.start).round)
     assert shot(changes=["span.time=-2"]).record.t[-1] < 0
     shots = shot(speed=0.1), shot(time=30.0)
     assert [each.record.t[-1] for each in shots] == pytest.approx([1.0, 30.0])

@@ -23,8 +23,7 @@ def test_it_names_the_cheapest_the_next_and_what_was_left_out():
     names = ["axis", "theta", "phase", "energy"]
     assert [*found.charts()] == [*names, *(f"{name}-evaluations" for name in names)]
     assert [*diagram_of(Row(POINT, measures="theta")).charts()][:2] == ["theta", "phase"]
-    nothing = diagram_of(skipped=left)
-    assert [code for code, _ in nothing.problems()] == [4]
+    assert [code for code, _ in diagram_of(skipped=left).problems()] == [4]
 
 
 def test_a_method_is_summed_up_by_its_cheapest_and_its_best():

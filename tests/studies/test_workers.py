@@ -160,13 +160,24 @@ def begins():
     return workers.TIMED_WORKER.call(abs, -1)
 
 
-def test_a_worker_of_any_executor_ends_with_the_process_that_it_began():
-    """At its end it would wait for that process, which waits for calls."""
+def lingers():
+    Thread(target=time.sleep, args=(60,)).start()
+    return 1
+
+
+ENDS = [(begins, workers.Processes.shutdown), (lingers, lambda pool: pool.close(0.5))]
+
+
+@pytest.mark.parametrize(("call", "end"), ENDS)
+def test_a_worker_of_any_executor_ends_with_the_process_or_the_thread_that_it_began(call, end):
+    """At its end it would wait for that process, which waits for calls, or for that thread."""
     pool = workers.Processes(1)
-    assert pool.submit(begins).result() == 1
-    (ends := Thread(target=pool.shutdown, daemon=True)).start()
+    assert pool.submit(call).result() == 1
+    [worker] = pool.processes
+    (ends := Thread(target=end, args=(pool,), daemon=True)).start()
     ends.join(20)
     assert not ends.is_alive()
+    assert workers.connection.wait([worker.sentinel], 5)
 
 
 def test_a_daemon_as_a_worker_of_dask_is_can_begin_one(process, monkeypatch):

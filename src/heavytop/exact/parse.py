@@ -100,12 +100,9 @@ def of_one_unit(low: str, high: str) -> tuple[str, str]:
     >>> of_one_unit("30", "60 rpm"), of_one_unit("1 rad", "90 deg")
     (('30 rpm', '60 rpm'), ('1 rad', '90 deg'))
     """
-    ends = low.translate(_ASCII).strip(), high.translate(_ASCII).strip()
-    one, other = (found[0] if (found := _UNIT.search(end)) else "" for end in ends)
-    return (
-        f"{ends[0]} {'' if one else other}".rstrip(),
-        f"{ends[1]} {'' if other else one}".rstrip(),
-    )
+    low, high = (end.translate(_ASCII).strip() for end in (low, high))
+    one, other = (found[0] if (found := _UNIT.search(end)) else "" for end in (low, high))
+    return low if one else f"{low} {other}".rstrip(), high if other else f"{high} {one}".rstrip()
 
 
 def _refusal(token: str, units: Collection[str]) -> str:

@@ -281,10 +281,11 @@ def errors(ax: Axes, run: DrawnRun, **looks: Any) -> Axes:
     for (name, error), (colour, marker) in zip(found.items(), looks_of, strict=False):
         so_far = np.fmax.accumulate(error)
         of = QUANTITIES[name]
-        size = f"at most {so_far[-1]:.1e} {of.shown[0]}" if so_far[-1] else "none"
+        most = of.with_unit(so_far[-1] / of.shown[1], form=".1e")
+        size = f"at most {most}" if so_far[-1] else "none"
         ax.plot(time, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)
         line(ax, time, np.where(so_far > floor, so_far, np.nan), looks, color=colour, lw=1.2,
-             label=f"{of.symbol}: {size}".removesuffix(" 1"))  # fmt: skip
+             label=f"{of.symbol}: {size}")  # fmt: skip
     ax.set_yscale("log")
     ax.set_ylim(bottom=min(floor, ax.dataLim.ymin), auto=None)
     ax.annotate("zero, or smaller", (0, floor), (4, 4), ("axes fraction", "data"),

@@ -42,7 +42,8 @@ PLANE_ROUNDING: Final = 1e-9
 
 FORM: Final = "NAME=FROM:TO:COUNT, such as phidot=-20:20:2000 (or …:COUNT:log)"
 _TEXT: Final = re.compile(
-    r"\s*(?:(?:top|start)\.)?([^=]*?)\s*=([^:]*[^:\s][^:]*):([^:]*[^:\s][^:]*):\s*(\d{1,20})\s*(?::\s*(log)\s*)?"
+    r"\s*(?:(?:top|start)\.)?([^=]*?)\s*="
+    r"([^:]*[^:\s][^:]*):([^:]*[^:\s][^:]*):\s*(\d{1,20})\s*(?::\s*(log)\s*)?"
 )
 
 

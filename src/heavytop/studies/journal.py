@@ -247,7 +247,7 @@ def keep_budget(journal: Journal, budget: float | None, default: float) -> float
     return default if written is None else float(written)
 
 
-def canonical_json(value: Any, *, ascii_only: bool = True) -> str:
+def canonical_json(value: Any) -> str:
     """Return the one JSON text of a value: keys in order, no spaces, never NaN.
 
     Raises
@@ -255,8 +255,7 @@ def canonical_json(value: Any, *, ascii_only: bool = True) -> str:
     TypeError, ValueError
         For what JSON cannot hold.
     """
-    form: Any = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
-    return json.dumps(value, ensure_ascii=ascii_only, **form)
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
@@ -271,7 +270,7 @@ def differences(there: Any, here: Any, name: str = "") -> tuple[str, ...]:
         every = ((key, there.get(key), here.get(key)) for key in sorted({*there, *here}))
         found = (differences(a, b, f"{name}.{key}".removeprefix(".")) for key, a, b in every)
         return tuple(difference for each in found for difference in each)
-    said = partial(canonical_json, ascii_only=False)
+    said = partial(json.dumps, separators=(",", ":"), ensure_ascii=False)  # ° is read as it is
     a, b = ("nothing" if each is None else said(each) for each in (there, here))
     return () if a == b else (f"{name}: {a:.80} there, {b:.80} here",)
 

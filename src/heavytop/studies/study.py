@@ -159,7 +159,7 @@ def run(
             for future in running:
                 future.cancel()
             if isinstance(pool, Processes):
-                pool.kill() if running else pool.shutdown()
+                pool.kill() if running else pool.close()
     if stop.is_set() and not all(record.ended for record in records):
         raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", journal.folder)
 

@@ -18,6 +18,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
+from multiprocessing import connection
 from multiprocessing.util import Finalize
 from types import FrameType, ModuleType
 from typing import Any, Final, TypeVar, cast
@@ -29,6 +30,7 @@ from heavytop.scene.arguments import check_callable, expect
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 SET_UP_S: Final = 120.0  # for the first call of a method, which may compile and import
 GRACE_S: Final = 0.5  # after Ctrl-C, for what is done to be written down
+PATIENCE_S: Final = 5.0  # with a worker that has nothing to do any more, until it ends
 TIMEOUT_S: Final = 10.0  # until a scheduler answers, and until there is a worker
 
 T = TypeVar("T")
@@ -79,6 +81,14 @@ class Processes(ProcessPoolExecutor):
     def processes(self) -> list[Any]:
         """The workers that were started."""
         return list((self._processes or {}).values())
+
+    def close(self, patience_s: float = PATIENCE_S) -> None:
+        """Let the workers end, and kill those that do not, as for a thread of somebody's own."""
+        processes = self.processes
+        self.shutdown(wait=False)
+        for process in processes:
+            if not connection.wait([process.sentinel], patience_s):
+                process.kill()
 
     def kill(self) -> None:
         """End all workers, whatever they are at."""
