@@ -279,7 +279,7 @@ def error_of(name: str) -> Quantity:
 
 def error_text(name: str, size: float) -> str:
     """An error with its unit."""
-    return quantity_of(name).with_unit(size, form=".3g")
+    return error_of(name).with_unit(size, form=".3g")
 
 
 def given(values: Mapping[str, Any]) -> str:
