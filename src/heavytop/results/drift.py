@@ -120,6 +120,8 @@ class Drift(Result):
         for each in self.methods:
             if each.skipped is not None:
                 yield each.name, f"skipped: {each.skipped}"
+            elif max(each.periods, default=0) < self.periods - 2:
+                yield each.name, f"its last time: {max(each.periods, default=0):.7g} periods"
             if each.get("order") and ":" in each.name:
                 yield each.name, f"order {each.order:.2g}, measured"
             for text, count in each.get("warned", {}).items():
