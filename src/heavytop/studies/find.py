@@ -50,9 +50,9 @@ Distance: TypeAlias = "Callable[[float], float]"
 
 
 def _per_weight(motion: Motion, power: int, factor: float) -> float | None:
-    """A power of |p_ψ| over |gMR|, times a factor; None without either of them."""
+    """A power of |p_ψ| over |gMR|, times a factor; None without weight."""
     momentum, weight = abs(float(motion.constants.p_psi)), abs(float(motion.top.gMR))
-    return factor * momentum**power / weight if momentum and weight else None
+    return factor * momentum**power / weight if weight else None
 
 
 FOUND_FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] = {
@@ -61,7 +61,7 @@ FOUND_FACTS: Final[Mapping[str, tuple[Callable[[Motion], float | None], str]]] =
         for name in ("period", "round", "theta_min", "theta_max", "amplitude", "precession", "spin")
     },
     "ratio": (lambda m: _per_weight(m, 2, 1 / (4 * float(m.top.A))), ""),
-    "round_estimate": (lambda m: _per_weight(m, 1, 2 * math.pi), "s"),
+    "round_estimate": (lambda m: _per_weight(m, 1, 2 * math.pi) or None, "s"),
 }
 """Facts and their units: of the motion, p_ψ²/4A gMR, and what the formula of a fast top gives."""
 
@@ -167,7 +167,9 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
     if name == "kind":
         brackets = [*_find_zeros(motion_at, points, wanted)]
         if not brackets:
-            brackets, holds = _find_ends(lambda x: kind_of(motion_at(x)) == wanted, points)
+            brackets, holds = _find_ends(
+                lambda x: 1.0 if kind_of(motion_at(x)) == wanted else -1.0, points
+            )
         kinds = {kind for x in points if (kind := kind_of(motion_at(x)))}
         instead = f": there are {', '.join(sorted(kinds))}"
     else:
@@ -176,7 +178,9 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
         if relation == "=":
             brackets, instead = _find_equal(distance, points, name, wanted)
         else:
-            brackets, holds = _find_ends(lambda x: side * distance(x) >= 0, points)
+            brackets, holds = _find_ends(
+                lambda x: -1.0 if math.isnan(off := distance(x)) else side * off, points
+            )
     solutions = []
     for low, high in brackets:
         x = _middle(low, high)
@@ -244,13 +248,11 @@ def _find_equal(
     return found, f": the {name} {goes}"
 
 
-def _find_ends(
-    holds: Callable[[float], bool], points: Sequence[float]
-) -> tuple[list[Bracket], list[Bracket]]:
-    """The ends of where something holds, and between which of them it does."""
-    brackets = [*_brackets(lambda x: 1.0 if holds(x) else -1.0, points)]
+def _find_ends(side: Distance, points: Sequence[float]) -> tuple[list[Bracket], list[Bracket]]:
+    """The ends of where something holds (a side not below 0), and between which it does."""
+    brackets = [ends for ends in _brackets(side, points) if min(map(side, ends)) < 0]
     ends = [points[0], *((low + high) / 2 for low, high in brackets), points[-1]]
-    return brackets, [(a, b) for a, b in pairwise(ends) if holds(a + (b - a) / 2)]
+    return brackets, [(a, b) for a, b in pairwise(ends) if side(a + (b - a) / 2) >= 0]
 
 
 def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iterator[Bracket]:
