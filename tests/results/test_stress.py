@@ -16,7 +16,7 @@ def test_it_explains_the_marks_that_occur_and_what_failed():
     assert table.texts() == [["cusp", "0.5", "0.5 sing", "?"]]
     facts = dict(found.facts())
     assert {"sing singular", "?", "auto"} <= facts.keys()
-    assert (facts["cusp"], facts["skipped"]) == ("singular: m, n: stopped", "no time: x/y")
+    assert (facts["cusp"], facts["skipped"]) == ("singular: m, n: stopped", "no time: y (1)")
     without = dict(stress_of(chance).facts())  # its table has no "sing", and auto was not asked for
     assert "?" in without
     assert not {"sing singular", "auto"} & without.keys()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import shlex
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -301,3 +302,16 @@ def grouped(rows: Iterable[Mapping[str, Any]], *names: str) -> dict[Any, list[An
     for row in rows:
         found.setdefault(tuple(row.get(name) for name in names), []).append(row)
     return found
+
+
+def not_done(skipped: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """Why runs were not done, and how many of which methods.
+
+    Examples
+    --------
+    >>> [*not_done([{"method": name, "reason": "no time"} for name in ("auto", "strang", "auto")])]
+    ['no time: auto (2), strang (1)']
+    """
+    for (reason,), same in grouped(skipped, "reason").items():
+        counts = Counter(each["method"] for each in same).items()
+        yield f"{reason}: {', '.join(f'{name} ({n})' for name, n in counts)}"

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Exit
-from heavytop.results.base import Result, given, grouped
+from heavytop.results.base import Result, given, grouped, not_done
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, Quantity
 
@@ -137,8 +137,7 @@ class Stress(Result):
         for (case, outcome, note), runs in grouped(failed, "case", "outcome", "note").items():
             methods = ", ".join(run.method for run in runs)
             yield case, f"{outcome}: {methods}{note and f': {note}'}"
-        for (reason,), some in grouped(self.skipped, "reason").items():
-            yield "skipped", f"{reason}: {', '.join(f'{x.case}/{x.method}' for x in some)}"
+        yield from (("skipped", text) for text in not_done(self.skipped))
 
     def tables(self) -> Iterator[Table]:
         """A row for each case with a column for each method."""

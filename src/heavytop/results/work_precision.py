@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, ClassVar, Final
 
 from heavytop.errors import Impossible
 from heavytop.exact.decimals import DOUBLE
-from heavytop.results.base import Result, grouped
+from heavytop.results.base import Result, grouped, not_done
 from heavytop.results.drift import order_of
 from heavytop.results.table import Fact, Table
 from heavytop.scene.quantities import QUANTITIES, quantity_of
@@ -116,9 +115,7 @@ class WorkPrecision(Result):
         for point in self.points:
             for text, count in point.get("warned", {}).items():
                 yield point.method, f"warned {count}× at {setting(point)}: {text}"
-        for (reason,), same in grouped(self.skipped, "reason").items():
-            counts = Counter(each.method for each in same).items()
-            yield "left out", f"{reason}: {', '.join(f'{name} ({n})' for name, n in counts)}"
+        yield from (("left out", text) for text in not_done(self.skipped))
 
     def tables(self) -> Iterator[Table]:
         """A row for each method; the fronts; who is cheapest, and who of the other side is next."""
