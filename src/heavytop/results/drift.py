@@ -112,7 +112,10 @@ class Drift(Result):
         """What was asked, what the columns mean, what was skipped and why."""
         several = f"{self.ensemble} starts within {self.spread:.0%} (seed {self.seed}), RMS"
         starts = "the scene's start" if self.ensemble == 1 else several
-        yield "drift", f"{self.periods:g} nutation periods, {starts}; errors at the last time"
+        gone = {x.name: max(x.periods, default=0) for x in self.methods if x.skipped is None}
+        short = ", ".join(f"{n} {x:.7g}" for n, x in gone.items() if x < self.periods - 2)
+        last = f"the last time{short and f' ({short} periods)'}"
+        yield "drift", f"{self.periods:g} nutation periods, {starts}; errors at {last}"
         yield "time", f"{quantity_of('us_per_period').unit} a nutation period"
         yield "energy", error_of("energy").name
         yield "lost", "at so many periods the phase error passes a twentieth of one"
@@ -120,8 +123,6 @@ class Drift(Result):
         for each in self.methods:
             if each.skipped is not None:
                 yield each.name, f"skipped: {each.skipped}"
-            elif max(each.periods, default=0) < self.periods - 2:
-                yield each.name, f"its last time: {max(each.periods, default=0):.7g} periods"
             if each.get("order") and ":" in each.name:
                 yield each.name, f"order {each.order:.2g}, measured"
             for text, count in each.get("warned", {}).items():
