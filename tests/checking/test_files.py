@@ -80,9 +80,10 @@ def netcdf(path):
 
 def backwards_from_below(path):
     """Besides one row twice, an azimuth that is wrapped, and a column that is none."""
-    rows, header = np.r_[150, 150:-1:-1], ["t", "theta", "prec_deg", "note"]
+    rows, header = np.r_[150, 150:-1:-1], ["t", "theta", "Präzession [°]", "note"]
     below, around = np.pi - RECORD.theta, DEGREES[1] % 360
-    return table(path / "a.csv", header, [T[rows], below[rows], around[rows], rows])
+    columns = [T[rows], below[rows], around[rows], rows]
+    return table(path / "a.csv", header, columns, encoding="latin-1")
 
 
 OWN = {

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import csv
 import os
+import re
+import warnings
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
+from io import StringIO
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -25,6 +28,7 @@ Headers = dict[str, list[tuple[str, Unit | None]]]
 LEAST_ROWS: Final = 5
 RUN_FILE: Final = "trajectory.nc"  # in the folder of a run
 ROWS_LISTED: Final = 5
+MOST_LISTED: Final = 20  # columns
 LARGEST_VALUE: Final = 1e15  # of any value: beyond it an angle in doubles has no direction
 LENGTHS: Final = {"axis": 1.0, "quaternion": 1.0, "vertical": 1.0, "matrix": np.sqrt(3)}
 LENGTH: Final = 1e-6  # relative, by which a length may differ from 1 unsaid
@@ -143,6 +147,8 @@ def _split(name: str, column: Any = None) -> tuple[str, str]:
 
 def _numbers(column: Any) -> Array | None:
     """A column as floats, nan where it has no number; dates are seconds since the first."""
+    if np.ma.isMaskedArray(column):
+        column = np.ma.filled(column.astype(float), np.nan)
     values = np.asarray(column)
     if values.dtype.kind == "M":
         values = (values - values.flat[0]).astype("timedelta64[ns]")
@@ -192,7 +198,7 @@ def _usable_rows(
     table: DataTable, values: Mapping[str, Array], faults: list[str], remarks: list[str]
 ) -> Any:
     """The rows that have a value of everything, as time goes on, no time twice."""
-    may_lack = any(hasattr(column, "dims") for column in table.values())  # as of xarray
+    may_lack = any(hasattr(x, "dims") or np.ma.isMaskedArray(x) for x in table.values())
     kept = np.ones(len(values.get("t", ())), dtype=bool)
     for name, x in values.items():
         flat = x.reshape(len(x), -1)
@@ -207,11 +213,12 @@ def _usable_rows(
     rows = np.flatnonzero(kept)
     if faults:
         return rows
+    there = f"there are {', '.join([*table][:MOST_LISTED]) or 'no columns'}"
     if rows.size < LEAST_ROWS:
-        faults.append(f"a column t of at least {LEAST_ROWS} times is needed ({rows.size} found)")
+        rule = f"a column t of at least {LEAST_ROWS} times is needed"
+        faults.append(f"{rule} ({rows.size} found); {there}")
         return rows
     if not values.keys() & {*POSITIONS}:
-        there = f"there are {', '.join(table)}"
         faults.append(f"numbers of angles, axis, quaternion or matrix are needed; {there}")
     if rows.size < kept.size:
         remarks.append(f"{kept.size - rows.size} masked rows are not judged")
@@ -306,34 +313,34 @@ def _load(path: Path, chosen: Mapping[str, str]) -> Any:
 
 
 def _load_text(path: Path, chosen: Mapping[str, str]) -> DataTable:
-    """The columns of a text table."""
+    """The columns of a text table; no row may have more values than the header has names."""
     import pandas
 
-    with path.open("rb") as binary:
-        start = binary.read(400)
-    wide = start[:2] in (b"\xff\xfe", b"\xfe\xff") or start.count(0) > len(start) / 4
-    encoding: dict[str, Any] = {"encoding": "utf-16" if wide else "utf-8-sig"}
-    with path.open(errors="replace", **encoding) as file:
-        lines = [*islice(file, HEAD_LINES)]
+    raw = path.read_bytes()
+    wide = raw[:2] in (b"\xff\xfe", b"\xfe\xff") or raw[:400].count(0) > len(raw[:400]) / 4
+    try:
+        text = raw.decode("utf-16" if wide else "utf-8-sig")
+    except UnicodeDecodeError:  # as Excel writes ° and ä
+        text = raw.decode("latin-1")
+    lines = [*islice(StringIO(text, newline=None), HEAD_LINES)]
     first, between, names = _find_header(lines, {_split(column)[0] for column in chosen.values()})
     comma = between != "," and any("," in line for line in lines[first:])
     marks = {"sep": r"\s+" if between == " " else between, "decimal": "," if comma else "."}
-    rows = {"names": names, "skiprows": first, "index_col": False, "comment": "#"}
-    more = {"skipinitialspace": True, "encoding_errors": "replace"}
-    return dict(pandas.read_csv(path, **encoding, **marks, **rows, **more))
+    rows: dict[str, Any] = {"names": names, "skiprows": first, "index_col": False, "comment": "#"}
+    with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
+        return dict(pandas.read_csv(StringIO(text), skipinitialspace=True, **marks, **rows))
 
 
 def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, str, list[str]]:
     """Where the rows begin, the delimiter, and the names of the columns."""
     for at, line in enumerate(lines):
-        text = line.strip().lstrip("#%").strip()
-        for between in (x for x in "\t;, " if x in text):
-            names = _cells(text, between)
+        for between in (x for x in "\t;, " if x in line):
+            names = _cells(line, between)
             if sum(_split(n)[0] in wanted or bool(meanings(n)) for n in names) < 2:
                 continue
             names = [f"{n} (again {k})" if n in names[:k] else n for k, n in enumerate(names)]
-            below = _cells("".join(lines[at + 1 : at + 2]).strip().lstrip("#%"), between)
-            if len(below) != len(names) or any(x[-1].isdigit() or x == "nan" for x in below):
+            below = _cells("".join(lines[at + 1 : at + 2]), between)
+            if len(below) != len(names) or any(x[-1:].isdigit() or x == "nan" for x in below):
                 return at + 1, between, names
             units = (x.strip("[]()") for x in below)  # a row of them
             return at + 2, between, [f"{n} [{x}]" for n, x in zip(names, units, strict=True)]
@@ -341,7 +348,10 @@ def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, st
 
 
 def _cells(line: str, between: str) -> list[str]:
-    return [x.strip() for x in next(csv.reader([line], delimiter=between), []) if x.strip()]
+    """What stands in a line, but for a mark of comments and empty cells at the end."""
+    text = re.sub(r"^\s*[#%]+\s*", "", line).strip(" \n").rstrip(between)
+    row = csv.reader([text], delimiter=between, skipinitialspace=True)
+    return [x.strip() for x in next(row, [])]
 
 
 def _load_matlab(path: Path) -> Any:
