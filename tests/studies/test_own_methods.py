@@ -13,7 +13,7 @@ from heavytop.results.table import Row
 from heavytop.studies import journal
 
 from .. import integrators
-from ..commands import refused
+from ..commands import document, refused
 from ..integrators import rk4
 from ..results.made import POINT, RUN, diagram_of, stress_of
 
@@ -30,14 +30,18 @@ def mine(tmp_path):
 
 def test_a_drift_follows_functions_files_and_solvers(mine):
     methods = ["taylor-axis", ht.Method(rk4, setting=200), f"{mine}:rk4=200", f"{mine}:dop853=1e-9"]
-    found = ht.drift(KICKED, methods=methods, periods=20, samples=4)
-    names = ["taylor-axis", "own:rk4", "mine.py:rk4=200", "mine.py:dop853"]
-    assert [each.name for each in found.methods] == names
-    exact, mine_, same, solver = found.methods
+    exact, mine_, same, solver = ht.drift(KICKED, methods=methods, periods=20, samples=4).methods
+    assert (mine_.name, same.name, solver.name) == ("own:rk4", "mine.py:rk4=200", "mine.py:dop853")
     assert mine_.axis == same.axis
     assert 1e-7 < mine_.axis[-1] < 1e-4
     assert 1e-11 < solver.axis[-1] < 1e-6
     assert exact.axis[-1] < 1e-12
+
+
+def test_what_ones_own_code_prints_is_no_result(mine):
+    mine.write_text(f"print('here')\n{RK4}".replace("a = f(y)", "print(a := f(y))"))
+    words = "workprec", "sicm-kicked", "--periods", 1, "--budget", 60
+    assert document(*words, "--methods", f"{mine}:rk4=50")["points"]
 
 
 def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one():

@@ -9,7 +9,14 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
+from contextlib import (
+    AbstractContextManager,
+    ExitStack,
+    contextmanager,
+    nullcontext,
+    redirect_stdout,
+    suppress,
+)
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -178,6 +185,7 @@ def call(place: str, takes: Mapping[str, Parameter], typed: Mapping[str, Any]) -
         if of_scene:
             note(f"{context.info_name} {given['scene'].name}")
         with ExitStack() as working:  # a bar that is still drawn would take stdout for itself
+            working.enter_context(redirect_stdout(sys.stderr))  # for code of a person's own
             if address := given.get("executor"):
                 from heavytop.studies.workers import executor_at
 

@@ -250,7 +250,7 @@ def _loaded(place: str) -> Registered:
         raise Impossible([("method", f"{where}: there is no such file")])
     try:
         module = _run_file(path) if path else importlib.import_module(where)
-    except Exception as fault:  # whatever it raises, it is not ours
+    except (Exception, SystemExit) as fault:  # whatever it raises, it is not ours
         why = " ".join(f"{type(fault).__name__}: {fault}".split())
         raise Impossible([("method", f"{where} raises {why}")]) from fault
     if not hasattr(module, name):
