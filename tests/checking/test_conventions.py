@@ -56,6 +56,17 @@ def test_of_pairs_and_in_good_data_no_wrong_name_is_sure(plants):
         assert counts.total() == 4
 
 
+@pytest.mark.parametrize(("seed", "form"), [(1, "angles and rates"), (7, "angles")])
+def test_the_error_of_coarse_steps_is_no_convention(plants, monkeypatch, seed, form):
+    """Which a fitted moment of inertia or another clock makes smaller in something."""
+    for name, value in (("ROWS", 61), ("TIMES", np.linspace(0, plants.SPAN, 61))):
+        monkeypatch.setattr(plants, name, value)
+    scene = plants.random_scene(np.random.default_rng(seed))
+    every = plants.columns(plants.integrate(scene, "", plants.euler, 1))
+    data = {x: every[x] for x in ("t", *plants.FORMS[form])}
+    assert plants.verdict(data, scene, ())[0] == "named"
+
+
 OTHERS = ("gMR", "psidot", "phidot", "the first row", "a constant ψ̇", "everything")
 
 

@@ -24,6 +24,7 @@ BETTER_BY: Final = 0.5  # decades, by which another number has to explain more
 QUARTER: Final = np.pi / 2
 IDENTITY: Final = np.eye(3)
 OMEGAS: Final = ("omega", "omega_body")
+CLOCKS: Final = {"time-scale", *(x.convention for x in HEADER_UNITS if x.kind == "time")} - {""}
 IN_BODY: Final = {"matrix", "omega_body", "vertical"}
 
 
@@ -62,6 +63,11 @@ class Convention(NamedTuple):
     def physics(self) -> bool:
         """Whether the motion is another one, not its description."""
         return self.about in ("physics", "number")
+
+    @property
+    def whole(self) -> bool:
+        """Whether everything changes: the motion or the times."""
+        return self.physics or self.name in CLOCKS
 
 
 # --- values, one by one --------------------------------------------------------------------------
@@ -278,7 +284,8 @@ def _take_spin_off(c: Comparison) -> Variants:
     azimuth, theta = np.arctan2(axis[:, 0], -axis[:, 1]), np.arctan2(norm(axis[:, :2]), axis[:, 2])
     for sign, words in ((1, "with ψ"), (-1, "against ψ")):
         turned = azimuth - sign * psi
-        yield Variant(words, c.updated(axis=axes(theta, phi + turned - turned[0])))
+        around = axes(theta, phi + turned - turned[0])
+        yield Variant(words, c.updated(axis=norm(axis)[:, None] * around))
 
 
 # --- numbers of the problem ----------------------------------------------------------------------

@@ -78,7 +78,14 @@ class Explanation(NamedTuple):
         return bool((self.misfit < -5).all())
 
     def beats(self, other: Explanation) -> bool:
-        """Whether it is clearly better than another in anything."""
+        """Whether it is clearly better than another in anything.
+
+        Another motion and another clock are if what fits worst fits better: an integrator's error
+        may be nearer to theirs in something.
+        """
+        new = (step for step in self.steps if not other.names.issuperset(step.names))
+        if any(step.convention.whole for step in new):
+            return bool(other.misfit.max() - self.misfit.max() > CLEAR_BY)
         return bool((other.misfit - self.misfit > CLEAR_BY).any())
 
     def improves(self, base: Explanation) -> bool:
