@@ -165,8 +165,7 @@ def test_events_that_the_data_lack_are_told():
     t = np.linspace(0, 5, 2001)
     found = check(vectors(Motion(other.top, other.start).at(t), t), scene).events
     assert (found["cusp"].data, found["reversal"].exact_most) == (0, 0)
-    assert found["cusp"].exact > 10
-    assert found["reversal"].data > 20
+    assert found["reversal"].data > 20 < 2 * found["cusp"].exact
 
 
 # --- where the start is from ---------------------------------------------------------------------
@@ -177,8 +176,7 @@ def test_the_start_of_a_top_alone_is_that_of_the_first_row(told):
     t = TIMES + 7
     found, later = (check(told(exact(t), t), known) for known in (TOP, SCENE))
     assert (found.origin, later.origin) == ("first row", "scene")
-    assert found.digits > 11.5
-    assert later.digits > 13
+    assert found.digits > 11.5 < later.digits - 1.5
 
 
 @pytest.mark.slow
@@ -245,8 +243,7 @@ def test_exact_data_of_a_span_in_which_little_moves_have_no_convention(rows, end
     scene = load_scene("sicm-kicked")
     t = np.linspace(0, end, rows)
     found = check({"t": t, "axis": Motion(scene.top, scene.start).at(t).axis}, scene)
-    assert (found.conventions, found.alternatives) == ((), ())
-    assert found.digits > 14
+    assert (found.conventions, found.alternatives, found.digits > 14) == ((), (), True)
 
 
 def test_the_verdict_names_what_is_off():
@@ -255,6 +252,7 @@ def test_the_verdict_names_what_is_off():
     omega3 = record.psidot + record.phidot * np.cos(record.theta)
     for data, said in (
         ({"t": TIMES, "theta": record.theta, "psidot": omega3}, "psidot is off by 0.07"),
+        (angles(record) | {"psidot": omega3}, "psidot is off by 0.07"),
         ({"t": TIMES + 5, "theta": record.theta}, "Conventions: time-origin. The data have 1"),
         ({"t": rows, "axis": record.axis}, "the clock, "),
         ({"t": rows + 250, "axis": exact(TIMES + 1).axis}, "the start is"),

@@ -92,13 +92,8 @@ def test_a_step_may_compute_in_its_states_or_in_arrays_of_another_library():
         y += h * f(y)
         return y
 
-    def forwards(f, y, h):
-        return y + h * f(y)
-
-    def by_foreign_arrays(f, y, h):
-        return y + h * np.array(list(f(Foreign(y))))
-
-    steps = (forwards, in_place, by_foreign_arrays)
+    steps = [in_place, lambda f, y, h: y + h * f(y)]
+    steps.append(lambda f, y, h: y + h * np.array(list(f(Foreign(y)))))
     assert len({axis_error(set_up(step, 100), SPAN) for step in steps}) == 1
 
 

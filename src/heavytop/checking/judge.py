@@ -26,6 +26,7 @@ from heavytop.scene.top import Top
 
 CHARTED: Final = 1000  # times of the curves in the document and in charts
 ALONE: Final = 10.0  # times as far off as all else
+ROUNDING: Final = 1e-13
 START_NUMBERS: Final = (*ANGLES, *RATES, "omega3")
 UPRIGHT_SINE: Final = 1e-6  # sin θ below which φ and ψ are not told apart
 
@@ -114,10 +115,11 @@ def check(
     conventions = (*found, *declared)
     assumed = [*given.remarks, *_remark_angles(judged), *(f"undone: {x}" for x in undone)]
     if verdict.alike:
-        assumed.append(f"judged as {' and '.join(sorted(verdict.best.names))}")
+        names = sorted(name for step in steps for name in step.names)
+        assumed.append(f"judged as {' and '.join(names) or 'they are'}")
     condition = method.measure_condition(judged)
     largest = _largest_errors(judged)
-    alone = _off_alone(largest) if judged.spin is None else ""
+    alone = _off_alone(largest)
     t = given.values["t"]
     charted = {"t": t, **curves, "phase_t": phase.t, "phase": phase.shifts}
     sizes = {name: _size(t, curve) for name, curve in curves.items()}
@@ -267,12 +269,12 @@ def _digits(largest: Mapping[str, float]) -> float:
 
 
 def _off_alone(largest: Mapping[str, float]) -> str:
-    """Which rate is off ten times as much as all else, in words; no curve shows it."""
+    """Which rate is off ten times as much as all else and as rounding, in words."""
     name = max(largest, key=largest.__getitem__, default=POSITIONS[0])
     if name in POSITIONS:
         return ""
     off = largest[name]
-    if off < ALONE * max(x for other, x in largest.items() if other != name):
+    if off < ALONE * max([ROUNDING, *(x for other, x in largest.items() if other != name)]):
         return ""
     return f"{name} is off by {off:.2g} of its largest, all else by less"
 

@@ -207,7 +207,7 @@ def describe_method(
     """The order of the method, what it conserves, and the floor of the precision of the data.
 
     `shaken` are curves of the data as far off again as the rounding of their numbers makes them;
-    `alone` says what is off that no curve shows.
+    `alone` says which rate is off alone.
     """
     momenta = [name for name in ("energy", "p_phi", "p_psi") if name in curves]
     kept: dict[str, Any] = {name: _trend(curves[name]) for name in momenta}
@@ -220,7 +220,7 @@ def describe_method(
     last = abs(error[-1 - error.size // 10 :]).max()
     floor = -float(np.log10(size)) if LEAST_GROWTH < size < 1e-3 and first > size / 2 else None
     order, sentence = None, REMEDY
-    if alone:
+    if alone and not agent:
         sentence = alone
     elif size < max(1e-12, condition):
         sentence = "the error is that of rounding"
