@@ -39,6 +39,7 @@ WRONG = [object(), "of no use", None, 1j, {}]
 UNREAD = {"which", "overrides", "resume methods"}  # read after what is wrong besides
 NAMES = [("stress", "cases"), ("stress", "methods"), ("explore", "scene")]  # or all
 OPTIONAL = [("Scene", "time"), ("State.from_constants", "E"), *NAMES]
+ONE_DIMENSION = "reference times", "State.from_rotation rotation", "check undone"
 A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
 
 
@@ -63,7 +64,11 @@ EVERY = sorted({*FUNCTIONS, *MAKERS, *BESIDES})
 PLACES = [(n, place, WRONG) for n in EVERY for place in needed(n)]
 PLACES += [(n, place, (object(), 1j)) for n in EVERY for place in optional(n)]
 PLACES += [("propagate_many", x, (-1, "x", None, 30)) for x in ("digits", "events", "formulation")]
-PLACES += [("propagate_many", "jobs", (-1, "x"))]
+PLACES += [
+    ("propagate_many", "jobs", (-1, "x")), ("plan", "formulation", [None]),
+    ("State", "theta", [np.timedelta64(1, "s")]), ("resume", "jobs", [10**30]),
+    ("reference", "events", [None]), *((*x.split(), [np.array(1.0)]) for x in ONE_DIMENSION),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "place", "every"), PLACES)
@@ -127,9 +132,13 @@ def test_all_that_is_wrong_is_named_and_nothing_done(name, given, keys, monkeypa
     assert not [*tmp_path.iterdir()]
 
 
-def test_what_is_of_another_type_is_a_type_error():
+def test_errors_are_of_the_types_that_python_has_for_them():
     with pytest.raises(TypeError, match="top: a Top, not a State"):
         ht.Motion(START, TOP)
+    with pytest.raises(ht.ForeignFile, match="null byte"):
+        ht.load_atlas("\0")
+    with pytest.raises(OSError, match="'\\.'"):
+        RUN.save("")
 
 
 SHOWN = [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]

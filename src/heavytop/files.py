@@ -47,7 +47,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
     A reader, or a crash at any moment, finds the old file or the new one, never a part.
     """
-    part = path.with_name(f".{os.getpid()}.{path.name[-200:]}")
+    part = path.parent / f".{os.getpid()}.{path.name[-200:]}"
     try:
         write(part)
         with part.open("r+b") as written:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -176,7 +176,7 @@ def reference(
     columns = {"t": tuple(map(exact_text, exact))}
     columns |= dict(zip(header, zip(*cells, strict=True), strict=True))
     happened: list[tuple[str, str]] = []
-    for kind, first, last in ((kind, min(exact), max(exact)) for kind in kinds if len(events)):
+    for kind, first, last in ((kind, min(exact), max(exact)) for kind in kinds):
         found = motion.events(kind)
         if found.count(first, last) > MOST_EVENTS:
             rule = f"at most {MOST_EVENTS} events of a kind between the first time and the last"
@@ -196,7 +196,8 @@ def read_request(
     readers: dict[str, Reader] = {"times": times_of, "digits": few}
     options, wrong = parse_options(file, {"times": times, "digits": digits}, readers)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(EVENT_QUANTITIES))
-    kinds, strange = parse_names(file, "events", events or EVENTS, one_of({x: x for x in EVENTS}))
+    known = {x: x for x in EVENTS}
+    kinds, strange = parse_names(file, "events", events, one_of(known), least=0)
     if scene.top.C == 0 and not (wrong or unknown) and (spun := {*quantities} - UNSPUN):
         rule = f"a point mass (C = 0) has no {' and no '.join(sorted(spun))}"
         strange = [*strange, Fault(file, None, "quantities", ", ".join(quantities), rule)]
@@ -212,9 +213,10 @@ def times_of(times: object) -> tuple[Fraction, ...]:
     >>> [exact_text(t) for t in times_of("0:1:0.25")], exact_text(Fraction(1, 3))
     (['0', '0.25', '0.5', '0.75', '1'], '1/3')
     """
-    if not isinstance(times, Iterable):
+    given = arguments.items_of(times.split(":") if isinstance(times, str) else times)
+    if given is None:
         raise Refused("A:B:STEP, or a sequence of numbers")
-    found = tuple(map(_time, times.split(":") if isinstance(times, str) else times))
+    found = tuple(map(_time, given))
     if isinstance(times, str):
         if len(found) != 3:
             raise Refused("A:B:STEP, three decimal numbers in seconds")

@@ -200,8 +200,8 @@ def _undo_what_is_sure(
 
 def expect_conventions(undone: Sequence[str]) -> None:
     """Refuse what is the name of no convention."""
-    _, wrong = parse_names("check", "undone", undone, one_of({row.name: row for row in TABLE}))
-    refuse(wrong * (undone not in ((), [])))
+    known = {row.name: row for row in TABLE}
+    refuse(parse_names("check", "undone", undone, one_of(known), least=0)[1])
 
 
 def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:

@@ -397,7 +397,7 @@ def rational_value(x: Any) -> Fraction:
             sign, man, exponent, _ = value._mpf_
             value = Fraction(int(-man if sign else man)) * Fraction(2) ** int(exponent)
         return Fraction(*value.as_integer_ratio())
-    except (AttributeError, OverflowError, ValueError):  # infinite, or of another library
+    except (ArithmeticError, AttributeError, TypeError, ValueError):  # infinite, or foreign
         raise NotANumber(f"a number is finite, not {x}") from None
 
 

@@ -104,6 +104,7 @@ def planned(
 ) -> Plan:
     """The plan for a scene whose motion is at hand."""
     expect("projected", projected, bool)
+    expect("formulation", formulation, str)
     known = read_options(scene, formulation=formulation, tolerance=tolerance)
     auto = formulation == "auto"
     if auto and need_of(scene.quantities) is Need.NOTHING:

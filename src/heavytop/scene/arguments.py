@@ -240,23 +240,27 @@ def one_of(known: Mapping[str, T]) -> Callable[[object], T]:
     return read
 
 
+def items_of(value: Any) -> list[Any] | None:
+    """Return the items of a list, as a list; of what is none, a text or a single number, None."""
+    with suppress(TypeError):  # of an array of no dimension too
+        return None if isinstance(value, str | bytes) else list(value)
+    return None
+
+
 def parse_names(
-    file: str, key: str, given: object, read: Callable[[Any], T], kinds: Any = str
+    file: str, key: str, given: object, read: Callable[[Any], T], kinds: Any = str, least: int = 1
 ) -> tuple[list[T], list[Fault]]:
     """Return what the names of a list stand for, and what is wrong with the others.
 
-    There is at least one name, a text or what else of `kinds` stands for one; `read` takes it or
-    raises `Refused`. Faults name `file` and `key`,
-    which is a plural.
+    There are at least so many names, each a text or what else of `kinds` stands for one; `read`
+    takes it or raises `Refused`. Faults name `file` and `key`, which is a plural.
 
     >>> found, wrong = parse_names("stress", "cases", ["cups"], one_of({"cusp": 1}))
     >>> print(wrong[0])
     stress: cases = cups: one of cusp (did you mean "cusp"?)
     """
-    text = isinstance(given, str | bytes)
-    try:
-        names: list[Any] = list(None if text else given)  # type: ignore[call-overload]
-    except TypeError:  # None is no list, nor is an array of no dimension
+    names = items_of(given)
+    if names is None:
         return [], [Fault(file, None, key, shown(given), "a sequence of names")]
     found, faults = [], []
     for name in names:
@@ -267,7 +271,7 @@ def parse_names(
         except Refused as wrong:
             value = name[:LONGEST_NAME] if name and isinstance(name, str) else shown(name)
             faults.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
-    if not names:
+    if len(names) < least:
         faults.append(Fault(file, None, key, "", f"at least one {key.removesuffix('s')}"))
     return found, faults
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from heavytop.errors import ImpossibleTop, Refused
 from heavytop.exact import PI, Exact, Number
-from heavytop.scene.arguments import Numbers, Way, exact_numbers, positive
+from heavytop.scene.arguments import Numbers, Way, exact_numbers, items_of, positive
 from heavytop.scene.quantities import QUANTITY_READERS
 from heavytop.text import nearest
 
@@ -195,7 +195,7 @@ def whole(parts: Iterable[Solid]) -> Solid:
 
 def read_solids(value: object) -> tuple[Solid, ...]:
     """The solids of a list, each a `Solid` or a table that says one."""
-    given = tuple(value) if isinstance(value, Iterable) else ()
+    given = items_of(value)
     if not given or not all(isinstance(each, Solid | dict) for each in given):
         rule = 'the parts of a body, at least one solid, such as {shape = "disc", radius = 0.1, …}'
         raise Refused(rule)

@@ -14,6 +14,7 @@ from typing import Any, Final
 from heavytop.errors import ImpossibleStart, Refused
 from heavytop.exact import ONE, PI, Exact, acos, cos, sin, sqrt
 from heavytop.exact.number import ZERO
+from heavytop.scene import arguments
 from heavytop.scene.arguments import Numbers, Reader, Way, exact_numbers, one_of, only, short
 from heavytop.scene.quantities import ANGLES, PLAIN_NUMBER, QUANTITY_READERS, RATES
 from heavytop.scene.top import Top
@@ -368,9 +369,9 @@ def _steadiness(value: object) -> object:
 
 
 def _vector(read: Reader, count: int, value: Any, rule: str = "") -> tuple[Any, ...]:
-    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != count:
+    if len(given := arguments.items_of(value) or ()) != count:
         raise Refused(rule or f"{count} numbers in a list")
-    return tuple(map(read, value))
+    return tuple(map(read, given))
 
 
 def _rotation_given(value: object) -> tuple[tuple[Exact, ...], ...]:

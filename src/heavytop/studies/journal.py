@@ -233,10 +233,11 @@ def begun_with(folder: Path) -> dict[str, Any]:
         return {} if cut else read_line(line)
     except FileNotFoundError:
         return {}
-    except OSError as fault:
-        raise ForeignFile(f"{path}: not readable ({fault.strerror})") from None
     except ForeignFile as fault:
         raise ForeignFile(f"{path}: line 1: {fault}") from None
+    except (OSError, ValueError) as fault:  # a name with a null byte
+        why = getattr(fault, "strerror", fault)
+        raise ForeignFile(f"{path}: not readable ({why})") from None
 
 
 def keep_budget(journal: Journal, budget: float | None, default: float) -> float:

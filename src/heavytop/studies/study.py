@@ -222,7 +222,7 @@ def resume(
     True
     """
     check_how(progress, executor)
-    path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
+    path, jobs = path_of("folder", folder), whole("jobs", jobs, 1, 1024)
     parameters = _with_own_versions(Journal.read(path).parameters)
     if methods:
         from heavytop.studies.methods import read_methods
