@@ -29,6 +29,7 @@ def of_enclosure(e):
 
 
 def of_run(t):
+    assert len({t.events, t(0.7)}) == 2  # of two that hold arrays == has an answer
     return t(0.7), t.events.t, t.samples.phi, repr(t.in_mpmath([T]))
 
 

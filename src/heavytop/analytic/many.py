@@ -41,7 +41,7 @@ SINE_TERMS: Final = 8
 ARCTAN_TERMS: Final = 10  # of the arctangent of an eighth of the tilt, to 2e-17
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motions:
     """What motions they are; arrays have the common shape of what was given.
 

@@ -21,7 +21,7 @@ from heavytop.scene.arguments import expect
 TOPS_AT_ONCE: Final = 4096
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Verdicts:
     """What kinds of motion they are; arrays have the common shape of what was given.
 

@@ -29,7 +29,7 @@ POLE_DISTANCE = 1e-9  # of an axis to a pole: beyond any drift of the state,
 POLE_BITS = 0.5  # and of those of more digits, as a part of their bits: its square is rounding
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Sample:
     """The motion at given times; arrays have time as axis 0, angles are in radians.
 

@@ -89,7 +89,7 @@ class EventZeros(NamedTuple):
         return EventZeros(*[column[index] for column in self])
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Events:
     """Events in the order of the run.
 
