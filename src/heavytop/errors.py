@@ -308,19 +308,24 @@ class StoppedEarly(HeavyTopError):
     why : str
         The same for a person, with what it was about.
     folder : Path or None
-        Where the part that was done is kept, ready to be taken up again.
+        Where the part that was done is kept,
+    goes_on : bool
+        ready to be taken up again.
     """
 
     outcome: Stop
     why: str
     folder: Path | None
+    goes_on: bool = True
 
     def __post_init__(self) -> None:
         self.outcome = Stop(self.outcome)
         self.exit = Exit.INTERRUPTED if self.outcome is Stop.INTERRUPTED else Exit.ENDED_EARLY
 
     @classmethod
-    def unwritable(cls, fault: OSError, path: Path, folder: Path | None) -> StoppedEarly:
+    def unwritable(
+        cls, fault: OSError, path: Path, folder: Path | None, goes_on: bool = True
+    ) -> StoppedEarly:
         """The end of what cannot write a file: `path`, where `fault` does not say which.
 
         Parameters
@@ -330,7 +335,9 @@ class StoppedEarly(HeavyTopError):
         path : Path
             The file that was to be written.
         folder : Path or None
-            Where the part that was done is kept, if it has not gone.
+            Where the part that was done is kept, if it has not gone,
+        goes_on : bool
+            ready to be taken up again.
 
         Examples
         --------
@@ -341,13 +348,13 @@ class StoppedEarly(HeavyTopError):
         why = f"cannot write {fault.filename or path}: {fault.strerror or fault}"
         if folder is not None and not folder.is_dir():
             why, folder = f"{folder}: the folder has gone", None
-        return cls(Stop.UNWRITABLE, f"ended early: {why}", folder)
+        return cls(Stop.UNWRITABLE, f"ended early: {why}", folder, goes_on)
 
     def __str__(self) -> str:
         if self.folder is None:
             return f"{self.why}; nothing was kept"
-        kept = f"the partial result is in {self.folder}; resume with:\n{resuming(self.folder)}"
-        return f"{self.why}; {kept}"
+        resume = f"; resume with:\n{resuming(self.folder)}" if self.goes_on else ""
+        return f"{self.why}; the partial result is in {self.folder}{resume}"
 
 
 def resuming(folder: Path) -> str:

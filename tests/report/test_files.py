@@ -51,7 +51,8 @@ def test_a_study_without_charts_leaves_none_of_an_earlier_one(tmp_path):
 def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     """A study whose folder goes on says how; of another all that was found is printed."""
     scene = ht.load_scene("sicm-kicked")
-    found = ht.drift(scene, methods=["strang"], periods=3) if kept else checked(scene)
+    study = {"methods": ["strang"], "periods": 3, "folder": tmp_path}
+    found = ht.drift(scene, **study) if kept else checked(scene)
     name = "drift.nc" if kept else "check.json"
     (tmp_path / name).mkdir()
     with pytest.raises(StoppedEarly, match=rf"cannot write .*{name}") as stopped:
@@ -72,6 +73,7 @@ def test_what_stops_a_chart_leaves_the_document(error, outcome, tmp_path, monkey
         write_result(checked(ht.load_scene("sicm-kicked")), tmp_path)
     assert stopped.value.outcome is outcome
     assert names(tmp_path) == {"check.json"}
+    assert str(stopped.value).endswith(f"the partial result is in {tmp_path}")
 
 
 ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "-j", "1")

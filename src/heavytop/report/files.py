@@ -198,15 +198,14 @@ def write_result(
         A figure cannot be drawn; all else is written.
     """
     place, names = Path(folder), files_of(type(found))
-    kept = place if found.goes_on else None  # to go on with
-    files = {"document": names[0]}
+    goes_on, files = (place / STUDY).exists(), {"document": names[0]}
     try:
         place.mkdir(parents=True, exist_ok=True)
         remove_parts(place, names)
         _remove(place, [name for name in names if name != found.data_file])
         files |= found.save_data(place)
         found = replace(found, files=files, **found.timeless())
-        if kept is None:
+        if not goes_on:
             found.save(place / names[0])
         if show is not None:
             show()
@@ -215,10 +214,11 @@ def write_result(
                 key = "chart" if name == kind_of(found) else name
                 files |= _save_figure(place, name, draw, key)
         replace(found, files=files).save(place / names[0])
-    except OSError as fault:
-        raise StoppedEarly.unwritable(fault, place, kept) from fault
-    except KeyboardInterrupt:
-        raise StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", kept) from None
+    except (OSError, KeyboardInterrupt) as fault:
+        kept = place if goes_on or (place / names[0]).is_file() else None
+        if isinstance(fault, OSError):
+            raise StoppedEarly.unwritable(fault, place, kept, goes_on) from fault
+        raise StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", kept, goes_on) from None
     return files
 
 

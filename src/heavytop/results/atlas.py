@@ -64,7 +64,6 @@ class Atlas(Result):
     """
 
     schema: ClassVar = "heavytop/atlas/1"
-    goes_on: ClassVar = True
     data_file: ClassVar = MAP
     left_out: ClassVar = ("map",)
 

@@ -89,8 +89,6 @@ class Result(Plotted):
     """and the columns that tell them apart."""
     left_out: ClassVar[tuple[str, ...]] = ()
     """Fields that are not in its JSON."""
-    goes_on: ClassVar[bool] = False
-    """Whether its folder goes on where it was stopped."""
     data_file: ClassVar[str] = ""
     """The file that has its numbers beside its JSON, if there is one."""
 

@@ -89,7 +89,6 @@ class Drift(Result):
     schema: ClassVar = "heavytop/drift/1"
     heading: ClassVar = "Drift"
     index: ClassVar = ("scheme", "periods")
-    goes_on: ClassVar = True
     data_file: ClassVar = "drift.nc"
 
     scene: Mapping[str, Any]

@@ -85,7 +85,6 @@ class RunResult(classification.MotionResult):
 
     schema: ClassVar = "heavytop/run/1"
     heading: ClassVar = "Run"
-    goes_on: ClassVar = True
     data_file: ClassVar = TRAJECTORY
     left_out: ClassVar = ("run",)
 

@@ -39,7 +39,6 @@ class Validation(Result):
     heading: ClassVar = "Claims"
     table: ClassVar = "claims"
     index: ClassVar = ("id",)
-    goes_on: ClassVar = True
 
     asked: tuple[str, ...] = ()
     proofs: bool = False
