@@ -158,6 +158,7 @@ def test_without_a_home_a_locale_or_colours():
     found = ended("classify", "sicm-kicked", env=here)
     assert (found.returncode, found.stderr) == (0, "")
     assert "sicm-kicked ? SICM 2.10, kicked backwards: loops" in found.stdout
+    assert " = -9.028e-05 kg m?/s < 0" in found.stdout  # a minus is none of what is not there
     assert "\x1b[3" not in found.stdout
 
 

@@ -4,13 +4,14 @@ Results go to stdout; progress, notes, warnings and errors to stderr. What is sl
 imported by the verb that needs it, so that ``heavytop --help`` answers at once.
 """
 
+import codecs
 import gc
 import os
 import signal
 import sys
 import threading
 from io import TextIOWrapper
-from typing import Final
+from typing import Any, Final
 
 try:
     import click
@@ -51,6 +52,11 @@ app = Verbs(
 click.version_option(__version__, message="%(prog)s %(version)s")(app)
 
 
+def _plain(error: Any) -> tuple[str, int]:
+    """What stands for a letter that a terminal has not: a minus keeps its meaning."""
+    return "-" if error.object[error.start] == "−" else "?", error.start + 1
+
+
 def main() -> None:
     """Run the command line."""
     gc.set_threshold(100_000)  # imports make many objects, and no garbage
@@ -60,9 +66,10 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     for name in ("stdout", "stderr"):  # None where it is closed
         setattr(sys, name, getattr(sys, name) or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
+    codecs.register_error("plain", _plain)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal without θ shows ?, and does not fail
-            stream.reconfigure(errors="replace")
+            stream.reconfigure(errors="plain")
     try:
         app()
     except OSError as fault:  # of the help
