@@ -32,10 +32,7 @@ def test_an_error_has_its_exit_code_and_can_be_pickled(code, error):
         assert getattr(again, name, None) == getattr(error, name, None)
 
 
-TYPED = {"out": "out", "long runs": "'long runs'", "-o": "./-o"}
-
-
-@pytest.mark.parametrize("folder", TYPED)
-def test_the_command_that_goes_on_can_be_typed(folder):
+@pytest.mark.parametrize(("folder", "typed"), [("out", "out"), ("a b", "'a b'"), ("-o", "./-o")])
+def test_the_command_that_goes_on_can_be_typed(folder, typed):
     stopped = errors.StoppedEarly("interrupted", "interrupted", Path(folder))
-    assert str(stopped).endswith(f"\nheavytop resume {TYPED[folder]}")
+    assert str(stopped).endswith(f"\nheavytop resume {typed}")

@@ -36,8 +36,7 @@ def exact_defect(system, steps, k, s):
 
 @pytest.mark.parametrize("form", ["axis", "attitude"])
 def test_no_defect_is_larger_than_its_bound(form):
-    trajectory = run_of("sicm-kicked", form)
-    _, flow, steps = steps_of(trajectory)
+    _, flow, steps = steps_of(run_of("sicm-kicked", form))
     bounds = defects(flow.system, steps)
     for k in (0, 7, 23):
         for part in (0.0, 0.3, 0.9, 1.0):

@@ -56,8 +56,7 @@ PLACES = sorted({place for places in app.verbs.values() for place in places.spli
 @pytest.mark.parametrize("place", PLACES)
 def test_what_a_verb_takes_and_leaves_out_is_as_its_function_says(place):
     known = signature(pkgutil.resolve_name(f"heavytop.{place}")).parameters
-    found = signature(read_function(place)).parameters
-    for name, each in found.items():
+    for name, each in signature(read_function(place)).parameters.items():
         assert each.replace(default=known[name].default) == known[name]
         assert each.default in (None, known[name].default)
 

@@ -91,8 +91,7 @@ def test_every_row_of_the_latex_has_one_equation_and_no_raw_name():
     assert len(blocks) == len(derivation())
     for row in "\\\\\n".join(blocks).split("\\\\\n"):
         assert row.count("&=") == 1
-        words = re.findall(r"(?<![\\a-zA-Z])[a-zA-Z]{2,}", row)
-        assert set(words) <= {"gMR", "eff"}
+        assert set(re.findall(r"(?<![\\a-zA-Z])[a-zA-Z]{2,}", row)) <= {"gMR", "eff"}
 
 
 def test_json_reads_back_to_the_same_expressions():

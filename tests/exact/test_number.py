@@ -89,8 +89,7 @@ def formulas(draw, depth=3):
     if depth == 0 or draw(st.booleans()):
         return draw(st.sampled_from(["pi", "n('2')", "n('0.1')", "n('-7.5e-3')", "sqrt(n('6'))"]))
     inner = formulas(depth=depth - 1)
-    shape = draw(st.sampled_from(SHAPES))
-    return shape.format(a=draw(inner), b=draw(inner))
+    return draw(st.sampled_from(SHAPES)).format(a=draw(inner), b=draw(inner))
 
 
 def by_mpmath(formula, bits):

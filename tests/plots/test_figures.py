@@ -38,8 +38,7 @@ DRAWN = {name: (name,) for name in SCENES} | {
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_motion_can_be_drawn(name, tmp_path):
     scene, *changes = DRAWN[name]
-    run = run_of(*changes, name=scene)
-    for figure, _, draw in run_figures(run):
+    for figure, _, draw in run_figures(run_of(*changes, name=scene)):
         save(draw(), tmp_path / f"{figure}.svg")
         assert "nan" not in (tmp_path / f"{figure}.svg").read_text("utf-8").lower()
 

@@ -16,8 +16,7 @@ def test_a_run_through_a_pole_says_that_phi_jumps():
 
 def test_events_have_all_digits_and_where_it_is_narrow_fewer():
     row = {"kind": "cusp", "t": 1 / 3, "theta": 0.1, "phi": None, "phidot": 1e-17, "residual": 0}
-    rows = Row(table=[Row(row), Row(row, phidot=5.0)], omitted=7)
-    table = event_table(rows)
+    table = event_table(Row(table=[Row(row), Row(row, phidot=5.0)], omitted=7))
     assert table.texts()[0] == ["cusp", "0.333333333333", "0.1", MISSING, "0", "0"]
     assert table.texts(3)[0][1] == "0.333"
     assert (table.more, table.head[1]) == (7, "t [s]")

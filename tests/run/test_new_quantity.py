@@ -58,8 +58,7 @@ def test_it_is_compared_and_must_have_the_digits(digits):
     run = ht.propagate(scene_of(f"want.digits={digits}", "want.events=[]"))
     assert 0 < ht.run_errors(run).derived[NAME] < 10.0**-digits
     assert misses(run).digits == {}
-    late = run.orbit.samples.states[[*range(1, 9), 8]]
-    wrong = with_states(run, late)
+    wrong = with_states(run, run.orbit.samples.states[[*range(1, 9), 8]])
     assert set(misses(wrong).digits) == {NAME}
     assert misses(wrong).digits[NAME] == ht.run_errors(wrong).derived[NAME] > 1e-6
 

@@ -114,8 +114,7 @@ def columns(each):
 
 
 def test_what_stands_for_all_starts_follows_from_the_members(three):
-    document = three.document()
-    for method_ in document["methods"]:
+    for method_ in three.document()["methods"]:
         members = method_["members"]
         assert len(members) == 3
         assert np.mean([each["steps"] for each in members]) == method_["steps"]
