@@ -14,8 +14,7 @@ ZERO = CTX.mpf(10) ** -250  # beside its terms: a sum that is 0
 
 def sign(*terms):
     total = CTX.fsum(terms)
-    scale = CTX.fsum(map(abs, terms))
-    return 0 if abs(total) <= ZERO * scale else int(CTX.sign(total))
+    return 0 if abs(total) <= ZERO * CTX.fsum(map(abs, terms)) else int(CTX.sign(total))
 
 
 def kind_of(*row, held):

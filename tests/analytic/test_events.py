@@ -44,8 +44,7 @@ def changes(begun, end):
     A reversal is a change of sign of φ̇; nothing here knows where turning points or reversals are.
     """
     periods = abs(end) / begun.period if begun.period else 1.0
-    t = np.linspace(0, end, int(20_000 * (periods + 1)))[1:]
-    at = begun.at(t)
+    at = begun.at(np.linspace(0, end, int(20_000 * (periods + 1)))[1:])
     signs = (np.sign(rate[np.abs(rate) > 0]) for rate in (at.thetadot, at.phidot))
     return [int(np.sum(one[1:] != one[:-1])) for one in signs]
 

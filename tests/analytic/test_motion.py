@@ -232,8 +232,7 @@ def test_proofs_on_binary_numbers():
 
 
 def test_heights_keep_their_own_digits_in_a_pass_through_a_pole():
-    top = ht.Top("0.163", "0.037164", "0.088850568120709")
-    motion = ht.Motion(top, ht.State("pi - 1e-40"))
+    motion = ht.Motion(ht.Top("0.163", "0.037164", "0.088850568120709"), ht.State("pi - 1e-40"))
     few, many = (motion.at("0.501", digits).one_plus_u for digits in (30, 80))
     assert 0 < many < 1e-79
     assert abs(few / many - 1) < 1e-30

@@ -86,8 +86,7 @@ def test_times_that_somebody_chose_and_what_never_changes_are_not_rounded():
 @pytest.mark.parametrize("told", ["theta", "axis"])
 @pytest.mark.parametrize("ahead", [1e-9, -1e-3])
 def test_a_constant_phase_error_is_measured(told, ahead):
-    mine = exact(TIMES + ahead)
-    found = check({"t": TIMES, told: getattr(mine, told)}, SCENE)
+    found = check({"t": TIMES, told: getattr(exact(TIMES + ahead), told)}, SCENE)
     assert (found.phase.last, " ahead at t = " in str(found)) == (approx(ahead), ahead > 0)
     assert found.growth["phase"] is None or abs(found.growth["phase"]) < 0.02
 
@@ -165,7 +164,8 @@ def test_events_that_the_data_lack_are_told():
     t = np.linspace(0, 5, 2001)
     found = check(vectors(Motion(other.top, other.start).at(t), t), scene).events
     assert (found["cusp"].data, found["reversal"].exact_most) == (0, 0)
-    assert found["reversal"].data > 20 < 2 * found["cusp"].exact
+    assert found["cusp"].exact > 10
+    assert found["reversal"].data > 20
 
 
 # --- where the start is from ---------------------------------------------------------------------
@@ -176,7 +176,8 @@ def test_the_start_of_a_top_alone_is_that_of_the_first_row(told):
     t = TIMES + 7
     found, later = (check(told(exact(t), t), known) for known in (TOP, SCENE))
     assert (found.origin, later.origin) == ("first row", "scene")
-    assert found.digits > 11.5 < later.digits - 1.5
+    assert found.digits > 11.5
+    assert later.digits > 13
 
 
 @pytest.mark.slow
@@ -243,7 +244,8 @@ def test_exact_data_of_a_span_in_which_little_moves_have_no_convention(rows, end
     scene = load_scene("sicm-kicked")
     t = np.linspace(0, end, rows)
     found = check({"t": t, "axis": Motion(scene.top, scene.start).at(t).axis}, scene)
-    assert (found.conventions, found.alternatives, found.digits > 14) == ((), (), True)
+    assert (found.conventions, found.alternatives) == ((), ())
+    assert found.digits > 14
 
 
 def test_the_verdict_names_what_is_off():

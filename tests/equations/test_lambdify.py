@@ -29,8 +29,7 @@ def value_at(expression, precision):
     kind = {} if precision == 53 else {"fp_type": hy.real, "prec": precision}
     function = hy.cfunc(there, [X, Y], compact_mode=True, **kind)
     numbers = [x if precision == 53 else hy.real(x, precision) for x in (0.75, 0.625)]
-    value = function(numbers)[0]
-    return sp.Float(str(value), max(17, int(precision * 0.3)))
+    return sp.Float(str(function(numbers)[0]), max(17, int(precision * 0.3)))
 
 
 EXPRESSIONS = [

@@ -134,8 +134,7 @@ LIMIT = "import heavytop.integration.engine as e; print(e.hy.llvm_state.get_disk
 @pytest.mark.parametrize(("before", "bytes_"), [("", 256 * 2**20), (BEFORE, 12345)])
 def test_what_is_compiled_has_a_bound_unless_the_user_set_one(before, bytes_, tmp_path):
     env = dict(os.environ, HEYOKA_CACHE_DIR=str(tmp_path))
-    command = [sys.executable, "-c", before + LIMIT]
-    assert int(subprocess.check_output(command, env=env)) == bytes_
+    assert int(subprocess.check_output([sys.executable, "-c", before + LIMIT], env=env)) == bytes_
 
 
 def test_threads_change_no_bit_of_a_step(monkeypatch):

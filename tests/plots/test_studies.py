@@ -37,8 +37,7 @@ ONE = Row(METHOD, energy=[1e-12, 0.0], axis=[], invariants={NAMES[0]: [1e-15, 1e
 
 def test_every_method_of_a_drift_study_is_in_the_legend_and_no_two_look_alike():
     names = [*NAMES, *map(str, range(20))]
-    known = drift_of(*(Row(ONE, name=name) for name in names))
-    figure = drift_figure(known)
+    figure = drift_figure(drift_of(*(Row(ONE, name=name) for name in names)))
     assert legend(figure) == [literal(name).strip() for name in names]
     panels = [ax for ax in figure.axes if ax.get_visible()]
     assert len(panels) == 3

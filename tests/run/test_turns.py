@@ -31,8 +31,7 @@ def scene(top, start, **span):
 def off(trajectory, exact, where, bound):
     for angle in ("phi", "psi"):
         if (told := getattr(trajectory, angle)) is not None:
-            difference = np.abs(told - getattr(exact, angle))[where]
-            assert np.max(difference, initial=0) < bound, angle
+            assert np.max(np.abs(told - getattr(exact, angle))[where], initial=0) < bound, angle
 
 
 def drawn(seed):

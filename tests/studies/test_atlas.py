@@ -185,8 +185,7 @@ def test_pixels_are_what_their_motions_are_alone_and_all_are_counted_and_proved(
         motion = alone(plane(**AXES), i, j)
         assert VERDICT_NAMES[rows["kind"][i, j]] == motion.kind
         for name in ("theta_min", "theta_max", "precession", "spin", "period"):
-            own = getattr(motion, name)
-            assert rows[name][i, j] == pytest.approx(own, rel=1e-13, abs=1e-13)
+            assert rows[name][i, j] == pytest.approx(getattr(motion, name), rel=1e-13, abs=1e-13)
     counted = Counter(VERDICT_NAMES[code] for code in rows["kind"].ravel())
     assert (rows.counts, rows.uncertified) == (counted, 0)
 

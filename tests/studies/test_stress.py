@@ -87,8 +87,7 @@ def test_a_fixed_step_is_held_to_its_order_and_its_length():
 def test_what_the_code_of_a_method_does_wrong_is_called_that():
     wrong = {raises: "METHOD_ERROR", (lambda f, y, h: y + h * f(y)): "DIVERGED"}
     for function, outcome in wrong.items():
-        finding = found("ten-periods", own.register(function))
-        assert finding.outcome is StressOutcome[outcome]
+        assert found("ten-periods", own.register(function)).outcome is StressOutcome[outcome]
 
 
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():

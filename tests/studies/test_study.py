@@ -49,8 +49,7 @@ def started(path, jobs, log, **environment):
 def finished(path, jobs, log, **environment):
     """Let a process do the study; return its exit code and its errors."""
     process = started(path, jobs, log, **environment)
-    errors = process.communicate(timeout=60)[1]
-    return process.returncode, errors
+    return process.returncode, process.communicate(timeout=60)[1]
 
 
 def steps(log):

@@ -86,8 +86,7 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
         points = [made(us, 10.0 ** -draw.randint(1, 6)) for us in works]
         known = [(point.us_per_period, point.error) for point in points]
         beaten = {b for b in known for a in known if a != b and a[0] <= b[0] and a[1] <= b[1]}
-        unbeaten = sorted({*known} - beaten)
-        assert [known[i] for i in front(points, "axis_error")] == unbeaten
+        assert [known[i] for i in front(points, "axis_error")] == sorted({*known} - beaten)
 
 
 # --- time ------------------------------------------------------------------------------------
