@@ -67,9 +67,9 @@ def test_a_step_and_a_solver_may_read_the_top():
         found.append(f.top)
         return rk4(f, y, h)
 
-    def solver(fun, *given, **options):
+    def solver(fun, *given, t_eval, **options):
         found.append(fun.top)
-        return dop853(fun, *given, **options)
+        return dop853(fun, *given, t_eval=t_eval, **options)
 
     top = TopConstants(2.0, 1.0, 3.0)
     for asked, setting in ((step, 100), (own.Method(solver, solver=True), 1e-6)):

@@ -96,11 +96,21 @@ class Method:
         """Whether it is a solver, not a step."""
         if self.solver is not None:
             return self.solver
+        return bool({"t_span", "y0"} & self._arguments.keys())
+
+    @property
+    def needs_times(self) -> bool:
+        """Whether it is a solver that must be told at which times its result is wanted."""
+        return self._arguments.get("t_eval") is inspect.Parameter.empty
+
+    @property
+    def _arguments(self) -> dict[str, Any]:
+        """What its function takes, with what it takes by default."""
         try:
             names = inspect.signature(self.function).parameters
         except (TypeError, ValueError):  # a builtin has none
-            return False
-        return bool({"t_span", "y0"} & set(names))
+            return {}
+        return {name: each.default for name, each in names.items()}
 
     @property
     def compiled(self) -> bool:

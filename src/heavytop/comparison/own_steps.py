@@ -48,7 +48,7 @@ def own_stepper(own: Method, problem: InitialValueProblem, setting: float, steps
     about: dict[str, Any] = {"start": start, "form": form, "warned": warned}
     if own.solves:
         span, ahead = problem.span * (1.0 if steps else SOLVED), problem.direction
-        solve = _solver(_watched(own.function, warned), f, setting)
+        solve = _solver(_watched(own.function, warned), f, setting, own.needs_times)
         with suppress(IntegrationFailed):
             solve(np.array(start), span * FIRST_CALL)
         return AdaptiveStepper(solver=solve, direction=ahead, steps=1, far=abs(span), **about)
@@ -189,7 +189,9 @@ def _named() -> Iterator[None]:
 # --- a solver ------------------------------------------------------------------------------------
 
 
-def _solver(solver: Callable[..., Any], rates: RightHandSide, tolerance: float) -> Solver:
+def _solver(
+    solver: Callable[..., Any], rates: RightHandSide, tolerance: float, at_times: bool
+) -> Solver:
     """Return what calls a solver of one's own once for a span: only its end is looked at."""
 
     def fun(_: float, y: Any) -> Any:
@@ -198,9 +200,10 @@ def _solver(solver: Callable[..., Any], rates: RightHandSide, tolerance: float) 
     fun.top = rates.top  # type: ignore[attr-defined]
 
     def solve(state: Array, span: float, *_: float) -> Taken:
-        before = rates.calls
+        before, ends = rates.calls, (0.0, span)
+        asked: dict[str, Any] = {"t_eval": np.array(ends)} if at_times else {}
         with _named():
-            found = solver(fun, (0.0, span), state.copy(), rtol=tolerance, atol=tolerance)
+            found = solver(fun, ends, state.copy(), rtol=tolerance, atol=tolerance, **asked)
             times, end = _real(found.t), _real(found.y)[:, -1]
         if not getattr(found, "success", True) or not math.isclose(times[-1], span):
             why = str(getattr(found, "message", "")).strip().rstrip(".")
@@ -209,7 +212,7 @@ def _solver(solver: Callable[..., Any], rates: RightHandSide, tolerance: float) 
         if end.shape != state.shape:
             raise steppers.MethodError(f"it returns {end.size} states, not {state.size}")
         rows, evaluations = np.array([state, end]), rates.calls - before
-        return Taken(np.array([0.0, span]), rows, evaluations, steps=times.size - 1)
+        return Taken(np.array(ends), rows, evaluations, steps=times.size - 1)
 
     return solve
 
