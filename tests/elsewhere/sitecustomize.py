@@ -11,7 +11,7 @@ import sys
 
 POSIX = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
 LACKING = {
-    os: ("fchmod", "fork", "getuid", "killpg", "O_NONBLOCK", "sched_getaffinity"),
+    os: ("fchmod", "fork", "getuid", "killpg", "sched_getaffinity"),
     signal: ("pthread_sigmask", "SIGALRM", "SIGHUP"),
 }
 import_module = builtins.__import__
