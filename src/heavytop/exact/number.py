@@ -126,6 +126,8 @@ class Exact:
         found = [part for factor in factors.values() for part in _parts("*", factor)]
         q *= math.prod(part.args[0] for part in found if part.op == "rational")
         rest = tuple(part for part in found if part.op != "rational")
+        if len({*rest}) < len(rest):  # a root of a power came out as a power that was there
+            return math.prod(rest, start=rational(q))
         return _scaled(Exact("*", rest) if len(rest) > 1 else rest[0] if rest else ONE, q)
 
     def __pow__(self, exponent: int | Fraction) -> Exact:
