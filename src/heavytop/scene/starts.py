@@ -79,7 +79,11 @@ def _folded(given: Values) -> tuple[Values, str]:
     q = theta.fraction
     if q is not None and 0 <= q.numerator <= 3 * q.denominator:  # as nearly all are
         return given, ""
-    around = theta - 2 * PI * math.floor(float(theta) / (2 * math.pi))
+    around = theta
+    while turns := round(float(around) / (2 * math.pi)):  # of many turns the number is rounded
+        around -= 2 * PI * turns
+    if around.sign() == -1:
+        around += 2 * PI
     beyond = (PI - around).sign() == -1
     tilt = 2 * PI - around if beyond else around
     if (theta - tilt).sign() == 0:
