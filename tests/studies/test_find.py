@@ -51,9 +51,9 @@ def test_a_value_is_found_again_from_what_it_gives(seed):
     """In a range around the value, backwards, from it, up to it, or of that value alone."""
     made, key, value, name = problem(seed)
     wanted = FOUND_FACTS[name][0](ht.Motion(made.top, made.start))
-    width = 0.3 * abs(value) if key != "start.theta" else min(0.3, value / 2)
-    low, high = value - width * random.Random(seed).random(), value + width / 2
-    high = min(high, 3.14) if key == "start.theta" else high
+    tilt = key == "start.theta"
+    width, most = (min(0.3, value / 2), 3.14) if tilt else (0.3 * abs(value), math.inf)
+    low, high = value - width * random.Random(seed).random(), min(value + width / 2, most)
     ends = [(low, high), (high, low), (value, high), (low, value), (value, value)][seed % 5]
     found = find(made, f"{key}={ends[0]!r}:{ends[1]!r}", f"{name} = {wanted!r}")
     low, high = sorted(ends)
@@ -65,8 +65,7 @@ def test_a_value_is_found_again_from_what_it_gives(seed):
     if low == high:
         assert [solution.bracket for solution in found.solutions] == [(value, value)]
         return
-    grid = np.linspace(low, high, 60)
-    off = np.array([_fact(made, key, x, name) for x in grid]) - wanted
+    off = np.array([_fact(made, key, x, name) for x in np.linspace(low, high, 60)]) - wanted
     jumps = np.abs(np.diff(off))
     crossings = (np.diff(np.sign(off)) != 0) & (jumps < 20 * np.median(jumps) + 1e-12)
     assert len(found.solutions) >= np.count_nonzero(crossings)
@@ -81,21 +80,34 @@ def _fact(made, key, x, name):
 def test_the_ends_of_a_bracket_are_proved_to_be_on_two_sides(wanted):
     """By p_ψ²/4A gMR, which is rational."""
     (solution,) = find(DROPPED, "start.psidot=0:400", f"ratio <= {wanted!r}").solutions
-    A, C, gMR = Fraction("3.28e-4"), Fraction("6.60e-5"), Fraction("0.0456")
+    A, C, gMR = map(Fraction, ("3.28e-4", "6.60e-5", "0.0456"))
     low, high = ((C * Fraction(x)) ** 2 / (4 * A * gMR) for x in solution.bracket)
-    assert low < Fraction(wanted) < high
-    assert high - low < 1e-14
+    assert (solution.proved, low < Fraction(wanted) < high, high - low < 1e-14) == (True,) * 3
+
+
+DOUBLE = scene("A = 1\nC = 1\ngMR = 1", 'theta = "pi/3"\npsidot = "2/sqrt(3)*(1 - 1e-25)"')
+FAST = scene("A = 1\nC = 1e-8\ngMR = 1", "theta = 1\nomega3 = 5e8")
+
+
+@pytest.mark.parametrize(("made", "vary", "so_that", "proved"), [
+    (DROPPED, "psidot=20:300", "round = 0.6687013802368704", [False]),  # 3.6e-18 below the least
+    (DROPPED, "psidot=117.19400693596921:200", "ratio = 1", [False]),  # and it is 1 before it
+    (DROPPED, "psidot=50:117.19400693596913", "ratio >= 1", [False]),  # and behind it
+    (DOUBLE, "phidot=1.1:1.2", "kind = separatrix", [False]),  # two conditions, 1e-25 apart
+    (FAST, "phidot=3.2:3.3", "spin = 584204449.6", []),  # it jumps by 2π there
+])  # fmt: skip
+def test_what_no_proof_encloses_is_not_called_proved(made, vary, so_that, proved):
+    assert [each.proved for each in find(made, f"start.{vary}", so_that).solutions] == proved
 
 
 def test_all_solutions_are_found_also_two_that_no_sample_tells_apart():
     """θ_max over φ̇ has a least value at the steady precession: just above it there are two."""
     steady = ht.State.steady(DROPPED.top, "0.1", omega3=140)
     level = scene("A = 3.28e-4\nC = 6.6e-5\ngMR = 0.0456", "theta = 0.1\nomega3 = 140")
-    found = find(level, "start.phidot=4:9", "theta_max = 0.1000001")
-    assert len(found.solutions) == 1  # below it θ falls from 0.1, above it rises to it
-    touching = find(level, "start.phidot=0:9", "amplitude = 1e-7")
-    assert len(touching.solutions) == 2
-    assert values(touching)[0] < float(steady.phidot) < values(touching)[1]
+    # below it θ falls from 0.1, above it rises to it
+    assert len(find(level, "start.phidot=4:9", "theta_max = 0.1000001").solutions) == 1
+    below, above = values(find(level, "start.phidot=0:9", "amplitude = 1e-7"))
+    assert below < float(steady.phidot) < above
 
 
 def test_what_no_value_has_is_said_with_the_range():
@@ -115,14 +127,14 @@ def kicked(phidot):
 
 def test_boundaries_of_kinds():
     cusps = find(DROPPED, "start.phidot=-20:20", "kind = cusps")
-    assert values(cusps)[0] == 0
-    assert [kicked(x).kind for x in cusps.solutions[1].bracket] == ["waves", "loops"]
+    sides = [kicked(x).kind for x in cusps.solutions[1].bracket]
+    assert (values(cusps)[0], *sides) == (0, "waves", "loops")
     for ends in ("-20:41", "0:20", "-7:13"):  # 0 is a sample, an end, or between samples
         assert values(find(DROPPED, f"start.phidot={ends}", "kind = cusps"))[0] == 0
     assert not find(KICKED, "start.theta=0:3", "kind = cusps").solutions  # at 0 it sleeps
     through = find(DROPPED, "start.phidot=1:30", "kind = through-top")
-    for known in (kicked(x).constants for x in values(through)):
-        assert float(known.p_phi - known.p_psi) < 1e-15
+    known = [kicked(x).constants for x in values(through)]
+    assert max(float(each.p_phi - each.p_psi) for each in known) < 1e-15
     loops = find(DROPPED, "start.phidot=-20:40", "kind = loops")
     assert (len(loops.solutions), loops.holds[0]) == (3, (-20, values(loops)[0]))
     steady = find(DROPPED, "start.phidot=0.5:40", "kind = uniform-precession")
@@ -131,8 +143,8 @@ def test_boundaries_of_kinds():
 
 
 def test_ranges_have_units_and_may_be_of_any_number():
-    ends = read_range("psidot = 1 : 2 rev/s : 2")[1:3]
-    assert [*map(float, ends)] == pytest.approx([2 * math.pi, 4 * math.pi])
+    ends = [*map(float, read_range("psidot = 1 : 2 rev/s : 2")[1:3])]
+    assert ends == pytest.approx([2 * math.pi, 4 * math.pi])
     heavy = scene("mass = 1\ndistance = 0.1\ngravity = 9.81\nA_cm = 0.01\nC_cm = 0.01",
                   "theta = 1\npsidot = 60")  # fmt: skip
     (found,) = find(heavy, "top.distance=1 cm:50 cm", "theta_max = 70 deg").solutions
@@ -149,10 +161,9 @@ def test_the_spin_of_a_wheel_by_the_time_of_a_round():
     steady = scene(WHEEL[0], 'theta = "90 deg"\nsteady = "slow"\npsidot = 10')
     (found,) = find(steady, "start.psidot=10 rpm:1000 rpm", "round_estimate = 8.719 s").solutions
     assert found.value * 30 / math.pi == pytest.approx(260, abs=0.02)
-    dropped = scene(*WHEEL)
     for rpm, seconds in ((100, 3.5), (260, 8.728)):
         vary = f"start.psidot={rpm - 60} rpm:300 rpm"
-        (found,) = find(dropped, vary, f"round = {seconds} s").solutions
+        (found,) = find(scene(*WHEEL), vary, f"round = {seconds} s").solutions
         assert found.value * 30 / math.pi == pytest.approx(rpm, abs=0.5 if rpm == 100 else 0.02)
 
 
@@ -161,12 +172,10 @@ def test_the_spin_of_a_wheel_by_the_time_of_a_round():
 
 def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
     found = ht.sweep(DROPPED, "start.psidot=100:400:4", FACTS)
-    assert [row["start.psidot"] for row in found.rows] == [100, 200, 300, 400]
-    for row in found.rows:
-        motion = ht.Motion(DROPPED.top, ht.State("0.1", psidot=row["start.psidot"]))
-        assert row["kind"] == motion.kind
-        assert (row["round"], row["theta_max"]) == (motion.round, motion.theta_max)
-        p = 6.6e-5 * row["start.psidot"]
+    for row, psidot in zip(found.rows, (100, 200, 300, 400), strict=True):
+        motion = ht.Motion(DROPPED.top, ht.State("0.1", psidot=psidot))
+        p, exact = 6.6e-5 * psidot, (psidot, motion.kind, motion.round, motion.theta_max)
+        assert (row["start.psidot"], row["kind"], row["round"], row["theta_max"]) == exact
         by_formula = [2 * math.pi * p / 0.0456, p**2 / (4 * 3.28e-4 * 0.0456)]
         assert [row["round_estimate"], row["ratio"]] == pytest.approx(by_formula, rel=1e-14)
     assert found.document()["over"] == "start.psidot"
@@ -174,18 +183,17 @@ def test_rows_are_the_facts_of_each_motion_with_the_formula_beside():
 
 def test_csv_and_charts_are_in_the_units_asked_for():
     found = ht.sweep(DROPPED, "start.psidot=100:400:3", FACTS)
-    units = read_units("deg, rpm,ms")
     assert found.to_csv().startswith("start.psidot [rad/s],kind,round [s]")
-    with showing(units):
+    with showing(read_units("deg, rpm,ms")):
         header, *rows = csv.reader(io.StringIO(found.to_csv()))
         assert header == ["start.psidot [rpm]", "kind", "round [ms]", "theta_max [deg]",
                           "round_estimate [ms]", "ratio"]  # fmt: skip
         row, values = found.rows[0], [float(x) for x in (rows[0][0], *rows[0][2:4])]
         wanted = [100 * 30 / math.pi, 1000 * row["round"], math.degrees(row["theta_max"])]
         assert values == pytest.approx(wanted, rel=1e-15)
-        axes = found.figure().axes
-        assert [ax.get_ylabel() for ax in axes] == ["[ms]", "[deg]", "[1]"]
-        assert axes[0].lines[0].get_xdata()[0] == pytest.approx(wanted[0], rel=1e-15)
+        first, *others = found.figure().axes
+        assert [ax.get_ylabel() for ax in (first, *others)] == ["[ms]", "[deg]", "[1]"]
+        assert first.lines[0].get_xdata()[0] == pytest.approx(wanted[0], rel=1e-15)
 
 
 def test_where_there_is_no_scene_a_row_says_so_and_values_are_exact():

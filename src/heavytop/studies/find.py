@@ -36,7 +36,7 @@ from heavytop.text import nearest
 
 MOST_POINTS: Final = 1_000_000  # of a range
 SAMPLES: Final = 128  # of a range, and as many by the logarithm of one without 0
-_ROUNDINGS: Final = 8 * UNIT  # of a fact that is made of others
+_ROUNDINGS: Final = 10 * UNIT  # of a fact that is made of others, and of what is wanted
 _JUMP: Final = 1e-6  # relative: between doubles next to each other no fact changes so much
 _LEAST: Final = 1e-300  # below which there are no numbers in scenes but 0
 _THIRDS: Final = 48  # after which the least of a fact does not change
@@ -44,6 +44,7 @@ _WISH: Final = re.compile(r"\s*(.+?)\s*(<=|>=|=)\s*(.+?)\s*")
 _RANGE: Final = re.compile(r"\s*(?:(top|start)\.)?(\w+)\s*=([^:]+):([^:]+)(?::\s*([0-9]+)\s*)?")
 
 Bracket: TypeAlias = tuple[float, float]
+Enclosed: TypeAlias = tuple[float, float, bool]  # and whether it is proved to be between
 MotionAt: TypeAlias = "Callable[[float], Motion | None]"
 Distance: TypeAlias = "Callable[[float], float]"
 """How far the motion of a value is from what is asked for; its sign is proved. Nan if nowhere."""
@@ -75,8 +76,8 @@ class Found(Result):
         Its top and its start.
     vary, so_that : str
     solutions : tuple of mapping
-        Of each the ``value`` that has what is asked for, the ``bracket`` of two values between
-        which that is proved, and the ``facts`` at it [SI].
+        Of each the ``value`` that has what is asked for, the ``bracket`` of two values around it,
+        whether it is ``proved`` to be between these, and the ``facts`` at it [SI].
     holds : tuple of (float, float)
         Where it holds, of what holds on intervals: their ends [SI].
     why : str
@@ -98,7 +99,8 @@ class Found(Result):
         yield "so that", self.so_that
         for each in self.solutions:
             ends = fact_quantity(key, ".17g").with_unit(*each.bracket, between=" and ")
-            yield key, f"{fact_quantity(key).with_unit(each.value)}, proved between {ends}"
+            proved = "proved between" if each.proved else "not proved, between"
+            yield key, f"{fact_quantity(key).with_unit(each.value)}, {proved} {ends}"
             known = {fact_quantity(n, ".6g"): x for n, x in each.facts.items() if x is not None}
             yield "", ", ".join(f"{of.symbol} {of.with_unit(x)}" for of, x in known.items())
         if self.holds:
@@ -182,10 +184,11 @@ def find(scene: Scene, vary: str, so_that: str) -> Found:
                 lambda x: -1.0 if math.isnan(off := distance(x)) else side * off, points
             )
     solutions = []
-    for low, high in brackets:
+    for low, high, proved in brackets:
         x = _middle(low, high)
         facts = facts_of(motion_at(x), FOUND_FACTS)
-        solutions.append({"value": x, "bracket": (low, high), "facts": facts})
+        found = {"value": x, "bracket": (low, high), "proved": proved, "facts": facts}
+        solutions.append(found)
     why = ""
     if not (brackets or holds):
         ends = fact_quantity(key, ".6g").with_unit(points[0], points[-1], between=" and ")
@@ -234,13 +237,17 @@ def _distance(motion_at: MotionAt, name: str, wanted: float, x: float) -> float:
 
 def _find_equal(
     distance: Distance, points: Sequence[float], name: str, wanted: float
-) -> tuple[list[Bracket], str]:
-    """Where a fact is what is wanted, but not where it jumps over that; and what it is."""
+) -> tuple[list[Enclosed], str]:
+    """Where a fact is what is wanted, but not where it jumps over that; and what it is.
+
+    An angle jumps by half turns, however large it is.
+    """
     found = []
     for low, high in _brackets(distance, points):
         below, above = distance(low), distance(high)
-        if not abs(above - below) > _JUMP * (abs(wanted) + abs(below)):
-            found.append((low, high))
+        size = abs(wanted) + abs(below)
+        if not abs(above - below) > _JUMP * (min(size, 1) if _unit_of(name) == "rad" else size):
+            found.append((low, high, min(below, above) < 0 < max(below, above)))
     values = [off + wanted for off in map(distance, points) if not math.isnan(off)]
     goes = "does not exist"
     if values:
@@ -248,15 +255,19 @@ def _find_equal(
     return found, f": the {name} {goes}"
 
 
-def _find_ends(side: Distance, points: Sequence[float]) -> tuple[list[Bracket], list[Bracket]]:
+def _find_ends(side: Distance, points: Sequence[float]) -> tuple[list[Enclosed], list[Bracket]]:
     """The ends of where something holds (a side not below 0), and between which it does."""
-    brackets = [ends for ends in _brackets(side, points) if min(map(side, ends)) < 0]
-    ends = [points[0], *((low + high) / 2 for low, high in brackets), points[-1]]
+    found = [(*ends, {*map(side, ends)}) for ends in _brackets(side, points)]
+    brackets = [(low, high, max(sides) > 0) for low, high, sides in found if min(sides) < 0]
+    ends = [points[0], *((low + high) / 2 for low, high, _ in brackets), points[-1]]
     return brackets, [(a, b) for a, b in pairwise(ends) if side(a + (b - a) / 2) >= 0]
 
 
-def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iterator[Bracket]:
-    """Where the numbers change their sign that are 0 in a kind, the others being as it wants."""
+def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iterator[Enclosed]:
+    """Where the numbers change their sign that are 0 in a kind, the others being as it wants.
+
+    Of two that change it is not proved that they do at once.
+    """
     for rule in (rule for rule in RULES if rule.kind == kind):
         distances = [partial(_criterion, motion_at, number) for number in rule.zeros]
         factors = [partial(_criterion, motion_at, number) for number in rule.positive]
@@ -269,7 +280,7 @@ def _find_zeros(motion_at: MotionAt, points: Sequence[float], kind: str) -> Iter
             if not met:  # LOOPING is 0 too where waves only touch it
                 so = kind != Kind.CUSPS or Kind.LOOPS in map(kind_of, map(motion_at, (low, high)))
             if so and positive and not others:
-                yield low, high
+                yield low, high, bool(met) or len(moving) == 1
 
 
 def _middle(low: float, high: float) -> float:
