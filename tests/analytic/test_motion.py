@@ -71,8 +71,7 @@ def test_quaternion_omega_and_energy_hold_together(name, t):
     energy = A / 2 * across + C / 2 * along**2 + gMR * record.axis[2]
     assert abs(energy - record.energy) < 1e-40 * abs(record.energy)
     assert abs(along - record.omega3) < 1e-44 * abs(along)
-    double = motion.at(float(t))
-    exact = motion.at(CTX.mpf(float(t)), 50)
+    double, exact = motion.at(float(t)), motion.at(CTX.mpf(float(t)), 50)
     off = np.abs(double.quaternion - np.array(exact.quaternion, float)).max()
     assert off < 4e-15 * (1 + abs(float(exact.psi)) / 100)
     assert np.abs(double.omega - np.array(exact.omega, float)).max() < 1e-13 * float(size)
@@ -93,17 +92,18 @@ def test_a_slow_rate_in_a_fast_motion_has_its_digits(top, start):
         assert abs(getattr(record, name) - getattr(start, name).mpf(record.t.context)) < 1e-29
 
 
-@pytest.mark.parametrize("off", ["1e-290", "-1e-290"])
+@pytest.mark.parametrize("off", [*map(ht.Exact.of, ("1e-290", "-1e-290"))], ids=str)
 def test_no_threshold_decides_what_nutates(off):
-    off = ht.Exact.of(off)
     for top, start in (
         (CONE, ht.State("pi/3", thetadot=off, phidot=10, psidot="135.6")),
         (CONE, ht.State("pi/3", phidot=10 + off, psidot="135.6")),
         (MARGINAL, ht.State("pi/3", phidot="2/sqrt(3)", omega3=ht.Exact.of("2*sqrt(3)") + off)),
         (MARGINAL, ht.State(0, omega3=3, thetadot=off)),
         (ht.Top(2, 1, off), ht.State("pi/2", phidot=1)),
+        (ht.Top(1, 1, off), ht.State("pi/2", psidot=10)),
     ):
-        assert ht.Motion(top, start).regime.name == "nutating"
+        assert (motion := ht.Motion(top, start)).regime.name == "nutating"
+    assert motion.precession == pytest.approx(float(off) * np.pi / 50, rel=1e-15, abs=0)
 
 
 @pytest.mark.parametrize("tilt", ["1e-150", "1e-300"])
@@ -140,11 +140,9 @@ def compare(motion, digits, more):
 
     Angles, rates and turns have digits, tilts and vectors decimals.
     """
-    bounds, form = Bounds(motion, digits), Digits(motion, more)
-    pairs = []
+    bounds, form, pairs = Bounds(motion, digits), Digits(motion, more), []
     for t in (0, "1.3", -7.25, "1e5"):
-        at = form(t)
-        names = ("u", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+        at, names = form(t), ("u", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
         pairs += [(bounds(name, t), getattr(at, name)) for name in names]
         for name in ("axis", "quaternion"):
             pairs += zip(bounds(name, t), getattr(at, name), strict=True)

@@ -9,7 +9,7 @@ from functools import cache, cached_property
 from operator import attrgetter
 from typing import Any, Final
 
-from flint import arb
+from flint import arb, ctx
 
 from heavytop.analytic import balls
 from heavytop.analytic.constants import Constants
@@ -28,9 +28,12 @@ LATE_BITS: Final = 64  # bits for late times come by so many, so that times shar
 LOG10_2: Final = math.log10(2)
 
 RELATIVE: Final = (
-    "a fact", "nearest", "modulus", "amplitude", "theta", "one_minus_u", "one_plus_u"
+    "a fact", "nearest", "modulus", "amplitude", "theta", "one_minus_u", "one_plus_u",
+    "precession", "spin", "relative_spin", "mean_rates",
 )  # fmt: skip
 """Whose digits count from the first one that is not 0; others' from max(1, |x|).
+
+Of what no `MOST_SIGN_BITS` separate from 0 there is no such digit.
 
 Those of rates in a motion slower than 1 rad/s count from its fastest rate.
 """
@@ -135,7 +138,8 @@ class Refined:
         """Whether a ball has the digits of a quantity."""
         if not x.is_finite():
             return False
-        if what in RELATIVE and not (x.contains(0) and what != "nearest" and self._on_pole):
+        zero = ctx.prec >= MOST_SIGN_BITS or (what != "nearest" and self._on_pole)
+        if what in RELATIVE and not (x.contains(0) and zero):
             return bool(x.rad() <= abs(x.mid()) * arb(10) ** -digits)
         slow = self.rate if what in RATES and 0 < self.rate < 1 else 1.0
         # 2⁻ⁿ max(1, |x|) is an upper bound of the radius for this number n
