@@ -60,6 +60,12 @@ LISTED = {
 }
 
 
+def test_the_chart_of_long_runs_has_the_methods_of_their_table():
+    table, _ = (DOCS / "drift.md").read_text("utf-8").split("<!-- end long runs -->")
+    chart = re.findall(r"<!-- ([a-z]\S+) -->", (DOCS / "images" / "drift.svg").read_text("utf-8"))
+    assert {*re.findall(r"^\| `(\S+)`", table, re.MULTILINE)} == {*chart}
+
+
 @pytest.mark.parametrize("page", LISTED)
 def test_a_page_lists_every_name_of_a_table(page):
     text = (DOCS / page).read_text("utf-8")
@@ -72,10 +78,8 @@ def test_a_page_lists_every_name_of_a_table(page):
 
 def test_no_page_is_in_two_parts():
     """That every page is in one, Sphinx sees to."""
-    pages = []
-    for index in DOCS.rglob("*.md"):
-        for names in TREE.findall(index.read_text("utf-8")):
-            pages += [(index.parent / name).resolve() for name in names.split()]
+    trees = [(index, TREE.findall(index.read_text("utf-8"))) for index in DOCS.rglob("*.md")]
+    pages = [(index.parent / x).resolve() for index, tree in trees for x in " ".join(tree).split()]
     assert len(pages) > 30
     assert sorted(pages) == sorted({*pages})
 
@@ -147,12 +151,11 @@ def steps_a_period(scene, formulation):
 
 
 def expected(motion, poles_of_angles):
-    """e² ∮dt/ρ, with ρ the distance from the nearest of the singularities that the page names."""
+    """e^(2 + 0.7/(p − 1)) ∮dt/ρ, with ρ the distance from the nearest singularity of the page."""
     (u1, u2, u3), (m, mc) = motion.roots, motion.modulus
     quarter, other = float(mpmath.ellipk(m)), float(mpmath.ellipk(mc))
-    lowest = (1 + u1) / (u2 - u1)
-    highest = (1 - u2) * (u3 - u1) / ((u2 - u1) * (u3 - 1))
-    v = [float(mpmath.ellipf(mpmath.atan(mpmath.sqrt(x)), mc)) for x in (lowest, highest)]
+    ends = (1 + u1) / (u2 - u1), (1 - u2) * (u3 - u1) / ((u2 - u1) * (u3 - 1))
+    v = [float(mpmath.ellipf(mpmath.atan(mpmath.sqrt(x)), mc)) for x in ends]
     x = np.linspace(-quarter, quarter, 20_000)
     rho = np.hypot(x, other)
     if poles_of_angles:
