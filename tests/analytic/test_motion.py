@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import heavytop as ht
 from heavytop.analytic.motion import ClosedForm
 from heavytop.classification.reduced import AxisMotion, StartMotion
-from heavytop.errors import NoClosedForm, Unseparated
+from heavytop.errors import Impossible, NoClosedForm, Unseparated
 from heavytop.exact import cos, sqrt
 from heavytop.exact.balls import Interval
 from heavytop.exact.decimals import context
@@ -43,6 +43,9 @@ def test_digits_and_many_times():
     for digits in (0, 10_001, "20"):
         with pytest.raises(ValueError, match="a whole number from 1 to 10000"):
             motion.at(1, digits=digits)
+    for name, t, said in (("x", 1, "theta"), ("period", 1, "theta"), ("x", None, "period")):
+        with pytest.raises(Impossible, match=f"name = .*one of .*{said}"):
+            motion.interval(name, t)
 
 
 # --- attitude, angular velocity and energy -------------------------------------------------------
@@ -142,14 +145,13 @@ def compare(motion, digits, more):
     """
     bounds, form, pairs = Bounds(motion, digits), Digits(motion, more), []
     for t in (0, "1.3", -7.25, "1e5"):
-        at, names = form(t), ("u", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
-        pairs += [(bounds(name, t), getattr(at, name)) for name in names]
+        at = form(t)
+        pairs += [(bounds(x, t), getattr(at, x)) for x in ("u", "theta", "phi", "psi", *RATES)]
         for name in ("axis", "quaternion"):
             pairs += zip(bounds(name, t), getattr(at, name), strict=True)
     for number in NUMBERS:
         found = [getattr(each, number) for each in (bounds, form, bounds.motion)]
-        if not isinstance(found[0], tuple):
-            found = [(each,) for each in found]
+        found = [each if isinstance(each, tuple) else (each,) for each in found]
         for interval, exact, double in zip(*found, strict=True):
             assert (interval is None) == (exact is None) == (double is None), number
             if exact is not None:

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 from heavytop.analytic.events import EventTimes
 from heavytop.analytic.form import (
     BALL_SPARE_DIGITS,
+    FORMULAS,
     Record,
     mapped,
     midpoint,
@@ -25,7 +26,7 @@ from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FEW_BITS, Reduced, ReducedMotion, StartMotion
 from heavytop.exact.balls import Interval, ball_of, working
 from heavytop.exact.decimals import Number, context
-from heavytop.scene.arguments import expect, whole, wrong_type
+from heavytop.scene.arguments import expect, one_of, read_argument, whole, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.text import Played
@@ -204,9 +205,11 @@ class ClosedForm(Refined):
         Unseparated
             65 536 bits do not give the digits.
         """
+        if t is None and name in FORMULAS:
+            raise wrong_type("t", f"a time, which {name} needs", t)
+        constants = {x: y for x, y in vars(ClosedForm).items() if isinstance(y, Constant)}
+        read_argument("name", name, one_of(constants if t is None else FORMULAS))
         if t is None:
-            if not isinstance(getattr(ClosedForm, name, None), Constant):
-                raise wrong_type("t", f"a time, which {name} needs", t)
             return self.refine(name, lambda c: getattr(c, name), digits)
         return self.reader(t, digits)(name)
 
@@ -216,7 +219,7 @@ class ClosedForm(Refined):
         Parameters
         ----------
         name : str
-            With a time a quantity of a `Record`, without one a property of the motion.
+            With a time a quantity of a `Record` but energy, without one a property of the motion.
         t : number, optional
             Time since the start [s], exact; floats mean their binary value.
         digits : int
@@ -224,6 +227,10 @@ class ClosedForm(Refined):
 
         Raises
         ------
+        Impossible
+            There is none of this name.
+        WrongType
+            It needs a time.
         Unseparated
             A number can be neither separated from 0 nor proved to be 0, or 65 536 bits do not give
             the digits.

@@ -63,7 +63,7 @@ class Scene(Shown):
     samples : int
         Number of samples over the span, both ends included.
     digits : int
-        Correct digits wanted at the end: error ≤ 10^-digits · max(1, |x|).
+        Correct digits wanted, at all times: error ≤ 10^-digits · max(1, |x|).
     title, source : str
         What it is called, and where its numbers are from.
     name : str

@@ -104,7 +104,7 @@ class Journal:
         """
         place = Path(folder)
         if not (about := begun_with(place)):
-            raise ForeignFile(f"{place}: there is neither a study nor a run to go on with")
+            raise ForeignFile(f"{place}: there is neither a study nor a run")
         journal = cls(about["parameters"], place)
         with (place / STUDY).open("rb") as file:
             journal._end, size = len(file.readline()), os.fstat(file.fileno()).st_size

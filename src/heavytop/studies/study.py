@@ -192,7 +192,7 @@ def resume(
 
     Returns
     -------
-    Drift, Atlas, Stress or WorkPrecision
+    Drift, Atlas, Stress, WorkPrecision, Certificate or Validation
         The study, whole.
 
     Raises
