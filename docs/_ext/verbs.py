@@ -96,7 +96,7 @@ def fallback(each: Any) -> str:
     """What holds where it is left out."""
     if each.required:
         return "needed"
-    if not getattr(each, "show_default", False):
+    if not getattr(each, "show_default", False) or each.default is None:
         return ""
     return f"`{each.default:g}`" if isinstance(each.default, float) else f"`{each.default}`"
 

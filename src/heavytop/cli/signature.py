@@ -8,6 +8,7 @@ sequence a list with commas.
 from __future__ import annotations
 
 import re
+from ast import literal_eval
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from inspect import Parameter, getdoc, signature
@@ -36,6 +37,7 @@ HELP: Final = {
 SECTION: Final = re.compile(r"^(\w+)\n-+\n", re.MULTILINE)
 ENTRY: Final = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n|\n)*)", re.MULTILINE)
 MARKED_CODE: Final = re.compile(r"`+(?:heavytop\.)?([^`]*)`+")
+LITERAL: Final = re.compile(r'^(\w+): Final = ([\d.]+$|\((?:\s*"[^"]*",)+\s*\))', re.MULTILINE)
 
 
 def read_verb(
@@ -70,7 +72,8 @@ def read_function(place: str) -> Callable[..., Any]:
     text = ROOT.joinpath(*module.split(".")).with_suffix(".py").read_text("utf-8")
     found = re.search(rf"^def {name}\(.*?(?=^[^\s)]|\Z)", text, re.MULTILINE | re.DOTALL)
     assert found, place
-    names: dict[str, Any] = defaultdict(lambda: None)  # a default that its module names is None
+    named = ((name, literal_eval(value)) for name, value in LITERAL.findall(text))
+    names: dict[str, Any] = defaultdict(lambda: None, named)  # None: a default that is computed
     exec(f"from __future__ import annotations\n{found[0]}", {}, names)
     function: Callable[..., Any] = names[name]
     return function

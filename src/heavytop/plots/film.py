@@ -60,7 +60,7 @@ def film(
     *,
     seconds: float | None = None,
     fps: float = 25.0,
-    size: tuple[int, int] | str = (800, 600),
+    size: tuple[int, int] | str = "800x600",
     rounds: float | None = None,
     time: float | None = None,
     speed: float | None = None,
