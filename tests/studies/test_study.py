@@ -49,7 +49,8 @@ def started(path, jobs, log, **environment):
 def finished(path, jobs, log, **environment):
     """Let a process do the study; return its exit code and its errors."""
     process = started(path, jobs, log, **environment)
-    return process.returncode, process.communicate(timeout=60)[1]
+    _, errors = process.communicate(timeout=60)
+    return process.returncode, errors
 
 
 def steps(log):
@@ -140,14 +141,13 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
     assert not any(alive(pid) for *_, pid in lines(log))
     assert finished(path, jobs, log) == (0, "")
     assert results(path) == whole
-    again = (jobs > 1) * 2 * jobs * SENT  # alone, not even the chunk at hand
-    assert steps(log) <= 3 * STEPS + again
+    # alone, not even the chunk at hand
+    assert steps(log) <= 3 * STEPS + (jobs > 1) * 2 * jobs * SENT
 
 
 def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     with Journal.open(tmp_path, PARAMETERS):
-        refused = rf"is being written by process {os.getpid()} on \S+$"
-        with pytest.raises(InUse, match=refused):
+        with pytest.raises(InUse, match=rf"is being written by process {os.getpid()} on \S+$"):
             done(tmp_path, PARAMETERS)
         assert Journal.read(tmp_path).parameters == PARAMETERS  # reading is for everybody
 
