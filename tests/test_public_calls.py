@@ -119,6 +119,7 @@ REFUSED = [  # a function, what it is given besides, and the keys of all that is
        "periods start methods") for study in ("drift", "work_precision")),
     ("validate", {"names": ["hold", "a\n" * 100, "\udcff", 3]}, "names names names names"),
     ("validate", {"names": "holds"}, "names"),
+    ("propagate_many", {"digits": 99, "jobs": 0, "formulation": 3}, "digits jobs formulation"),
     ("validate", {"jobs": 0}, "jobs"),
 ]  # fmt: skip
 

@@ -168,8 +168,8 @@ def test_what_cannot_be_loaded_is_told(file, text, monkeypatch):
 
 @pytest.mark.parametrize("setting", [0, -1.0, np.inf, "1e-9"])
 def test_a_setting_is_a_positive_number(setting):
-    with pytest.raises(Impossible, match="setting"):
-        own.Method(rk4, setting=setting)
+    with pytest.raises(Impossible, match=r"formulation: .*\nsetting"):
+        own.Method(rk4, formulation="x", setting=setting)
 
 
 def test_another_process_loads_the_same_file_or_none(file):

@@ -78,13 +78,15 @@ class Method:
 
     def __post_init__(self) -> None:
         known = (*FORMULATIONS, *BODY_FORMS)
-        if not callable(self.function):
-            raise Impossible([("function", "must be a function, a step or a solver")])
-        if self.formulation not in known:
-            raise Impossible([("formulation", f"one of {', '.join(known)}")])
         given: Any = self.setting
-        if not (given is None or (isinstance(given, Real) and 0 < float(given) < math.inf)):
-            raise Impossible([("setting", "a positive number")])
+        right = given is None or (isinstance(given, Real) and 0 < float(given) < math.inf)
+        rules = (
+            (callable(self.function), "function", "must be a function, a step or a solver"),
+            (self.formulation in known, "formulation", f"one of {', '.join(known)}"),
+            (right, "setting", "a positive number"),
+        )
+        if broken := [(key, rule) for holds, key, rule in rules if not holds]:
+            raise Impossible(broken)
 
     @property
     def label(self) -> str:

@@ -25,7 +25,7 @@ from heavytop.integration.batch import Journey, Lane, Zeros
 from heavytop.integration.outputs import Sample, sample
 from heavytop.run.ensemble_events import Expected, counted, pole_momenta, tallied
 from heavytop.run.estimates import DOUBLE_DIGITS
-from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
+from heavytop.scene.arguments import gathering, one_of, parse_names, parse_options, whole
 
 Arrays = Mapping[str, Array]
 
@@ -240,10 +240,9 @@ def propagate_many(
         Something is not an array of numbers, which is named, or an option is no whole number.
     Impossible
         The shapes do not broadcast; digits that doubles cannot have, or no threads.
-    WrongType
-        `events` are no names in a row.
     BadScene
-        No formulation has this name, or it has no such event.
+        No formulation has this name; `events` are no names of its events; several things are
+        wrong, all of which are listed.
 
     Notes
     -----
@@ -269,14 +268,16 @@ def propagate_many(
     >>> found.missed, found.final.phi.round(6)
     (array([False, False,  True]), array([15.116964, 12.723297,       nan]))
     """
-    digits = whole("digits", digits, 1, DOUBLE_DIGITS)
-    jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
-    form, events = _asked(formulation, events)
     given = {
         "A": A, "C": C, "gMR": gMR, "theta": theta, "phi": phi, "psi": psi,
         "thetadot": thetadot, "phidot": phidot, "time": time,
     }  # fmt: skip
-    columns = InputArrays(with_spin(given, psidot, omega3))
+    with gathering() as attempt:
+        digits = attempt(whole, "digits", digits, 1, DOUBLE_DIGITS)
+        jobs = None if jobs is None else attempt(whole, "jobs", jobs, 1, MOST_JOBS)
+        asked = attempt(_asked, formulation, events)
+        given = attempt(with_spin, given, psidot, omega3)
+    (form, sought), columns = asked, InputArrays(given)
     start = columns.full()
     end = start.pop("time")
     if "omega3" in start:
@@ -284,27 +285,23 @@ def propagate_many(
     broken = impossible(start["A"], start["C"], start["theta"])
     start["theta"] = np.where(broken, np.nan, start["theta"])  # such a lane is singular
     begun, parameters = _binary(form, start)
-    zeros = [Expected.of(event, start) for event in events]
+    zeros = [Expected.of(event, start) for event in sought]
     shorts = (np.where(each.risky, each.short, np.inf) for each in zeros)
     first = np.min([np.full(end.shape, np.inf), *shorts], axis=0)
-    journey = Journey(form, events, begun, parameters, (end, first), MOST_STEPS)
-    run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
-    return replace(run, zeros=counted(run, zeros)) if events else run
+    journey = Journey(form, sought, begun, parameters, (end, first), MOST_STEPS)
+    run = Ensemble(columns.shape, form, parameters, sought, end, *journey.run(jobs), digits, start)
+    return replace(run, zeros=counted(run, zeros)) if sought else run
 
 
 def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
     """The formulation of a name, with φ and ψ if it can, and events that it has, if they are."""
-    if not isinstance(events, Sequence):
-        raise wrong_type("events", "names of events, in a row", events)
     forms = {"formulation": one_of(FORMULATIONS)}
     found, faults = parse_options(ENSEMBLE_NAME, {"formulation": formulation}, forms)
-    if events:
-        known = {event: event for event in ("turning", "reversal")}
-        events, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known))
-        faults += wrong
-    refuse(faults)
+    known = {event: event for event in ("turning", "reversal")}
+    names, wrong = parse_names(ENSEMBLE_NAME, "events", events, one_of(known), least=0)
+    refuse(faults + wrong)
     entry = found["formulation"]
-    return entry.build("angles" if "angles" in entry.variants else None), tuple(events)
+    return entry.build("angles" if "angles" in entry.variants else None), tuple(names)
 
 
 def _binary(form: Formulation, start: Arrays) -> tuple[Array, dict[str, Array]]:
