@@ -76,7 +76,7 @@ def propagate(
         for each nutation, which only a form that is singular at a pole ever takes.
     checkpoint : path, optional
         A file in which the trajectory so far is saved every ten seconds, or at longer intervals
-        where saving takes long. `load_trajectory` reads it, whatever ended the run.
+        where saving takes long; `extend` continues what `load_trajectory` reads from it.
 
     Returns
     -------
