@@ -37,8 +37,7 @@ def test_a_step_has_its_order_in_every_form(method, order, steps):
 
 
 def test_a_compiled_step_has_the_bits_of_the_plain_one():
-    numba = pytest.importorskip("numba")
-    compiled = own.Method(numba.njit(rk4), name="compiled")
+    compiled = own.Method(pytest.importorskip("numba").njit(rk4), name="compiled")
     plain, fast = (set_up(m, 100, steps=300) for m in (own.Method(rk4), compiled))
     assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
 

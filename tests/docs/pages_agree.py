@@ -9,8 +9,7 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 def last_digit(number):
     """Return one unit of the last digit of a number as it is written."""
     mantissa, _, exponent = number.partition("e")
-    places = len(mantissa.partition(".")[2])
-    return 10.0 ** (int(exponent or 0) - places)
+    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
 
 
 def agree(shown, printed):

@@ -145,8 +145,7 @@ def scene_of(name, periods):
 def steps_a_period(scene, formulation):
     """In every block but the first, whose steps are bounded by those at the start."""
     period = ht.Motion(scene.top, scene.start).period
-    marks = ht.propagate(scene, formulation=formulation).orbit.checkpoints
-    blocks = pairwise(marks[1:])
+    blocks = pairwise(ht.propagate(scene, formulation=formulation).orbit.checkpoints[1:])
     return [(b.steps - a.steps) * period / (b.time[0] - a.time[0]) for a, b in blocks]
 
 

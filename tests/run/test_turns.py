@@ -125,8 +125,7 @@ def test_a_fast_spin_costs_no_digits_and_no_steps():
     steps = []
     for factor in (1, 1000, 10**6):
         start = ht.State(theta=0.5, phidot=0.3, omega3=6.0 * factor)
-        wanted = scene(ht.Top(1, 0.5 / factor, 1), start, periods=10, events=(), samples=9)
-        trajectory = run(wanted)
+        trajectory = run(scene(ht.Top(1, 0.5 / factor, 1), start, periods=10, events=(), samples=9))
         steps.append(trajectory.statistics.steps)
         exact = trajectory.own.closed_form.at(trajectory.t, 30)
         attitude = np.array([at.quaternion for at in exact], float)
