@@ -57,7 +57,7 @@ def test_times_from_a_file(tmp_path):
     assert reference(KICKED, read_times(str(path))).columns["t"] == ("0.5", "0.001")
     path.write_text("\ufefft\n\n0.5\n", "utf-8")  # as Excel writes it
     assert read_times(str(path)) == ["0.5"]
-    for text in ("x\n1\n", "", 't,x\n\n"1', 't\n"0\n1\n'):
+    for text in ("x\n1\n", "", 't,x\n\n"1', 't\n"0\n1\n', "t\n0\n0,5\n", "t\n0,5\n1,5\n"):
         path.write_text(text, "utf-8")
         with pytest.raises(ForeignFile, match="column t"):
             read_times(str(path))

@@ -261,11 +261,13 @@ def read_times(text: str) -> str | list[str]:
         with Path(text).open("rb") as file:
             lines = file.read().decode("utf-8-sig").splitlines()
         header, *rows = csv.reader(filter(str.strip, lines), strict=True)
-        return [row[header.index("t")] for row in rows]
+        return [*dict(zip(header, zip(*rows, strict=True), strict=True))["t"]]
     except OSError as fault:
-        raise ForeignFile(f"{text}: {fault.strerror or fault}; or A:B:STEP, or 1,2.5") from None
-    except (ValueError, IndexError, csv.Error):
-        raise ForeignFile(f"{text}: a CSV file with a column t is expected") from None
+        why = f"neither times, as 1,2.5 or 0:10:0.01, nor a file ({fault.strerror or fault})"
+        raise ForeignFile(f"{text}: {why}") from None
+    except (ValueError, LookupError, csv.Error):
+        why = "a CSV file with a column t is expected, and no comma in a number"
+        raise ForeignFile(f"{text}: {why}") from None
 
 
 def exact_text(x: Fraction) -> str:
