@@ -16,7 +16,7 @@ from typing import Final
 from heavytop.errors import NotANumber
 from heavytop.exact.functions import FUNCTIONS
 from heavytop.exact.number import ONE, PI, Exact, in_range, out_of_range, split
-from heavytop.text import harmless, nearest
+from heavytop.text import closest, harmless, nearest
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
@@ -44,6 +44,11 @@ UNITS_OF: Final[Mapping[str, Mapping[str, Exact]]] = {
 }  # fmt: skip
 """By a unit of SI those that may be written in its place, each as the number of it that it is."""
 UNITS: Final = {name: size for units in UNITS_OF.values() for name, size in units.items()}
+_IN_WORDS: Final = {
+    "degrees": "deg", "grad": "deg", "radians": "rad", "turns": "rev", "hertz": "Hz",
+    "kilograms": "kg", "grams": "g", "meters": "m", "centimeters": "cm", "millimeters": "mm",
+    "seconds": "s", "milliseconds": "ms", "minutes": "min",
+}  # fmt: skip
 
 RULE: Final = (
     f"a number may use digits, pi, {', '.join(FUNCTIONS)}, + - * / ** (or ^) and parentheses"
@@ -105,12 +110,19 @@ def of_one_unit(low: str, high: str) -> tuple[str, str]:
     return low if one else f"{low} {other}".rstrip(), high if other else f"{high} {one}".rstrip()
 
 
+def unit_hint(word: str, units: Collection[str]) -> str:
+    """A hint at the unit that is meant by a word; empty where none is near."""
+    spelled = {unit: unit for unit in units}
+    spelled |= {long: unit for long, unit in _IN_WORDS.items() if unit in units}
+    return nearest(spelled.get(closest(word, spelled)), units)
+
+
 def _refusal(token: str, units: Collection[str]) -> str:
     """The message about a token that is out of place."""
     if not token:
         return f"the expression ends too early: {RULE}"
     known = f"a unit: {', '.join(units)}" if units else "no unit here"
-    meant = f" ({hint})" if (hint := nearest(token, units)) else ""
+    meant = f" ({hint})" if (hint := unit_hint(token, units)) else ""
     return f'unexpected "{harmless(token[:40])}"{meant}: {RULE}, and {known}'
 
 

@@ -19,7 +19,6 @@ from typing import Any, Final, NamedTuple, TypeAlias
 from heavytop.errors import Impossible, Refused
 from heavytop.exact import Exact, parse
 from heavytop.scene.arguments import Reader
-from heavytop.text import nearest
 
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
@@ -53,7 +52,7 @@ def read_units(names: str) -> Units:
     """
     asked = [each.strip() for each in names.split(",")]
     if wrong := [name for name in asked if name not in parse.UNITS]:
-        hints = "; ".join(filter(None, (nearest(name, parse.UNITS) for name in wrong)))
+        hints = "; ".join(filter(None, (parse.unit_hint(name, parse.UNITS) for name in wrong)))
         rule = f"{', '.join(wrong)}: units are {', '.join(parse.UNITS)}"
         raise Impossible([("unit", str(Refused(rule, hints)))])
     of = {name: si for si, units in parse.UNITS_OF.items() for name in units}
