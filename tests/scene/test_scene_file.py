@@ -88,11 +88,11 @@ def test_text_that_is_no_toml_is_refused():
 
 
 def test_a_name_that_no_file_has_is_refused_with_the_nearest(tmp_path):
-    (tmp_path / "my-top.toml").touch()
+    [(tmp_path / name).touch() for name in ("my-top.toml", "toy.toml")]
     for near in ("my-top", "my-top.tml", "mytop.toml"):
         [fault] = faults(load_scene, tmp_path / near)
         assert re.search(r'did you mean ".*/my-top\.toml"', str(fault))
-    assert "heavytop scenes lists" in str(*faults(load_scene, tmp_path / "other"))
+    assert "heavytop scenes lists" in str(*faults(load_scene, tmp_path / "nope"))
     assert faults(load_scene, "sicm-kiked")[0].hint == 'did you mean "sicm-kicked"?'
     for name in ("no/such/scene.toml", "a\0b", "x" * 5000, "", "\x1b[31m", "\ud800"):
         assert str(*faults(load_scene, name)).isprintable()

@@ -333,9 +333,9 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
 
 def _hint_at_scene(path: Path) -> str:
     """A hint at the scene that may have been meant by a name that none has."""
-    beside = sorted(file.name for file in path.parent.glob("*.toml"))
-    if meant := closest(f"{path.stem}.toml", beside):
-        return f'did you mean "{path.with_name(meant)}"?'
+    beside = sorted(file.stem for file in path.parent.glob("*.toml"))
+    if meant := closest(path.stem, beside):
+        return f'did you mean "{path.with_name(meant + ".toml")}"?'
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
