@@ -308,7 +308,7 @@ def _load(path: Path, chosen: Mapping[str, str]) -> Any:
             case _:
                 return _load_text(path, chosen)
     except Exception as fault:  # of several libraries, on bytes that anybody wrote
-        why = getattr(fault, "strerror", None) or fault
+        why = " ".join(str(getattr(fault, "strerror", None) or fault).split())
         raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
 
 
@@ -344,7 +344,8 @@ def _find_header(lines: Sequence[str], wanted: Collection[str]) -> tuple[int, st
                 return at + 1, between, names
             units = (x.strip("[]()") for x in below)  # a row of them
             return at + 2, between, [f"{n} [{x}]" for n, x in zip(names, units, strict=True)]
-    raise ForeignFile("a header with the names of the columns is needed, t among them")
+    rule = "a header with the names of t and of angles, axis, quaternion or matrix is needed"
+    raise ForeignFile(f"{rule}; columns says what is yours, such as t=Zeit,theta=tilt")
 
 
 def _cells(line: str, between: str) -> list[str]:
