@@ -62,8 +62,8 @@ def test_a_balanced_top_keeps_its_weight():
 
 def test_changes_displace_their_rivals_and_are_told_by_title_and_source():
     kicked = load_scene("sicm-kicked")
-    changes = ["start.omega3=5", "start.theta=30 deg", "span.periods = 3", 'want.events=["cusp"]']
-    scene = load_scene("sicm-kicked", changes)
+    changes = ["start.psidot=6", "start.omega3=5", "start.theta=30 deg", "span.periods = 3"]
+    scene = load_scene("sicm-kicked", [*changes, 'want.events=["cusp"]'])
     assert (scene.start.held, scene.start.theta, scene.events) == ("omega3", PI / 6, ("cusp",))
     assert (scene.time, scene.periods) == (None, 3)
     assert scene.title == f"{kicked.title}; with start.omega3 = 5, start.theta = 30 deg"

@@ -350,7 +350,7 @@ def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[F
     if not isinstance(overrides, list | tuple) or not all(isinstance(x, str) for x in overrides):
         rule = 'a list of texts, such as ["start.phidot=-14"]'
         return set(), [Fault("heavytop", None, "overrides", arguments.shown(overrides), rule)]
-    changed, of_motion, wrong = set(), [], []
+    changed, of_motion, wrong = set(), dict[str, Any](), []
     for change in overrides:
         key, equals, text = (part.strip() for part in change.partition("="))
         name, _, last = key.rpartition(".")
@@ -362,10 +362,11 @@ def apply_changes(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[F
             continue
         _displace(table, last, _override_value(text))
         changed.add(key)
-        of_motion += [f"{key} = {text}"] if name in ("top", "start") else []
+        if name in ("top", "start"):
+            _displace(of_motion, last, f"{key} = {text}")
     title = raw.get("title")
     if of_motion and "title" not in changed and type(title) is str and len(title) <= MAX_TITLE:
-        raw["title"] = cut(harmless(f"{title}; with {', '.join(of_motion)}"), MAX_TITLE)
+        raw["title"] = cut(harmless(f"{title}; with {', '.join(of_motion.values())}"), MAX_TITLE)
     return changed, wrong
 
 
