@@ -85,7 +85,7 @@ def _text(value: object) -> str:
 def _names(known: Callable[[], tuple[str, ...]], least: int) -> Reader:
     def read(value: object) -> tuple[str, ...]:
         allowed = known()
-        rule = f"a list of names out of {', '.join(allowed)}, each at most once"
+        rule = f'a list such as ["{allowed[2]}"] of {", ".join(allowed)}, each at most once'
         if not isinstance(value, list | tuple) or len(value) < least:
             raise Refused(rule)
         wrong = [name for name in value if name not in allowed]
@@ -130,7 +130,9 @@ _MEANT: Final = {  # what others call it
     **dict.fromkeys(("I3", "I_3", "Izz"), "C, about the axis"),
     **dict.fromkeys(("m", "M"), "mass"), "g": "gravity",
     **dict.fromkeys(("l", "L", "R", "d"), "distance, from the pivot to the centre of mass"),
-    **dict.fromkeys(("spin", "omega"), "psidot, or omega3, along the axis"),
+    **dict.fromkeys(("radius", "thickness", "height"), "solids, which have shape and size"),
+    "spin": "psidot, or omega3, along the axis",
+    **dict.fromkeys(("omega", "angular_velocity"), "omega3, along the axis, or the vector omega_body"),
     "tilt": "theta", "nutation": "thetadot", "precession": "phidot",
 }  # fmt: skip
 _SPAN: Final = arguments.Way("a span", (), dict, (("time", "periods"),))
