@@ -132,7 +132,7 @@ _MEANT: Final = {  # what others call it
     **dict.fromkeys(("l", "L", "R", "d"), "distance, from the pivot to the centre of mass"),
     **dict.fromkeys(("radius", "thickness", "height"), "solids, which have shape and size"),
     "spin": "psidot, or omega3, along the axis",
-    **dict.fromkeys(("omega", "angular_velocity"), "omega3, along the axis, or the vector omega_body"),
+    **dict.fromkeys(("omega", "angular_velocity"), "omega3, a number, or omega_body, a vector"),
     "tilt": "theta", "nutation": "thetadot", "precession": "phidot",
 }  # fmt: skip
 _SPAN: Final = arguments.Way("a span", (), dict, (("time", "periods"),))
