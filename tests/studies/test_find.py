@@ -200,5 +200,6 @@ def test_where_there_is_no_scene_a_row_says_so_and_values_are_exact():
     steady = scene("A = 1\nC = 1\ngMR = 1", 'theta = 0.5\nsteady = "slow"\nomega3 = 9')
     slow, fast = ht.sweep(steady, "start.omega3=0.5:5:2", ["round"]).rows
     assert (slow["kind"], slow["round"], fast["kind"]) == (None, None, "uniform-precession")
-    rows = ht.sweep(DROPPED, "start.theta=0:180 deg:3", ["round"]).rows
-    assert [row["kind"] for row in rows] == ["sleeping", "cusps", "hanging"]
+    with pytest.warns(ht.FoldedTiltWarning, match="360 deg is outside"):
+        rows = ht.sweep(DROPPED, "start.theta=0:360 deg:5", ["round"]).rows
+    assert [row["kind"] for row in rows] == ["sleeping", "cusps", "hanging", "cusps", "sleeping"]

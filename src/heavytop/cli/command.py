@@ -148,7 +148,7 @@ class Verbs(click.Group):
 def invoke(place: str, takes: Mapping[str, Parameter], **typed: Any) -> None:
     """Call the function of a verb with what was typed; print what it found, and exit."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore" if typed["quiet"] else "always", UserWarning)
+        warnings.simplefilter("ignore" if typed["quiet"] else "default", UserWarning)
         warnings.showwarning = lambda message, *_, **__: print_error(f"warning: {message}")
         try:
             call(place, takes, typed)

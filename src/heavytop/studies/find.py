@@ -31,6 +31,7 @@ from heavytop.scene.arguments import Reader, one_of, parse_options
 from heavytop.scene.quantities import QUANTITY_READERS, UNIT_OF, Quantity, quantity_of
 from heavytop.scene.scene import Scene, expect_scene
 from heavytop.scene.scene_file import TABLES
+from heavytop.scene.state import State
 from heavytop.studies.atlas_plane import evenly
 from heavytop.text import nearest
 
@@ -364,7 +365,7 @@ def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
     """
     parts = _RANGE.fullmatch(text) if isinstance(text, str) else None
     if parts is None:
-        raise Refused("KEY=A:B or KEY=A:B:N of a number of top or start: start.psidot=10:400")
+        raise Refused("KEY=A:B or KEY=A:B:N of a number of top or start: start.psidot=10:400 rpm")
     table, name, *ends, number = parts.groups()
     homes = {key: home for home in ("top", "start") for key in TABLES[home]}
     known = [key for key in homes if key in QUANTITY_READERS and table in (None, homes[key])]
@@ -375,6 +376,8 @@ def read_range(text: Any) -> tuple[str, Exact, Exact, int]:
     first, last = sorted(map(QUANTITY_READERS[name], of_one_unit(*ends)), key=float)
     if len(number or "") > len(str(MOST_POINTS)) or not 1 <= int(number or 1) <= MOST_POINTS:
         raise Refused(f"1 to {MOST_POINTS} points")
+    for end in (first, last) if name == "theta" else ():
+        State(end)  # which warns of a tilt outside [0, π]
     return f"{homes[name]}.{name}", first, last, int(number or 0)
 
 
@@ -391,7 +394,7 @@ def _read_samples(text: Any) -> tuple[str, list[float]]:
 def _read_wish(text: Any) -> tuple[str, str, Any]:
     """Read FACT = X, FACT <= X, FACT >= X, or kind = KIND."""
     if not isinstance(text, str) or (parts := _WISH.fullmatch(text)) is None:
-        raise Refused("FACT = X, FACT <= X or FACT >= X, such as round = 3.5 s")
+        raise Refused("FACT = X, <= X or >= X, such as round = 3.5 s; or kind = loops")
     name, relation, wanted = parts.groups()
     if name == "kind" and relation == "=":
         return name, relation, one_of({str(kind): str(kind) for kind in Kind})(wanted)
